@@ -34,6 +34,7 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
         (("biased-pump", "--c", "pump.d"), "without an ending"),
         (("biased-pump", "--c", "pump", "--fmu", "pump.fmu"), "give one of them"),
         (("biased-pump", "--fmu", "pump.zip"), "must end in .fmu"),
+        (("biased-pump", "--wasm", "pump.js"), "must end in .wasm"),
         (("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "4"), "must be 2 or 3"),
     ],
 )

@@ -15,7 +15,10 @@ OWN_COMMANDS = {
     "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
     "fit": ("A material from tests on coupons, or a device from its own measurements.", "lab:fit_command"),
-    "export": ("A device as an FMU or C; a result as tables (CSV, Parquet) or for MATLAB.", "export:export_command"),
+    "export": (
+        "A device as FMU, C or WebAssembly; a result as tables (CSV, Parquet) or for MATLAB.",
+        "export:export_command",
+    ),
     "init": ("Write a first device file, every field explained, to be filled in.", "own:init_command"),
     "help": ("Explain a subject: the fields of a device, a term, or a command.", "own:help_command"),
     "devices": ("List the device files that ship, or print one.", "lists:devices_command"),

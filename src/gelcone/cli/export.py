@@ -13,7 +13,7 @@ from gelcone.cli.options import PLACE
 from gelcone.dataset import load
 from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
-from gelcone.export.public import FMU, TOLERANCE, export
+from gelcone.export.public import FMU, TOLERANCE, WASM, export
 
 OF_DEVICES = ("film", "settings", "drive", "tolerance", "fmi")
 
@@ -24,6 +24,7 @@ def export_command() -> click.Command:
         click.Argument(["what"], metavar="DEVICE|FILE.nc|STORE"),
         click.Option(["--c", "c"], type=PLACE, metavar="FOLDER", help="Write the device as C99 there."),
         click.Option(["--fmu"], type=PLACE, metavar="FILE.fmu", help="Write the device as an FMU."),
+        click.Option(["--wasm"], type=PLACE, metavar="FILE.wasm", help="Write the device for web pages."),
         click.Option(["--fmi"], type=int, help="Version of the FMU's standard, 2 or 3.  [default: 2]"),
         click.Option(["--drive"], metavar="sine", help="Put the device's own sine inside; the input adds to it."),
         click.Option(
@@ -53,11 +54,11 @@ def export_command() -> click.Command:
     return click.Command("export", params=params, callback=run_export, help=text)
 
 
-def run_export(*, what: str, c: Path | None, fmu: Path | None, force: bool, **typed: Any) -> None:
+def run_export(*, what: str, c: Path | None, fmu: Path | None, wasm: Path | None, force: bool, **typed: Any) -> None:
     """Reads a device, a result or a store, and writes it in another form."""
     given = {name: value for name, value in typed.items() if value not in (None, ())}
     paths: list[Path]
-    place = _one_of(c, fmu)
+    place = _one_of(c, fmu, wasm)
     if place is None:
         paths = _of_result(Path(what), force, given)
     else:
@@ -69,15 +70,18 @@ def run_export(*, what: str, c: Path | None, fmu: Path | None, force: bool, **ty
         click.echo(f"wrote {path}")
 
 
-def _one_of(c: Path | None, fmu: Path | None) -> Path | None:
+def _one_of(c: Path | None, fmu: Path | None, wasm: Path | None) -> Path | None:
     """The place of a device; None for a result."""
-    if c is not None and fmu is not None:
-        raise InputError("--c and --fmu: give one of them")
+    given = [place for place in (c, fmu, wasm) if place is not None]
+    if len(given) > 1:
+        raise InputError("--c, --fmu and --wasm: give one of them")
     if c is not None and c.suffix:
         raise InputError(f"--c {c}: is a folder, without an ending")
     if fmu is not None and fmu.suffix != FMU:
         raise InputError(f"--fmu {fmu}: must end in {FMU}")
-    return fmu if c is None else c
+    if wasm is not None and wasm.suffix != WASM:
+        raise InputError(f"--wasm {wasm}: must end in {WASM}")
+    return given[0] if given else None
 
 
 def _of_result(place: Path, force: bool, given: dict[str, Any]) -> list[Path]:

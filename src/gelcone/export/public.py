@@ -15,6 +15,7 @@ from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.export.fmu import VERSIONS, write_fmu
 from gelcone.export.reference import test_program
 from gelcone.export.sources import Exported, example, sources
+from gelcone.export.wasm import write_wasm
 from gelcone.files import check_writable, write_together
 from gelcone.motion.flow import check_flow
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-7
 """Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
-FMU = ".fmu"
+FMU, WASM = ".fmu", ".wasm"
 DRIVES = ("sine",)
 _RESERVED = """auto break case char class const continue default delete do double else enum explicit extern false float
 for friend function goto if inline instance int long main mutable namespace new operator private protected public
@@ -41,15 +42,15 @@ def export(
     tolerance: float = TOLERANCE,
     force: bool = False,
 ) -> list[Path]:
-    """Write a result as tables or for MATLAB, or a device as C sources or as an FMU.
+    """Write a result as tables or for MATLAB, or a device as C, FMU or WebAssembly.
 
     Parameters
     ----------
     what : a Dataset that an analysis returned or `gelcone.load` read, or a `Device` of single numbers.
     path : of a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
         dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a name
-        that ends in ``.fmu``, or a folder for C: header, source, example, test program and device file. The model has
-        the name of the file or folder.
+        that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a folder for
+        C: header, source, example, test program and device file. The model has the name of the file or folder.
     fmi : version of the FMU's standard, 2 or 3. Default 2.
     drive : ``"sine"`` puts the drive of the device inside, and the input voltage is added to it. Default None: the
         input is the whole voltage.
@@ -65,7 +66,7 @@ def export(
     ------
     InputError : for another ending, files that exist, a folder that cannot be written, an ensemble, and devices whose
         drive or components cannot leave gelcone.
-    MissingDependency : for Parquet without pyarrow.
+    MissingDependency : for Parquet without pyarrow, and for WebAssembly without a compiler that makes it.
     """
     path = Path(path)
     if not isinstance(what, Device):
@@ -77,14 +78,16 @@ def export(
     check_flow(tolerance, None)
     if fmi not in VERSIONS:
         raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
-    if path.suffix not in ("", FMU):
-        raise InputError(f"{path}: a device is written to NAME{FMU}, or to a folder for C without an ending")
+    if path.suffix not in ("", FMU, WASM):
+        raise InputError(f"{path}: a device is written to NAME{FMU}, NAME{WASM} or a folder for C without an ending")
     exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive == "sine", float(tolerance))
     if path.suffix == FMU:
         check_writable([path], force=force)
         if not write_fmu(exported, path, fmi, force):
             warnings.warn(f"{path}: holds sources only, for there is no C compiler here", DoubtfulInput, stacklevel=2)
         return [path]
+    if path.suffix == WASM:
+        return write_wasm(exported, path, force)
     return _write_c(exported, path, force)
 
 

@@ -270,10 +270,10 @@ def _named(text: str, name: str) -> str:
 
 def _title(exported: Exported) -> str:
     """The device's name within a comment."""
-    return _in_comment(exported.device.name)
+    return in_comment(exported.device.name)
 
 
-def _in_comment(text: str) -> str:
+def in_comment(text: str) -> str:
     """A text that cannot end the comment in which it stands."""
     return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in text)
 
@@ -283,7 +283,7 @@ def _enum(exported: Exported) -> str:
     for k, own in enumerate(exported.variables):
         fixed = {"input": "input", "state": "state", "parameter": "parameter"}.get(own.kind, "read")
         unit = f", {own.unit}" if own.unit not in ("", "1") else ""
-        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {_in_comment(own.meaning)} */")
+        rows.append(f"  DEVICE_UP_{constant(own.name)} = {k}, /* {fixed}{unit}: {in_comment(own.meaning)} */")
     rows.append(f"  DEVICE_UP_VARIABLES = {len(exported.variables)} /* how many there are */")
     return "\n".join(rows) + "\n"
 

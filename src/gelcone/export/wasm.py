@@ -1,0 +1,84 @@
+"""A device as WebAssembly, with a small JavaScript interface and a page that runs it."""
+
+from __future__ import annotations
+
+import html
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import partial
+from pathlib import Path
+
+from gelcone._version import __version__
+from gelcone.errors import InputError, MissingDependency
+from gelcone.export.sources import Exported, filled, in_comment, sources
+from gelcone.files import check_writable, write_together
+
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-s")
+_SYSTEM = Path("/usr/include/wasm32-wasi")
+
+
+def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
+    """Write the module, its JavaScript and a page next to it, all named after the module.
+
+    Raises `MissingDependency` without a compiler for WebAssembly.
+    """
+    name = exported.name
+    paths = [path.with_name(f"{name}.{ending}") for ending in ("wasm", "js", "html")]
+    check_writable(paths, force=force)
+    module = _compiled(exported)
+    title = "".join(c for c in exported.device.name if c.isprintable())
+    variables = {variable.name: k for k, variable in enumerate(exported.variables)}
+    device = exported.device
+    offset, amplitude = float(device.voltage_offset), float(device.voltage_amplitude)
+    script = {
+        "VARIABLES_TABLE": json.dumps(variables, indent=2),
+        "DEVICE_TITLE": in_comment(title),
+        "GELCONE_VERSION": __version__,
+    }
+    field = 'own.get("true_field") / (strength || Infinity)' if "true_field" in exported.outputs else "0"
+    page = {
+        "DEVICE_TITLE": html.escape(title),
+        "DEVICE_MOST": f"{1.5 * (abs(offset) + amplitude):.0f}",
+        "DEVICE_BEGIN": f"{0.0 if exported.sine else abs(offset):.0f}",
+        "RADII": json.dumps([float(device.disc_radius), float(device.film_radius)]),
+        "FIELD_READ": field,
+    }
+    texts = [filled("device.js", name, script), filled("device.html", name, page)]
+    contents = [module, *(text.encode() for text in texts)]
+    write_together({place: partial(_write, data) for place, data in zip(paths, contents, strict=True)}, force=force)
+    return paths
+
+
+def _write(data: bytes, path: Path) -> None:
+    path.write_bytes(data)
+
+
+def find_compiler() -> list[str]:
+    """The command of a compiler for WebAssembly; `MissingDependency` without one."""
+    if importlib.util.find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-mexec-model=reactor"]
+    if shutil.which("clang") and _SYSTEM.is_dir():
+        linked = ("-nostartfiles", "-Wl,--no-entry", "-Wl,-z,stack-size=1048576")
+        return ["clang", "--target=wasm32-wasi", "-isystem", str(_SYSTEM), *linked]
+    raise MissingDependency(
+        "WebAssembly needs a compiler: pip install ziglang, or on Debian apt install clang lld wasi-libc "
+        "libclang-rt-14-dev-wasm32"
+    )
+
+
+def _compiled(exported: Exported) -> bytes:
+    """The module."""
+    compiler = find_compiler()
+    with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
+        for name, text in (sources(exported) | {"wasm.c": filled("wasm.c", exported.name, {})}).items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        command = [*compiler, *FLAGS, "-o", "module.wasm", "wasm.c", "-lm"]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode:
+            first = (done.stderr.strip().splitlines() or ["no message"])[0]
+            raise InputError(f"{compiler[0]}: does not make WebAssembly of the source ({first}); install ziglang")
+        return Path(folder, "module.wasm").read_bytes()

@@ -1,0 +1,86 @@
+"""A device as WebAssembly: the bits of the integrator in a JavaScript engine, and a page that stays a page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.errors import InputError, MissingDependency
+from gelcone.export import wasm
+from gelcone.export.reference import Reference
+from gelcone.export.sources import Exported
+from tests.export.instance import device
+from tests.export.test_c import WRINKLING
+
+
+def is_there():
+    """Whether this machine makes and runs WebAssembly."""
+    try:
+        wasm.find_compiler()
+    except MissingDependency:
+        return False
+    return shutil.which("node") is not None
+
+
+made_here = pytest.mark.skipif(not is_there(), reason="there is no compiler for WebAssembly, or no node, here")
+RUN = """
+import { readFile } from "node:fs/promises";
+import { device, VARIABLES } from "./pump.js";
+
+const pump = await device(await readFile("pump.wasm"));
+const found = [];
+for (let k = 0; k < 100; ++k) {
+  pump.set("voltage", 800 + 7 * k);
+  const outcome = pump.step(5e-3);
+  found.push([outcome, pump.get("displacement"), pump.get("velocity"), pump.get("film_state")]);
+}
+const refused = [];
+for (const [name, value] of [["voltage", NaN], ["moving_mass", 0], ["current", 1], ["constructor", 1]]) {
+  try { pump.set(name, value); } catch { refused.push(name); }
+}
+console.log(JSON.stringify({ found, refused, variables: Object.keys(VARIABLES) }));
+"""
+
+
+@made_here
+def test_a_javascript_engine_gives_the_bits_of_the_integrator(tmp_path):
+    own = device(**WRINKLING)
+    paths = gelcone.export(own, tmp_path / "pump.wasm")
+    assert [path.name for path in paths] == ["pump.wasm", "pump.js", "pump.html"]
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    (tmp_path / "run.js").write_text(RUN)
+    done = subprocess.run(["node", "run.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    exported = Exported(own, "pump", False, 1e-7)
+    motion, s = Reference(exported), exported.scale_values
+    right = []
+    for k in range(100):
+        status = motion.step(5e-3, (800.0 + 7.0 * k, 0.0, 0.0, 0.0))
+        right.append([status, motion.z[0] * s["length"], motion.z[1] * s["velocity"]])
+    assert [row[:3] for row in found["found"]] == np.array(right).tolist()
+    assert {row[3] for row in found["found"]} == {0, 1}
+    assert found["refused"] == ["voltage", "moving_mass", "current", "constructor"]
+    assert found["variables"] == [variable.name for variable in exported.variables]
+
+
+@made_here
+def test_a_title_stays_text(tmp_path):
+    own = device(film="taut").replace(name='</script><script>alert("*/")</script>')
+    gelcone.export(own, tmp_path / "pump.wasm")
+    assert "<script>alert" not in (tmp_path / "pump.html").read_text()
+    assert (tmp_path / "pump.js").read_text().splitlines()[0].count("*/") == 1
+    with pytest.raises(InputError, match="exists already"):
+        gelcone.export(own, tmp_path / "pump.wasm")
+
+
+def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(wasm.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr(wasm.shutil, "which", lambda _: None)
+    with pytest.raises(MissingDependency, match="pip install ziglang"):
+        gelcone.export(device(film="taut"), tmp_path / "pump.wasm")
+    assert list(tmp_path.iterdir()) == []
