@@ -12,7 +12,7 @@ A device in SI units, how it moves, and a picture of that:
 Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
-    read_device_tests, plan_device, fit_device, fitted_device   a device from its own measurements
+    read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, section, extrema, spectrum    one run: how it moves
     regime, lyapunov, settled, triptych     the kind of motion, with the evidence
@@ -150,6 +150,7 @@ if TYPE_CHECKING:
     from gelcone.export.public import export as export
     from gelcone.lab.device import fit_device as fit_device
     from gelcone.lab.device import fitted_device as fitted_device
+    from gelcone.lab.device import fitted_draws as fitted_draws
     from gelcone.lab.device import plan_device as plan_device
     from gelcone.lab.device_tests import read_device_tests as read_device_tests
     from gelcone.lab.material import fit_material as fit_material

@@ -137,6 +137,10 @@ def test_a_fit_that_chi2_refuses_is_marked_and_ends_with_1(pump, tmp_path, undra
     fitted = gelcone.find_device(tmp_path / "fitted" / "device.toml")
     assert fitted == gelcone.fitted_device(gelcone.load(tmp_path / "fitted" / "fit.nc"))
     assert fitted.damping_coefficient != 0.01
+    swept = ("sweep", "fitted/device.toml", "--analysis", "limits", "--uncertain", "fitted/draws.nc", "--json")
+    code, out, err = pump(*swept)
+    assert code == 0, err
+    assert len(result(out)["drawn_damping_coefficient"]) == 64
 
 
 @pytest.mark.parametrize(

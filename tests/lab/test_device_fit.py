@@ -9,7 +9,7 @@ import pytest
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab.bench import Variants
-from gelcone.lab.device import fit_device, fitted_device, plan_device, read_free, read_predictions
+from gelcone.lab.device import fit_device, fitted_device, fitted_draws, plan_device, read_free, read_predictions
 from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
@@ -131,6 +131,32 @@ def test_predictions_and_their_spread_are_the_certified_ones():
     assert float(gelcone.stroke_and_blocked_force(device, [2150.0])["stroke"][0]) * 1e-3 == pytest.approx(
         float(result["predicted_value"][0]), rel=1e-9
     )
+
+
+def test_draws_are_correlated_as_the_fit_leaves_them():
+    """Their stroke spreads as the fit predicts; independent draws would spread a natural frequency far more."""
+    whole = problem(TAUT, "taut")
+    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=["stroke@2.15 kV"])
+    draws = fitted_draws(result, 400, seed=1)
+    device, names = fitted_device(result), list(whole.free)
+
+    def spread(values):
+        variants = Variants(device, names, values / [device.get(name) for name in names], {})
+        return np.std(variants.stroke(np.array([2150.0]))), np.std(variants.ring_down()[:, 0])
+
+    table = np.stack([draws[name].values for name in names], axis=1)
+    expected = float(result["predicted_spread"][0])
+    stroke, frequency = spread(table)
+    assert stroke == pytest.approx(expected, rel=0.2)
+    rng = np.random.default_rng(0)
+    alone = spread(np.stack([rng.permutation(column) for column in table.T], axis=1))
+    assert alone[0] > 2.0 * stroke
+    assert alone[1] > 4.0 * frequency
+    assert {draws[name].attrs["units"] for name in names} >= {"Pa", "m", "N/m"}
+    with pytest.raises(InputError, match="count = 1: must be at least 2"):
+        fitted_draws(result, 1)
+    with pytest.raises(InputError, match="was given no device fit"):
+        fitted_draws(draws)
 
 
 def test_intervals_cover_on_made_up_pumps():

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 MOST_NEXT = 5
 FILE_ONLY = (
+    "covariance",
     "reading_test",
     "reading_name",
     "reading_along",

@@ -55,10 +55,13 @@ AMPLIFIER = "amplifier"
 INSTRUMENTS = ("load cell", "laser", AMPLIFIER)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DeviceTest:
-    """A test on a device: its ``kind``, a key of `KINDS`; what was ``set`` and ``read``, (n,) each, in SI; and the
-    standard deviation of the ``noise`` of every reading, (n,) each."""
+    """A test on a device, equal to itself alone.
+
+    Attributes: the ``kind``, a key of `KINDS`; what was ``set`` and ``read``, (n,) each, in SI; and the standard
+    deviation of the ``noise`` of every reading, (n,) each.
+    """
 
     name: str
     kind: str
@@ -164,8 +167,8 @@ class Variants:
         if test.kind == "blocked force":
             return self.blocked_force(**test.set)
         if test.kind == "stroke over voltage":
-            return self.stroke(**test.set, key=id(test))
-        return self.response(**test.set, key=id(test)) if test.kind == "frequency response" else self.ring_down()
+            return self.stroke(**test.set, key=test)
+        return self.response(**test.set, key=test) if test.kind == "frequency response" else self.ring_down()
 
     def blocked_force(self, height: Array, voltage: Array) -> Array:
         """Force that holds the disc at heights under voltages."""

@@ -28,7 +28,7 @@ from gelcone.lab.device_fit import (
 )
 from gelcone.lab.device_tests import DeviceTests, read_share
 from gelcone.motion.equilibrium import pull_in_voltage
-from gelcone.quantity import Array
+from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 FILMS = ("taut", "wrinkling")
 REFUSED = 0.01
 """A chi2 that is larger with less probability than this refuses the structure."""
+DRAWS = 64
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be told apart."""
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
@@ -166,6 +167,8 @@ def fit_device(
     plan = plan_of(best.problem, best.logs)
     result = _unknowns(plan.names, plan.priors, np.sqrt(np.diag(covariance)), best.logs)
     result = _with_plan(result, best.problem, plan, best.logs)
+    spread = {"covariance": (covariance, "covariance of the logarithms of the factors", "share")}
+    result = result.assign(dataset.columns(("unknown", "other_unknown"), spread))
     predicted = _predicted(best.problem, best.logs, covariance, read_predictions(predict))
     result = result.merge(predicted).merge(_readings(best)).merge(_others(best, fitted))
     return result.assign_attrs(predicted.attrs).assign_attrs(
@@ -185,6 +188,43 @@ def fitted_device(result: xr.Dataset) -> Device:
     if "fitted" not in result.attrs:
         raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
     return Device.from_text(result.attrs["fitted"])
+
+
+def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr.Dataset:
+    """Draw fields of a fitted device, correlated as the fit leaves them.
+
+    Parameters
+    ----------
+    result : of `fit_device`.
+    count : number of draws. Default 64.
+    seed : of the draws. Default 0.
+
+    Returns
+    -------
+    Dataset over ``draw`` with a variable for each fitted field, in SI, as ``sweep --uncertain FILE.nc`` takes it.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a device fit, or fewer than 2 draws.
+    """
+    import xarray as xr
+
+    device = fitted_device(result)
+    check_count("count", count, 2)
+    fields = list(map(str, result["field"].values))
+    own = result["covariance"].values[: len(fields), : len(fields)]
+    logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
+    known = device.swept_fields()
+    columns = {
+        name: (
+            "draw",
+            float(result["value"][k]) * np.exp(logs[:, k]),
+            {"units": known[name].unit, "long_name": known[name].meaning},
+        )
+        for k, name in enumerate(fields)
+    }
+    attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}
+    return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------
