@@ -17,7 +17,7 @@ from gelcone.export.reference import Reference
 from gelcone.export.sources import Exported
 from gelcone.motion.flow import smallest_step
 from tests.export.instance import STRICT, Instance, compiled, device
-from tests.toys import VoltageBehindResistor
+from tests.toys import TurningBias, VoltageBehindResistor
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler here")
 
@@ -95,6 +95,7 @@ AMPLIFIER = {
     "current_limit": 1e-3,
     "material.resistivity": 1e8,
 }
+SECOND = {"film": "wrinkling", "second_film": "taut", "second_flat_height": 0.03, "second_drive": "opposite"}
 BITS = {
     "taut": ({"film": "taut"}, False, 1e-10),
     "wrinkling": (WRINKLING, False, 1e-7),
@@ -102,6 +103,9 @@ BITS = {
     "beam and sine": (BEAM, True, 1e-10),
     "circuit": ({"film": "taut", "circuit": VoltageBehindResistor()}, False, 1e-7),
     "amplifier": (AMPLIFIER, False, 1e-7),
+    "bias with states": ({"film": "taut", "bias": TurningBias()}, False, 1e-7),
+    "second film": (SECOND, True, 1e-7),
+    "snap": ({"film": "wrinkling", "pull_in": "snap"}, False, 1e-7),
 }
 
 

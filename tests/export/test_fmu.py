@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -15,8 +16,9 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import gelcone
-from gelcone.errors import DoubtfulInput, InputError
+from gelcone.errors import DoubtfulInput, InputError, MissingDependency
 from gelcone.export.compiler import find_compiler
+from gelcone.export.fmu import PLATFORMS
 from gelcone.export.sources import Exported
 from tests.export.instance import device
 from tests.export.test_c import WRINKLING
@@ -146,6 +148,34 @@ def test_names_of_devices_stay_text_in_the_description(tmp_path):
     own = device(film="taut").replace(name='a "pump" <&> \x01 \u00e4')
     (path,) = gelcone.export(own, tmp_path / "pump.fmu")
     assert fmpy.read_model_description(str(path)).description == 'a "pump" <&>  \u00e4'
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [({"platforms": ["amiga"]}, "is not a platform"), ({"platforms": ["macos-arm"]}, "give --fmi 3")],
+)
+def test_machines_that_there_are_not_are_refused(tmp_path, options, match):
+    with pytest.raises(InputError, match=match):
+        gelcone.export(device(film="taut"), tmp_path / "pump.fmu", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_libraries_of_other_machines_name_the_compiler_that_they_need(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    with pytest.raises(MissingDependency, match=r"pip install .gelcone\[platforms\]"):
+        gelcone.export(device(film="taut"), tmp_path / "pump.fmu", platforms=["host", "windows"])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="ziglang is not installed")
+def test_one_command_makes_libraries_for_five_machines(tmp_path):
+    (path,) = gelcone.export(device(film="taut"), tmp_path / "pump.fmu", fmi=3, platforms=tuple(PLATFORMS))
+    with zipfile.ZipFile(path) as archive:
+        found = {name.split("/")[1]: archive.read(name)[:4] for name in archive.namelist() if "binaries" in name}
+    assert found.keys() == {own.third for own in PLATFORMS.values()}
+    assert found["x86_64-windows"][:2] == b"MZ"
+    assert found["aarch64-linux"] == b"\x7fELF"
+    assert validate_fmu(str(path)) == []
 
 
 @pytest.mark.parametrize(("path", "options"), [("a.fmu", {"fmi": 1}), ("a.zip", {})])

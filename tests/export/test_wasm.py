@@ -81,6 +81,6 @@ def test_a_title_stays_text(tmp_path):
 def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(wasm.importlib.util, "find_spec", lambda _: None)
     monkeypatch.setattr(wasm.shutil, "which", lambda _: None)
-    with pytest.raises(MissingDependency, match="pip install ziglang"):
+    with pytest.raises(MissingDependency, match=r"pip install .gelcone\[platforms\]"):
         gelcone.export(device(film="taut"), tmp_path / "pump.wasm")
     assert list(tmp_path.iterdir()) == []

@@ -13,9 +13,10 @@ from gelcone.cli.options import PLACE
 from gelcone.dataset import load
 from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
+from gelcone.export.fmu import HOST, PLATFORMS
 from gelcone.export.public import FMU, TOLERANCE, WASM, export
 
-OF_DEVICES = ("film", "settings", "drive", "tolerance", "fmi")
+OF_DEVICES = ("film", "settings", "drive", "tolerance", "fmi", "platforms")
 
 
 def export_command() -> click.Command:
@@ -26,6 +27,9 @@ def export_command() -> click.Command:
         click.Option(["--fmu"], type=PLACE, metavar="FILE.fmu", help="Write the device as an FMU."),
         click.Option(["--wasm"], type=PLACE, metavar="FILE.wasm", help="Write the device for web pages."),
         click.Option(["--fmi"], type=int, help="Version of the FMU's standard, 2 or 3.  [default: 2]"),
+        click.Option(
+            ["--platforms"], metavar="LIST", help=f"Machines of an FMU's libraries: {', '.join([HOST, *PLATFORMS])}."
+        ),
         click.Option(["--drive"], metavar="sine", help="Put the device's own sine inside; the input adds to it."),
         click.Option(
             ["--tolerance"],
@@ -65,6 +69,8 @@ def run_export(*, what: str, c: Path | None, fmu: Path | None, wasm: Path | None
         _only(given, OF_DEVICES, "results")
         subject = read_subject(what, film=given.pop("film", None), settings=given.pop("settings", ()))
         assert subject.device is not None
+        if "platforms" in given:
+            given["platforms"] = [name.strip() for name in given["platforms"].split(",")]
         paths = export(subject.device, place, force=force, **given)
     for path in paths:
         click.echo(f"wrote {path}")

@@ -1,14 +1,16 @@
-"""The C compiler of this machine, where there is one."""
+"""The C compiler of this machine, where there is one, and that of the package index for other machines."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
-from gelcone.errors import InputError
+from gelcone.errors import InputError, MissingDependency
 
 FLAGS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
 
@@ -22,9 +24,17 @@ def find_compiler() -> list[str] | None:
     return None
 
 
+def cross_compiler(target: str) -> list[str]:
+    """The command of the compiler for another machine; `MissingDependency` without ziglang."""
+    if importlib.util.find_spec("ziglang") is None:
+        raise MissingDependency("libraries for other machines need a compiler: pip install 'gelcone[platforms]'")
+    return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-s"]
+
+
 def compile_library(compiler: list[str], source: Path, library: Path) -> None:
     """Make a shared library of one source; `InputError` with the compiler's first line where it fails."""
-    command = [*compiler, *FLAGS, "-o", str(library), str(source), "-lm"]
+    flags = [flag for flag in FLAGS if not (flag == "-fPIC" and any("windows" in word for word in compiler))]
+    command = [*compiler, *flags, "-o", str(library), str(source), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         first = (done.stderr.strip().splitlines() or ["no message"])[0]

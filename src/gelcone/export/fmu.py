@@ -6,12 +6,14 @@ import hashlib
 import platform
 import tempfile
 import zipfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from gelcone._version import __version__
-from gelcone.export.compiler import compile_library, find_compiler
+from gelcone.errors import InputError, unknown_name
+from gelcone.export.compiler import compile_library, cross_compiler, find_compiler
 from gelcone.export.sources import RATE, Exported, Variable, filled, sources
 from gelcone.files import write_whole
 
@@ -25,20 +27,37 @@ UNITS: Mapping[str, tuple[int, int, int, int]] = {
     "V/s": (1, 2, -4, -1), "N/s": (1, 1, -3, 0), "1/s": (0, 0, -1, 0), "A/s": (0, 0, -1, 1),
 }  # fmt: skip
 """Exponents of kg, m, s and A in each unit."""
-_SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("win", ".dll")}
-_MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+HOST = "host"
+
+
+class Platform(NamedTuple):
+    """A machine: its folders in FMI 2.0 ("" for none) and 3.0, the ending of libraries, and the compiler's target."""
+
+    second: str
+    third: str
+    ending: str
+    target: str
+
+
+PLATFORMS: Mapping[str, Platform] = {
+    "linux": Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17"),
+    "linux-arm": Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17"),
+    "windows": Platform("win64", "x86_64-windows", ".dll", "x86_64-windows-gnu"),
+    "macos": Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos"),
+    "macos-arm": Platform("", "aarch64-darwin", ".dylib", "aarch64-macos"),
+}
+_SYSTEMS = {"Linux": "linux", "Darwin": "macos", "Windows": "windows"}
+_MACHINES = {"x86_64": "", "amd64": "", "aarch64": "-arm", "arm64": "-arm"}
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
-def write_fmu(exported: Exported, path: Path, fmi: int, force: bool) -> bool:
-    """Write the file, whole or not at all; whether a library for this machine is inside."""
-    compiler, place = find_compiler(), _library_place(exported.name, fmi)
-    compiled = compiler is not None and place is not None
+def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str], force: bool) -> bool:
+    """Write the file, whole or not at all; whether libraries for all ``platforms`` are inside."""
+    compilers = _compilers(exported.name, fmi, platforms)
 
     def write(temporary: Path) -> None:
         contents = {name: text.encode() for name, text in _contents(exported, fmi).items()}
-        if compiler is not None and place is not None:
-            contents[place] = _compiled(compiler, contents, fmi)
+        contents |= {place: _compiled(compiler, contents, fmi) for place, compiler in compilers.items()}
         with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
             for name, data in sorted(contents.items()):
                 entry = zipfile.ZipInfo(name, _DATE)
@@ -46,7 +65,24 @@ def write_fmu(exported: Exported, path: Path, fmi: int, force: bool) -> bool:
                 archive.writestr(entry, data)
 
     write_whole(path, write, force=force)
-    return compiled
+    return len(compilers) == len(set(platforms))
+
+
+def _compilers(name: str, fmi: int, platforms: Sequence[str]) -> dict[str, list[str]]:
+    """The compiler of each library, by the library's name in the file; without one for this machine, none for it."""
+    found: dict[str, list[str]] = {}
+    host = _SYSTEMS.get(platform.system(), "") + _MACHINES.get(platform.machine().lower(), "?")
+    for own in platforms:
+        if own != HOST and own not in PLATFORMS:
+            raise unknown_name("platform", own, [HOST, *PLATFORMS])
+        known = PLATFORMS.get(host if own == HOST else own)
+        folder = "" if known is None else known.second if fmi == 2 else known.third
+        if known is not None and not folder and own != HOST:
+            raise InputError(f"platform {own}: has no place in FMI 2.0; give --fmi 3")
+        compiler = find_compiler() if own == HOST else cross_compiler(PLATFORMS[own].target)
+        if known is not None and folder and compiler is not None:
+            found[f"binaries/{folder}/{name}{known.ending}"] = compiler
+    return found
 
 
 def _contents(exported: Exported, fmi: int) -> dict[str, str]:
@@ -65,17 +101,6 @@ def _contents(exported: Exported, fmi: int) -> dict[str, str]:
             '<SourceFile name="fmi3.c"/></SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n'
         )
     return found
-
-
-def _library_place(name: str, fmi: int) -> str | None:
-    """The name of the library of this machine in the file; None where the standard has none."""
-    system, machine = platform.system(), _MACHINES.get(platform.machine().lower())
-    if system not in _SYSTEMS or machine is None:
-        return None
-    own, ending = _SYSTEMS[system]
-    if fmi == 2:
-        return f"binaries/{own}64/{name}{ending}" if machine == "x86_64" or own == "darwin" else None
-    return f"binaries/{machine}-{'windows' if own == 'win' else own}/{name}{ending}"
 
 
 def _compiled(compiler: list[str], contents: Mapping[str, bytes], fmi: int) -> bytes:

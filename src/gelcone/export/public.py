@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gelcone import interchange
 from gelcone.devices.device import Device
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
-from gelcone.export.fmu import VERSIONS, write_fmu
+from gelcone.export.fmu import HOST, VERSIONS, write_fmu
 from gelcone.export.reference import test_program
 from gelcone.export.sources import Exported, example, sources
 from gelcone.export.wasm import write_wasm
@@ -38,6 +38,7 @@ def export(
     path: str | Path,
     *,
     fmi: int = 2,
+    platforms: Sequence[str] = (HOST,),
     drive: str | None = None,
     tolerance: float = TOLERANCE,
     force: bool = False,
@@ -52,6 +53,8 @@ def export(
         that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a folder for
         C: header, source, example, test program and device file. The model has the name of the file or folder.
     fmi : version of the FMU's standard, 2 or 3. Default 2.
+    platforms : machines for which an FMU holds libraries, besides its sources: ``"host"``, this one (default), and with
+        the package ziglang ``"linux"``, ``"linux-arm"``, ``"windows"``, ``"macos"`` and ``"macos-arm"``.
     drive : ``"sine"`` puts the drive of the device inside, and the input voltage is added to it. Default None: the
         input is the whole voltage.
     tolerance : relative error of one step of the integrator. Default 1e-7.
@@ -66,7 +69,7 @@ def export(
     ------
     InputError : for another ending, files that exist, a folder that cannot be written, an ensemble, and devices whose
         drive or components cannot leave gelcone.
-    MissingDependency : for Parquet without pyarrow, and for WebAssembly without a compiler that makes it.
+    MissingDependency : for Parquet without pyarrow, and for WebAssembly and other machines without their compiler.
     """
     path = Path(path)
     if not isinstance(what, Device):
@@ -83,7 +86,7 @@ def export(
     exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive == "sine", float(tolerance))
     if path.suffix == FMU:
         check_writable([path], force=force)
-        if not write_fmu(exported, path, fmi, force):
+        if not write_fmu(exported, path, fmi, platforms, force):
             warnings.warn(f"{path}: holds sources only, for there is no C compiler here", DoubtfulInput, stacklevel=2)
         return [path]
     if path.suffix == WASM:

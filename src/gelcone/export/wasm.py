@@ -65,7 +65,7 @@ def find_compiler() -> list[str]:
         linked = ("-nostartfiles", "-Wl,--no-entry", "-Wl,-z,stack-size=1048576")
         return ["clang", "--target=wasm32-wasi", "-isystem", str(_SYSTEM), *linked]
     raise MissingDependency(
-        "WebAssembly needs a compiler: pip install ziglang, or on Debian apt install clang lld wasi-libc "
+        "WebAssembly needs a compiler: pip install 'gelcone[platforms]', or on Debian apt install clang lld wasi-libc "
         "libclang-rt-14-dev-wasm32"
     )
 
