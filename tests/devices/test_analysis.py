@@ -83,7 +83,8 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
         (lambda: gelcone.simulate(DEVICE, times=["20 mm"]), "mm is a unit of length, not of time"),
         (lambda: gelcone.simulate(DEVICE, (1.0,)), "must be a displacement and a velocity, such as"),
         (lambda: gelcone.Plan(DEVICE, {"voltage": [1.0, 2.0]}), "did you mean 'voltage_amplitude'"),
-        (lambda: gelcone.map(DEVICE, {"material": [1.0, 2.0]}), "is not numeric and cannot be swept"),
+        (lambda: gelcone.map(DEVICE, {"material": [1.0, 2.0]}), "is not a material"),
+        (lambda: gelcone.map(DEVICE, {"waveform": [1.0, 2.0]}), "is not numeric and cannot be swept"),
         (
             lambda: gelcone.frequency(DEVICE.replace(damping_coefficient=0.0)),
             "damping_coefficient = 0: without damping",

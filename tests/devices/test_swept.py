@@ -246,3 +246,44 @@ def test_one_device_without_a_membrane_leaves_the_others_their_answers():
     for changes in ({"hoop_prestretch": 2.6}, {"hoop_prestretch": 2.6, "release_height": "5 mm"}):
         with pytest.raises(gelcone.InputError, match="is too close to the pre-stretch for the membrane"):
             gelcone.settled(pump.replace(changes))
+
+
+GELS = ["PVC-DBA 6:1", "PVC-DBA 4:1"]
+"""Not in the order of the alphabet, nor of their stiffness."""
+
+
+def test_a_sweep_over_gels_gives_each_devices_own_answer(tmp_path):
+    found = gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS, "frequency": [8.0, 9.0]}), "settled")
+    assert found["material"].values.tolist() == GELS
+    for gel in GELS:
+        own = gelcone.settled(PUMP.replace(material=gel, frequency=9.0))
+        for name in ("stroke", "power", "field", "linear_stroke"):
+            assert float(found[name].sel(material=gel, frequency=9.0)) == pytest.approx(float(own[name]), rel=1e-9)
+    model = gelcone.model_of(found)
+    assert model.shape == (2, 2)
+    gelcone.save(found, tmp_path / "gels.nc")
+    assert gelcone.load(tmp_path / "gels.nc").identical(found)
+    figure = found.gelcone.plot()
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == GELS
+    np.testing.assert_array_equal(figure.axes[0].get_lines()[1].get_ydata(), found["stroke"].sel(material=GELS[1]))
+    points = gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS}), "limits").gelcone.plot()
+    assert [tick.get_text() for tick in points.axes[0].get_xticklabels()] == GELS
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        (lambda: gelcone.Plan(PUMP, {"material": ["PVC-DBA 6:1"]}), "at least 2 gels, each once"),
+        (lambda: gelcone.Plan(PUMP, {"material": GELS + GELS[:1]}), "at least 2 gels, each once"),
+        (lambda: gelcone.Plan(PUMP, {"material": ["PVC-DBA 6:1", "PVC"]}), "'PVC' is not a material"),
+        (lambda: gelcone.map(PUMP, {"material": GELS, "frequency": [8.0, 9.0]}), "gels have no order; a map takes"),
+        (lambda: gelcone.bifurcation(PUMP, "material", GELS), "gels have no order; a bifurcation diagram takes"),
+        (lambda: gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS}), coarsest=2), "gels have no order, between"),
+        (lambda: gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS}), store="gels.zarr"), "keeps no sweep over gels"),
+    ],
+)
+def test_sweeps_over_gels_say_what_they_cannot(run, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(gelcone.InputError, match=message):
+        run()
+    assert not any(tmp_path.iterdir())

@@ -311,6 +311,8 @@ def grid_text(shown: xr.Dataset, names: Iterable[Any]) -> str:
 
 
 def _ends(coordinate: xr.DataArray) -> str:
+    if coordinate.dtype.kind in "OU":
+        return ", ".join(map(str, coordinate.values))
     return f"{float(coordinate[0]):.6g} to {float(coordinate[-1]):.6g}{unit_of(coordinate)}"
 
 

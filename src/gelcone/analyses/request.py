@@ -446,7 +446,8 @@ def read_over(over: Iterable[str], device: Device | None = None, system: ConeSys
         _sweepable(option, name, device, system)  # refuses an unknown name before its values are read
         if name in swept:
             raise InputError(f"{option}: is given twice; give it once")
-        swept[name] = increasing(option, np.atleast_1d(_values(option, text, name, device, system)))
+        values = np.atleast_1d(_values(option, text, name, device, system))
+        swept[name] = values if values.dtype.kind == "U" else increasing(option, values)
     return swept
 
 
@@ -458,9 +459,11 @@ def _sweepable(option: str, name: str, device: Device | None, system: ConeSystem
             _only_of_model([name])
         parameter_quantity(name, system)
         return
-    from gelcone.devices.points import swept_field
+    from gelcone.devices.points import GELS, swept_field
     from gelcone.devices.record import unknown_field
 
+    if name == GELS:
+        return
     try:
         swept_field(device, name)
     except InputError as error:
@@ -474,8 +477,10 @@ def _values(option: str, text: str, name: str, device: Device | None, system: Co
     if device is None:
         numbers = read_numbers(option, text, _plain)
         return np.asarray(parameter_quantity(name, system).check(name, numbers), dtype=float)
-    from gelcone.devices.points import point_fields, read_swept
+    from gelcone.devices.points import GELS, point_fields, read_swept
 
+    if name == GELS:
+        return read_swept(device, name, [part.strip() for part in text.split(",")])
     return read_swept(device, name, read_field(option, text, name, point_fields(device)))
 
 

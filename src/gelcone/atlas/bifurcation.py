@@ -118,6 +118,7 @@ def bifurcation(
         raise InputError(f"{parameter}: belongs to the initial state; a bifurcation diagram sweeps a parameter")
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plans = {_name(state): Plan(model, {parameter: values}, state, options=options) for state in states}
+    next(iter(plans.values())).check_order("a bifurcation diagram")
     if len(plans) < len(states):
         raise InputError(f"initial = {states}: holds a state twice; remove duplicates")
     first = next(iter(plans.values()))

@@ -98,6 +98,7 @@ def map(
     if also is not None and also not in ALSO:
         raise unknown_name("quantity of a map", also, ALSO)
     plan = Plan(model, over, initial, options=options)
+    plan.check_order("a map")
     report = progress if also != "power" else weighted(progress, 0.5)
     result = plain(sweep)(plan, coarsest=coarsest, store=store, threads=threads, progress=report)
     return with_quantity(result, plan, also, threads=threads, progress=report).assign_attrs(title=TITLE)

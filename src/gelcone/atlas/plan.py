@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_model, dimensionless
 from gelcone.devices.device import Device
-from gelcone.devices.points import at, device_at, field_attributes, read_state, read_swept
+from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
@@ -42,7 +42,8 @@ class Plan:
     model : a single model, or a single `Device`; what is swept replaces its own.
     over : swept name -> values, the first varying slowest. Names are the model's parameters or the device's fields
         (``"film_thickness"``, ``"material.shear_modulus"``), ``displacement`` and ``velocity``, and of a model also the
-        initial values of other states, by their names. Values of a device are in SI, or texts with units.
+        initial values of other states, by their names. Values of a device are in SI, or texts with units; of
+        ``material`` names of gels that ship, in the order given.
     initial : displacement and velocity, or all states of a model, at time 0 where they are not swept; of a device
         displacement and velocity in m and m/s. Default: (1, 0);
         of a device its own rest or release, see `Device.initial_state`.
@@ -111,6 +112,11 @@ class Plan:
 
     def _swept(self, name: str, values: npt.ArrayLike) -> Array:
         """The checked values of what is swept."""
+        if self.device is not None and name == GELS:
+            gels: Array = read_swept(self.device, name, values)
+            if gels.size < 2 or np.unique(gels).size < gels.size:
+                raise InputError("material: a sweep needs at least 2 gels, each once")
+            return gels
         array = np.atleast_1d(np.asarray(self._checked(name, values, "swept"), dtype=float))
         if array.ndim != 1 or array.size < 2:
             raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
@@ -144,6 +150,11 @@ class Plan:
         checked = self.cone.system.parameters[name].check(name, values)
         self.cone.replace(**{name: checked})
         return checked
+
+    def check_order(self, command: str) -> None:
+        """`InputError` for a plan over gels, which have no order."""
+        if GELS in self.over:
+            raise InputError(f"material: gels have no order; {command} takes numbers, such as material.shear_modulus")
 
     @property
     def dims(self) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from gelcone.atlas.store import STATUS_ATTRIBUTES, Field, Status, Store, fill_of
 from gelcone.atlas.workers import Team, Workers
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis
-from gelcone.devices.points import at
+from gelcone.devices.points import GELS, at
 from gelcone.devices.si import shown_values
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets, complete, start_states
@@ -121,6 +121,8 @@ def sweep(
     compute_cells = partial(_task, replace(plan, options=options), found, tuple(keep))
     cells = _Cells(plan, found.kinds)
     with ExitStack() as stack:
+        if store is not None and GELS in plan.over:
+            raise InputError("store: keeps no sweep over gels; leave it out, or sweep the numbers of the material")
         if store is not None:
             record = plan_record(plan, found, coarsest, keep)
             cells.keep_in(stack.enter_context(open_store(Path(store), record, plan.dims, plan.shape, resume=resume)))
@@ -152,6 +154,8 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
     if coarsest is not None and (not analysis.kinds or plan.draws):
         what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis.name}"
         raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")
+    if coarsest is not None and GELS in plan.over:
+        raise InputError("coarsest: gels have no order, between which a map could be refined; compute every cell")
     options = analysis.settings(plan.options)
     check_budgets(**{name: options[name] for name in ("window", "transient", "patience", "budget") if name in options})
     return options

@@ -147,6 +147,7 @@ def run_map(
             remedy = remedies.get(len(swept), "fix the others with --set, or use `gelcone sweep`")
             raise InputError(f"--over: a map takes two parameters, not {len(swept)}; {remedy}")
         plan = _plan(find_analysis("regime"), subject, swept, {}, _given(typed))
+        plan.check_order("a map")
         wanted = Sweep(subject, plan, "regime", None if uniform else coarsest, ())
     drawn = output | {"draw": partial(plot, colour=colour)}
     return run(MAP, wanted, kept, resume is not None, workers, drawn, also=colour if colour in ALSO else None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.devices.device import Device
+from gelcone.devices.materials import find_material
 from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import parse
@@ -25,13 +26,20 @@ STATES = {"displacement": "length", "velocity": "velocity"}
 """The quantity of each."""
 
 
+GELS = "material"
+"""What a sweep takes by name, in the order given."""
+
+
 def point_fields(device: Device) -> dict[str, Field]:
     """All that can be swept, mapped and uncertain with a device."""
     return {**device.swept_fields(), **STATE_FIELDS}
 
 
 def read_swept(device: Device, name: str, values: Any) -> Any:
-    """Values of a field in SI, from numbers or texts with units; `InputError` for an unknown one or out of bounds."""
+    """Values of a field in SI, from numbers or texts with units, or names of gels; `InputError` for an unknown one or
+    out of bounds."""
+    if name == GELS:
+        return np.array([find_material(str(gel)).name for gel in np.atleast_1d(values)])
     return swept_field(device, name).read(name, values)
 
 
@@ -41,10 +49,7 @@ def swept_field(device: Device, name: str) -> Field:
     if name in fields:
         return fields[name]
     if name in device.all_fields():
-        several = (
-            'compare several with --set "material=GEL,GEL"' if name == "material" else "set it and run once per value"
-        )
-        raise InputError(f"{name}: is not numeric and cannot be swept; {several}")
+        raise InputError(f"{name}: is not numeric and cannot be swept; set it and run once per value")
     raise unknown_field("device", name, fields)
 
 
@@ -84,7 +89,9 @@ def dimensionless_state(device: Device, state: Sequence[Any]) -> Array:
 
 def at(device: Device, values: Mapping[str, Array]) -> Device:
     """The device at some points, an ensemble where ``values`` hold fields; a state is none."""
-    fields = {name: value for name, value in values.items() if name not in STATE_FIELDS}
+    fields: dict[str, Any] = {name: value for name, value in values.items() if name not in STATE_FIELDS}
+    if GELS in fields:
+        fields[GELS] = [find_material(str(gel)) for gel in fields[GELS]]
     return device.replace_quietly(fields) if fields else device
 
 
@@ -115,5 +122,7 @@ def device_at(
 
 def field_attributes(device: Device, name: str) -> dict[str, str]:
     """The attributes of a coordinate over a field: what it is, and its SI unit."""
+    if name == GELS:
+        return {"long_name": "gel", "units": "1", "quantity": "device field"}
     field = point_fields(device)[name]
     return {"long_name": field.meaning, "units": field.unit, "quantity": "device field"}

@@ -12,9 +12,9 @@ import numpy as np
 from gelcone import dataset
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DAMPINGS
-from gelcone.devices.materials import SEPARATOR
+from gelcone.devices.materials import SEPARATOR, find_material, side_by_side
 from gelcone.devices.numbers import numbers_of
-from gelcone.devices.points import STATE_FIELDS, at, field_attributes
+from gelcone.devices.points import GELS, STATE_FIELDS, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.errors import InputError
@@ -74,7 +74,22 @@ def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
     found = {
         str(n).removeprefix(DRAWN): c for n, c in result.coords.items() if c.attrs.get("quantity") == "device field"
     }
-    return {name: coordinate for name, coordinate in found.items() if name not in STATE_FIELDS}
+    points: dict[str, xr.DataArray] = {}
+    for name, coordinate in found.items():
+        if name not in STATE_FIELDS:
+            points |= _of_gels(coordinate) if name == GELS else {name: coordinate}
+    return points
+
+
+def _of_gels(gels: xr.DataArray) -> dict[str, xr.DataArray]:
+    """The numbers in which gels differ, over the coordinate that names them."""
+    gel = side_by_side([find_material(str(name)) for name in gels.values])
+    numbers = {name: getattr(gel, name) for name, field in gel.fields.items() if field.unit}
+    return {
+        f"material.{name}": gels.copy(data=value).assign_attrs(units=gel.fields[name].unit)
+        for name, value in numbers.items()
+        if np.ndim(value)
+    }
 
 
 def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:

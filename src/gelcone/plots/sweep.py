@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
-from gelcone.plots.style import BLUE, GREY, axis_label, coordinate_axis, styled
+from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, styled
 from gelcone.plots.values import values_figure
 from gelcone.words import unit_of
 
@@ -82,6 +82,8 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     full = {name: values.where(there) for name, values in numbers.items()}
     names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
 
+    if _unordered(result):
+        return _by_gel({name: full[name] for name in names}, result)
     if len(dims) == 2 and all(dim in result.coords for dim in dims):
         return _maps({name: full[name] for name in names}, result)
     if len(dims) == 3 and all(dim in result.coords for dim in dims):
@@ -100,6 +102,39 @@ def sweep_figure(result: xr.Dataset) -> Figure:
         coordinate_axis(panels[-1], result, along, "bottom")
 
     return styled(5.6, 0.8 + 1.5 * len(names), draw)
+
+
+def _unordered(result: xr.Dataset) -> list[str]:
+    """Axes of names, such as those of gels."""
+    return [str(dim) for dim in result["status"].dims if dim in result.coords and result[dim].dtype.kind in "OU"]
+
+
+def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
+    """The variables over the one axis that has an order, a line for each gel; or a point for each gel alone."""
+    (gels,) = _unordered(result)
+    others = [str(dim) for dim in result["status"].dims if dim != gels]
+    if len(others) > 1:
+        raise InputError(
+            f"a sweep over gels is drawn over one more parameter, not over {', '.join(others)}; take a slice"
+        )
+
+    def draw(figure: Figure) -> None:
+        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (name, values) in zip(panels, shown.items(), strict=True):
+            axes.set_ylabel(axis_label(result[name], name.replace("_", " ")), fontsize=8.0)
+            if not others:
+                axes.plot(np.arange(values.size), values, "o", color=BLUE, ms=4.0)
+                axes.set_xticks(np.arange(values.size), [str(gel) for gel in result[gels].values])
+                axes.set_xlim(-0.5, values.size - 0.5)
+                continue
+            for k, gel in enumerate(result[gels].values):
+                own = values.sel({gels: gel})
+                axes.plot(result[others[0]], own, color=CYCLE[k % len(CYCLE)], marker=".", ms=3.0, label=str(gel))
+        if others:
+            coordinate_axis(panels[-1], result, others[0], "bottom")
+            panels[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    return styled(5.6, 0.8 + 1.3 * len(shown), draw, result)
 
 
 def _densities(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
@@ -193,7 +228,7 @@ def any_figure(cells: xr.Dataset, **of_map: Any) -> Figure:
         if cells["regime"].ndim < 3:
             return tolerances_figure(cells)
         return probability_figure(probability(base_draws(cells)))
-    if "regime" in cells and cells["regime"].ndim == 2:
+    if "regime" in cells and cells["regime"].ndim == 2 and not _unordered(cells):
         from gelcone.plots.map import map_figure
 
         return map_figure(cells, **of_map)
