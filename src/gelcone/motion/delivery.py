@@ -31,14 +31,15 @@ def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray
     for line in system.lines:
         first, of = line.films[0], "the second film's source" if line.prefix else "the source"
         current = sum((currents[k] for k in line.films[1:]), currents[first])
-        rms = [_root_mean_square(times, np.broadcast_to(one, shape)) for one in (voltages[first], current)]
-        peaks = [_peak(np.broadcast_to(one, shape)) for one in (current, rates[first])]
+        ran = ~np.isnan(states[..., 0])
+        rms = [_root_mean_square(times, np.where(ran, one, np.nan)) for one in (voltages[first], current)]
+        peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
         if not line.circuit.states and line.drive != "constant":
             peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
         own: dict[str, tuple[Array, str, Any]] = {
-            "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", "voltage"),
-            "rms_current": (rms[1], f"root mean square current of {of} in the second half", "current"),
-            "apparent_power": (rms[0] * rms[1], f"root mean square voltage times current of {of}", "apparent power"),
+            "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
+            "rms_current": (rms[1], f"root mean square current of {of} in the second half", absent("current")),
+            "apparent_power": (rms[0] * rms[1], f"root mean square voltage times current of {of}", absent("apparent power")),
             "peak_current": (peaks[0], f"largest current of {of}", absent("current", infinite=JUMPS)),
             "peak_slew_rate": (peaks[1], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }
