@@ -184,7 +184,10 @@ def test_a_drive_that_does_not_repeat_is_refused_before_anything_runs():
             {"waveform": {"component": "samples", "shares": [0.0, 1.0], "values": [0.0, 0.5], "repeat": True}},
             "0.5 at the end, 0 at the start: repeated they would jump; add a last sample",
         ),
-        ({"waveform": "sine", "duty": 0.5}, "duty"),
+        ({"waveform": "sine", "duty": 0.5}, "duty: is a parameter of the waveform 'square', which this model has not"),
+        ({"waveform": {"component": "chirp", "repeat": "no"}}, "chirp: repeat = 'no' must be true or false"),
+        ({"waveform": {"component": "staircase", "levels": "abc"}}, "staircase"),
+        ({"waveform": {"component": "harmonics", "terms": 5}}, "harmonics"),
     ],
 )
 def test_what_a_waveform_cannot_be_is_refused(given, message):

@@ -39,7 +39,11 @@ def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray
         own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
             "rms_current": (rms[1], f"root mean square current of {of} in the second half", absent("current")),
-            "apparent_power": (rms[0] * rms[1], f"root mean square voltage times current of {of}", absent("apparent power")),
+            "apparent_power": (
+                rms[0] * rms[1],
+                f"root mean square voltage times current of {of}",
+                absent("apparent power"),
+            ),
             "peak_current": (peaks[0], f"largest current of {of}", absent("current", infinite=JUMPS)),
             "peak_slew_rate": (peaks[1], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }

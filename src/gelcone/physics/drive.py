@@ -316,6 +316,13 @@ def of_points(begins: Any, values: Any) -> Array:
     return np.stack([first, slope, 0.0 * slope, 0.0 * slope, 0.0 * slope], axis=-1)
 
 
+def _check_flags(name: str, **flags: Any) -> None:
+    """`InputError` for what is neither true nor false."""
+    for flag, value in flags.items():
+        if not isinstance(value, bool):
+            raise InputError(f"{name}: {flag} = {value!r} must be true or false")
+
+
 def edges(rise: Any, high: Any, fall: Any) -> Pieces:
     """Up, high, down and low at -1 and 1, by their shares of a repeat; phase 0 is the middle of the rise."""
     rise, high, fall = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (rise, high, fall)))
@@ -501,6 +508,7 @@ class Chirp(Pieced):
     }
 
     def __post_init__(self) -> None:
+        _check_flags(self.name, repeat=self.repeat)
         if self.sweep not in SWEEPS:
             raise unknown_name("sweep of a chirp", str(self.sweep), SWEEPS)
 
@@ -611,6 +619,7 @@ class Staircase(Pieced):
     name = "staircase"
 
     def __post_init__(self) -> None:
+        _check_flags(self.name, repeat=self.repeat)
         if not (1 <= len(self.levels) <= MOST_PIECES and np.isfinite(self.levels).all() and 0.0 <= self.rise <= 1.0):
             raise InputError(
                 f"staircase: takes 1 to {MOST_PIECES} finite levels, and a rise from 0 to 1, a share of a level's time"
@@ -647,6 +656,7 @@ class Samples(Pieced):
     name = "samples"
 
     def __post_init__(self) -> None:
+        _check_flags(self.name, repeat=self.repeat, jump=self.jump)
         if self.interpolation not in INTERPOLATIONS:
             raise unknown_name("interpolation", str(self.interpolation), INTERPOLATIONS)
         shares, values = np.asarray(self.shares, dtype=float), np.asarray(self.values, dtype=float)
