@@ -189,7 +189,10 @@ def test_a_voltage_beyond_every_pull_in_is_refused():
     own = problem(WRINKLING, "wrinkling")
     stroke = own.tests[1]
     high = type(stroke)(stroke.name, stroke.kind, {"voltage": 3.0 * stroke.set["voltage"]}, stroke.read, stroke.noise)
-    with pytest.raises(InputError, match="measured values lie where no device within the priors has a state"):
+    with pytest.raises(
+        InputError,
+        match=r"of 10 measured voltages lie above the pull-in of every device within the priors \(highest 1,7\d\d V\)",
+    ):
         fit_problem(Problem(own.device, {"spring_rate": 0.03}, (high,), own.gains), np.zeros(3))
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.lab.bench import AMPLIFIER, INSTRUMENTS, DeviceTest, Variants, field_value
+from gelcone.motion.equilibrium import pull_in_voltage
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.quantity import Array
 
@@ -286,10 +287,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
     predicted, slopes = problem.slopes(logs)
     lost = ~np.isfinite(predicted)
     if lost.any():
-        raise InputError(
-            f"{int(lost.sum())} of {lost.size} measured values lie where no device within the priors has a state, as "
-            "beyond pull-in: is the film or the voltage scale right? nothing was fitted"
-        )
+        raise InputError(_without_state(problem, lost))
     scaled = np.concatenate([slopes / problem.noise[:, None], np.diag(1.0 / problem.priors)])
     return FittedDevice(
         problem,
@@ -299,6 +297,31 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
         float(np.sum(((predicted - problem.values) / problem.noise) ** 2)),
         float(np.sum(_residuals(problem, logs, problem.noise) ** 2)),
     )
+
+
+def _without_state(problem: Problem, lost: Any) -> str:
+    """Why readings cannot be fitted: their voltages, where those lie above every pull-in within the priors."""
+    steps = 2.0 * np.diag(_narrow(problem))
+    factors = np.exp(np.concatenate([steps, -steps])[:, : len(problem.free)])
+    with np.errstate(all="ignore"):
+        highest = float(np.nanmax(pull_in_voltage(Variants(problem.device, list(problem.free), factors, {}).device)[
+            "pull_in_voltage"
+        ]))  # fmt: skip
+    peaks = np.concatenate([np.tile(_peaks(test), len(test.read)) for test in problem.tests])
+    above = lost & (peaks > highest)
+    rest = "is the film or the voltage scale right? nothing was fitted"
+    if np.isfinite(highest) and above.any():
+        return (
+            f"{int(above.sum())} of {lost.size} measured voltages lie above the pull-in of every device within the "
+            f"priors (highest {highest:,.0f} V): {rest}"
+        )
+    return f"{int(lost.sum())} of {lost.size} measured values lie where no device within the priors has a state: {rest}"
+
+
+def _peaks(test: DeviceTest) -> Array:
+    """The largest voltage of each row of a test."""
+    volts = [np.abs(values) for name, values in test.set.items() if "voltage" in name]
+    return np.sum(volts, axis=0) if volts else np.zeros(len(next(iter(test.read.values()))))
 
 
 def _starts(problem: Problem) -> list[Array]:
