@@ -133,6 +133,18 @@ def test_predictions_and_their_spread_are_the_certified_ones():
     )
 
 
+def test_where_chi2_refuses_deviations_are_wider():
+    """By the root of chi2 over the readings (Birge), those of the draws, too."""
+    whole = problem(TAUT, "taut")
+    free = {"damping_coefficient": 1.0}
+    plain = fit_problem(Problem(whole.device, free, whole.tests, whole.gains))
+    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), free)
+    wider = np.sqrt(plain.chi2 / 77.0)
+    assert (result.attrs["refused"], wider > 3.0) == (1, True)
+    np.testing.assert_allclose(result["left"].values, wider * np.sqrt(np.diag(plain.covariance)), rtol=1e-6)
+    np.testing.assert_allclose(result["covariance"].values, wider**2 * plain.covariance, rtol=1e-6)
+
+
 def test_draws_are_correlated_as_the_fit_leaves_them():
     """Their stroke spreads as the fit predicts; independent draws would spread a natural frequency far more."""
     whole = problem(TAUT, "taut")
