@@ -11,7 +11,7 @@ from itertools import pairwise
 import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
@@ -320,3 +320,27 @@ def test_every_variable_has_a_unit_that_is_known(fmus):
     ]
     units = {unit.name for unit in told.unitDefinitions}
     assert {v.unit for v in told.modelVariables if v.unit} <= units
+
+
+def test_rates_are_those_of_the_states_that_were_set_last(fmus, tmp_path):
+    """Also where the time stays what it was."""
+    told = fmpy.read_model_description(fmus(2))
+    fmu = FMU2Model(
+        guid=told.guid,
+        unzipDirectory=fmpy.extract(fmus(2), str(tmp_path)),
+        modelIdentifier=told.modelExchange.modelIdentifier,
+        instanceName="one",
+    )
+    fmu.instantiate()
+    fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    fmu.newDiscreteStates()
+    fmu.enterContinuousTimeMode()
+    right, rate = gelcone.rates(device(film="taut")), (ctypes.c_double * 2)()
+    for state in ([0.012, 0.0], [0.014, 0.1]):
+        fmu.setContinuousStates((ctypes.c_double * 2)(*state), 2)
+        fmu.getDerivatives(rate, 2)
+        np.testing.assert_allclose(list(rate), right(0.0, state, voltage=0.0), rtol=1e-12)
+    fmu.terminate()
+    fmu.freeInstance()
