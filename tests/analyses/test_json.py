@@ -23,6 +23,7 @@ COMMANDS = {
     "spectrum": [(*BASE, "--set", "voltage=1.04,0.97")],
     "lyapunov": [(*AT, "--window", "50"), (*BASE, "--set", "voltage=1.04", "--budget", "600", "--window", "50")],
     "regime": [AT, (*BASE, "--set", "voltage=1.02", "--budget", "600")],
+    "step": [("--set", "rest_height=0.4", "--set", "damping_ratio=0.2", "--voltages", "0.3,0.6")],
     "triptych": [(*BASE, "--set", "voltage=0.5,1.04", "--periods", "2", "--budget", "600")],
     "static": [
         ("--set", "spring_stiffness=1.5", "--voltages", "0,1,1.5"),

@@ -37,6 +37,8 @@ class Answers:
 
 TITLES: Mapping[str, str] = {
     "time response": "simulate",
+    "step": "step",
+    "triptych": "triptych",
     "Poincare section": "section",
     "extrema": "extrema",
     "spectrum": "spectrum",

@@ -86,6 +86,29 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
     return lines
 
 
+# --- steps ------------------------------------------------------------------------------------------------------------
+
+
+def step_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Steps of the voltage as text, a line for each voltage."""
+    lines = [*heading(subject), f"before the step: {measured(shown['begin'][0])}"]
+    for k in range(shown.sizes["constant_voltage"]):
+        one = shown.isel(constant_voltage=k)
+        name = f"  {measured(one['constant_voltage'])}:"
+        if int(one["outcome"]) != Outcome.OK:
+            lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
+            continue
+        way = abs(float(one["end"]) - float(one["begin"]))
+        unit = unit_of(one["end"])
+        settles = measured(one["settling_time"]) if np.isfinite(one["settling_time"]) else "not within the run"
+        lines.append(
+            f"{name} moves by {way:.4g}{unit} to {measured(one['end'])} (a slow ramp ends at "
+            f"{measured(one['equilibrium'])}); rise {measured(one['rise_time'], 3)}, overshoot "
+            f"{float(one['overshoot']):.1%}, settled after {settles}, drift at the end {float(one['drift']):.2%}"
+        )
+    return "\n".join(lines)
+
+
 # --- sections ---------------------------------------------------------------------------------------------------------
 
 

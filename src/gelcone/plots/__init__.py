@@ -42,6 +42,7 @@ FIGURES = MappingProxyType(
         "regime of motion": "regime.regime_figure",
         "spectrum": "spectrum.spectrum_figure",
         "statics": "equilibrium.static_figure",
+        "step": "step.step_figure",
         "sweep": "sweep.any_figure",
         "time response": "response.response_figure",
         "triptych": "triptych.triptych_figure",

@@ -1,0 +1,173 @@
+"""The answer to a step of the voltage: how fast the disc comes, how far it overshoots, and when it has settled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.devices.analysis import analysis
+from gelcone.errors import InputError
+from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.settle import LONGEST_TIME
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress
+from gelcone.quantity import Array, Time, Voltage, Voltages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DECAYS = 8.0
+"""Decay times, of the damping and of the slowest state of a component, that a run lasts by default."""
+FEWEST, MOST, PER_OSCILLATION = 2000, 40_000, 40
+"""Samples of a run: at least, at most, and of an oscillation at the fastest rate."""
+RISE = (0.1, 0.9)
+SETTLED = 0.02
+"""Share of the way within which the disc has settled."""
+STILL = 1e-9
+"""A way of less than this share of b - a is none."""
+LATE = 0.1
+"""Share of the run, its last, in which the disc has arrived: drift is what moves there."""
+
+
+@analysis(
+    answers="trajectories",
+    single=True,
+    file_only=("time", "displacement"),
+    examples=(
+        'biased-pump --voltages "0.5 kV,1 kV" --out results',
+        'biased-pump --film wrinkling --set "series_resistance=5 MOhm" --before "0.7 kV" --json',
+    ),
+)
+def step(
+    model: ConeModel,
+    voltages: Voltages | None = None,
+    *,
+    before: Voltage = 0.0,
+    duration: Time | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """The disc's answer to a step of the commanded voltage from one constant value to another.
+
+    Parameters
+    ----------
+    model : a single actuator; its own drive plays no part, but for the default of ``voltages``.
+    voltages : constant voltages after the step. Default: the peak of the drive and, where it has one, its offset.
+    before : constant voltage before the step, at which the disc rests. Default 0.
+    duration : time after the step. Default eight decay times of the damping, or of the slowest state of a component.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over ``constant_voltage`` with ``begin`` and ``end``, the displacement before the step and its mean over the
+    last tenth of the run; ``rise_time``, from 10 to 90 % of the way between them; ``overshoot``, the furthest beyond
+    the end over the way; ``settling_time``, after which the disc stays within 2 % of the way (NaN where it does not);
+    ``drift``, by how much it still moves in the last tenth, over the way; ``equilibrium``, where a slow ramp to the
+    voltage ends; and over ``time`` the ``displacement``. All but ``begin`` are NaN where the film pulls in, which the
+    ``outcome`` says. States of components start as in `gelcone.simulate`: behind a resistance the film is uncharged.
+
+    Raises
+    ------
+    InputError : for an ensemble, voltages out of bounds, a ``before`` without an equilibrium, a duration that is not
+        positive, and a model without damping unless a duration is given.
+    """
+    if model.shape:
+        raise InputError(f"step: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    levels = constant_voltages(own_levels(model) if voltages is None else voltages)
+    start = float(stroke_and_blocked_force(model, [before])["displacement"][0])
+    if not np.isfinite(start):
+        raise InputError(f"before = {before:g}: beyond pull-in, there is no equilibrium; lower it")
+    held = model.replace(voltage=0.0, voltage_bias=levels)
+    members = held.members()
+    lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
+    samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
+    times = np.linspace(0.0, lasts, int(samples) + 1)
+    states = members.start_states((start, 0.0))
+    run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=progress)
+    x, ran = run.states[..., 0], run.outcome == Outcome.OK
+    found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}
+    found["begin"] = np.full(levels.size, start)
+    found["equilibrium"] = stroke_and_blocked_force(model, levels)["displacement"].values
+    along = ("constant_voltage",)
+    variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
+    variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
+    result = dataset.label(
+        model,
+        variables,
+        coords={
+            "constant_voltage": (along, levels, "constant voltage after the step", "voltage"),
+            "time": (("time",), times, "time after the step", "time"),
+        },
+        options={"before": before, "duration": duration, "tolerance": tolerance},
+        title="step",
+    )
+    return result.assign(outcome=dataset.outcome_array(run.outcome, along))
+
+
+_MEANINGS: dict[str, tuple[str, dataset.Of]] = {
+    "begin": ("displacement before the step", "length"),
+    "end": ("displacement in the last tenth of the run", "length"),
+    "rise_time": ("time from 10 to 90 % of the way", "time"),
+    "overshoot": ("furthest beyond the end, over the way", "share"),
+    "settling_time": ("time after which it stays within 2 % of the way", "time"),
+    "drift": ("change over the last tenth of the run, over the way", "share"),
+    "equilibrium": ("displacement at which a slow ramp ends", "length"),
+}
+
+
+def _duration(damping_ratio: float, time_constant: float, given: float | None) -> float:
+    """How long the run lasts."""
+    if given is not None and not given > 0.0:
+        raise InputError(f"duration = {given:g}: must be positive")
+    if given is None and not damping_ratio > 0.0:
+        raise InputError("damping_ratio = 0: without damping the disc never settles; give it some, or a duration")
+    lasts = max(DECAYS / damping_ratio, DECAYS * time_constant) if given is None else given
+    if lasts > LONGEST_TIME:
+        raise InputError(f"duration = {lasts:g}: lasts too long; a run takes a time of at most {LONGEST_TIME:g}")
+    return lasts
+
+
+def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
+    """Numbers of steps (members,) from displacements (members, samples); NaN where the disc does not move."""
+    late = times >= (1.0 - LATE) * times[-1]
+    end = x[:, late].mean(axis=1)
+    way = end - start
+    with np.errstate(all="ignore"):
+        share = (x - start) / way[:, None]
+        first = {level: np.array([_crossing(times, row, level) for row in share]) for level in RISE}
+        away = np.abs(share - 1.0) > SETTLED
+        last = np.where(away.any(axis=1), x.shape[1] - 1 - np.argmax(away[:, ::-1], axis=1), 0)
+        settling = np.where(last < x.shape[1] - 1, times[np.minimum(last + 1, x.shape[1] - 1)], np.nan)
+        drift = _slope(times[late], x[:, late]) * LATE * times[-1] / way
+    moves = np.abs(way) > STILL
+    numbers: dict[str, Any] = {
+        "rise_time": first[RISE[1]] - first[RISE[0]],
+        "overshoot": np.maximum(share.max(axis=1) - 1.0, 0.0),
+        "settling_time": settling,
+        "drift": drift,
+    }
+    return {"end": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
+
+
+def _crossing(times: Array, share: Array, level: float) -> float:
+    """When a row first comes to a level, between samples by a straight line; NaN where it never does."""
+    above = np.flatnonzero(share >= level)
+    if not above.size:
+        return np.nan
+    k = int(above[0])
+    if k == 0:
+        return float(times[0])
+    return float(np.interp(level, share[k - 1 : k + 1], times[k - 1 : k + 1]))
+
+
+def _slope(times: Array, x: Array) -> Array:
+    """Slopes of the straight lines through rows of samples."""
+    away = times - times.mean()
+    return np.asarray((x * away).sum(axis=1) / (away * away).sum())

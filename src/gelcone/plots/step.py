@@ -1,0 +1,45 @@
+"""The figure of steps of the voltage: the displacement over time, a line for each voltage."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.codes import Outcome
+from gelcone.plots.style import CYCLE, GREY, axis_label, styled
+from gelcone.words import measured
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+SHOWN = 6
+"""Most voltages that are drawn."""
+
+
+def step_figure(result: xr.Dataset) -> Figure:
+    """Displacement after the step, dashed where a slow ramp would end, dotted when it has settled."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        picks = np.unique(np.linspace(0, result.sizes["constant_voltage"] - 1, SHOWN).astype(int))
+        for k, pick in enumerate(picks):
+            one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
+            outcome = int(one["outcome"])
+            ended = f", {Outcome(outcome).label.replace('_', ' ')}" if outcome else ""
+            axes.plot(
+                result["time"], one["displacement"], color=colour, label=measured(one["constant_voltage"]) + ended
+            )
+            if np.isfinite(one["equilibrium"]):
+                axes.axhline(float(one["equilibrium"]), color=colour, lw=0.6, ls="--", alpha=0.7)
+            if np.isfinite(one["settling_time"]):
+                axes.axvline(float(one["settling_time"]), color=colour, lw=0.8, ls=":")
+        axes.axhline(float(result["begin"][0]), color=GREY, lw=0.6)
+        axes.set_xlim(0.0, float(result["time"].max()))
+        axes.set_xlabel(axis_label(result["time"], "time after the step"))
+        axes.set_ylabel(axis_label(result["displacement"], "displacement"))
+        axes.set_title("dashed: where a slow ramp ends; dotted: settled", loc="left", fontsize=8.0)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+    return styled(6.0, 3.4, draw, result)

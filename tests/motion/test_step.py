@@ -1,0 +1,79 @@
+"""Steps of the voltage: a linear oscillator's numbers, creep, pull-in, and what the commands for one run give."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import InputError, Outcome
+from gelcone.motion.step import _measured
+
+PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
+
+
+@pytest.mark.parametrize("damping", [0.1, 0.4])
+def test_the_numbers_are_those_of_a_damped_oscillator(damping):
+    """1 - exp(-zeta t) (cos w t + zeta/w sin w t), with its overshoot exp(-pi zeta/w)."""
+    omega = np.sqrt(1.0 - damping**2)
+    times = np.linspace(0.0, 200.0, 400_001)
+    decay = np.exp(-damping * times)
+    answer = 1.0 - decay * (np.cos(omega * times) + damping / omega * np.sin(omega * times))
+    found = _measured(times, np.stack([2.0 + 3.0 * answer, 2.0 - 3.0 * answer]), 2.0)
+    np.testing.assert_allclose(found["end"], [5.0, -1.0], atol=1e-6)
+    np.testing.assert_allclose(found["overshoot"], np.exp(-np.pi * damping / omega), rtol=1e-6)
+    first, last = (times[np.argmax(answer >= level)] for level in (0.1, 0.9))
+    np.testing.assert_allclose(found["rise_time"], last - first, atol=2e-3)
+    outside = times[np.abs(answer - 1.0) > 0.02].max()
+    np.testing.assert_allclose(found["settling_time"], outside, atol=2e-3)
+    np.testing.assert_allclose(found["drift"], 0.0, atol=1e-6)
+
+
+def test_a_disc_that_does_not_move_has_no_times():
+    found = _measured(np.linspace(0.0, 1.0, 101), np.full((1, 101), 0.3), 0.3)
+    assert np.isnan([found[name][0] for name in ("rise_time", "overshoot", "settling_time", "drift")]).all()
+
+
+def test_a_step_ends_where_a_slow_ramp_does_and_is_a_run_of_simulate():
+    found = gelcone.step(PUMP, ["0.5 kV", "1 kV"])
+    assert found["end"].attrs["units"] == "mm"
+    assert found["rise_time"].attrs["units"] == "ms"
+    np.testing.assert_allclose(found["end"], found["equilibrium"], rtol=1e-4)
+    static = gelcone.static(PUMP, ["0.5 kV", "1 kV"])
+    np.testing.assert_allclose(found["end"] - found["begin"], static["stroke"], rtol=2e-3)
+    held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
+    times = 1e-3 * found["time"].values[:200]
+    alone = gelcone.simulate(held, times=times)["displacement"]
+    np.testing.assert_allclose(found["displacement"].isel(constant_voltage=1)[:200], alone, rtol=1e-9)
+    from_half = gelcone.step(PUMP, ["1 kV"], before="0.5 kV")
+    assert float(from_half["begin"][0]) == pytest.approx(float(found["equilibrium"][0]), rel=1e-9)
+
+
+def test_a_resistance_slows_the_rise_and_a_film_that_creeps_drifts():
+    plain = gelcone.step(PUMP, ["1 kV"])
+    behind = gelcone.step(PUMP.replace(series_resistance="100 MOhm"), ["1 kV"])
+    assert float(behind["overshoot"][0]) < 0.5 * float(plain["overshoot"][0])
+    branch = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
+    creeping = gelcone.step(PUMP.replace(branch), ["1 kV"], duration="8 s")
+    assert float(creeping["drift"][0]) > 0.001 > abs(float(plain["drift"][0]))
+    assert float(creeping["end"][0]) < float(creeping["equilibrium"][0])
+
+
+def test_a_step_that_pulls_in_says_so():
+    found = gelcone.step(PUMP, ["1 kV", "4 kV"])
+    assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
+    assert np.isnan(found["end"][1])
+    assert np.isnan(found["equilibrium"][1])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"before": "9 kV"}, "before = .*: beyond pull-in"),
+        ({"duration": 0.0}, "duration = 0.*: must be positive"),
+        ({"voltages": [-5.0]}, "voltages"),
+    ],
+)
+def test_bad_steps_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        gelcone.step(PUMP, **options)
+    with pytest.raises(InputError, match="takes one actuator"):
+        gelcone.step(PUMP.replace(frequency=[8.0, 9.0]))
