@@ -27,6 +27,7 @@ from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError
+from gelcone.membrane import made as tables
 from gelcone.physics import statics
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
@@ -394,6 +395,7 @@ def test_the_membrane_for_which_a_cone_stands_is_made_once_the_hand_rests_and_sh
 @pytest.mark.slow
 def test_a_membrane_comes_in_the_place_of_its_cone(monkeypatch, tmp_path):
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    tables._made.cache_clear()  # other tests of this process may have made it
     server = Running()
     with closing(server), server.page() as page:
         setting = {**PUMP, "values": {"film": "membrane", "voltage_amplitude": "500 V"}}
