@@ -580,7 +580,13 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     start = device.replace({"initial_height": "8 mm", "dielectric_strength": "20 kV/mm", **film, **law, **owner})
     own = start.get(name)
     usual = {"material.young_modulus": 5e4, "material.dielectric_strength": 2e7, "voltage_offset": 100.0}
-    usual |= {"beam_cubic_rate": 1e4, "beam_height": 0.01, "second_flat_height": 0.01, "second_voltage": 500.0}
+    usual |= {
+        "series_resistance": 1e6,
+        "beam_cubic_rate": 1e4,
+        "beam_height": 0.01,
+        "second_flat_height": 0.01,
+        "second_voltage": 500.0,
+    }
     values = np.array([1.3, 1.0]) * (own or usual.get(name, 0.03 if name.startswith("release") else 1.01))
     if name == "material.dielectric_strength":
         start = start.replace(dielectric_strength=None)
@@ -630,6 +636,7 @@ def test_an_array_is_checked_at_its_extremes(device):
         ({"film_thickness": "15 mm", "film_radius": "30 mm"}, "no membrane on a ring 20 mm wide"),
         ({"moving_mass": "20 kg"}, "moving_mass = 20 kg is outside the usual range"),
         ({"gravity": 81.0}, "gravity = 81 m/s\\^2 is outside the usual range"),
+        ({"series_resistance": 5.0}, "series_resistance = 5 ohm is outside the usual range, 1 kohm to 100 Mohm"),
         ({"material.shear_modulus": "20 MPa"}, "material.shear_modulus = 20 MPa is outside"),
     ],
 )

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import shutil
 import subprocess
+import threading
+from contextlib import closing
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
+import browser
 import numpy as np
 import pytest
 
@@ -66,6 +71,33 @@ def test_a_javascript_engine_gives_the_bits_of_the_integrator(tmp_path):
     assert {row[3] for row in found["found"]} == {0, 1}
     assert found["refused"] == ["voltage", "moving_mass", "current", "constructor"]
     assert found["variables"] == [variable.name for variable in exported.variables]
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves files, and says nothing."""
+
+    def log_message(self, *_):
+        pass
+
+
+@made_here
+@pytest.mark.skipif(browser.find_browser() is None, reason="no Chromium on this machine (Debian: chromium)")
+def test_the_page_runs_and_comes_to_rest_where_a_slow_ramp_ends(tmp_path):
+    """Its first frame may have begun before the device was there: a step of negative length ended it at once."""
+    own = device(**WRINKLING | {"voltage_amplitude": 0.0, "voltage_offset": 700.0, "damping_coefficient": 0.5})
+    gelcone.export(own, tmp_path / "pump.wasm")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=tmp_path))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    said = "document.getElementById('said').textContent"
+    with closing(server.socket), browser.Browser() as found:
+        found.page.go(f"http://127.0.0.1:{server.server_port}/pump.html")
+        found.page.wait(f"parseFloat({said}.split(', ')[1]) > 1.0 || {said}.includes('ended')", 20.0)
+        words = found.page.js(said)
+        server.shutdown()
+    assert "ended" not in words
+    height = float(words.removeprefix("height ").split(" ")[0])
+    settles = gelcone.static(own, ["700 V"])
+    assert height == pytest.approx(float(settles["rest_displacement"] + settles["stroke"][0]), abs=0.02)
 
 
 @made_here

@@ -16,7 +16,7 @@ from gelcone.physics.statics import every_balance
 
 THICK = 0.5
 """A film this thick, over the width b - a of its ring, is no membrane."""
-_FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0}
+_FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0, "ohm": 1.0}
 """Units of the fields whose values are compared with the usual range, and how many times beyond it one is doubted: a
 drive may be as small as one likes."""
 

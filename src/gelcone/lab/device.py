@@ -38,7 +38,7 @@ REFUSED = 0.01
 """A chi2 that is larger with less probability than this refuses the structure."""
 DRAWS = 64
 UNDECIDED = 4.0
-"""Films whose objectives differ by less cannot be told apart."""
+"""Films whose objectives differ by less cannot be distinguished."""
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
 """What can be predicted, those before the last at a voltage: ``stroke@1.5 kV``."""
 
@@ -153,8 +153,8 @@ def fit_device(
 
     Raises
     ------
-    InputError : as `plan_device`; for readings that are missing; where fields without priors cannot be told apart; and
-        where measured voltages lie beyond pull-in.
+    InputError : as `plan_device`; for readings that are missing; where fields without priors cannot be distinguished;
+        and where measured voltages lie beyond pull-in.
     """
     if not tests.measured:
         raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
