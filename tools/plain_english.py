@@ -58,6 +58,7 @@ OBEYING = (
     "physics/statics.py",
     "physics/system.py",
     "physics/trace.py",
+    "physics/waveforms.py",
     "physics/film/pull_in.py",
 )
 """Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""

@@ -188,7 +188,6 @@ if TYPE_CHECKING:
     from gelcone.physics.component import State as State
     from gelcone.physics.drive import Pieced as Pieced
     from gelcone.physics.drive import Pieces as Pieces
-    from gelcone.physics.drive import Sine as Sine
     from gelcone.physics.drive import Waveform as Waveform
     from gelcone.physics.film.film import Film as Film
     from gelcone.physics.film.taut import TautCone as TautCone
@@ -199,6 +198,7 @@ if TYPE_CHECKING:
     from gelcone.physics.laws import Yeoh as Yeoh
     from gelcone.physics.model import ConeModel as ConeModel
     from gelcone.physics.placed import PlacedFilm as PlacedFilm
+    from gelcone.physics.waveforms import Sine as Sine
     from gelcone.plots import plot as plot
     from gelcone.quantity import Quantity as Quantity
     from gelcone.studio.notebook import StudioFrame as StudioFrame

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from gelcone.physics.drive import PIECE, VOLTAGE, WAVEFORMS, Sine, Triangle, Waveform
+from gelcone.physics.drive import PIECE, VOLTAGE, Waveform
+from gelcone.physics.waveforms import WAVEFORMS, Sine, Triangle
 from gelcone.quantity import Quantity
 
 SINE = Sine()

@@ -18,9 +18,10 @@ from gelcone.errors import InputError
 from gelcone.physics import model
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import ELECTRICS, NEEDS
-from gelcone.physics.drive import VOLTAGE, WAVEFORMS
+from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel
+from gelcone.physics.waveforms import WAVEFORMS
 
 SYMBOLIC = SimpleNamespace(log1p=lambda z: sympy.log(1 + z), sqrt=sympy.sqrt, sin=sympy.sin, cos=sympy.cos)
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())

@@ -11,11 +11,11 @@ from gelcone.physics.bias import Bias, LinearSpring
 from gelcone.physics.circuit import IdealSource
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
-from gelcone.physics.drive import Sine
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.system import ConeSystem
+from gelcone.physics.waveforms import Sine
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 

@@ -12,7 +12,8 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
-from gelcone.physics.drive import (
+from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import (
     WAVEFORMS,
     Burst,
     Chirp,
@@ -24,7 +25,6 @@ from gelcone.physics.drive import (
     multisine,
     random_levels,
 )
-from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of
 
 CASES = [case for case in CERTIFIED["cases"] if case["kind"] == "wave"]

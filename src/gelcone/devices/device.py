@@ -56,8 +56,8 @@ class Device(DeviceFields):
     voltage_amplitude : amplitude of the drive offset + amplitude sin(2 pi f t), V, at least 0.
     voltage_offset : its constant part, V. Default 0.
     frequency : f, Hz, positive.
-    waveform : ``"sine"`` (default), or another of `gelcone.physics.drive.WAVEFORMS`, by its name or as a table with its
-        data and numbers; these are fields such as ``waveform.duty``.
+    waveform : ``"sine"`` (default), or another of `gelcone.physics.waveforms.WAVEFORMS`, by its name or as a table with
+        its data and numbers; these are fields such as ``waveform.duty``.
     filter_frequency : of the amplifier's low-pass filter, Hz; ``slew_rate``, V/s, its fastest change behind it. Default
         none: the amplifier gives what is commanded.
     series_resistance : of amplifier, leads and electrodes, ohm; ``current_limit``, A, of the amplifier behind it.

@@ -21,11 +21,12 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS, Circuit
 from gelcone.physics.component import Component, find_component, to_record
-from gelcone.physics.drive import VOLTAGE, WAVEFORMS, Waveform
+from gelcone.physics.drive import VOLTAGE, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import PARAMETERS
 from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
+from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 
 _KINDS: Mapping[str, tuple[str, Mapping[str, Component], type[Any]]] = {

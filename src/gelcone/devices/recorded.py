@@ -14,8 +14,8 @@ from gelcone.devices.device import Device
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.files import read_text
-from gelcone.physics.drive import MOST_PIECES, Samples
 from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import MOST_PIECES, Samples
 from gelcone.quantity import Array
 
 REMEDY = 'give a CSV file whose first line is "time (s), voltage (V)"'

@@ -82,7 +82,7 @@ class StateSpace(_Matrices):
     def to_control(self) -> Any:
         """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
         try:
-            import control  # type: ignore[import-not-found, unused-ignore]
+            import control
         except ImportError:
             raise MissingDependency("python-control is not installed: pip install control") from None
         return control.ss(*self, states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs))

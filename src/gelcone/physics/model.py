@@ -18,7 +18,7 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS, ELECTRICS, Circuit, with_electrics
 from gelcone.physics.component import Component, find_component
-from gelcone.physics.drive import WAVEFORMS, Waveform
+from gelcone.physics.drive import Waveform
 from gelcone.physics.film.branches import branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
@@ -28,6 +28,7 @@ from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
+from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 
 OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested")

@@ -8,13 +8,13 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import find_component, to_record
-from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import GelFilm, TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.system import ConeSystem
+from gelcone.physics.waveforms import WAVEFORMS
 
 FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone(), MembraneFilm())}
 _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}

@@ -17,10 +17,10 @@ from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import Component
-from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.taut import PRESTRETCH_MODES, TautCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.records import FILMS, bias_record
+from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 
 CHOICES: Mapping[str, Iterable[str]] = {

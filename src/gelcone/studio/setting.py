@@ -29,13 +29,13 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import names_of
-from gelcone.physics.drive import WAVEFORMS
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.records import FILMS
 from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
+from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.presets import load_presets
 from gelcone.studio.controls import CHOICES, Control, controls_of, leaf
 from gelcone.studio.grids import changed, device_in
