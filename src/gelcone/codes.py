@@ -11,7 +11,16 @@ calls an interrupt is heard and a failing member is told apart from its neighbou
 
 
 class Outcome(IntEnum):
-    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened."""
+    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=[0.5, 3.0], film="wrinkling", law="neo-hookean", hoop_prestretch=1.4)
+    >>> response = gelcone.simulate(model, (0.5, 0.0), periods=8)
+    >>> [f"{code}: {gelcone.Outcome(code).label}" for code in response.outcome.values]
+    ['0: ok', '6: pulled in']
+    """
 
     OK = 0
     OUTSIDE = 1
@@ -61,7 +70,14 @@ class FilmPullIn(IntEnum):
 
 
 class Regime(IntEnum):
-    """Kinds of motion."""
+    """Kinds of motion.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> [f"{kind.value}: {kind.label}" for kind in gelcone.Regime][:4]
+    ['0: rest', '1: periodic', '2: quasi-periodic', '3: chaotic']
+    """
 
     REST = 0
     PERIODIC = 1

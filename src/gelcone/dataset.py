@@ -167,7 +167,26 @@ def model_of(dataset: xr.Dataset) -> ConeModel:
 
 
 def save(dataset: xr.Dataset | Savable, path: str | Path, *, force: bool = False) -> None:
-    """Write a Dataset as netCDF-4, or a device as a device file (TOML); see `write_whole` for what is refused."""
+    """Write a Dataset as netCDF-4, or a device as a device file (TOML). The file appears whole or not at all.
+
+    Parameters
+    ----------
+    dataset : a result, or a `Device`.
+    path : name of the file; folders above it are made.
+    force : whether a file that exists is overwritten. Default no.
+
+    Raises
+    ------
+    InputError : for a file that exists, and a folder that cannot be written.
+
+    Examples
+    --------
+    >>> import gelcone, tempfile
+    >>> path = tempfile.mkdtemp() + "/mine.toml"
+    >>> gelcone.save(gelcone.find_device("biased-pump").replace(spring_rate="16 N/m"), path)
+    >>> gelcone.find_device(path).spring_rate
+    16.0
+    """
     if isinstance(dataset, Savable):
         text = dataset.to_toml()
         write_whole(Path(path), lambda to: _write_text(to, text), force=force)
@@ -190,7 +209,29 @@ class Savable(Protocol):
 
 
 def load(path: str | Path) -> xr.Dataset:
-    """Read a Dataset that `save` wrote, equal to what it was; `InputError` for a file that is not one."""
+    """Read a Dataset that `save` wrote, equal to what it was.
+
+    Parameters
+    ----------
+    path : the netCDF file.
+
+    Returns
+    -------
+    The Dataset with its units, model and options.
+
+    Raises
+    ------
+    InputError : for a file that is missing, or that gelcone did not write.
+
+    Examples
+    --------
+    >>> import gelcone, tempfile
+    >>> path = tempfile.mkdtemp() + "/run.nc"
+    >>> response = gelcone.simulate(gelcone.ConeModel(), periods=1)
+    >>> gelcone.save(response, path)
+    >>> gelcone.load(path).identical(response), response.sizes["time"]
+    (True, 101)
+    """
     import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
     try:

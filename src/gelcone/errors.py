@@ -7,7 +7,16 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """An unusable value. The command line prints it as one line and exits with 2."""
+    """An unusable value. The command line prints it as one line and exits with 2.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gelcone.ConeModel(damping_ratio=-0.05)
+    Traceback (most recent call last):
+        ...
+    gelcone.errors.InputError: damping_ratio = -0.05: must be at least 0; its default is 0.05
+    """
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
@@ -24,4 +33,16 @@ class DoubtfulInput(UserWarning):
 
 
 class MissingDependency(ImportError):
-    """A library that a result needs is not installed; the message states how to install it."""
+    """A library that a result needs is not installed; the message states how to install it.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> try:
+    ...     sheet = gelcone.validate(gelcone.ConeModel(hoop_prestretch=1.4), [0.4])
+    ... except gelcone.MissingDependency as error:
+    ...     print(error)  # without scikit-fem: pip install 'gelcone[fem]'
+    ... else:
+    ...     print(sheet.sizes["displacement"], "height compared")
+    1 height compared
+    """

@@ -39,11 +39,25 @@ def spread(value: Any, shape: tuple[int, ...]) -> Array:
 class Quantity:
     """The meaning of a parameter and the values it may take.
 
-    ``lower`` is allowed itself unless ``positive`` is set; infinity only where ``infinite`` is.
+    Parameters
+    ----------
+    symbol : as in formulas.
+    meaning : in words.
+    default : its value where none is given.
+    lower : the lowest value, which is allowed itself unless ``positive`` is set. Default none.
+    positive : whether it must be larger than 0. Default no.
+    infinite : whether it may be infinite. Default no.
+    scale : the quantity, one of `gelcone.devices.scales.MEASURES`, in whose SI unit a device gives it. Default ``"1"``,
+        a pure number.
+    typical : its lowest and highest usual value in SI. Default unknown.
+    near : other names that people use for it.
 
-    A device gives the parameter in SI units: ``scale`` names the quantity whose unit that is, one of
-    `gelcone.devices.scales.MEASURES` (``"1"``: a pure number), ``typical`` its lowest and highest usual value in SI,
-    ``near`` other names that people use for it.
+    Examples
+    --------
+    >>> import gelcone
+    >>> rate = gelcone.Quantity("t", "time constant", 0.3, positive=True, scale="time")
+    >>> rate.default, rate.scale
+    (0.3, 'time')
     """
 
     symbol: str

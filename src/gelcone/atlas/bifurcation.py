@@ -107,6 +107,15 @@ def bifurcation(
     ------
     InputError : for an unknown parameter, too few or unsorted values, unknown sweeps, budgets that are not positive, no
         initial state, one given twice, or none inside the stretch limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5)
+    >>> diagram = gelcone.bifurcation(model, "voltage", [0.4, 0.5, 0.6], (0.01, 0.0), sweeps=["up"])
+    >>> change = gelcone.thresholds_of(diagram)[0]
+    >>> change["from"], change["to"], round(change["low"], 3)
+    ('rest', 'periodic', 0.599)
     """
     states = _states(model, initial)
     for sweep in sweeps:
@@ -269,7 +278,31 @@ def _met(plans: dict[str, Plan], threshold: Threshold, evidence: Evidence, value
 
 
 def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
-    """The thresholds of a diagram as a list of plain records, in the order of the parameter's values."""
+    """The thresholds of a diagram as a list of plain records, in the order of the parameter's values.
+
+    Parameters
+    ----------
+    diagram : of `gelcone.bifurcation`.
+
+    Returns
+    -------
+    A dict for each change of regime: ``branch``, ``from`` and ``to`` in words, ``low`` and ``high``, between which it
+    lies, and whether it begins a ``cascade``.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a bifurcation diagram.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5)
+    >>> diagram = gelcone.bifurcation(model, "voltage", [0.4, 0.5, 0.6], (0.01, 0.0), sweeps=["up"])
+    >>> [(change["from"], change["to"], round(change["low"], 3)) for change in gelcone.thresholds_of(diagram)]
+    [('rest', 'periodic', 0.599), ('rest', 'periodic', 0.599)]
+    """
+    if "threshold_branch" not in diagram:
+        raise InputError("thresholds_of: was given another result; give one of gelcone.bifurcation")
     columns = [diagram[f"threshold_{n}"].values for n in ("branch", "from", "to", "low", "high")]
     # files of earlier versions do not say
     columns.append(diagram["threshold_cascade"].values if "threshold_cascade" in diagram else np.zeros(len(columns[0])))

@@ -20,11 +20,28 @@ FEWEST_AHEAD = 64
 def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers:
     """Processes of this machine, or the workers of the dask scheduler at an address; one integrator in each.
 
+    Parameters
+    ----------
+    workers : number of processes of this machine.
+    scheduler : address of a dask scheduler, such as ``"tcp://10.0.0.1:8786"``; in place of ``workers``.
+
+    Returns
+    -------
+    What `gelcone.sweep` takes as ``workers``. Nothing starts before the sweep does.
+
     Raises
     ------
     InputError : for fewer than 1 worker, both given or none; on entering, for an address where no scheduler answers or
         whose workers have another version of gelcone.
     MissingDependency : on entering a scheduler's, without dask.distributed (extra ``cluster``).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> plan = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.4, 0.8]})
+    >>> cells = gelcone.sweep(plan, "limits", workers=gelcone.cluster(2))
+    >>> cells.pitchfork_voltage.values.round(4).tolist()
+    [1.2247, 1.2247]
     """
     if (workers is None) == (scheduler is None):
         raise InputError("workers and scheduler: give one of them")

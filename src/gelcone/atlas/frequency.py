@@ -132,6 +132,14 @@ def frequency(
     ------
     InputError : for frequencies that do not increase or do not fit, a model without damping, an ensemble of more than
         one dimension or over the drive frequency, branches of an ensemble, or no member inside its stretch limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> response = gelcone.frequency(model, [1.2, 1.4, 1.6])
+    >>> response.stroke.sel(branch="up").values.round(4).tolist()
+    [0.1189, 0.3371, 0.2285]
     """
     if branches and model.shape:
         raise InputError(

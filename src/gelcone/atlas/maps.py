@@ -93,6 +93,14 @@ def map(
     ------
     InputError : for unknown names, too few or unsorted values, budgets that are not positive, no cell inside its limit,
         and an unknown name ``also``.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(damping_ratio=0.1, spring_stiffness=0.5)
+    >>> found = gelcone.map(model, {"voltage": [0.4, 0.8], "drive_frequency": [0.4, 0.5]})
+    >>> [[gelcone.Regime(code).label for code in row] for row in found.regime.values], found.period.values.max().item()
+    ([['rest', 'rest'], ['periodic', 'periodic']], 2)
     """
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     if also is not None and also not in ALSO:
@@ -167,6 +175,14 @@ def basin(
     Raises
     ------
     InputError : as `map`.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(damping_ratio=0.1, voltage=0.8, spring_stiffness=0.5, drive_frequency=0.5)
+    >>> found = gelcone.basin(model, {"displacement": [-0.8, 0.8], "velocity": [-0.5, 0.5]})
+    >>> found.attractor.values.tolist(), found.attractor_share.values.tolist()
+    ([[0, 0], [0, 0]], [1.0])
     """
     options = {"transient": transient, "patience": patience, "budget": budget, "tolerance": tolerance}
     plan = Plan(model, over, (0.0, 0.0), options=options)

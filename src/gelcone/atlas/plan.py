@@ -57,6 +57,14 @@ class Plan:
     ------
     InputError : for an unknown name, fewer than two values, values that do not increase or are out of bounds, an
         ensemble as model, an initial state of the wrong shape, or draws of unlike number or of a swept name.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> plan = gelcone.Plan(device, {"film_thickness": ["0.18 mm", "0.2 mm"], "frequency": [9.0, 10.0, 11.0]})
+    >>> plan.shape
+    (2, 3)
     """
 
     model: ConeModel | Device

@@ -125,6 +125,15 @@ def show(path: str | Path) -> xr.Dataset:
     Raises
     ------
     InputError : for a folder that is not a complete store, one of another version, or one that holds no cell yet.
+
+    Examples
+    --------
+    >>> import gelcone, tempfile
+    >>> plan = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.4, 0.8], "spring_stiffness": [0.5, 1.0]})
+    >>> store = tempfile.mkdtemp() + "/map.zarr"
+    >>> cells = gelcone.sweep(plan, "limits", store=store)
+    >>> gelcone.show(store).pitchfork_voltage.values[0].round(4).tolist()
+    [0.7071, 1.0]
     """
     stored = stored_sweep(path)
     plan = stored.plan

@@ -107,6 +107,15 @@ def sweep(
     ------
     InputError : for an unknown analysis or option, an analysis that cannot be swept or refined, no cell inside its
         stretch limit, threads as well as workers, and what `gelcone.atlas.store.open_store` refuses.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(damping_ratio=0.1, spring_stiffness=0.5)
+    >>> plan = gelcone.Plan(model, {"voltage": [0.4, 0.8], "drive_frequency": [0.4, 0.5]})
+    >>> cells = gelcone.sweep(plan, "limits")
+    >>> cells.onset_voltage.values.round(4).tolist()
+    [[0.7151, 0.6581], [0.7151, 0.6581]]
     """
     if not isinstance(plan, Plan):
         raise InputError(

@@ -46,6 +46,15 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     Raises
     ------
     InputError : for a sweep without draws or regimes.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> draws = gelcone.draw({"damping_ratio": gelcone.Uniform(0.05, 0.1)}, 4)
+    >>> cells = gelcone.sweep(gelcone.Plan(model, {"drive_frequency": [0.6, 0.8]}, draws=draws))
+    >>> gelcone.tolerances(cells).probability.sel(risk="chaos").values.tolist()
+    [0.0, 0.0]
     """
     if "draw" not in cells.dims or "regime" not in cells:
         raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")

@@ -27,7 +27,20 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 @dataclass(frozen=True)
 class Uniform:
-    """Anything between two bounds, with the same density; texts with units for a field of a device."""
+    """Anything between two bounds, with the same density.
+
+    Parameters
+    ----------
+    low : the lower bound; of a field of a device a text with a unit.
+    high : the upper bound, likewise.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> drawn = gelcone.draw({"voltage": gelcone.Uniform(0.4, 0.8)}, 8)["voltage"]
+    >>> bool((drawn > 0.4).all() and (drawn < 0.8).all()), (drawn < 0.6).sum().item()
+    (True, 4)
+    """
 
     low: Any
     high: Any
@@ -45,7 +58,20 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """The normal distribution of a mean and a standard deviation; texts with units for a field of a device."""
+    """The normal distribution of an uncertain parameter.
+
+    Parameters
+    ----------
+    mean : its mean; of a field of a device a text with a unit.
+    deviation : its standard deviation, likewise.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> drawn = gelcone.draw({"film_thickness": gelcone.Normal("0.2 mm", "0.01 mm")}, 64)["film_thickness"]
+    >>> f"{1e3 * drawn.mean():.4f} mm, within 0.18 and 0.22 mm: {((drawn > 0.18e-3) & (drawn < 0.22e-3)).sum()} of 64"
+    '0.1999 mm, within 0.18 and 0.22 mm: 61 of 64'
+    """
 
     mean: Any
     deviation: Any
@@ -109,10 +135,21 @@ def draw(
     indices : adds the draws that Sobol indices need (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259): half of
         ``count`` for each of the parameters, which are two or more. Default no.
 
+    Returns
+    -------
+    Name -> values, of a device in SI: with ``indices`` more than ``count`` of them.
+
     Raises
     ------
     InputError : for nothing uncertain, fewer than 2 draws, an unknown method, or indices of a single parameter or of a
         number of draws that is not a power of 2.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> draws = gelcone.draw({"voltage": gelcone.Uniform(0.4, 0.8), "damping_ratio": gelcone.Normal(0.05, 0.005)}, 8)
+    >>> sorted(draws), draws["voltage"].shape, round(float(draws["voltage"].mean()), 3)
+    (['damping_ratio', 'voltage'], (8,), 0.601)
     """
     if not uncertain:
         raise InputError("uncertain: is empty; give at least one parameter and its distribution")
@@ -179,6 +216,16 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     Raises
     ------
     InputError : for a sweep without draws or regimes, or a confidence that is not between 0 and 1.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> draws = gelcone.draw({"damping_ratio": gelcone.Uniform(0.05, 0.1)}, 4)
+    >>> cells = gelcone.sweep(gelcone.Plan(model, {"drive_frequency": [0.6, 0.8]}, draws=draws))
+    >>> found = gelcone.probability(cells, gelcone.Regime.PERIODIC)
+    >>> found.probability.values.tolist(), found.low.values.round(3).tolist()
+    ([1.0, 1.0], [0.398, 0.398])
     """
     if "draw" not in cells.dims or "regime" not in cells:
         raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")

@@ -91,6 +91,14 @@ def validate(
     InputError : for a disc larger than the film, or displacements of which none can be reached within the stretch
         limit.
     MissingDependency : without scikit-fem; pip install 'gelcone[fem]'.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(hoop_prestretch=1.4, meridional_prestretch=1.2)
+    >>> found = gelcone.validate(model, [0.4])
+    >>> f"the cone is off by {found.deviation.item():.1%}, at a stretch of {found.cone_stretch.item():.3f}"
+    'the cone is off by 22.2%, at a stretch of 1.292'
     """
     ratio = model.values.get("radius_ratio", DEFAULT_RADIUS_RATIO)
     film = model.replace(film="taut", radius_ratio=None, second_film=None, voltage=0.0, voltage_bias=0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -74,6 +75,7 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
         _, returned = annotation_of(function, "return")
         return result * model.scales.size(returned) if returned else result
 
+    run.__doc__ = with_units(function)
     return cast(Any, run)
 
 
@@ -94,7 +96,29 @@ def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Co
         with device_words(model):
             return to_si(function(*bound.args, **bound.kwargs))  # type: ignore[arg-type, return-value]
 
+    run.__doc__ = with_units(function)
     return cast(Any, run)
+
+
+OF_DEVICES = {
+    "model": "A `Device` in its place takes SI numbers, or texts with units, and the answer has units.",
+    "initial": "With a device in m and m/s; default its own rest or release.",
+}
+"""Parameters of analyses of devices -> a sentence for the docstring."""
+
+
+def with_units(function: Callable[..., Any]) -> str:
+    """The docstring of an analysis, whose parameters also state what they are of a device."""
+    before, heading, rest = inspect.cleandoc(function.__doc__ or "").partition("Parameters\n----------\n")
+    entries, gap, after = rest.partition("\n\n")
+    told = []
+    for entry in re.split(r"\n(?=\S)", entries):
+        names = entry.partition(" : ")[0].split(", ")
+        units = {MEASURES[q].unit for name in names if (q := annotation_of(function, name)[1])}
+        own = [OF_DEVICES[name] for name in names if name in OF_DEVICES and "device" not in entry]
+        own += [f"With a device in {unit}, or texts with units." for unit in sorted(units)]
+        told.append("\n    ".join([entry, *own]))
+    return before + heading + "\n".join(told) + gap + after
 
 
 @contextmanager

@@ -64,6 +64,7 @@ class Device(DeviceFields):
     circuit : ``"charge"`` where the drive commands the charge, or one of one's own. Default none.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
+    bias : a `Bias` of one's own, as ``"module:Class"`` or a table, besides spring, beam, weight, force. Default none.
     second_film : ``"membrane"``, ``"wrinkling"`` or ``"taut"``, on the other side of the disc: a double cone. Of the
         first film's material, thickness and ``prestretch_mode``. Default none.
     second_flat_height : height of the disc at which the second film is flat, m. Default 0.
@@ -76,6 +77,20 @@ class Device(DeviceFields):
     Raises
     ------
     InputError : a line each, for values that are missing, unknown, not exact or out of bounds.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gel = gelcone.Material(shear_modulus="8 kPa", relative_permittivity=5)
+    >>> device = gelcone.Device(
+    ...     disc_radius="8 mm", film_radius="30 mm", film_thickness="0.2 mm", hoop_prestretch=1.4, material=gel,
+    ...     film="taut", spring_rate="15 N/m", initial_height="20 mm", moving_mass="5 g", damping_ratio=0.03,
+    ...     voltage_amplitude="0.6 kV", voltage_offset="0.7 kV", frequency="10 Hz",
+    ... )
+    >>> device.film_thickness, device.replace(frequency=["9 Hz", "11 Hz"]).shape
+    (0.0002, (2,))
+    >>> f"rests at {1e3 * device.initial_state()[0] * device.scales.length:.2f} mm"
+    'rests at 13.94 mm'
     """
 
     def __init__(self, /, **values: Unpack[DeviceValues]) -> None:
@@ -251,7 +266,24 @@ def _with_material(values: Mapping[str, Any]) -> dict[str, Any]:
 def find_device(name_or_path: str | Path) -> Device:
     """The device in a TOML file, or the shipped one of that name.
 
-    A file of that name wins over a shipped device. Raises `InputError` that says what ships when there is neither.
+    Parameters
+    ----------
+    name_or_path : a device file, or a name of ``gelcone devices``. A file of that name wins over a shipped device.
+
+    Returns
+    -------
+    The `Device`; `Device.replace` gives one that differs.
+
+    Raises
+    ------
+    InputError : where there is neither, with the names that ship; and a line for each value that cannot be used.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump")
+    >>> device.name, device.film_radius
+    ('biased pumping cone', 0.03)
     """
     path = Path(name_or_path)
     shipped = shipped_devices()

@@ -42,8 +42,10 @@ class Material(Record):
         the material: ``stretch_limit`` (Gent's J, the largest I1 - 3; infinity is neo-Hookean; default 50), ``yeoh_c2``
         and ``yeoh_c3`` (Yeoh's C20/C10 and C30/C10; default 0).
     dielectric_strength : true field that the film stands, V/m, positive; None (default) = unknown.
-    viscous_modulus_1, relaxation_time_1, viscous_stretch_limit_1, and with 2 and 3 : Maxwell branches of a gel that
-        creeps, Pa, s and largest I1 - 3 (default infinity); the shear modulus then is the long-term one. Default none.
+    viscous_modulus_1, relaxation_time_1, viscous_stretch_limit_1 : Maxwell branch of a gel that creeps, Pa, s and
+        largest I1 - 3 (default infinity); the shear modulus then is the long-term one. Default none.
+    viscous_modulus_2, relaxation_time_2, viscous_stretch_limit_2 : a second branch. Default none.
+    viscous_modulus_3, relaxation_time_3, viscous_stretch_limit_3 : a third branch. Default none.
     flow : the flow rule with which the branches were fitted, "log" (default) or "linear".
     resistivity : of the gel, ohm m, positive; ``resistivity_field``, V/m, the true field E_b from which it leaks more,
         E_b sinh(E/E_b) over the resistivity. Default none: nothing leaks.
@@ -52,6 +54,14 @@ class Material(Record):
     Raises
     ------
     InputError : a line each, for values that are missing, unknown, not exact or out of bounds.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gel = gelcone.Material(young_modulus="24 kPa", relative_permittivity=5, dielectric_strength="20 kV/mm")
+    >>> device = gelcone.find_device("biased-pump").replace(material=gel)
+    >>> device.material.shear_modulus, device.replace({"material.shear_modulus": ["7 kPa", "8 kPa"]}).shape
+    (8000.0, (2,))
     """
 
     kind: ClassVar[str] = "material"
@@ -269,7 +279,23 @@ def _library() -> dict[str, Material]:
 
 
 def load_materials() -> dict[str, Material]:
-    """The library of measured gels, by name; ``materials.toml`` beside this file holds the figures and sources."""
+    """The library of measured gels; ``materials.toml`` of this folder holds the figures and sources.
+
+    Returns
+    -------
+    Each `Material` by its name.
+
+    Raises
+    ------
+    InputError : for a library whose numbers cannot be used, which a test excludes.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gels = gelcone.load_materials()
+    >>> len(gels) > 3, gels["VHB 4910"].viscous_modulus_1
+    (True, 82313.0)
+    """
     return dict(_library())
 
 

@@ -51,9 +51,22 @@ def recorded(
         out) or "pchip", monotone cubics through all samples.
     jump : whether a drive that repeats may jump from its last voltage to its first. Default no.
 
+    Returns
+    -------
+    The device, or model, with this drive.
+
     Raises
     ------
     InputError : in a line, for a file that cannot be read or used.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "recorded.csv")
+    >>> _ = path.write_text("time (ms),voltage (kV)\\n0,0\\n50,0.7\\n100,0.7\\n200,0\\n")
+    >>> device = gelcone.recorded(gelcone.find_device("biased-pump"), path)
+    >>> device.voltage_amplitude, device.frequency
+    (700.0, 5.0)
     """
     if isinstance(scale, bool) or not isinstance(scale, float | int) or not math.isfinite(scale) or scale == 0.0:
         raise InputError(f"scale = {scale!r}: must be a finite number other than 0")

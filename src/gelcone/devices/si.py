@@ -45,7 +45,27 @@ def device_of(result: xr.Dataset) -> Device | None:
 
 
 def model_of(result: xr.Dataset) -> ConeModel:
-    """The model that a result was computed from, an ensemble over what was swept; `InputError` if it does not say."""
+    """The model that a result was computed from.
+
+    Parameters
+    ----------
+    result : a Dataset that an analysis returned or `gelcone.load` read.
+
+    Returns
+    -------
+    The `ConeModel`, an ensemble over what was swept.
+
+    Raises
+    ------
+    InputError : for a Dataset that does not say.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> response = gelcone.simulate(gelcone.ConeModel(voltage=0.4), periods=1)
+    >>> gelcone.model_of(response).voltage
+    0.4
+    """
     device = device_of(result)
     fields = _points(result)
     if device is None or not fields:
@@ -111,9 +131,21 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     result : a Dataset that an analysis returned.
     device : what its model comes from. Default: what the result says.
 
+    Returns
+    -------
+    A Dataset of the same variables in mm, V, ms and so on, named in their ``units``.
+
     Raises
     ------
     InputError : for what is no result, and one that does not say of which device it is.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> plain = gelcone.simulate(device.to_model(), device.initial_state(), periods=1)
+    >>> gelcone.to_si(plain, device).displacement.units, round(float(gelcone.to_si(plain, device).displacement[0]), 2)
+    ('mm', 12.59)
     """
     if not hasattr(result, "data_vars"):
         raise InputError(

@@ -70,6 +70,16 @@ def export(
     InputError : for another ending, files that exist, a folder that cannot be written, an ensemble, and devices whose
         drive or components cannot leave gelcone.
     MissingDependency : for Parquet without pyarrow, and for WebAssembly and other machines without their compiler.
+
+    Examples
+    --------
+    >>> import gelcone, tempfile
+    >>> response = gelcone.simulate(gelcone.ConeModel(), periods=1)
+    >>> files = gelcone.export(response, tempfile.mkdtemp() + "/run.csv")
+    >>> [path.name for path in files]
+    ['run.time.csv', 'run.csv', 'run.state.csv']
+    >>> len(files[0].read_text().splitlines())
+    102
     """
     path = Path(path)
     if not isinstance(what, Device):

@@ -83,6 +83,14 @@ def datasheet(
     Raises
     ------
     InputError : for an ensemble, or voltages out of bounds.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> sheet = gelcone.datasheet(model, [0.6, 0.9])
+    >>> sheet.natural_frequency.values.round(4).tolist(), sheet.first_limit
+    ([1.5788, 1.4842, 1.3535], 'driven meridional slack')
     """
     if model.shape:
         raise InputError(f"datasheet: takes one actuator, not an ensemble of shape {model.shape}; choose a member")

@@ -118,6 +118,16 @@ def plan_device(
     Raises
     ------
     InputError : for fields that cannot be fitted, and where the device has no state in the tests.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n')
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> plan = gelcone.plan_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.1})
+    >>> f"the mass will be known to {plan.left.item():.2%}, before to {plan.prior.item():.0%}"
+    'the mass will be known to 0.35%, before to 10%'
     """
     problem = _problem(device, tests, free, film)
     plan = plan_of(problem)
@@ -155,6 +165,18 @@ def fit_device(
     ------
     InputError : as `plan_device`; for readings that are missing; where fields without priors cannot be distinguished;
         and where measured voltages lie beyond pull-in.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
+    >>> free = {"moving_mass": 0.5, "damping_coefficient": 1.0}
+    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), free)
+    >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g"
+    '8.16 g'
     """
     if not tests.measured:
         raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
@@ -184,7 +206,31 @@ def fit_device(
 
 
 def fitted_device(result: xr.Dataset) -> Device:
-    """The device of a fit; `InputError` for a Dataset that is not a device fit."""
+    """The device of a fit.
+
+    Parameters
+    ----------
+    result : of `fit_device`, also one that `gelcone.load` has read.
+
+    Returns
+    -------
+    The `Device` with the fitted fields.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a device fit.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
+    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
+    >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g in place of {1e3 * device.moving_mass:.2f} g"
+    '8.14 g in place of 5.00 g'
+    """
     if "fitted" not in result.attrs:
         raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
     return Device.from_text(result.attrs["fitted"])
@@ -206,6 +252,18 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     Raises
     ------
     InputError : for a Dataset that is not a device fit, or fewer than 2 draws.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
+    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
+    >>> draws = gelcone.fitted_draws(fit, 16)
+    >>> draws.sizes["draw"], draws.moving_mass.units
+    (16, 'kg')
     """
     import xarray as xr
 

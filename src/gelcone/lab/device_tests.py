@@ -61,9 +61,22 @@ def read_device_tests(path: str | Path) -> DeviceTests:
         ``file``, ``"F, mN"``, or the number itself, or a list of numbers. Readings that are left out are planned. A
         table ``[instruments]`` states the standard deviation of the gain of ``load_cell``, ``laser`` and ``amplifier``.
 
+    Returns
+    -------
+    The tests with what is set, what is read and its noise, in SI, and the gains of the instruments.
+
     Raises
     ------
     InputError : for what cannot be read with certainty, in one line that names test and remedy.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> _ = path.write_text('[[test]]\\nkind = "stroke over voltage"\\nvoltage = ["1 kV"]\\nnoise = "10 um"\\n')
+    >>> planned = gelcone.read_device_tests(path).tests[0]
+    >>> planned.kind, planned.set["voltage"].tolist()
+    ('stroke over voltage', [1000.0])
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":

@@ -85,6 +85,17 @@ def fit_material(
     Raises
     ------
     InputError : for tests that cannot be fitted, and for options that are not known.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tension.csv")
+    >>> rows = [f"{l},{8 * (l - l**-2):.4f}" for l in (1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0)]  # neo-Hookean, 8 kPa
+    >>> _ = path.write_text("stretch,stress (kPa)\\n" + "\\n".join(rows))
+    >>> tests = gelcone.read_tests(path)
+    >>> fit = gelcone.fit_material(tests, {"relative_permittivity": 5}, laws=["neo-hookean"], branches=[0], draws=0)
+    >>> f"{gelcone.fitted_material(fit).shear_modulus:.0f} Pa"
+    '8000 Pa'
     """
     chosen_laws = _checked_laws(laws)
     counts = _checked_counts(branches)
@@ -129,14 +140,63 @@ def fit_material(
 
 
 def fitted_material(result: xr.Dataset) -> Material:
-    """The material of a fit, which devices take; `InputError` for a Dataset that is not a material fit."""
+    """The material of a fit, which devices take.
+
+    Parameters
+    ----------
+    result : of `fit_material`, also one that `gelcone.load` has read.
+
+    Returns
+    -------
+    The `Material`, with its Maxwell branches and sources.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a material fit.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tension.csv")
+    >>> rows = [f"{l},{8 * (l - l**-2):.4f}" for l in (1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0)]  # neo-Hookean, 8 kPa
+    >>> _ = path.write_text("stretch,stress (kPa)\\n" + "\\n".join(rows))
+    >>> tests = gelcone.read_tests(path)
+    >>> fit = gelcone.fit_material(tests, {"relative_permittivity": 5}, laws=["neo-hookean"], branches=[0], draws=0)
+    >>> gel = gelcone.fitted_material(fit)
+    >>> f"{gel.shear_modulus:.0f} Pa", gel.relative_permittivity
+    ('8000 Pa', 5.0)
+    """
     if "material" not in result.attrs:
         raise InputError("fitted_material: was given no material fit; give a result of gelcone.fit_material")
     return Material(**json.loads(result.attrs["material"]))
 
 
 def fitted_text(result: xr.Dataset) -> str:
-    """The table ``[material]`` of a fit for device files, with the 95 % intervals of its numbers as comments."""
+    """The table ``[material]`` of a fit for device files.
+
+    Parameters
+    ----------
+    result : of `fit_material`, also one that `gelcone.load` has read.
+
+    Returns
+    -------
+    TOML, with the 95 % intervals of its numbers as comments.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a material fit.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tension.csv")
+    >>> rows = [f"{l},{8 * (l - l**-2):.4f}" for l in (1.0, 1.1, 1.2, 1.4, 1.6, 1.8, 2.0)]  # neo-Hookean, 8 kPa
+    >>> _ = path.write_text("stretch,stress (kPa)\\n" + "\\n".join(rows))
+    >>> tests = gelcone.read_tests(path)
+    >>> fit = gelcone.fit_material(tests, {"relative_permittivity": 5}, laws=["neo-hookean"], branches=[0], draws=0)
+    >>> [line for line in gelcone.fitted_text(fit).splitlines() if line.startswith("shear_modulus")][0]
+    'shear_modulus = "8 kPa"                  # small-strain shear modulus'
+    """
     comments = {}
     for k, name in enumerate(result["parameter"].values):
         low, high = float(result["low"][k]), float(result["high"][k])

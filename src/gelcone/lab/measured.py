@@ -31,7 +31,23 @@ KEYS = ("file", "only", "temperature", *_CHOICES, *_NUMBERS, *_RATES, *ROLES)
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured ``coupons`` and permittivity ``spectra``, and the ``files`` that they come from."""
+    """Measured tests on coupons, as `gelcone.read_tests` reads them.
+
+    Parameters
+    ----------
+    coupons : the mechanical tests.
+    spectra : measured permittivities over frequency.
+    files : the files that they come from.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tension.csv")
+    >>> _ = path.write_text("stretch,stress (kPa)\\n1,0\\n1.1,5\\n1.2,9\\n1.3,12\\n")
+    >>> tests = gelcone.read_tests(path)
+    >>> len(tests.coupons), len(tests.spectra), [pathlib.Path(file).name for file in tests.files]
+    (1, 0, ['tension.csv'])
+    """
 
     coupons: tuple[Coupon, ...]
     spectra: tuple[Spectrum, ...]
@@ -53,6 +69,15 @@ def read_tests(*paths: str | Path) -> Measured:
     Raises
     ------
     InputError : for what cannot be read with certainty, in one line that names file, line and remedy.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tension.csv")
+    >>> _ = path.write_text("stretch,stress (kPa)\\n1,0\\n1.1,5\\n1.2,9\\n1.3,12\\n")
+    >>> tests = gelcone.read_tests(path)
+    >>> f"{len(tests.coupons)} test, largest stress {tests.coupons[0].stress.max():.0f} Pa"
+    '1 test, largest stress 12000 Pa'
     """
     coupons: list[Coupon] = []
     spectra: list[Spectrum] = []

@@ -106,6 +106,15 @@ def drive(
     ------
     InputError : for an ensemble, what `envelope` refuses, an unknown ``largest``, frequencies that do not increase, or
         where no drive within the window moves the disc periodically.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> drive = {"voltage": 0.3, "voltage_bias": 0.6}
+    >>> model = gelcone.ConeModel(**drive, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.3)
+    >>> best = gelcone.drive(model, lowest=0.8, highest=0.805)
+    >>> best.attrs["limit"], round(best.peak_voltage.item(), 4), best.drive_frequency.item()
+    ('meridional slack', 0.7191, 0.805)
     """
     if largest not in get_args(Largest):
         raise unknown_name("quantity to be largest", largest, get_args(Largest))

@@ -52,6 +52,17 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
     Raises
     ------
     InputError : for an ensemble, films, biases and circuits with states, two films, and times that do not increase.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> import numpy as np
+    >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    >>> rest = gelcone.static(model, [0.0]).equilibrium_displacement.values.item()
+    >>> times = np.linspace(0.0, 10.0, 101)
+    >>> found = gelcone.follow(model, times, rest + 0.02 * (1.0 - np.cos(times)))
+    >>> bool(found.reachable.values.all()), f"{found.voltage.values.max():.3f}, error {found.largest_error.item():.0e}"
+    (True, '0.371, error 2e-05')
     """
     system = _plain_system(model, "follow")
     tau, x = _samples(times, displacement)
@@ -151,6 +162,14 @@ def sense(
     Raises
     ------
     InputError : for an ensemble, two films, a film that creeps, and a negative uncertainty.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    >>> found = gelcone.sense(model, [1.3], uncertainty=0.01)
+    >>> f"{found.displacement.item():.4f} +- {found.displacement_error.item():.4f}"
+    '0.5477 +- 0.0091'
     """
     system = _plain_system(model, "sense")
     measured = np.atleast_1d(np.asarray(capacitance, dtype=float))

@@ -120,6 +120,14 @@ def envelope(
     Raises
     ------
     InputError : for an ensemble, a drive without voltage, a margin outside [0, 1), or axes that do not increase.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> window = gelcone.envelope(model, peaks=[0.5, 1.0, 1.5], frequencies=[0.6, 0.8])
+    >>> window.recommended_peak.values.round(3).tolist()
+    [0.727, 0.681]
     """
     if model.shape:
         raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
@@ -242,6 +250,14 @@ def operating_limits(
     Raises
     ------
     InputError : when no member has a voltage, or when the flat film lies beyond its stretch limit in all members.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> found = gelcone.operating_limits(model)
+    >>> f"{found.safe_peak_voltage.item():.3f} +- {found.driven_error_voltage.item():.3f}"
+    '0.901 +- 0.001'
     """
     start_states(model, (0.0, 0.0))
     members = model.members()

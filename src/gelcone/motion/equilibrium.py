@@ -87,6 +87,14 @@ def static(
     ------
     InputError : for voltages out of bounds, displacements that do not increase or of which none can be reached, or
         when no member can be reached at all.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> found = gelcone.static(device, ["0 V"])
+    >>> f"one of {int(found.equilibria.item())}: {found.equilibrium_displacement.values[0, 0]:.2f} mm"
+    'one of 1: 12.59 mm'
     """
     levels = own_levels(model) if voltages is None else constant_voltages(voltages)
     balances = balances_of(model)
@@ -173,11 +181,28 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
 
 @for_devices
 def pitchfork_voltage(model: Ensemble) -> VoltageArray:
-    """Constant voltage at which the flat film loses its stability, of the ensemble's shape.
+    """Constant voltage at which the flat film loses its stability.
 
-    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another film. NaN
-    where x = 0 is not an equilibrium (``rest_height`` with a spring), cannot be reached or is unstable without voltage
-    already, or where the film pulls in before.
+    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another film.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+
+    Returns
+    -------
+    Voltages of the ensemble's shape; of a device in volts. NaN where x = 0 is not an equilibrium (``rest_height`` with
+    a spring), cannot be reached or is unstable without voltage already, or where the film pulls in before.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gelcone.pitchfork_voltage(gelcone.ConeModel(spring_stiffness=[0.5, 1.5])).round(4).tolist()
+    [0.7071, 1.2247]
     """
     return _pitchfork_voltages(every_balance(model)).reshape(model.shape)
 
@@ -194,8 +219,26 @@ def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
 def fold_voltages(model: Ensemble) -> xr.Dataset:
     """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
 
-    Returns ``fold_voltage`` and ``fold_displacement`` over the ensemble's dims and ``fold``, in the order of the
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+
+    Returns
+    -------
+    Dataset with ``fold_voltage`` and ``fold_displacement`` over the ensemble's dims and ``fold``, in the order of the
     voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(hoop_prestretch=1.4, rest_height=0.3, spring_stiffness=0.5)
+    >>> found = gelcone.fold_voltages(model)
+    >>> found.fold_voltage.values.round(4).tolist(), found.fold_displacement.values.round(4).tolist()
+    ([1.217], [-0.5313])
     """
     balances = balances_of(model)
     folds = each(lambda balance: balance.folds(), balances)
@@ -218,6 +261,18 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
     ``pull_in_kind``, a `PullIn`; ``pull_in_from``, the displacement there; ``pull_in_to``, where the disc goes: to the
     next stable equilibrium that the force leads to, infinity when there is none, the same displacement where
     a pitchfork continues smoothly, NaN if never. ``rest_displacement`` is where the ramp starts.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(film="wrinkling", law="neo-hookean", hoop_prestretch=1.4, rest_height=0.8)
+    >>> found = gelcone.pull_in_voltage(model)
+    >>> gelcone.PullIn(found.pull_in_kind.item()).name, round(found.pull_in_voltage.item(), 4)
+    ('FILM', 0.9312)
     """
     balances = balances_of(model)
     variables = _pull_in_variables(balances, _rests(model, balances, start))
@@ -242,6 +297,18 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     ``blocked_force``, what the voltage adds to the force (v^2 x in the cone), with which the disc pushes (away from the
     flat film) on a stop that holds it where it rests without voltage; ``cycle_work``, the largest work on a load in a
     cycle: the area between the forces with and without the voltage over the stroke.
+
+    Raises
+    ------
+    InputError : for negative voltages, and for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    >>> found = gelcone.stroke_and_blocked_force(model, [0.4, 0.8])
+    >>> found.stroke.values.round(4).tolist(), found.blocked_force.values.round(4).tolist()
+    ([0.0371, 0.1814], [0.0871, 0.3482])
     """
     levels = constant_voltages(voltages)
     balances = balances_of(model)

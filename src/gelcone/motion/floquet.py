@@ -58,7 +58,15 @@ Progress = Callable[[float], None]
 
 
 class Onset(IntEnum):
-    """Which multiplier leaves the unit circle where rest loses its stability."""
+    """Which multiplier leaves the unit circle where rest loses its stability.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> found = gelcone.onset_voltage(gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5))
+    >>> gelcone.Onset(found.onset_kind.item())
+    <Onset.MINUS_ONE: 2>
+    """
 
     NONE = 0
     PLUS_ONE = 1
@@ -93,6 +101,8 @@ def floquet_multipliers(
     ----------
     model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring).
     tolerance : relative error of one step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -106,6 +116,14 @@ def floquet_multipliers(
     Raises
     ------
     InputError : when x = 0 is not a solution, or lies beyond the stretch limit for all members.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5, voltage=[0.3, 0.6])
+    >>> found = gelcone.floquet_multipliers(model)
+    >>> found.spectral_radius.values.round(4).tolist()
+    [0.7304, 1.0035]
     """
     _check_rest(model)
     maps = _maps(model.members(), _Options(tolerance, threads), progress)
@@ -161,6 +179,8 @@ def onset_voltage(
     steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a repeat, from 256 to 4096
         and a power of 2.
     tolerance : relative error of one step of the integrator. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
@@ -172,6 +192,13 @@ def onset_voltage(
     ------
     InputError : when x = 0 is not a solution, or lies beyond the stretch limit for all members; for a ``highest`` that
         is not positive, or fewer than 2 steps.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> found = gelcone.onset_voltage(gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5))
+    >>> round(found.onset_voltage.item(), 5), gelcone.Onset(found.onset_kind.item()).name
+    (0.59953, 'MINUS_ONE')
     """
     _check_rest(model)
     members = model.members()
@@ -253,6 +280,14 @@ def tongues(
     Raises
     ------
     InputError : as `onset_voltage`; for an ensemble; for frequencies or voltages that do not increase.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5)
+    >>> found = gelcone.tongues(model, [0.45, 0.5], [0.3, 0.6])
+    >>> (found.growth_rate.values > 0.0).tolist(), round(float(found.onset_voltage[1]), 5)
+    ([[False, False], [False, True]], 0.59953)
     """
     if model.shape:
         raise InputError(f"tongues takes one actuator, not an ensemble of shape {model.shape}; take one member")

@@ -73,10 +73,22 @@ def integrate(
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
+    Returns
+    -------
+    `Trajectories`: ``states`` (members, samples, states), NaN from where a member failed, its ``outcome``, and the
+    ``tangents`` or ``work`` asked for.
+
     Raises
     ------
     InputError : for times that do not increase, shapes that do not fit, or options that cannot be used.
     MissingDependency : when the integrator is not installed.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> run = gelcone.integrate(gelcone.ConeModel(), (1.0, 0.0), [0.0, 5.0, 10.0])
+    >>> run.states.shape, run.states[0, -1].round(6).tolist()
+    ((1, 3, 2), [0.199411, -0.80577])
     """
     members = model.members()
     if keep not in KEEPS:

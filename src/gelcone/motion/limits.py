@@ -52,6 +52,14 @@ def limits(
     Raises
     ------
     InputError : when the flat film lies beyond its stretch limit in all members.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5)
+    >>> found = gelcone.limits(model)
+    >>> f"onset {found.onset_voltage.item():.5f}, pitchfork {found.pitchfork_voltage.item():.5f}"
+    'onset 0.59953, pitchfork 0.70711'
     """
     start_states(model, (0.0, 0.0))
     members = model.members()

@@ -118,10 +118,23 @@ def state_space(
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
         circuit that keeps the charge from jumping, ``"current"``.
 
+    Returns
+    -------
+    The matrices ``A``, ``B``, ``C``, ``D`` as a tuple that SciPy takes, with the names of their ``states``, ``inputs``
+    and ``outputs``, the displacement ``place`` of the equilibrium, and ``to_control()``.
+
     Raises
     ------
     InputError : for an ensemble, a voltage beyond pull-in, unknown names, and a current that an ideal source makes
         jump.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> linear = gelcone.state_space(model)
+    >>> linear.A.shape, round(float(linear.A[1, 0]), 4)
+    ((2, 2), -2.2028)
     """
     if isinstance(model, Device):
         device = model if voltage is None else model.replace_quietly(voltage_offset=voltage)
@@ -499,6 +512,19 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
     -------
     Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, dimensionless) and ``phase`` in degrees, NaN
     where the gain is 0.
+
+    Raises
+    ------
+    InputError : for an ensemble, a bias beyond pull-in, and frequencies that are not positive.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> import numpy as np
+    >>> model = gelcone.ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> found = gelcone.small_signal_response(model, np.array([0.1, 1.0]))
+    >>> found.gain.values.round(4).tolist()
+    [0.3472, 0.6308]
     """
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():

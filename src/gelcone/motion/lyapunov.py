@@ -279,6 +279,14 @@ def lyapunov(
     Raises
     ------
     InputError : for a window, transient or budget that is not positive, or when no member can start.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.6, drive_frequency=0.5)
+    >>> found = gelcone.lyapunov(model)
+    >>> f"{float(found.lyapunov[0]):.4f} +- {float(found.standard_error[0]):.0e}", int(found.cycle)
+    ('-0.0500 +- 1e-08', 1)
     """
     options: dict[str, Any] = {
         "window": window,

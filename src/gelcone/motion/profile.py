@@ -108,6 +108,13 @@ def film(
     ------
     InputError : for a film that is not the membrane, voltages below 0, heights that are not finite, and more than
         4000 states.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> rings = gelcone.film(gelcone.find_device("biased-pump"), ["20 mm"], ["0 V"])
+    >>> f"the film pulls back with {rings.force.item():.1f} {rings.force.units}"
+    'the film pulls back with 0.2 N'
     """
     members = model.members()
     films = [placed for placed in members.system.films if isinstance(placed.film, MembraneFilm)]

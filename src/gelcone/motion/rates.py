@@ -97,8 +97,24 @@ def rates(device: Device) -> Rates:
     ----------
     device : a device of single numbers.
 
+    Returns
+    -------
+    A function of the time in s and the states, SI, in the order of its ``states``; voltage (V) and force (N) are
+    numbers or functions of the time, by default the device's own drive and none. ``jacobian`` takes the same, ``start``
+    is where the device rests or is released.
+
     Raises
     ------
     InputError : for an ensemble.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> f = gelcone.rates(gelcone.find_device("biased-pump").replace(film="taut"))
+    >>> f.states, round(float(f.start[0]), 5)
+    (('displacement', 'velocity'), 0.01259)
+    >>> acceleration = f(0.0, f.start, voltage=0.0, force=5e-3)[1]  # 5 mN on 5 g
+    >>> f"{acceleration:.3f} m/s^2"
+    '1.000 m/s^2'
     """
     return Rates(device)

@@ -86,6 +86,14 @@ def regime(
     Raises
     ------
     InputError : for a transient or budget that is not positive, no rounds, or when no member can start.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.3, voltage=[0.4, 0.9])
+    >>> found = gelcone.regime(model)
+    >>> [gelcone.Regime(code).label for code in found.regime.values], found.period.values.tolist()
+    (['rest', 'periodic'], [0, 1])
     """
     options: dict[str, Any] = {
         "transient": transient,

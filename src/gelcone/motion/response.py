@@ -95,6 +95,16 @@ def simulate(
     ------
     InputError : for a run of no length or more than the memory holds, times that do not increase, or an initial state
         of which no member lies inside its stretch limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut", frequency="9 Hz")
+    >>> response = gelcone.simulate(device, periods=20)
+    >>> response.sizes["time"], response.displacement.units, response.outcome.item()
+    (2001, 'mm', 0)
+    >>> f"from rest at {response.displacement.values[0]:.2f} mm"
+    'from rest at 12.59 mm'
     """
     if periods is None:
         periods = 20.0 if model.system.waveform.repeat else 1.0

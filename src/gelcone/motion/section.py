@@ -77,6 +77,14 @@ def section(
     ------
     InputError : for no repeats, a negative discard, a phase outside [0, 1), or an initial state of which no member
         lies inside its stretch limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> points = gelcone.section(model, repeats=3)
+    >>> points.displacement.values.round(6).tolist()
+    [0.675847, 0.675847, 0.675847]
     """
     phase = _checked_phase(phase)
     states0, members = start_states(model, initial), model.members()
@@ -168,6 +176,14 @@ def extrema(
     ------
     InputError : for no repeats, a negative discard, or an initial state of which no member lies inside its stretch
         limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> found = gelcone.extrema(model, repeats=1)
+    >>> found.displacement.values.round(5).tolist(), found.maximum.values.tolist()
+    ([0.83547, 0.42499], [1, -1])
     """
     check_count("repeats", repeats, 1)
     check_count("discard", discard, 0)

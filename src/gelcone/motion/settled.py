@@ -145,6 +145,14 @@ def settled(
     Raises
     ------
     InputError : for a transient or patience that is not positive, or when no member has damping or can start.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> motion = gelcone.settled(model)
+    >>> f"stroke {motion.stroke.item():.5f}, by linear theory {motion.linear_stroke.item():.5f}"
+    'stroke 0.41049, by linear theory 0.39872'
     """
     states, members = start_states(model, initial), model.members()
     if not members.damped.any():

@@ -111,6 +111,14 @@ def spectrum(
     ------
     InputError : for too few periods, a negative discard, a band out of range, or an initial state of which no member
         lies inside its stretch limit.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> lines = gelcone.spectrum(model)
+    >>> [f"{a:.5f} at {f:.3f}" for a, f in zip(lines.line_amplitude.values[:2], lines.line_frequency.values[:2])]
+    ['0.20463 at 1.000', '0.03230 at 2.000']
     """
     options: dict[str, Any] = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
     check_count("periods", periods, FEWEST_PERIODS)

@@ -77,6 +77,14 @@ def step(
     ------
     InputError : for an ensemble, voltages out of bounds, a ``before`` without an equilibrium, a duration that is not
         positive, and a model without damping unless a duration is given.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2)
+    >>> answer = gelcone.step(model, [0.6])
+    >>> f"overshoot {answer.overshoot.item():.3f} of the way, settled after {answer.settling_time.item():.1f}"
+    'overshoot 0.647 of the way, settled after 19.5'
     """
     if model.shape:
         raise InputError(f"step: takes one actuator, not an ensemble of shape {model.shape}; choose a member")

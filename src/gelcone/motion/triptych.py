@@ -76,6 +76,14 @@ def triptych(
     Raises
     ------
     InputError : for more than four members, no periods, and as `regime`.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.3, voltage=[0.4, 0.9])
+    >>> found = gelcone.triptych(model, periods=4, late_periods=2)
+    >>> [gelcone.Regime(code).label for code in found.regime.values], round(float(found.late_displacement[1].max()), 4)
+    (['rest', 'periodic'], 0.6743)
     """
     check_count("periods", periods, 1)
     check_count("late_periods", late_periods, 1)

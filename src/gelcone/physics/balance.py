@@ -40,7 +40,14 @@ FILM_SAMPLES = 401
 
 
 class PullIn(IntEnum):
-    """Ways in which the equilibrium on a slow voltage ramp is lost."""
+    """Ways in which the equilibrium on a slow voltage ramp is lost.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> [(kind.value, kind.name) for kind in gelcone.PullIn]
+    [(0, 'NEVER'), (1, 'PITCHFORK'), (2, 'FOLD'), (3, 'SEARCH_RANGE'), (4, 'FILM')]
+    """
 
     NEVER = 0
     PITCHFORK = 1

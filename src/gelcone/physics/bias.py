@@ -19,6 +19,21 @@ class Bias(Component):
     """A force on the disc that is not the film's, counted positive where it pulls the disc down, per mu Vol/(b-a).
 
     A new one supplies `force`; the rest follows from it, and is overridden where a closed form is known.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> class Magnet(gelcone.Bias):
+    ...     name = "magnet"
+    ...     parameters = {"magnet_strength": gelcone.Quantity("m", "strength", 0.2, lower=0.0)}
+    ...
+    ...     def force(self, x, y, n, xp=None):
+    ...         gap = 1.0 / (4.0 + x * x)
+    ...         return -n["magnet_strength"] * gap, 2.0 * n["magnet_strength"] * x * gap * gap
+    >>> both = gelcone.Together((gelcone.LinearSpring(), Magnet()))
+    >>> model = gelcone.ConeModel(bias=both, magnet_strength=0.4)
+    >>> round(gelcone.static(model, [0.0]).equilibrium_displacement.values.item(), 4)
+    0.0662
     """
 
     @abstractmethod
@@ -59,7 +74,15 @@ class Bias(Component):
 
 
 class LinearSpring(Bias):
-    """F = kappa (x - x0)."""
+    """F = kappa (x - x0).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> force, slope = gelcone.LinearSpring().force(0.5, [], {"spring_stiffness": 2.0, "rest_height": 0.75})
+    >>> force, slope
+    (-0.5, 2.0)
+    """
 
     name = "spring"
     parameters = {
@@ -96,6 +119,13 @@ class BuckledBeam(Bias):
     A beam beyond buckling has a negative k1: it pushes away from its straight shape at xb, up to d = sqrt(-k1/k3) on
     either side, where it is free. The first mode of a buckled beam: Holmes,
     Phil. Trans. R. Soc. A 292 (1979) 419, doi 10.1098/rsta.1979.0068.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(bias="beam", hoop_prestretch=1.2)
+    >>> gelcone.static(model, [0.0]).equilibrium_displacement.values.round(4).tolist()
+    [[-0.2944, 0.0, 0.2944]]
     """
 
     name = "beam"
@@ -140,6 +170,13 @@ class Weight(Bias):
     """F = W: gravity along the axis pulls the disc, and what it carries, towards the film's plane and beyond.
 
     A negative W is that of a device that hangs: gravity pulls the disc away from the plane.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(bias="spring+weight", rest_height=0.8, weight=0.1)
+    >>> round(gelcone.static(model, [0.0]).equilibrium_displacement.values.item(), 4)
+    0.5697
     """
 
     name = "weight"
@@ -158,7 +195,15 @@ class Weight(Bias):
 
 
 class ConstantForce(Bias):
-    """F = -P: a force that pushes the disc away from the film's plane wherever it is."""
+    """F = -P: a force that pushes the disc away from the film's plane wherever it is.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(bias="force", push=0.2, hoop_prestretch=1.4)
+    >>> round(gelcone.static(model, [0.0]).equilibrium_displacement.values.item(), 4)
+    0.3364
+    """
 
     name = "force"
     parameters = {
@@ -179,7 +224,20 @@ class ConstantForce(Bias):
 
 @dataclass(frozen=True)
 class Together(Bias):
-    """Several biases at once: their forces add up. ``parts`` are at least two, of different kinds."""
+    """Several biases at once: their forces add up.
+
+    Parameters
+    ----------
+    parts : at least two biases, of different kinds.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> both = gelcone.Together((gelcone.LinearSpring(), gelcone.Weight()))
+    >>> force, slope = both.force(0.5, [], {"spring_stiffness": 2.0, "rest_height": 0.5, "weight": 0.1})
+    >>> force, slope
+    (0.1, 2.0)
+    """
 
     parts: tuple[Bias, ...]
 

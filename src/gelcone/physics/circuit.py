@@ -33,10 +33,26 @@ LOSSES = ("resistor", "leak")
 
 @dataclass(frozen=True)
 class Port:
-    """The connections of a circuit: the ``command``, and the films on which it puts a voltage, in parallel.
+    """The connections of a circuit: the command, and the films on which it puts a voltage, in parallel.
 
-    ``displacement`` and ``velocity`` are those of the disc. All values are over the scales of the model; a capacitance
-    over that of the flat film (C0 = eps pi (b^2 - a^2)/H), a current over C0 Phi0 Omega0.
+    All values are over the scales of the model; a capacitance over that of the flat film (C0 = eps pi (b^2 - a^2)/H), a
+    current over C0 Phi0 Omega0.
+
+    Parameters
+    ----------
+    command : the commanded voltage.
+    displacement, velocity : those of the disc.
+    rate_of_command : gives the rate of the commanded voltage, see `command_rate`.
+    films : each film with its states.
+    n : the numbers of the system, by name.
+    xp : the functions that formulas take.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> port = gelcone.Port(0.5, 0.2, 0.0, lambda: 0.1, (), {}, None)  # made by gelcone for each evaluation
+    >>> port.command, port.command_rate
+    (0.5, 0.1)
     """
 
     command: Any
@@ -120,6 +136,26 @@ class Circuit(Component):
     each is ``value(port, y, n, xp)``, and its switch, one of the circuit's `numbers`, has the sign of the side (see
     `Border`). A circuit with states or borders has the period of the voltage itself, since these follow the voltage's
     sign.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> class Filter(gelcone.Circuit):
+    ...     name = "filter"
+    ...     states = (gelcone.State("film_voltage", "voltage on the film", "voltage"),)
+    ...     parameters = {"filter_constant": gelcone.Quantity("t", "time constant", 0.3, positive=True, scale="time")}
+    ...
+    ...     def voltage(self, port, y, n, xp=None):
+    ...         return y[0]
+    ...
+    ...     def rates(self, port, y, n, xp=None):
+    ...         return [(port.command - y[0]) / n["filter_constant"]]
+    ...
+    ...     def time_constant(self, n):
+    ...         return n["filter_constant"]
+    >>> model = gelcone.ConeModel(circuit=Filter(), voltage=0.5)
+    >>> gelcone.settled(model.replace(rest_height=0.8)).stroke.round(5).item()
+    0.09453
     """
 
     borders: tuple[Border, ...] = ()
@@ -183,7 +219,14 @@ class Circuit(Component):
 
 
 class IdealSource(Circuit):
-    """The film has the commanded voltage."""
+    """The film has the commanded voltage.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gelcone.ConeModel().system.circuit == gelcone.IdealSource(), gelcone.IdealSource().time_constant({})
+    (True, 0.0)
+    """
 
     name = "ideal"
 

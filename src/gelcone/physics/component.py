@@ -28,8 +28,20 @@ Numbers = Mapping[str, Any]
 class State:
     """A state that a component adds to displacement and velocity.
 
-    ``quantity`` says which SI scale of a device turns it into SI units, ``start`` where it is when a run that gives
-    displacement and velocity alone begins, and ``mirrored`` whether it changes its sign in the mirror image x -> -x.
+    Parameters
+    ----------
+    name : its name, in results and among initial values.
+    meaning : in words.
+    quantity : the SI scale of a device that turns it into SI units. Default ``"share"``, a pure number.
+    start : where it begins in a run that gives displacement and velocity alone. Default 0.
+    mirrored : whether it changes its sign in the mirror image x -> -x. Default no.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> charge = gelcone.State("charge", "charge on the film", "charge")
+    >>> charge.name, charge.start
+    ('charge', 0.0)
     """
 
     name: str
@@ -45,6 +57,12 @@ class Component(ABC):
     A new component supplies a ``name``, its ``parameters`` (flat name -> `Quantity`) and the formulas of its kind.
     Equal components share a compiled program, also between processes, so all that its formulas depend on must be
     a parameter or a field.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gelcone.Gent().parameters["stretch_limit"].default, isinstance(gelcone.Sine(), gelcone.Component)
+    (50.0, True)
     """
 
     name: ClassVar[str]

@@ -44,8 +44,20 @@ PHASE_SPEED = "phase_speed"
 
 @dataclass(frozen=True)
 class Pieces:
-    """A table: the phases at which pieces begin, ``begins`` (..., pieces), increasing from the first within one repeat,
-    and their ``terms`` (..., pieces, 5): those of the cubic, and the gate."""
+    """A table of the pieces of a waveform.
+
+    Parameters
+    ----------
+    begins : phases at which the pieces begin, (..., pieces), increasing from the first within one repeat.
+    terms : the four terms of the cubic of each piece and its gate, (..., pieces, 5).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> table = gelcone.ConeModel(waveform="triangle").system.waveform.table({})
+    >>> table.begins.round(4).tolist(), table.terms.shape
+    ([-1.5708, 1.5708], (2, 5))
+    """
 
     begins: Array
     terms: Array
@@ -69,6 +81,23 @@ class Waveform(Component):
 
     ``parameters`` must hold those of `VOLTAGE`. One that is not smooth derives from `Pieced`. One that does not
     ``repeat`` lasts for one repeat and is refused by analyses of periodic drives.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> from gelcone.physics.drive import VOLTAGE
+    >>> class Soft(gelcone.Waveform):
+    ...     name = "soft"
+    ...     parameters = VOLTAGE
+    ...
+    ...     def shape(self, phase, n, xp=None):
+    ...         return xp.sin(phase) + 0.1 * xp.sin(3.0 * phase)
+    ...
+    ...     def shape_rate(self, phase, n, xp=None):
+    ...         return xp.cos(phase) + 0.3 * xp.cos(3.0 * phase)
+    >>> import numpy as np
+    >>> round(float(Soft().shape(1.0, {}, np)), 4), gelcone.ConeModel(waveform=Soft()).voltage
+    (0.8556, 0.5)
     """
 
     parameters = VOLTAGE
@@ -155,6 +184,13 @@ class Pieced(Waveform):
 
     A new one supplies `table`, the pieces of one repeat from a phase on, and may replace the carrier, a sine. Programs
     load the numbers of a piece at its corner, where a step ends; NumPy formulas look it up.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(waveform="triangle", voltage=0.5, voltage_bias=0.2)
+    >>> isinstance(model.system.waveform, gelcone.Pieced), float(model.system.waveform.peak(model.values))
+    (True, 0.7)
     """
 
     pieced = True

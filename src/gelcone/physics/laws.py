@@ -28,6 +28,12 @@ class StrainEnergyLaw(Component):
     `compliance`, `stiffening` and `film_stiffness` follow from these; override them where a cheaper closed form exists,
     as `Gent` does. `numbers` turns the parameters into what the formulas take (default: the parameters themselves).
     ``tests/physics/test_laws.py`` runs over `LAWS` and proves each of these functions against the energy.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> {name: round(float(law.response(2.0, law.numbers(law.complete({})))), 4) for name, law in gelcone.LAWS.items()}
+    {'gent': 1.0417, 'neo-hookean': 1.0, 'yeoh': 1.0}
     """
 
     @abstractmethod
@@ -69,7 +75,15 @@ class StrainEnergyLaw(Component):
 
 
 class Gent(StrainEnergyLaw):
-    """W = -(J/2) ln(1 - (I1-3)/J); J = infinity is neo-Hookean. Gent, Rubber Chem. Technol. 69 (1996) 59."""
+    """W = -(J/2) ln(1 - (I1-3)/J); J = infinity is neo-Hookean. Gent, Rubber Chem. Technol. 69 (1996) 59.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> law = gelcone.Gent()
+    >>> round(float(law.response(10.0, law.numbers({"stretch_limit": 50.0}))), 4)
+    1.25
+    """
 
     name = "gent"
     parameters = {
@@ -123,7 +137,14 @@ class Gent(StrainEnergyLaw):
 
 
 class NeoHookean(StrainEnergyLaw):
-    """W = (I1-3)/2. Treloar, The Physics of Rubber Elasticity (1975)."""
+    """W = (I1-3)/2. Treloar, The Physics of Rubber Elasticity (1975).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> float(gelcone.NeoHookean().energy(10.0, {}))
+    5.0
+    """
 
     name = "neo-hookean"
 
@@ -153,6 +174,12 @@ class Yeoh(StrainEnergyLaw):
     """W = (e + c2 e^2 + c3 e^3)/2, e = I1-3, with c2 = C20/C10 and c3 = C30/C10.
 
     Yeoh, Rubber Chem. Technol. 66 (1993) 754.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> float(gelcone.Yeoh().response(1.0, {"yeoh_c2": 0.1, "yeoh_c3": 0.0}))
+    1.2
     """
 
     name = "yeoh"

@@ -89,6 +89,13 @@ class ConeModel(Ensemble):
     ------
     InputError : for unknown names (with the nearest one), a value out of bounds, or arrays that do not
         broadcast.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=[0.4, 0.8], law="neo-hookean")
+    >>> model.shape, model.damping_ratio, model.replace(voltage=1.0).voltage
+    ((2,), 0.05, 1.0)
     """
 
     def __init__(

@@ -31,8 +31,20 @@ CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0, sc
 
 @dataclass(frozen=True)
 class PlacedFilm(Component):
-    """A ``film`` as the disc feels it: the first one, which has the commanded voltage, where ``drive`` is None, else
-    the second one, with one of `DRIVES`. Displacement, velocity and numbers are those of the system."""
+    """A film as the disc feels it. Displacement, velocity and numbers are those of the system.
+
+    Parameters
+    ----------
+    film : the film.
+    drive : None for the first film, which has the commanded voltage; of the second one of `DRIVES`. Default None.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(second_film="taut", second_flat_height=0.8, rest_height=0.4)
+    >>> [placed.drive for placed in model.system.films], model.second_flat_height
+    ([None, 'same'], 0.8)
+    """
 
     film: Film
     drive: str | None = None

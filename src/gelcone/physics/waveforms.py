@@ -22,7 +22,14 @@ MOST_CYCLES, MOST_HARMONICS, MOST_PIECES = 1000, 256, 20_000
 
 
 class Sine(Waveform):
-    """v0 + v sin(omega tau)."""
+    """v0 + v sin(omega tau).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> float(gelcone.Sine().peak({"voltage": 0.5, "voltage_bias": 0.2}))
+    0.7
+    """
 
     name = "sine"
     antiperiodic = True

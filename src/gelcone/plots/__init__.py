@@ -71,6 +71,14 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
     ------
     InputError : for what is no result of gelcone, or a result that lacks a variable which its figure draws (written
         by another version, or with variables removed).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> response = gelcone.simulate(gelcone.ConeModel(), periods=2)
+    >>> figure = gelcone.plot(response)
+    >>> len(figure.axes)
+    4
     """
     draw = figure_of(result)
     from gelcone.plots.frame import add_footnote, fixed_parameters

@@ -43,11 +43,25 @@ _running: dict[frozenset[str], _Running] = {}
 
 
 class StudioFrame:
-    """A running studio, which a notebook shows as a frame of ``height`` pixels.
+    """A running studio, which a notebook shows as a frame; `gelcone.studio` makes it.
 
     ``address`` opens it in a browser of this machine; `close` ends it, and with it other frames of the same server, of
     which a notebook has one however often it asks. What a notebook stores of the frame opens it once: a notebook that
     is passed on gives no access.
+
+    Parameters
+    ----------
+    state : the settings with which the page opens.
+    height : of the frame in pixels.
+    names : texts that name code of the user's own, which pages may follow.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> frame = gelcone.studio("biased-pump", height=600)
+    >>> frame.height, frame.address.startswith("http://127.0.0.1")
+    (600, True)
+    >>> frame.close()
     """
 
     def __init__(self, state: dict[str, str], height: int, names: frozenset[str] = frozenset()) -> None:
@@ -96,6 +110,14 @@ def studio(device: Device | str | None = None, *, preset: str | None = None, hei
     ------
     InputError : for a device together with a preset, unknown names, and an ensemble.
     MissingDependency : without starlette and uvicorn (extra ``studio``).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> frame = gelcone.studio("biased-pump", height=600)
+    >>> frame.height
+    600
+    >>> frame.close()
     """
     from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices

@@ -123,6 +123,14 @@ def continue_branch(
     ------
     InputError : for an unknown parameter, an interval that is empty or reversed, counts that are too small, a start
         that is not an orbit, or a store of another run.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.5)
+    >>> found = gelcone.continue_branch(model, "voltage", 0.4, 0.7, checks=2)
+    >>> f"at {found.event_value.item():.5f}, supercritical: {bool(found.event_supercritical.item())}"
+    'at 0.65809, supercritical: True'
     """
     varied = vary(model, {parameter: (low, high)}, initial)
     for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):

@@ -108,6 +108,17 @@ def locus(
     ------
     InputError : for an unknown event, other than two parameters, intervals that are empty or reversed, or no such
         event.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(
+    ...     damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
+    ... )
+    >>> over = {"drive_frequency": (1.4, 1.43), "voltage": (0.05, 0.07)}
+    >>> curves = gelcone.locus(model, "fold", over, checks=2)
+    >>> curves.sizes["curve"], [round(float(value), 4) for value in curves.event_first.values]
+    (2, [])
     """
     kind = find_kind(event)
     names = list(over)

@@ -71,6 +71,20 @@ class Film(Component):
     A new one supplies `force`, and `rates` for the ``states`` that it adds. The rest follows numerically from the
     force, and is overridden where a closed form is known. The force must be odd in x unless ``odd`` is False, and must
     not grow with V for x > 0.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> class Straight(gelcone.Film):
+    ...     name = "straight"
+    ...     parameters = {"film_modulus": gelcone.Quantity("c", "modulus of the film", 2.0, positive=True)}
+    ...
+    ...     def force(self, x, squared, y, n, xp=None):
+    ...         stiffness = n["film_modulus"] - squared
+    ...         return stiffness * x, stiffness + 0.0 * x
+    >>> model = gelcone.ConeModel(film=Straight(), film_modulus=3.0, spring_stiffness=1.0, rest_height=0.8)
+    >>> round(gelcone.static(model, [0.0]).equilibrium_displacement.values.item(), 6)
+    0.2
     """
 
     ending: ClassVar[Outcome] = Outcome.STRETCH_LIMIT

@@ -117,15 +117,28 @@ def check_prestretch_mode(mode: str) -> None:
 
 @dataclass(frozen=True)
 class TautCone(GelFilm):
-    """The homogeneous cone; ``prestretch_mode`` says what one pre-stretch lp means.
+    """The homogeneous cone that bears compression. Its statics are those of the relaxed film.
 
-    ``"radial"``: lm = 1, lh = lp; ``"equibiaxial"``: lm = lh = lp. The parameter ``radius_ratio`` does not change the
-    motion: where it is given, results state for which share of the motion the membrane, for which the cone stands,
-    would have pulled in.
+    The parameter ``radius_ratio`` does not change the motion: where it is given, results state for which share of the
+    motion the membrane, for which the cone stands, would have pulled in.
 
-    ``branches`` Maxwell branches of the ``flow`` rule ``"log"`` or ``"linear"`` relax parallel to the law, with the
-    odd ``flow_exponent`` (`gelcone.physics.film.branches`); statics are those of the relaxed film. ``rested``: where
-    the branches have relaxed before a run, on the film as mounted (``"flat"``) or at its start (``"raised"``).
+    Parameters
+    ----------
+    law : its strain-energy law. Default Gent.
+    prestretch_mode : what one pre-stretch lp means: ``"radial"`` (lm = 1, lh = lp; default) or ``"equibiaxial"``
+        (lm = lh = lp).
+    branches : number of Maxwell branches, which relax parallel to the law (`gelcone.physics.film.branches`). Default 0.
+    flow : their rule, ``"log"`` (default) or ``"linear"``.
+    flow_exponent : odd exponent of the logarithmic rule under stress. Default 1.
+    rested : where the branches have relaxed before a run, on the film as mounted (``"flat"``, default) or at its start
+        (``"raised"``).
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(film=gelcone.TautCone(gelcone.NeoHookean(), "equibiaxial"), prestretch=1.2)
+    >>> gelcone.pitchfork_voltage(model).round(4).item()
+    1.5677
     """
 
     law: StrainEnergyLaw = LAWS["gent"]

@@ -1,0 +1,96 @@
+"""Every public name is explained: its parameters, what it returns and raises, and an example that runs."""
+
+import doctest
+import inspect
+import re
+import tempfile
+
+import pytest
+
+import gelcone
+import gelcone.devices.units
+from gelcone.studio.notebook import studio
+
+NAMES = [name for name in dir(gelcone) if not name.startswith("__") and callable(getattr(gelcone, name))]
+SECTION = re.compile(r"^(\w+)\n-{3,}\n(.*?)(?=^\w+\n-{3,}\n|\Z)", flags=re.MULTILINE | re.DOTALL)
+ENTRY = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) : ", flags=re.MULTILINE)
+
+
+def public(name):
+    """A public object; the studio is a folder that can be called."""
+    return studio if name == "studio" else getattr(gelcone, name)
+
+
+def examples(text):
+    return doctest.DocTestParser().get_examples(text)
+
+
+def missing(thing):
+    """The parts that a docstring lacks, each as a few words."""
+    text = inspect.getdoc(thing) or ""
+    sections = dict(SECTION.findall(text))
+    entries = sections.get("Parameters", "") + sections.get("Attributes", "")
+    named = {name.strip("* ") for names in ENTRY.findall(entries) for name in names.split(",")}
+    named |= set(re.findall(r"``(\w+)``", entries))  # a parameter may stand in the entry of another
+    # the values of an enumeration and the text of an error are not parameters; `parameters` are a model's numbers
+    plain = inspect.isclass(thing) and issubclass(thing, int | Exception)
+    parameters = {} if plain else inspect.signature(thing).parameters
+    found = [f"the parameter {name}" for name in parameters if name not in named | {"parameters"}]
+    if not inspect.isclass(thing):
+        found += ["Returns"] * ("Returns" not in sections and inspect.signature(thing).return_annotation != "None")
+        found += ["Raises"] * ("Raises" not in sections)
+    if not any(re.search(r"\d", example.want) for example in examples(sections.get("Examples", ""))):
+        found.append("an example with a number")
+    return found
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_is_explained(name):
+    assert missing(public(name)) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_example_runs_as_it_stands(name, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    check(doctest.DocTestParser().get_doctest(inspect.getdoc(public(name)), {}, name, None, 0))
+
+
+@pytest.mark.parametrize("module", [gelcone, gelcone.devices.units], ids=lambda module: module.__name__)
+def test_the_examples_of_a_module_run(module):
+    for test in doctest.DocTestFinder(exclude_empty=True).find(module):
+        if test.examples and test.name.startswith(module.__name__):
+            check(test)
+
+
+def check(test):
+    printed = []
+    assert test.examples
+    doctest.DocTestRunner(verbose=False).run(test, out=printed.append)
+    assert "".join(printed) == ""
+
+
+def explained(model, first, second=1.0, *, third=2.0):
+    """Compute.
+
+    Parameters
+    ----------
+    model : one actuator.
+    first : to be left out here.
+
+    Returns
+    -------
+    A number.
+    """
+
+
+def test_what_is_missing_is_seen():
+    assert missing(explained) == ["the parameter second", "the parameter third", "Raises", "an example with a number"]
+
+
+def test_help_speaks_of_devices():
+    text = inspect.getdoc(gelcone.simulate)
+    assert "A `Device` in its place takes SI numbers, or texts with units" in text
+    assert "With a device in s, or texts with units." in text
+    assert "default its own rest or release" in text
+    assert "With a device in V, or texts with units." in inspect.getdoc(gelcone.static)
+    assert "With a device in s," in inspect.getdoc(gelcone.map)
