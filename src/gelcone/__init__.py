@@ -22,6 +22,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     drive, frequency, envelope, operating_limits   stroke over frequency; where it is safe to drive
     tongues, onset_voltage, floquet_multipliers, small_signal_response
     state_space, rates, follow, sense       for control: linear, as a function, feed-forward, self-sensing
+    environment                             for learned control: many devices at once in Gymnasium
     bifurcation, map, basin                 over one parameter, two, or initial states
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
     Uniform, Normal, draw, probability, tolerances   uncertain parameters
@@ -150,6 +151,7 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
+    from gelcone.export.environment import environment as environment
     from gelcone.export.public import export as export
     from gelcone.lab.device import fit_device as fit_device
     from gelcone.lab.device import fitted_device as fitted_device

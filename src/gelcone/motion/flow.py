@@ -13,6 +13,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Portable, Trajectories
+from gelcone.physics.driven import DrivenSystem
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Node
@@ -22,6 +23,7 @@ from gelcone.quantity import Array, spread
 if TYPE_CHECKING:
     from gelcone.motion.engine.phase import PhaseProgram
     from gelcone.motion.engine.portable import Outputs
+    from gelcone.motion.engine.steps import Steps
 
 DEFAULT_TOLERANCE = 1e-15
 
@@ -169,6 +171,13 @@ def portable(system: ConeSystem, outputs: Outputs, tolerance: float) -> Portable
     from gelcone.motion.engine import portable as engine
 
     return engine.portable(system, outputs, tolerance)
+
+
+def steps(system: DrivenSystem, tolerance: float, members: int, most_steps: float) -> Steps:
+    """Many motions under inputs that are set between steps; see `Steps`."""
+    from gelcone.motion.engine import steps as engine
+
+    return engine.Steps(system, tolerance, members, most_steps)
 
 
 def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:

@@ -5,19 +5,22 @@ The time begins anew with each step, so that no digits are lost in long runs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from gelcone.physics.component import Numbers
 from gelcone.physics.drive import VOLTAGE, Waveform
+from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
 
 INPUTS = ("input_voltage", "input_voltage_rate", "input_force", "input_force_rate")
 PHASE = "input_phase"
 """The phase of the device's own sine where a step begins."""
+STRENGTH_SQUARED = "squared_dielectric_strength"
 
 
 @dataclass(frozen=True)
@@ -49,14 +52,48 @@ class Input(Waveform):
 
 @dataclass(frozen=True)
 class DrivenSystem(ConeSystem):
-    """A system whose waveform is an `Input`, with a force on the disc, positive away from the film's plane."""
+    """A system whose waveform is an `Input`, with a force on the disc, positive away from the film's plane.
+
+    ``breaks_down``: whether a motion ends where the true field of a film reaches the number `STRENGTH_SQUARED`, for
+    films whose field is known in a program.
+    """
+
+    breaks_down: bool = False
 
     def rates(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         rates = super().rates(tau, z, n, xp)
         rates[1] = rates[1] + (n[INPUTS[2]] + n[INPUTS[3]] * tau)
         return rates
 
+    @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        return (*super().numbers, STRENGTH_SQUARED) if self.breaks_down else super().numbers
 
-def driven(system: ConeSystem, sine: bool) -> DrivenSystem:
+    def numbers_of(self, values: Numbers) -> dict[str, Any]:
+        found = super().numbers_of(values)
+        return found | {STRENGTH_SQUARED: values["dielectric_strength"] ** 2} if self.breaks_down else found
+
+    @cached_property
+    def borders(self) -> tuple[tuple[int | None, Border], ...]:
+        return (*super().borders, *self.field_borders)
+
+    @property
+    def field_borders(self) -> tuple[tuple[int | None, Border], ...]:
+        """Where the films break down: the last of the borders."""
+        films = range(len(self.films)) if self.breaks_down else ()
+        return tuple((None, Border(self._field_left(k), seldom=True)) for k in films)
+
+    def _field_left(self, k: int) -> Callable[..., Any]:
+        film = self.films[k]
+
+        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+            voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
+            state = film.traced_state(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
+            return n[STRENGTH_SQUARED] - (0.0 * z[0] if state is None else state.field_squared)
+
+        return value
+
+
+def driven(system: ConeSystem, sine: bool, breaks_down: bool = False) -> DrivenSystem:
     """The system under inputs, with the device's own sine or without."""
-    return DrivenSystem(system.films, system.bias, Input(sine), system.circuit)
+    return DrivenSystem(system.films, system.bias, Input(sine), system.circuit, breaks_down)

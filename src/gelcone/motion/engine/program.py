@@ -325,11 +325,15 @@ class Rerun:
             arrays.corners[:] = np.inf
             arrays.corners[:, : times.shape[1]] = times
             arrays.pieces[:], arrays.first_piece[:] = terms, first
+        self._run_again()
+        return arrays.result[:, 0], arrays.status == ARRIVED
+
+    def _run_again(self) -> None:
+        """Run all members from what the arrays hold."""
         self._job[Job.NEXT] = 0
         self._work.start()
         while self._work.going:
             self._work.advance(1 << 20)
-        return arrays.result[:, 0], arrays.status == ARRIVED
 
     @property
     def met_event(self) -> bool:

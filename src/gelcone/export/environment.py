@@ -1,0 +1,84 @@
+"""The public function `environment`: a device that a controller learns to drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from gelcone.atlas.uncertain import Distribution
+from gelcone.devices.device import Device
+from gelcone.devices.units import parse
+from gelcone.errors import InputError, MissingDependency
+from gelcone.export.episodes import Episodes, Pool, task_of
+from gelcone.motion.flow import check_flow
+
+if TYPE_CHECKING:
+    from gelcone.export.environments import HeightEnv, HeightVectorEnv
+
+TOLERANCE = 1e-7
+"""Relative error of a step of the integrator."""
+
+
+def environment(
+    device: Device,
+    count: int | None = None,
+    *,
+    uncertain: Mapping[str, Distribution] | None = None,
+    most: float | str | None = None,
+    heights: tuple[float | str, float | str] | None = None,
+    period: float | str = "1 ms",
+    episode: float | str = "1 s",
+    draws: int = 1024,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+) -> HeightEnv | HeightVectorEnv:
+    """Make an environment of Gymnasium in which a controller holds the disc of a device at a height.
+
+    An episode draws a device and a height. The observation is height, velocity, wanted height and voltage: heights from
+    0 to 1 over ``heights``, the velocity as their change in a radian of the free vibration, the voltage over ``most``.
+    The action, from -1 to 1, is the squared voltage, from none to that of ``most``, with which the force goes. The
+    reward of a step is less 0 by the error of the height over the range of heights, at most 1. An episode is terminated
+    where the film pulls in, breaks down or reaches its stretch limit, with 1 less for each step that is left.
+
+    Parameters
+    ----------
+    device : a device of single numbers, with any film and circuit.
+    count : how many devices at once, a ``gymnasium.vector.VectorEnv``. Default None: one, a ``gymnasium.Env``.
+    uncertain : field -> `gelcone.Uniform` or `gelcone.Normal`, drawn for each episode. Default: none.
+    most : largest voltage, V. Default: the peak of the device's own drive.
+    heights : lowest and highest wanted height, m. Default: where the disc rests under no voltage and under ``most``.
+    period : time between two actions, over which the voltage is held, s. Default 1 ms.
+    episode : length of an episode, s. Default 1 s.
+    draws : how many devices are drawn, of which an episode takes one. Default 1024.
+    seed : of these draws; ``reset(seed=...)`` sets that of the episodes. Default 0.
+    tolerance : relative error of one step of the integrator. Default 1e-7.
+
+    Returns
+    -------
+    The environment. Its ``episodes`` have ``displacement``, ``target`` (m) and ``voltage`` (V), and the info of a step
+    says in ``"ended"`` why an episode was terminated.
+
+    Raises
+    ------
+    InputError : for an ensemble, numbers out of bounds, and draws without a rest.
+    MissingDependency : without gymnasium, which the extra ``learn`` brings.
+    """
+    if device.shape:
+        raise InputError(f"environment: takes a single device, not an ensemble of shape {device.shape}; give uncertain")
+    for name, number, least in (("count", count, 1), ("draws", draws, 2)):
+        if number is not None and not (isinstance(number, int) and number >= least):
+            raise InputError(f"{name} = {number!r}: must be a whole number of at least {least}")
+    check_flow(tolerance, None)
+    try:
+        from gelcone.export.environments import HeightEnv, HeightVectorEnv
+    except ImportError:
+        raise MissingDependency("learning environments need gymnasium: pip install 'gelcone[learn]'") from None
+    task = task_of(
+        device,
+        None if most is None else parse("most", most, "V"),
+        None if heights is None else (parse("heights", heights[0], "m"), parse("heights", heights[1], "m")),
+        parse("period", period, "s"),
+        parse("episode", episode, "s"),
+    )
+    episodes = Episodes(Pool.of(device, uncertain or {}, draws, seed), task, 1 if count is None else count, tolerance)
+    return HeightEnv(episodes) if count is None else HeightVectorEnv(episodes)

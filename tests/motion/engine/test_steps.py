@@ -1,0 +1,63 @@
+"""Motions moved on step by step: numbers set in between, alone in the table of programs or not, count at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.codes import Outcome
+from gelcone.motion.engine.interruptions import border_events
+from gelcone.motion.engine.program import Program
+from gelcone.motion.engine.steps import Steps
+from gelcone.physics.driven import driven
+
+MODEL = gelcone.ConeModel(rest_height=0.4, damping_ratio=0.1)
+COUNT = 3
+
+
+@pytest.fixture
+def made():
+    """Three members, and what `Program.run` gives of one with some numbers over a length."""
+    system = driven(MODEL.system, sine=False)
+    steps, program = Steps(system, 1e-10, COUNT, 1e6), Program(system, "states", 1e-10, border_events(system))
+    own = {name: float(value) for name, value in MODEL.replace(voltage=0.0).members().numbers_at(0).items()}
+    own = {name: own.get(name, 0.0) for name in program.numbers}
+    steps.set_all(np.array([[own[name]] * COUNT for name in steps.numbers]), np.arange(COUNT))
+    steps.lengths[:] = [1.0, 2.0, 3.0]
+    steps.states[:] = [0.4, 0.0]
+
+    def right(numbers, states, lengths):
+        given = own | numbers
+        return program.run(given, states, 0.0, lengths[:, None]).states[:, 0]
+
+    return steps, right
+
+
+@pytest.mark.parametrize("name", ["input_voltage", "input_force", "damping_ratio", "spring_stiffness"])
+def test_a_number_counts_from_the_step_after_it_was_set(made, name):
+    steps, right = made
+    steps.step()
+    values = np.array([0.3, 0.5, 0.7])
+    before = steps.states.copy()
+    steps.set(name, values)
+    assert (steps.step() == Outcome.OK).all()
+    np.testing.assert_array_equal(steps.states, right({name: values}, before, steps.lengths))
+    assert (steps.states != right({}, before, steps.lengths)).any(axis=1).all()
+
+
+def test_a_step_of_two_lengths_is_that_of_both(made):
+    steps, right = made
+    start = steps.states.copy()
+    for _ in range(4):
+        steps.step()
+    np.testing.assert_allclose(steps.states, right({}, start, 4.0 * steps.lengths), atol=1e-10)
+
+
+def test_a_member_that_ends_stays_where_it_did(made):
+    steps, _ = made
+    steps.states[1] = [1e200, 0.0]
+    outcome = steps.step()
+    assert outcome.tolist() == [Outcome.OK, Outcome.NOT_FINITE, Outcome.OK]
+    assert not steps.broke_down.any()
+    assert np.isfinite(steps.states).all()
