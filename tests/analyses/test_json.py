@@ -15,6 +15,7 @@ from tests.answers import answer
 
 BASE = ("--preset", "base")
 AT = (*BASE, "--set", "voltage=0.5,0.97,1.04", "--budget", "600")
+CREEPING = [f"--set={own}" for own in ("rest_height=0.4", "damping_ratio=0.2", "film=taut", "viscous_modulus_1=0.5")]
 DOUBLING = (*BASE, "--over", "voltage=0.95:1.15", "--over", "drive_frequency=0.08:0.11")
 COMMANDS = {
     "simulate": [(*BASE, "--film", "wrinkling", "--set", "voltage=0.5,1.3", "--periods", "3")],
@@ -24,6 +25,7 @@ COMMANDS = {
     "lyapunov": [(*AT, "--window", "50"), (*BASE, "--set", "voltage=1.04", "--budget", "600", "--window", "50")],
     "regime": [AT, (*BASE, "--set", "voltage=1.02", "--budget", "600")],
     "step": [("--set", "rest_height=0.4", "--set", "damping_ratio=0.2", "--voltages", "0.3,0.6")],
+    "creep": [(*CREEPING, "--voltages", "0.3,0.6")],
     "triptych": [(*BASE, "--set", "voltage=0.5,1.04", "--periods", "2", "--budget", "600")],
     "static": [
         ("--set", "spring_stiffness=1.5", "--voltages", "0,1,1.5"),

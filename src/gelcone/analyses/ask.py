@@ -38,6 +38,7 @@ class Answers:
 TITLES: Mapping[str, str] = {
     "time response": "simulate",
     "step": "step",
+    "creep": "creep",
     "triptych": "triptych",
     "Poincare section": "section",
     "extrema": "extrema",

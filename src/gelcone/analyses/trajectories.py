@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.analyses.answer import ending_lines, film_state_json, heading
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import FAILINGS, film_state_in_words, measured, unit_of
+from gelcone.words import FAILINGS, film_state_in_words, lasting, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,6 +106,44 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
             f"{measured(one['equilibrium'])}); rise {measured(one['rise_time'], 3)}, overshoot "
             f"{float(one['overshoot']):.1%}, settled after {settles}, drift at the end {float(one['drift']):.2%}"
         )
+    return "\n".join(lines)
+
+
+# --- creep ------------------------------------------------------------------------------------------------------------
+
+
+def creep_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Creep under held voltages as text: the thresholds, a line for each voltage, and the times to pull-in."""
+    longest = lasting(float(shown["time"][-1]), shown["time"], 3)
+    lines = [
+        *heading(subject),
+        f"pull-in at once {measured(shown['instant_voltage'])}, in the long run "
+        f"{measured(shown['long_time_voltage'])}; up to {measured(shown['holding_voltage'])} is held for {longest}",
+    ]
+    for k in range(shown.sizes["constant_voltage"]):
+        one = shown.isel(constant_voltage=k)
+        name = f"  {measured(one['constant_voltage'])}:"
+        time = float(one["pull_in_time"])
+        if not np.isfinite(one["begin"]):
+            lines.append(f"{name} pulls in at once")
+        elif np.isfinite(time):
+            lines.append(f"{name} from {measured(one['begin'])}, pulls in after {lasting(time, shown['time'], 4)}")
+        elif np.isnan(time):
+            lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
+        else:
+            margin = one["margin"].isel(time=-1)
+            could = f"{float(margin):.1%}" if np.isfinite(margin) else measured(margin)
+            lines.append(
+                f"{name} creeps from {measured(one['begin'])} to {measured(one['end'])} in {longest}, in the long run "
+                f"{measured(one['equilibrium'])}; margin to pull-in at the end: {could}"
+            )
+    late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
+    if late.sizes["held_voltage"]:
+        lines.append("time to pull-in:")
+        for k in np.unique(np.linspace(0, late.sizes["held_voltage"] - 1, PRINTED_LINES).astype(int)):
+            one = late.isel(held_voltage=int(k))
+            late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
+            lines.append(f"  {measured(one['held_voltage'])}: {late_by}")
     return "\n".join(lines)
 
 

@@ -336,10 +336,16 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
             n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n) if film.borders else {}
         own = [i for i in system.mechanical if i > 1]
         z = _at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
+    return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
+
+
+def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[str, Any]) -> list[Any]:
+    """The states ``z`` with those of circuits at rest under a constant ``command``, the films as they are."""
+    with np.errstate(all="ignore"):
         for line in system.lines:
             places = [i for i in range(2, len(z)) if i in system.places_of(line)]
-            z = _at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: bias})
-    return replace(at, z=z, n=n)
+            z = _at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: command})
+    return z
 
 
 def _named(squares: Sequence[Any]) -> dict[str, Any]:

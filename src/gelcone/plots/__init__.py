@@ -26,6 +26,7 @@ FIGURES = MappingProxyType(
         "basins of attraction": "basin.basin_figure",
         "best drive": "drive.drive_figure",
         "branches": "branches.branches_figure",
+        "creep": "creep.creep_figure",
         "data sheet": "datasheet.datasheet_figure",
         "device fit": "device_fit.device_fit_figure",
         "device plan": "device_fit.device_plan_figure",

@@ -21,10 +21,12 @@ time that is left, so that the run ends where the Hessian is `NEARLY` singular, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
@@ -38,6 +40,10 @@ ENOUGH = 1e-9
 """Newton's method squares its error: a correction by this share of a length leaves none that doubles hold."""
 FARTHEST = 0.5
 """Longest step of Newton's method, of a squared length over itself."""
+UNREACHED = 1e6
+"""The V up to which a film that never pulls in is looked at."""
+LEVELS, HALVINGS = 32, 50
+"""Widths between which a film's end is looked for, and halvings of the gap in which the end of its minimum lies."""
 
 
 class Tension(NamedTuple):
@@ -151,14 +157,91 @@ class Creeping:
     # --- what a film gives -------------------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> tuple[Any, Any]:
-        """x s1/q where the meridian is held, else 0; and s1/q, for the slope follows by differentiation."""
+        """x s1/q where the meridian is held, else 0, and its slope; in a program s1/q, for the slope follows there by
+        differentiation."""
         q = 1.0 + x * x
-        _, width, held, _ = self.lengths(q, squared, y, n, xp)
+        _, width, held, narrow = self.lengths(q, squared, y, n, xp)
         if known(held) == 0.0:
             return 0.0 * x, 0.0 * x
         own = self.tension(q, squared, width, y, n, xp)
         pull = held * (own.along / (own.compliance * q))
-        return x * pull, pull
+        if traced(xp):
+            return x * pull, pull
+        h11, h12, h22 = self.slopes(own, q, width, y, n)
+        stiff = (h11 - (1.0 - narrow) * (h12 * h12 / h22) - own.along) / (own.compliance * q)
+        return x * pull, pull + held * (2.0 * x * x / q) * stiff
+
+    # --- held at its states ------------------------------------------------------------------------------------------
+
+    def _slack(self, q: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """V and s1 of a film of the length q with its hoop slack at a width; infinite V beyond a stretch limit."""
+        own = self.tension(q, 0.0, width, y, n)
+        whole = (self.film.viscous.limit_share(q, width, y, n) < 1.0) & (own.compliance > 0.0)
+        squared, along = own.across / (own.compliance * q * width), (own.along - own.across) / own.compliance
+        return np.where(whole, squared, np.inf), along
+
+    def _margin(self, q: Any, squared: Any, width: Any, y: list[Any], n: Numbers) -> Any:
+        """2 (h11 - h12^2/h22) - s1, times K: what localisation takes from a film with slack hoops."""
+        at = self.tension(q, squared, width, y, n)
+        h11, h12, h22 = self.slopes(at, q, width, y, n)
+        return 2.0 * (h11 - h12 * h12 / h22) - at.along
+
+    def _widest(self, q: Any, y: list[Any], n: Numbers) -> Any:
+        """A width at which no part of the film pulls along more than across."""
+        size = len(y) // self.film.branches
+        ratios = [n["A"] * q / n["B"], *(y[k * size] * q / y[k * size + 1] for k in range(self.film.branches))]
+        return np.maximum.reduce(np.broadcast_arrays(1.0, *ratios))
+
+    def balancing(self, x: Any, pull: Any, y: list[Any], n: Numbers) -> Any:
+        """The V at which s1/q is ``pull``, which is not negative; of a film that would have localised there, too."""
+        q, pull = np.broadcast_arrays(1.0 + np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
+
+        def weakness(width: Any) -> Any:
+            squared, along = self._slack(q, width, y, n)
+            return np.where(np.isinf(squared), -1.0, pull * q - along)
+
+        with np.errstate(all="ignore"):
+            own = self.tension(q, 0.0, 1.0, y, n)
+            taut = own.along / (own.compliance * q) - pull
+            slack = self._slack(q, rise(weakness, np.ones_like(q), self._widest(q, y, n)), y, n)[0]
+            return np.where(own.across >= taut * own.compliance * q, taut, slack)[()]
+
+    def highest_squared(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        """The V at which the film ends where it is held at x: where it localises, or its minimum does; `UNREACHED`
+        where it is so long that its minimum does not."""
+        q = 1.0 + np.square(np.asarray(x, dtype=float))
+
+        def weakness(width: Any) -> Any:
+            squared, along = self._slack(q, width, y, n)
+            return np.where(np.isinf(squared), -1.0, -along)
+
+        def localisation(width: Any) -> Any:
+            squared = self._slack(q, width, y, n)[0]
+            return np.where(np.isinf(squared), np.inf, -self._margin(q, squared, width, y, n))
+
+        with np.errstate(all="ignore"):
+            widest = rise(weakness, np.ones_like(q), self._widest(q, y, n))
+            step = (widest - 1.0) / LEVELS
+            levels = np.reshape(np.arange(1.0, LEVELS + 1.0), (-1,) + (1,) * q.ndim)
+            beyond = localisation(1.0 + levels * step) > 0.0
+            first = 1.0 + np.argmax(beyond, axis=0) * step
+            ends = (widest > 1.0) & beyond.any(axis=0) & self.localises
+            found = np.where(ends, rise(localisation, first, first + np.where(ends, step, 0.0)), 1.0)
+            lost = self._slack(q, widest, y, n)[0]
+            at = self.tension(q, lost, widest, y, n)
+            h11, h12, h22 = self.slopes(at, q, widest, y, n)
+            firm = np.where(widest > 1.0, h11 * h22 > h12 * h12, h11 > 0.0)
+            squared, longest = self._free_end(y, n)
+            slack = np.where(firm, np.where(q < longest, squared, UNREACHED), np.minimum(lost, UNREACHED))
+            return np.where(ends, np.minimum(self._slack(q, found, y, n)[0], UNREACHED), slack)[()]
+
+    def _free_end(self, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """The V at which the minimum of a film ends that nothing holds, infinite if it does not, and its m there."""
+        names = tuple(name for name in n if not name.startswith("held_"))
+        arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (*y, *(n[name] for name in names))))
+        rows = np.stack([array.ravel() for array in arrays])
+        found = _free_end_of(self.film, names, rows.tobytes(), rows.shape[1])
+        return found[0].reshape(arrays[0].shape), found[1].reshape(arrays[0].shape)
 
     def at_lengths(self, of: Any, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         """A formula ``of(m, n, y, numbers)`` of the branches at the lengths of the film."""
@@ -205,3 +288,20 @@ class Creeping:
         stiff = 1.0 + self.film.viscous.modulus(n)
         slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (determinant - NEARLY * stiff * stiff)
         return held * with_force + (1.0 - held) * slack
+
+
+@lru_cache(maxsize=256)
+def _free_end_of(film: TautCone, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
+    """What `Creeping._free_end` gives, (count,), of the states and numbers in the ``rows``."""
+    values = np.frombuffer(rows).reshape(-1, count)
+    y, n = list(values[: len(film.states)]), dict(zip(names, values[len(film.states) :], strict=True))
+    creeping, q, low, high = Creeping(film, localises=False), np.ones(count), np.zeros(count), np.full(count, 0.25)
+    with np.errstate(all="ignore"):
+        while (going := ~np.isnan(creeping.solved(q, high, y, n)[0]) & (high < UNREACHED)).any():
+            low, high = np.where(going, high, low), np.where(going, 2.0 * high, high)
+        never = high >= UNREACHED
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            over = np.isnan(creeping.solved(q, middle, y, n)[0])
+            low, high = np.where(over, low, middle), np.where(over, middle, high)
+        return np.where(never, np.inf, low), np.where(never, np.inf, creeping.solved(q, low, y, n)[0])

@@ -43,7 +43,7 @@ from gelcone.membrane.table import NEVER
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.branches import Branches
-from gelcone.physics.film.creeping import Creeping
+from gelcone.physics.film.creeping import UNREACHED, Creeping
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
@@ -56,9 +56,7 @@ PULL_IN = ("first", "minimum", "memoryless", "snap")
 FAILED = "pulled_in"
 """The state of a film that goes on after it has pulled in."""
 STEEP = 1e10
-"""How fast the V that would make a film push grows with the push: no voltage does."""
-UNREACHED = 1e6
-"""The V up to which a film that never pulls in is looked at; what `STEEP` makes of a push is above it."""
+"""How fast the V that would make a film push grows with the push: no voltage does, it is above `UNREACHED`."""
 ROUNDING = 1e-12
 """Lengths that exceed those of the taut film by less are its own."""
 GRID = 2000

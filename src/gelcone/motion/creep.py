@@ -1,0 +1,321 @@
+"""Creep: what a film does while a voltage is held, and how long it bears a voltage between its two thresholds.
+
+A film whose branches carry a part of the load withstands more at once than in the long run. Between the two pull-in
+voltages, that of the film at once and that of the film that has relaxed, it pulls in late.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.devices.analysis import analysis
+from gelcone.errors import InputError
+from gelcone.motion.equilibrium import constant_voltages, own_levels
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.job import Trajectories
+from gelcone.motion.linear import circuits_at_rest
+from gelcone.motion.settle import LONGEST_TIME
+from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
+from gelcone.physics.film.at_once import at_once
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
+from gelcone.physics.system import BIAS_SHARE
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array, Time, Voltages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DECAYS = 8.0
+"""Time constants of the slowest branch that a voltage is held by default."""
+SAMPLES, DECADES = 120, 4.0
+"""Samples of the holding time, and the decades over which they are spread."""
+CURVE, FINER, FINE = 12, 2, 6
+"""Voltages between the thresholds at which the time to pull-in is computed, and how often, and by how many, the gap in
+which the time exceeds the holding time is divided again."""
+TURNS = 4
+"""Turns in which the voltage behind a circuit and the film's place find each other."""
+ZOOMS, ZOOMED = 3, 65
+"""How often the stretch in which the disc jumps is sampled more finely, and by how many samples."""
+RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
+"""Largest step of the voltage, as a share, with which the margin is looked for, the largest margin looked for, and
+halvings of the step in which it ends."""
+NEWTON_STEPS, CONVERGED = 12, 1e-9
+
+
+@analysis(
+    answers="trajectories",
+    single=True,
+    file_only=("time", "displacement", "current", "margin"),
+    examples=(
+        'biased-pump --film wrinkling --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
+        '--voltages "1 kV,2 kV" --out results',
+        'biased-pump --film taut --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
+        '--duration "600 s" --json',
+    ),
+)
+def creep(
+    model: ConeModel,
+    voltages: Voltages | None = None,
+    *,
+    duration: Time | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Stroke, current and margin while constant voltages are held, and the time to pull-in over voltage.
+
+    The voltage comes slowly for the disc and fast for the branches of the film: the disc begins where the film at once
+    rests, circuits charged. (A step that is fast for the disc, too, is `step`; it overshoots.)
+
+    Parameters
+    ----------
+    model : a single actuator whose film has branches; its own drive gives the default of ``voltages`` alone.
+    voltages : constant voltages that are held. Default: the peak of the drive and, where it has one, its offset.
+    duration : the holding time. Default eight time constants of the slowest branch.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
+    the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
+    over four decades, the ``displacement``, the ``current`` into the films and the ``margin``, the share by which the
+    voltage could rise at once before the film pulls in or the disc jumps. ``long_time_voltage`` and
+    ``instant_voltage`` are these thresholds, of the voltage on the film. Over ``held_voltage``, from the one to the
+    other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
+    held for it, from below to 1/400 of the window.
+
+    Raises
+    ------
+    InputError : for an ensemble, a film without branches, a commanded charge, voltages out of bounds and a duration
+        that is not positive.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(rest_height=0.8, viscous_modulus_1=0.5, relaxation_time_1=10.0, damping_ratio=0.2)
+    >>> held = gelcone.creep(model, [0.6])
+    >>> f"from {held.begin.item():.4f} to {held.end.item():.4f}, never pulls in: {held.long_time_voltage.item()}"
+    'from 0.8 to 0.9'
+    """
+    if model.shape:
+        raise InputError(f"creep: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    if not any(film.states for film in model.system.films):
+        raise InputError(
+            "creep: the film has no branch that relaxes; give viscous_modulus_1 and relaxation_time_1 (of a device: of "
+            "its material), or use step"
+        )
+    if model.system.circuit.name == "charge":
+        raise InputError("circuit = charge: creep holds a voltage, not a charge; take the ideal source or an amplifier")
+    levels = constant_voltages(own_levels(model) if voltages is None else voltages)
+    lasts = DECAYS * float(model.members().time_constant[0]) if duration is None else float(duration)
+    if not 0.0 < lasts <= LONGEST_TIME:
+        raise InputError(f"duration = {lasts:g}: must be a positive time of at most {LONGEST_TIME:g}")
+    films = _Held(model, _Ramp(at_once(model)), _Ramp(model), tolerance, threads)
+    times = _times(lasts)
+    run, ends = films.run(levels, times, weighted(progress, 0.4))
+    along = ("constant_voltage",)
+    x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
+    current = np.where(np.isnan(x), np.nan, _currents(films.members(levels), run))
+    starts, volts = films.starts(levels)
+    held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
+    found: dict[str, dataset.Variable] = {
+        "begin": (along, starts[:, 0], "displacement at once", dataset.absent("length", nan="pulls in at once")),
+        "end": (along, x[:, -1], "displacement after the holding time", dataset.absent("length", nan="pulls in")),
+        "equilibrium": (along, films.relaxed.place(volts), "displacement of the relaxed film", _BEYOND),
+        "pull_in_time": (along, ends, "time to pull-in", _HELD),
+        "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
+        "current": ((*along, "time"), current, "current into the films", "current"),
+        "margin": ((*along, "time"), films.margins(levels, run, x), "share by which the voltage could rise", _MARGIN),
+        "long_time_voltage": ((), films.relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
+        "instant_voltage": ((), films.at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
+        "holding_voltage": ((), highest, "highest voltage that is held for the duration", _NEVER),
+        "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
+    }
+    result = dataset.label(
+        model,
+        found,
+        coords={
+            "constant_voltage": (along, levels, "constant voltage", "voltage"),
+            "time": (("time",), times, "holding time", "time"),
+            "held_voltage": (("held_voltage",), held_voltage, "constant voltage", "voltage"),
+        },
+        options={"duration": duration, "tolerance": tolerance},
+        title="creep",
+    )
+    if progress is not None:
+        progress(0.1)
+    outcome = np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
+    return result.assign(outcome=dataset.outcome_array(outcome, along))
+
+
+_BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
+_HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
+_NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
+_MARGIN = dataset.absent("share", nan="pulled in", infinite="never pulls in")
+
+
+class _Ramp:
+    """A slow voltage ramp: where the disc ``rest``s, and how it is first ``lost``, smooth pitchforks aside."""
+
+    def __init__(self, model: ConeModel | Members) -> None:
+        self.balance: StaticBalance
+        (self.balance,) = every_balance(model, bias_share=1.0)
+        self.rest = rest_of(self.balance, None)
+        self.lost: Loss = self.balance.jump(self.rest)
+
+    def place(self, volts: Array) -> Array:
+        """Displacement at voltages on the film; NaN at and above that at which the film is lost."""
+        found, _ = self.balance.along_ramp(self.rest, volts**2)
+        return np.where(volts < self.lost.voltage, found, np.nan)
+
+
+@dataclass(frozen=True)
+class _Held:
+    """Runs of a ``model`` at constant voltages, on ramps of the film ``at_once`` and ``relaxed``."""
+
+    model: ConeModel
+    at_once: _Ramp
+    relaxed: _Ramp
+    tolerance: float
+    threads: int | None
+
+    def members(self, levels: Array) -> Members:
+        """The actuator at the levels."""
+        return self.model.replace(voltage=0.0, voltage_bias=levels).members()
+
+    def starts(self, levels: Array) -> tuple[Array, Array]:
+        """States (levels, N) in which the film at once rests, behind circuits that are charged, and its voltages; the
+        displacement is NaN where it pulls in at once."""
+        members = self.members(levels)
+        system, n = members.system, members.numbers()
+        z = list(members.start_states((self.relaxed.rest, 0.0)).T)
+        for line in system.lines:
+            for i in system.places_of(line):
+                z[i] = np.broadcast_to(system.command_of(line, levels, n), levels.shape)
+        volts = np.abs(levels * system.circuit.gain(0.0, n))
+        for _ in range(1 if system.circuit.name == "ideal" else TURNS):
+            z[0] = self.at_once.place(volts)
+            own = {**n, **system.switches_under(levels, z, n)}
+            z = circuits_at_rest(system, levels, z, own)
+            volts = np.abs(np.broadcast_to(system.voltages(0.0, z, own)[0], levels.shape))
+        return np.stack(z, axis=1), volts
+
+    def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
+        """The runs, and when each film pulls in or its disc jumps: 0 at once, infinite if not, NaN if unknown."""
+        members, states = self.members(levels), self.starts(levels)[0]
+        options: dict[str, Any] = {"tolerance": self.tolerance, "threads": self.threads}
+        run = integrate(members, states, times, **options, progress=progress)
+        lost = np.isin(run.outcome, (Outcome.PULLED_IN, Outcome.STRETCH_LIMIT))
+        ends = np.where(run.outcome == Outcome.OK, np.inf, np.where(lost, run.end_times, np.nan))
+        before, after = self.relaxed.lost.before, self.relaxed.lost.after
+        if self.relaxed.lost.kind == PullIn.FOLD and np.isfinite(after):
+            middle = 0.5 * (before + after)
+            for k in np.flatnonzero(((run.states[..., 0] - middle) * (after - before) > 0.0).any(axis=1)):
+                part = members.take(slice(k, k + 1))
+                ends[k] = _passes(part, times, run.states[k], middle, after - before, options)
+        return run, np.where(np.isnan(states[:, 0]), 0.0, ends)
+
+    def curve(self, lasts: float, progress: Progress) -> tuple[Array, Array, float]:
+        """Voltages between the thresholds, the times to pull-in there, and the highest that is held."""
+        n = self.model.numbers()
+        gain = float(np.abs(self.model.system.circuit.gain(0.0, n)))
+        low, high = self.relaxed.lost.voltage / gain, self.at_once.lost.voltage / gain
+        if not np.isfinite(low):
+            peak = float(np.max(own_levels(self.model)))
+            return np.linspace(0.0, peak, CURVE), np.full(CURVE, np.nan if np.isnan(low) else np.inf), low
+        high = max(high, low * (1.0 + 1e-6)) if np.isfinite(high) else 2.0 * low
+        times = _times(lasts)
+        voltages, ends = np.empty(0), np.empty(0)
+        held, fails = low, high
+        shares = (np.arange(1, CURVE + 1) / (CURVE + 1)) ** 1.5
+        for part in range(1 + FINER):
+            levels = held + (fails - held) * shares
+            _, found = self.run(levels, times, weighted(progress, 1.0 / (1 + FINER)))
+            voltages, ends = np.append(voltages, levels), np.append(ends, found)
+            held = max([held, *levels[np.isinf(found)]])
+            fails = min([high, *voltages[np.isfinite(ends) & (voltages > held)]])
+            shares = np.arange(1, FINE + 1) / (FINE + 1) if part < FINER else shares
+        order = np.argsort(voltages)
+        return voltages[order], ends[order], held
+
+    def margins(self, levels: Array, run: Trajectories, x: Array) -> Array:
+        """The share by which each voltage could rise at once along the runs, (levels, samples)."""
+        rows, samples = np.nonzero(np.isfinite(x))
+        members = self.members(levels)
+        found = np.full(x.shape, np.nan)
+        if rows.size:
+            volts = members.voltages(run.times, run.states)[0]
+            held = at_once(members.take(rows), run.states[rows, samples])
+            found[rows, samples] = _margin(held, x[rows, samples], np.abs(volts[rows, samples]))
+        return found
+
+
+def _times(lasts: float) -> Array:
+    """0, and the samples of a holding time."""
+    return np.concatenate([[0.0], lasts * np.geomspace(10.0**-DECADES, 1.0, SAMPLES)])
+
+
+def _passes(member: Members, times: Array, states: Array, middle: float, way: float, options: dict[str, Any]) -> float:
+    """When the displacement of a run comes past a place, sampled ever more finely."""
+    for _ in range(ZOOMS):
+        k = int(np.argmax((states[:, 0] - middle) * way > 0.0))
+        if k == 0:
+            return float(times[0])
+        times = np.linspace(times[k - 1], times[k], ZOOMED)
+        run = integrate(member, states[k - 1], times, start=float(times[0]), **options)
+        states = run.states[0]
+    k = int(np.argmax((states[:, 0] - middle) * way > 0.0))
+    share = (middle - states[k - 1, 0]) / (states[k, 0] - states[k - 1, 0])
+    return float(times[k - 1] + share * (times[k] - times[k - 1]))
+
+
+def _currents(members: Members, run: Trajectories) -> Array:
+    """The currents into the films together, (members, samples)."""
+    with np.errstate(all="ignore"):
+        z = list(np.moveaxis(run.states, -1, 0))
+        found = sum(members.system.currents(run.times, z, members.numbers(trailing=1)))
+    return np.asarray(np.broadcast_to(found, run.times.shape))
+
+
+def _margin(held: Members, x: Array, volts: Array) -> Array:
+    """The share by which voltages could rise before films at once, whose discs are near ``x``, pull in or jump."""
+    n = dict(held.numbers()) | {BIAS_SHARE: np.ones(held.size)}
+    system = held.system
+
+    def follow(x: Array, volts: Array) -> tuple[Array, Any]:
+        squared, step, slope = volts * volts, np.full(x.shape, np.inf), x
+        for _ in range(NEWTON_STEPS):
+            force, slope = system.static_force(x, squared, n)
+            step = force / slope
+            x = x - step
+            if np.nanmax(np.abs(step), initial=0.0) < CONVERGED:
+                break
+        rests = (np.abs(step) < CONVERGED * (1.0 + np.abs(x))) & (slope > 0.0)
+        return x, rests & ~np.asarray(system.pulled_in(x, squared, n), dtype=bool)
+
+    with np.errstate(all="ignore"):
+        low, high = np.ones(x.shape), np.full(x.shape, np.inf)
+        x, rests = follow(x, volts)
+        going = rests & (volts > 0.0)
+        while going.any():
+            next_x, stays = follow(x, low * (1.0 + RISE) * volts)
+            high = np.where(going & ~stays, low * (1.0 + RISE), high)
+            going = going & stays
+            low, x = np.where(going, low * (1.0 + RISE), low), np.where(going, next_x, x)
+            going = going & (low < 1.0 + HIGHEST)
+        ended = np.isfinite(high)
+        for _ in range(HALVINGS if ended.any() else 0):
+            middle = 0.5 * (low + high)
+            next_x, stays = follow(x, middle * volts)
+            low, x = np.where(ended & stays, middle, low), np.where(ended & stays, next_x, x)
+            high = np.where(ended & ~stays, middle, high)
+    return np.where(rests, np.where(ended, low - 1.0, np.inf), 0.0)

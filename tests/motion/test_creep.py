@@ -1,0 +1,114 @@
+"""Creep: certified delays, delayed snap-through, runs of simulate, circuits, and what is refused."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone import ConeModel, InputError, Outcome
+from gelcone.motion.creep import _margin
+from gelcone.physics.film.at_once import at_once
+from gelcone.physics.film.taut import TautCone
+from gelcone.physics.film.wrinkling import WrinklingCone
+
+DELAYS = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["delays"]
+BRANCH = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
+PUMP = gelcone.find_device("biased-pump").replace({"film": "taut", **BRANCH})
+FLAT = {"rest_height": 0.0, "stretch_limit": 50.0, "viscous_limit_1": 50.0}
+
+
+@pytest.mark.slow
+def test_delays_and_thresholds_are_certified():
+    """The first three of the certified delays, at a coarser tolerance."""
+    film, cases = WrinklingCone(branches=1), DELAYS[:3]
+    model = ConeModel(film=film, prestretch=1.0, viscous_modulus_1=0.5, relaxation_time_1=1.0, **FLAT)
+    found = gelcone.creep(model, [*(float(case["v"]) for case in cases), 0.9], duration=15.0, tolerance=1e-10)
+    np.testing.assert_allclose(found["pull_in_time"], [*(float(case["time"]) for case in cases), 0.0], rtol=1e-6)
+    assert (found["outcome"] == Outcome.PULLED_IN).all()
+    instant = float(found["instant_voltage"])
+    assert instant == pytest.approx(float(cases[0]["thresholds"]["instantaneous"]), rel=1e-10)
+    np.testing.assert_allclose(found["margin"][:3, 0], instant / found["constant_voltage"][:3] - 1.0, rtol=1e-6)
+    assert (np.diff(found["margin"][0].dropna("time")) < 0.0).all()
+    held = found["time_to_pull_in"].values
+    assert (np.diff(held[np.isfinite(held)]) < 0.0).all()
+    holding = float(found["holding_voltage"])
+    assert float(found["long_time_voltage"]) < holding < found["held_voltage"].values[np.isfinite(held)].min()
+    assert found["held_voltage"].values[np.isinf(held)].max() == holding
+
+
+def test_the_margin_is_that_to_the_certified_threshold_at_once():
+    model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, **FLAT)
+    volts, instant = np.array([0.7, 0.8, 0.86]), float(DELAYS[0]["thresholds"]["instantaneous"])
+    held = at_once(model.replace(voltage=volts))
+    np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(instant / volts - 1.0, 0.0), atol=1e-8)
+
+
+@pytest.mark.slow
+def test_a_raised_disc_localises_as_late_as_certified():
+    """`viscous.md`, section 4: after 49.0, 15.7 and 3.9, from a start nearby."""
+    numbers = {"spring_stiffness": 3.0, "damping_ratio": 0.3, "viscous_modulus_1": 0.5, "relaxation_time_1": 10.0}
+    film = WrinklingCone(branches=1)
+    model = ConeModel(film=film, prestretch=1.0, **{**FLAT, **numbers, "rest_height": 1.4})
+    found = gelcone.creep(model, [0.62, 0.66, 0.7], duration=60.0, tolerance=1e-10)
+    np.testing.assert_allclose(found["pull_in_time"], [49.0, 15.7, 3.9], rtol=0.08)
+    np.testing.assert_allclose(found["pull_in_time"][:2], [49.0, 15.7], rtol=2e-3)
+
+
+def test_a_beam_snaps_late():
+    """Certified: from 0.42 the disc passes 1 after 78.4, less than the way to halfway of its jump."""
+    film = TautCone(branches=1, prestretch_mode="equibiaxial")
+    beam = {"beam_stiffness": -0.6, "beam_cubic": 2.0, "beam_height": 1.0, "damping_ratio": 0.3}
+    branch = {"viscous_modulus_1": 1.0, "viscous_limit_1": 50.0, "relaxation_time_1": 20.0, "stretch_limit": 50.0}
+    model = ConeModel(film=film, bias=gelcone.BuckledBeam(), prestretch=1.2, **beam, **branch)
+    found = gelcone.creep(model, [1.1, 1.25], duration=200.0, tolerance=1e-10)
+    assert float(found["long_time_voltage"]) == pytest.approx(1.1946, abs=5e-5)
+    assert np.isinf(found["pull_in_time"][0])
+    assert float(found["end"][0]) == pytest.approx(float(found["equilibrium"][0]), rel=1e-3)
+    one = found.isel(constant_voltage=1)
+    x, at = one["displacement"].values, one["time"].values
+    known = np.isfinite(x)
+    assert np.interp(1.0, x[known], at[known]) == pytest.approx(78.4, abs=1.5)
+    assert 78.4 < float(one["pull_in_time"]) < 90.0
+
+
+def test_a_creeping_device_is_a_run_of_simulate_and_ends_relaxed():
+    found = gelcone.creep(PUMP, ["1 kV"], duration="20 s", tolerance=1e-10)
+    assert found["begin"].attrs["units"] == "mm"
+    one = found.isel(constant_voltage=0)
+    static = gelcone.static(PUMP, ["1 kV"])["equilibrium_displacement"].values.ravel()
+    assert np.abs(static - float(one["equilibrium"])).min() < 1e-9
+    assert float(one["end"]) == pytest.approx(float(one["equilibrium"]), rel=1e-4)
+    assert float(one["begin"]) < float(one["end"])
+    held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
+    late = gelcone.simulate(held, times=[15.0, 20.0], tolerance=1e-10)["displacement"][-1]
+    assert float(one["end"]) == pytest.approx(float(late), rel=1e-4)
+
+
+def test_a_leaking_film_behind_a_resistance_creeps_at_its_own_voltage():
+    film = TautCone(branches=1)
+    numbers = {"rest_height": 0.5, "damping_ratio": 0.2, "viscous_modulus_1": 0.5, "relaxation_time_1": 10.0}
+    model = ConeModel(film=film, prestretch=1.2, **numbers)
+    behind = model.replace(series_resistance=0.5, leakage_time=20.0)
+    plain, found = (gelcone.creep(one, [0.5], tolerance=1e-10).isel(constant_voltage=0) for one in (model, behind))
+    q = 1.0 + float(found["begin"]) ** 2
+    voltage = 0.5 / (1.0 + 0.5 * q / 20.0)
+    alone = gelcone.creep(model, [voltage], tolerance=1e-10).isel(constant_voltage=0)
+    assert float(found["begin"]) == pytest.approx(float(alone["begin"]), rel=1e-9)
+    assert float(found["begin"]) < float(plain["begin"])
+    assert float(found["current"][1]) == pytest.approx(voltage * q / 20.0, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("device", "options", "message"),
+    [
+        (gelcone.find_device("biased-pump").replace(film="taut"), {}, "the film has no branch that relaxes"),
+        (PUMP, {"duration": -1.0}, "duration = -.*must be a positive time"),
+        (PUMP, {"voltages": [-5.0]}, "voltages"),
+        (PUMP.replace(spring_rate=[10.0, 15.0]), {}, "takes one actuator"),
+    ],
+)
+def test_what_cannot_creep_is_refused(device, options, message):
+    with pytest.raises(InputError, match=message):
+        gelcone.creep(device, **options)
