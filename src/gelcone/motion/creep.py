@@ -104,7 +104,7 @@ def creep(
     >>> model = gelcone.ConeModel(rest_height=0.8, viscous_modulus_1=0.5, relaxation_time_1=10.0, damping_ratio=0.2)
     >>> held = gelcone.creep(model, [0.6])
     >>> f"from {held.begin.item():.4f} to {held.end.item():.4f}, never pulls in: {held.long_time_voltage.item()}"
-    'from 0.8 to 0.9'
+    'from 0.6374 to 0.7070, never pulls in: inf'
     """
     if model.shape:
         raise InputError(f"creep: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
