@@ -44,7 +44,7 @@ TURNS = 4
 ZOOMS, ZOOMED = 3, 65
 """How often the stretch in which the disc jumps is sampled more finely, and by how many samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
-"""Largest step of the voltage, as a share, with which the margin is looked for, the largest margin looked for, and
+"""Largest step of the voltage, as a share, with which the margin is searched, the largest margin searched, and
 halvings of the step in which it ends."""
 NEWTON_STEPS, CONVERGED = 12, 1e-9
 

@@ -26,7 +26,7 @@ from gelcone.quantity import Array, Quantity
 HELD = "held_"
 """The text before the name of a state that is a parameter."""
 FARTHEST = 1e6
-"""The |x| up to which the limit of a branch is looked for."""
+"""The |x| up to which the limit of a branch is searched."""
 
 
 @dataclass(frozen=True)

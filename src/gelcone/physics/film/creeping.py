@@ -43,7 +43,7 @@ FARTHEST = 0.5
 UNREACHED = 1e6
 """The V up to which a film that never pulls in is looked at."""
 LEVELS, HALVINGS = 32, 50
-"""Widths between which a film's end is looked for, and halvings of the gap in which the end of its minimum lies."""
+"""Widths between which a film's end is searched, and halvings of the gap in which the end of its minimum lies."""
 
 
 class Tension(NamedTuple):
