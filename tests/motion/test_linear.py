@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import control
 import numpy as np
 import pytest
 from scipy import signal
@@ -21,7 +22,6 @@ BIASED = ConeModel(
 
 
 def test_python_control_takes_the_matrices_as_they_are():
-    control = pytest.importorskip("control")
     system = control.StateSpace(*state_space(BIASED))
     found = small_signal_response(BIASED, [0.3, 1.0, 1.7])
     response = control.frequency_response(system, [0.3, 1.0, 1.7])
@@ -235,6 +235,24 @@ def test_behind_a_resistance_the_current_is_the_rate_of_the_charge():
         assert current[0] == pytest.approx(1j * omega * charge[0], rel=1e-10)
 
 
+@pytest.mark.parametrize("kind", ["taut", "hoop-slack"])
+def test_behind_an_ideal_source_the_current_follows_the_rate_of_the_voltage(kind):
+    device = find_device("biased-pump").replace(FILMS[kind])
+    outputs = ("charge", "current", "displacement")
+    found = state_space(device, voltage=1200.0, inputs=("voltage_rate", "voltage"), outputs=outputs)
+    for omega in (30.0, 110.0, 4000.0):
+        gains = found.C @ np.linalg.solve(1j * omega * np.eye(2) - found.A, found.B) + found.D
+        charge, current, height = gains[:, 0] * 1j * omega + gains[:, 1]
+        assert current == pytest.approx(1j * omega * charge, rel=1e-10)
+        assert gains[0, 0] == gains[2, 0] == 0.0
+        assert height == gains[2, 1]
+
+
+def test_the_rate_of_the_voltage_is_an_input_of_an_ideal_source_alone():
+    with pytest.raises(InputError, match="voltage_rate"):
+        state_space(BIASED.replace(circuit=SeriesResistor(), series_resistance=0.4), inputs=("voltage_rate",))
+
+
 def test_an_ideal_source_makes_the_current_jump():
     with pytest.raises(InputError, match="take charge"):
         state_space(BIASED, outputs=("current",))
@@ -247,7 +265,6 @@ def test_unknown_inputs_and_outputs_are_refused(names):
 
 
 def test_python_control_takes_the_names():
-    control = pytest.importorskip("control")
     found = state_space(BIASED, inputs=("voltage", "force"), outputs=("displacement", "charge"))
     system = found.to_control()
     assert isinstance(system, control.StateSpace)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import control
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -68,6 +69,35 @@ def test_rest_is_at_rest():
     f = gelcone.rates(device("taut"))
     assert f.states == ("displacement", "velocity")
     assert np.abs(f(0.0, f.start, voltage=0.0)[1]) < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["taut", "wrinkling", "circuit"])
+def test_python_control_linearises_the_function_as_gelcone_does(kind):
+    own = device(kind)
+    linear = gelcone.state_space(own, voltage=800.0, inputs=("voltage", "force"))
+    system = gelcone.rates(own).to_control()
+    found = control.linearize(system, _rest(own, linear), [800.0, 0.0])
+    for one, other in ((found.A, linear.A), (found.B, linear.B)):
+        np.testing.assert_allclose(one, other, rtol=5e-6, atol=1e-5 * np.abs(other).max())
+    assert system.state_labels == system.output_labels == list(linear.states)
+
+
+def _rest(own, linear):
+    """The states at rest under 800 V."""
+    z = gelcone.rates(own).start.copy()
+    z[0] = linear.place
+    if "voltage_on_film" in linear.states:
+        z[linear.states.index("voltage_on_film")] = 800.0
+    return z
+
+
+def test_python_control_integrates_the_device_as_simulate_does():
+    own, times = device("taut"), np.linspace(0.0, 0.1, 51)
+    volts = own.voltage_offset + own.voltage_amplitude * np.sin(2.0 * np.pi * own.frequency * times)
+    system, f = gelcone.rates(own).to_control(), gelcone.rates(own)
+    found = control.input_output_response(system, times, [volts, 0.0 * times], f.start)
+    right = gelcone.simulate(own, times=times).displacement.values
+    assert np.abs(1e3 * found.outputs[0] - right).max() < 3e-3 * np.ptp(right), "inputs are joined by straight lines"
 
 
 def test_an_ensemble_and_other_states_are_refused():

@@ -52,7 +52,7 @@ OUTPUTS: Mapping[str, str] = {
     "current": "current",
 }
 """Outputs of a linear model, of which the electric ones are those of the first film, and their quantities."""
-INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force"}
+INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
 PASSED = 1e-12
 """Feed-through of the charge, as a share of its largest derivative, below which none is."""
 
@@ -81,11 +81,17 @@ class StateSpace(_Matrices):
 
     def to_control(self) -> Any:
         """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
-        try:
-            import control
-        except ImportError:
-            raise MissingDependency("python-control is not installed: pip install control") from None
-        return control.ss(*self, states=list(self.states), inputs=list(self.inputs), outputs=list(self.outputs))
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
+        return python_control().ss(*self, **names)
+
+
+def python_control() -> Any:
+    """The module of python-control; `MissingDependency` without it."""
+    try:
+        import control
+    except ImportError:
+        raise MissingDependency("python-control is not installed: pip install control") from None
+    return control
 
 
 def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
@@ -114,9 +120,10 @@ def state_space(
     model : a single model, or a device, whose units are then SI.
     device : scales the matrices to SI. Default None: dimensionless.
     voltage : the constant voltage; in volts with a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
-    inputs : of ``"voltage"``, commanded, and ``"force"`` on the disc, away from the film's plane.
+    inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and behind an ideal
+        source ``"voltage_rate"``, the rate of the voltage, on which the current depends.
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
-        circuit that keeps the charge from jumping, ``"current"``.
+        circuit that keeps the charge from jumping or with the input ``"voltage_rate"``, ``"current"``.
 
     Returns
     -------
@@ -125,8 +132,8 @@ def state_space(
 
     Raises
     ------
-    InputError : for an ensemble, a voltage beyond pull-in, unknown names, and a current that an ideal source makes
-        jump.
+    InputError : for an ensemble, a voltage beyond pull-in, unknown names, a current that an ideal source makes
+        jump, and the rate of a voltage that a circuit takes.
 
     Examples
     --------
@@ -155,7 +162,10 @@ def state_space(
     slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
     jacobian, count = np.array(slopes, dtype=float), len(system.states)
     pushed = np.eye(count)[:, 1:2]
-    B = np.hstack([{"voltage": jacobian[:, -1:], "force": pushed}[name] for name in inputs])
+    if "voltage_rate" in inputs and not _ideal(system):
+        raise InputError("voltage_rate: is an input of an ideal source, and here is a circuit; leave it out")
+    columns = {"voltage": jacobian[:, -1:], "force": pushed, "voltage_rate": 0.0 * pushed}
+    B = np.hstack([columns[name] for name in inputs])
     C, D = _output_rows(system, at, n, switches, outputs, jacobian[:, :-1], B, inputs)
     x, time = _scales(system.states, device)
     u, y = (
@@ -204,12 +214,15 @@ def _output_rows(
     D = through.copy()
     for k, name in enumerate(outputs):
         if name == "current":
-            if np.abs(passed[k]).max() > PASSED * np.abs(slopes[k]).max():
+            jumps = np.abs(passed[k]).max() > PASSED * np.abs(slopes[k]).max()
+            if jumps and "voltage_rate" not in inputs:
                 raise InputError(
-                    "current: jumps with the voltage of an ideal source, so that no such model has it; take charge, "
-                    "whose rate it is, or a circuit with a series resistance"
+                    "current: follows the rate of the voltage of an ideal source; give inputs=('voltage', "
+                    "'voltage_rate'), take charge, whose rate it is, or a circuit with a series resistance"
                 )
             C[k], D[k] = slopes[k, :-1] @ A, slopes[k, :-1] @ B
+            if jumps:
+                D[k, list(inputs).index("voltage_rate")] = passed[k, 0]
     return C, D
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
+from gelcone.motion.linear import python_control
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.quantity import Array
 
@@ -69,6 +70,18 @@ class Rates:
         rows = self._system.slopes(0.0, [np.float64(value) for value in z], n)
         found = np.array([[float(value) for value in row[1:]] for row in rows])
         return found * self._sizes[:, None] / (self._sizes * self._scales.time)
+
+    def to_control(self) -> Any:
+        """The device as a ``control.NonlinearIOSystem``: inputs ``voltage`` and ``force``, and all states as outputs.
+
+        Raises `MissingDependency` without python-control.
+        """
+
+        def update(t: float, y: Array, u: Array, _: Any) -> Array:
+            return self(t, y, voltage=float(u[0]), force=float(u[1]))
+
+        names = list(self.states)
+        return python_control().nlsys(update, inputs=["voltage", "force"], outputs=names, states=names)
 
     def _column(self, z: Array) -> Array:
         return self._sizes.reshape((-1,) + (1,) * (z.ndim - 1))
