@@ -223,6 +223,36 @@ def test_where_the_own_drive_lies(peak, at, words):
     assert numbers(line)[:2] == [peak, at]
 
 
+@pytest.mark.parametrize(
+    ("peak", "words"),
+    [(0.55, "inside the window, 0.56 there"),
+     (0.825, "above onset of rest, 0.7; 25% below the first other limit, pull-in 1.1"),
+     (0.69, "above the window, 0.56 there, and below a limit"), (1.2, "beyond a limit")],
+)  # fmt: skip
+def test_a_device_that_swings_by_the_loss_of_flat_rest_may_be_below_all_other_limits(peak, words):
+    """Flat rest is lost at 0.7, the film pulls in at 1.1 under the drive and at 1.3 at constant voltage."""
+    limits = [[np.nan, np.nan], [1.5, 1.1], [1.0, 0.7]]
+    shown = xr.Dataset(
+        {
+            "limit_low": (("driven_limit", "drive_frequency"), limits),
+            "static_limit_voltage": ("static_limit", [np.inf, 1.3]),
+            "recommended_peak": ("drive_frequency", [0.8, 0.56]),
+            "own_peak": peak,
+            "own_frequency": 2.0,
+        },
+        {
+            "drive_frequency": [1.0, 2.0],
+            "driven_peak": [0.5, 1.5],
+            "driven_limit": ["dielectric breakdown", "pull-in", "onset of rest"],
+            "static_limit": ["pitchfork", "pull-in"],
+        },
+        {"options": '{"margin": 0.2}'},
+    )
+    assert words in envelope._own_line(shown)
+    away = shown.assign(own_frequency=1.5)  # between the frequencies examined, where others may be nearer
+    assert "other limit" not in envelope._own_line(away)
+
+
 def test_the_tables_of_an_envelope_are_its_numbers():
     model = find_preset("spring").model
     found = gelcone.envelope(model, frequencies=[0.3, 0.6], peaks=[0.1, 0.5, 0.9])

@@ -64,7 +64,7 @@ def test_a_map_may_hold_the_power_and_the_margin_of_each_cell():
         at = {"voltage_amplitude": amplitude, "material.stretch_limit": 50.0}
         assert float(power.sel(at)) == pytest.approx(float(gelcone.settled(own)["power"]), rel=1e-9)
         limit = float(gelcone.limits(own)["pull_in_voltage"])
-        assert float(margin.sel(at)) == pytest.approx(1.0 - (700.0 + amplitude) / limit, rel=1e-9)
+        assert float(margin.sel(at)) == pytest.approx(1.0 - (790.0 + amplitude) / limit, rel=1e-9)
     with pytest.raises(InputError, match="'size' is not a quantity of a map"):
         map(device, over, also="size")
 

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("computed_once")
 
 SPRING = ["--preset", "spring", "--set", "spring_stiffness=0.1"]
 BAND = ["--over", "drive_frequency=0.36:0.72:10"]
-HARD = ["--set", "voltage_amplitude=800 V", "--set", "voltage_offset=1 kV"]
+HARD = ["--set", "voltage_amplitude=901 V", "--set", "voltage_offset=1.126 kV"]
 HERTZ = ["biased-pump", "--film", "taut", *HARD, "--over", "frequency=9 Hz:13 Hz:5"]
 
 

@@ -173,7 +173,7 @@ def test_initial_states_and_times_of_a_device_may_have_units(run):
 
 def test_a_device_file_of_ones_own(run, tmp_path):
     text = gelcone.devices.device.shipped_devices()["soft-film"].read_text()
-    (tmp_path / "mine.toml").write_text(text.replace('"500 V"', '"250 V"'))
+    (tmp_path / "mine.toml").write_text(text.replace('"530 V"', '"265 V"'))
     mine = result(run("simulate", "mine.toml", "--times", "1 s", "--json")[1])
     theirs = result(run("simulate", "soft-film", "--times", "1 s", "--json")[1])
     assert 2.0 * np.array(mine["drive_voltage"]) == pytest.approx(np.array(theirs["drive_voltage"]))

@@ -116,7 +116,7 @@ def test_at_the_edge_of_the_window_no_limit_is_met(taut):
 def test_a_film_that_pulls_in_meets_that_limit_and_no_other():
     device = gelcone.find_device("biased-pump")
     model, rest = device.to_model(), device.initial_state()[0]
-    peaks = np.array([1650.0, 1750.0]) / device.scales.voltage
+    peaks = np.array([1860.0, 1970.0]) / device.scales.voltage
     found = Plane(model, DriveShape.of(model), rest, None).examine(np.full(2, float(model.drive_frequency)), peaks)
     assert found["pull-in"].tolist() == [0.0, 1.0]
     for name in DRIVEN_LIMITS[1:-1]:

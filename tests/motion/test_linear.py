@@ -194,7 +194,7 @@ FILMS = {
 def test_the_rows_of_charge_and_capacitance_are_the_slopes_of_the_film(kind):
     """Against differences of the film's own capacitance, and by reciprocity dQ/dx = - dF/dv."""
     device = find_device("biased-pump").replace(FILMS[kind])
-    volts = 1500.0 if kind == "hoop-slack" else 1250.0
+    volts = 1690.0 if kind == "hoop-slack" else 1410.0
     model = device.replace(voltage_offset=volts).to_model()
     found = state_space(model, outputs=ELECTRIC)
     x, v, n = found.place, float(model.voltage_bias), model.numbers()

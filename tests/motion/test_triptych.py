@@ -45,7 +45,7 @@ def test_chaos_has_its_whole_section_and_a_motion_that_ended_none():
     chaos = gelcone.triptych(find_preset("base").model.replace(voltage=1.7), **QUICK)
     assert int(chaos["regime"]) == Regime.CHAOTIC
     assert int(np.isfinite(chaos["section_displacement"]).sum()) == 600
-    pump = gelcone.find_device("biased-pump").replace(film="wrinkling", voltage_amplitude="1500 V")
+    pump = gelcone.find_device("biased-pump").replace(film="wrinkling", voltage_amplitude="1700 V")
     ended = gelcone.triptych(pump, periods=4, late_periods=3)
     assert int(ended["outcome"]) == Outcome.PULLED_IN
     assert not np.isfinite(ended["late_displacement"]).any()

@@ -232,7 +232,7 @@ FIELDS = {
 def test_a_device_has_an_amplifier_in_si_units():
     device = find_device("biased-pump").replace(FIELDS, film="wrinkling")
     model, scales = device.to_model(), device.scales
-    capacitance, permittivity = scales.size("capacitance"), 6.05 * 8.8541878188e-12
+    capacitance, permittivity = scales.size("capacitance"), 4.77 * 8.8541878188e-12
     assert model.series_resistance == pytest.approx(1e6 * capacitance / scales.time, rel=1e-12)
     assert model.filter_time == pytest.approx(1.0 / (2.0 * np.pi * 1e3) / scales.time, rel=1e-12)
     assert model.slew_rate == pytest.approx(1e7 * scales.time / scales.voltage, rel=1e-12)

@@ -207,4 +207,4 @@ def test_a_device_is_driven_by_waveforms_in_si_units():
     burst = pump.replace(waveform={"component": "burst", "cycles": 2, "period_in_cycles": 4})
     assert Device.from_text(burst.to_toml()) == burst
     run = simulate(burst, periods=2)
-    assert float(run["drive_voltage"].max()) == pytest.approx(1300.0, rel=1e-3)
+    assert float(run["drive_voltage"].max()) == pytest.approx(1470.0, rel=1e-3)

@@ -156,7 +156,7 @@ def test_up_to_three_members_have_a_row_each(members, rows):
 
 def test_displacements_that_are_given_show_what_a_load_feels():
     device = gelcone.find_device("biased-pump")
-    result = gelcone.static(device, ["0 V", "1 kV", "2 kV"], ["12 mm", "14 mm", "16 mm", "18 mm"])
+    result = gelcone.static(device, ["0 V", "1.1 kV", "2.2 kV"], ["12 mm", "14 mm", "16 mm", "18 mm"])
     axes = gelcone.plot(result).axes[0]
     assert axes.get_ylabel() == "force on a load (N)"
     curves = [one for one in axes.lines if len(one.get_xdata()) == 4]
@@ -168,6 +168,6 @@ def test_displacements_that_are_given_show_what_a_load_feels():
         assert (rest, float(result["blocked_force"][k])) in points
         assert (rest + float(result["stroke"][k]), 0.0) in points
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert labels[2] == "2000 V: 0.059 N, 2.88 mm, 0.19 mJ"
+    assert labels[2] == "2200 V: 0.0563 N, 2.71 mm, 0.17 mJ"
     assert "work of a cycle" in labels
     assert gelcone.plot(gelcone.static(device)).axes[0].get_ylabel() == "force that holds the disc (N)"

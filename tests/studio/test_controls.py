@@ -26,7 +26,7 @@ def by_name(subject):
 def test_a_device_is_set_in_its_own_units(shelf):
     found = by_name(shelf.subject(Setting(device="biased-pump")))
     assert (found["disc_radius"].value, found["disc_radius"].unit) == (8.0, "mm")
-    assert (found["voltage_offset"].value, found["voltage_offset"].unit) == (700.0, "V")
+    assert (found["voltage_offset"].value, found["voltage_offset"].unit) == (790.0, "V")
     assert found["release_height"].value is None
     assert "voltage" not in found
 

@@ -300,9 +300,36 @@ def _own_line(shown: xr.Dataset) -> str:
     searched = float(shown["driven_peak"][-1])
     if peak > searched and limit >= searched * (1.0 - 1e-9):
         return f"{own} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
+    side = "below" if peak <= limit else "beyond"
     return (
-        f"{own} above the window, {_plain(highest)}{volt} there, and {'below' if peak <= limit else 'beyond'} a limit"
+        _other_motion(shown, peak, frequency, own)
+        or f"{own} above the window, {_plain(highest)}{volt} there, and {side} a limit"
     )
+
+
+_OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant")
+"""Limits beyond which the motion is of another kind, while the film holds."""
+
+
+def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) -> str:
+    """What a drive exceeds that is below all limits of the film; empty if it is not, or not at a frequency examined."""
+    at = np.flatnonzero(shown["drive_frequency"].values == frequency)
+    if not at.size:
+        return ""
+    names = [*_names(shown, "driven_limit"), *(f"{name} at constant" for name in _names(shown, "static_limit"))]
+    voltages = [*shown["limit_low"].values[:, at[0]], *shown["static_limit_voltage"].values]
+    met = {name: v for name, v in zip(names, np.nan_to_num(voltages, nan=np.inf), strict=True) if v < np.inf}
+    exceeded = {name: v for name, v in met.items() if v < peak}
+    if not exceeded or not exceeded.keys() <= {*_OTHER_MOTION}:
+        return ""
+    volt = unit_of(shown["own_peak"])
+    above = " and ".join(f"{name}, {_plain(v)}{volt}" for name, v in exceeded.items())
+    held = {name: v for name, v in met.items() if v >= peak}
+    if not held:
+        return f"{own} above {above}; no other limit is met"
+    first = min(held, key=held.__getitem__)
+    left = f"{1.0 - peak / held[first]:.0%} below the first other limit"
+    return f"{own} above {above}; {left}, {first} {_plain(held[first])}{volt}"
 
 
 def _plain(value: Any) -> str:

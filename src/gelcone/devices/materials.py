@@ -87,8 +87,9 @@ class Material(Record):
         near=("permittivity", "epsilon", "eps", "dielectric_constant"),
     )  # fmt: skip
     relative_permittivity_range: Any = Field(
-        "lowest and highest measured relative permittivity", "1", default=None, unset="not stated", least=1.0
-    )
+        "lowest and highest measured relative permittivity", "1", default=None, unset="not stated", least=1.0,
+        example=(4.0, 6.0),
+    )  # fmt: skip
     law: Any = Field(
         "strain-energy law: gent, neo-hookean or yeoh, or one's own as module:Class", default="gent",
         near=("model", "strain_energy"),

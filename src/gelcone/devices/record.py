@@ -83,7 +83,7 @@ class Field:
 
     def example_text(self) -> str:
         """The example with its unit; empty where only its dimension has one."""
-        known = self.unit and (self.example is not None or self.typical is not None)
+        known = self.unit and (self.example is not None or self.typical is not None) and not np.ndim(self.example)
         return format_si(self.example_value(), self.unit) if known else ""
 
     def typical_text(self) -> str:

@@ -65,7 +65,7 @@ def test_a_device_and_its_model_have_the_same_branches():
     """Dimensional twins: each variable is the model's times the scale of its quantity."""
     device = gelcone.find_device("paper-table1")
     model = device.to_model()
-    scales = {"V": 8400.0 / float(model.voltage), "mm": 40.0, "1": 1.0}
+    scales = {"V": 9460.0 / float(model.voltage), "mm": 40.0, "1": 1.0}
     own = gelcone.continue_branch(model, "voltage", 0.6, 1.6, switch=1, checks=2)
     found = gelcone.continue_branch(
         device, "voltage_amplitude", *(scales["V"] * np.array([0.6, 1.6])), switch=1, checks=2
