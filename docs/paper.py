@@ -19,7 +19,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parent.parent
 FIGURES = ("figure-07", "figure-14")
 WIDTH = 760
-HEAD = "| claim | verdict | if the film wrinkles | key number | same verdict |"
+HEAD = "| claim | verdict | if the film wrinkles | with the membrane | key number | same verdict |"
 BEGIN, END = "<!-- claims: written by docs/paper.py -->", "<!-- end of claims -->"
 
 
@@ -31,16 +31,22 @@ def number(entry: dict[str, object]) -> str:
     return f"{first['text']}: {first['meaning']}"
 
 
+def with_film(entry: dict[str, object], film: str) -> str:
+    """What becomes of a claim with another film; empty if it was not judged with it."""
+    found: list[dict[str, str]] = entry["with_films"]  # type: ignore[assignment]
+    return next((one["text"] for one in found if one["film"] == film), "")
+
+
 def table(run: dict[str, object]) -> str:
     """The claim table in Markdown, with the date and version that produced it."""
     same = agreeing(run)
     rows = [
-        f"| {c['id']} | {c['text']} | {c['with_film']['text'] if c['with_film'] else ''} | {number(c)} "
+        f"| {c['id']} | {c['text']} | {with_film(c, 'wrinkling')} | {with_film(c, 'membrane')} | {number(c)} "
         f"| {same[c['id']]} |"
         for c in run["claims"]  # type: ignore[attr-defined]
     ]
     made = f"Made on {datetime.now(UTC):%Y-%m-%d} by gelcone {run['version']}, {run['effort']} run."
-    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|---|", *rows, "", END])
+    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|---|---|", *rows, "", END])
 
 
 def agreeing(run: dict[str, object]) -> dict[str, str]:

@@ -37,7 +37,7 @@ class Laboratory:
     computed: list = field(default_factory=list)
     drawn: list = field(default_factory=list)
     stop_at: str = ""
-    any_film: bool = False
+    films: tuple = ()
 
     def study(self, name):
         def compute(effort, progress):
@@ -55,7 +55,7 @@ class Laboratory:
             }
             return xr.Dataset(variables, attrs=attrs)
 
-        return Study(name, compute, work=0.1, any_film=self.any_film)
+        return Study(name, compute, work=0.1, films=self.films)
 
     def figure(self, number, *studies):
         def draw(data):
@@ -319,31 +319,39 @@ def command(laboratory, tmp_path, monkeypatch):
     return lambda *arguments: CliRunner().invoke(cli.group, ["paper", *arguments])
 
 
-def test_claims_are_judged_again_with_a_film_that_wrinkles(laboratory, tmp_path):
+def test_claims_are_judged_again_with_other_films(laboratory, tmp_path):
     """Its studies lie in a folder of their own; the share of the runs that end by pull-in stands beside the verdict."""
-    laboratory.any_film = True
+    laboratory.films = ("wrinkling", "membrane")
     found = run(["second"], quick=True, out=tmp_path, paper=laboratory.paper)
-    assert sorted(laboratory.computed) == ["rest", "rest wrinkling", "swing"]
-    assert (tmp_path / "data" / "wrinkling" / "rest.nc").exists()
+    assert sorted(laboratory.computed) == ["rest", "rest membrane", "rest wrinkling", "swing"]
     (judged,) = found.claims
-    seen = load(tmp_path / "data" / "wrinkling" / "rest.nc")["outcome"].values == Outcome.PULLED_IN
-    assert judged.other.pulled_in == share(seen, sample=False)
-    assert 0.0 < judged.other.pulled_in.value < 1.0
-    assert str(judged.other) == f"reproduced; {seen.mean():.0%} of the runs end by pull-in"
     records = {claim["id"]: claim for claim in json.loads((tmp_path / "claims.json").read_text())["claims"]}
-    record = records["second"]["with_film"]
-    assert record["film"] == "wrinkling"
-    assert record["text"] in (tmp_path / "report.html").read_text()
-    all_ended = replace(judged.other, pulled_in=share([True, True], sample=False))
+    for film, other, record in zip(laboratory.films, judged.others, records["second"]["with_films"], strict=True):
+        seen = load(tmp_path / "data" / film / "rest.nc")["outcome"].values == Outcome.PULLED_IN
+        assert other.film == record["film"] == film
+        assert other.pulled_in == share(seen, sample=False)
+        assert 0.0 < other.pulled_in.value < 1.0
+        assert record["text"] == judged.with_film(film)
+        assert record["text"] == f"reproduced; {seen.mean():.0%} of the runs end by pull-in"
+        assert record["text"] in (tmp_path / "report.html").read_text()
+    all_ended = replace(other, pulled_in=share([True, True], sample=False))
     assert str(all_ended) == "every run ends by pull-in"
-    assert str(replace(judged.other, pulled_in=share([False], sample=False))) == "reproduced"
+    assert str(replace(other, pulled_in=share([False], sample=False))) == "reproduced"
+
+
+def test_a_film_that_one_study_of_a_claim_does_not_take_is_not_judged(laboratory, tmp_path):
+    laboratory.films = ("wrinkling",)
+    (judged,) = run(["second"], quick=True, out=tmp_path, paper=laboratory.paper).claims
+    assert [other.film for other in judged.others] == ["wrinkling"]
+    assert judged.with_film("membrane") == ""
+    assert "<td>not judged</td>" in (tmp_path / "report.html").read_text()
 
 
 def test_the_command_ends_with_the_table_of_claims(command, tmp_path):
     result = command("--quick")
     lines = result.output.splitlines()
     assert result.exit_code == 0
-    assert lines[0].split() == ["claim", "verdict", *["if", "the", "film", "wrinkles", "key", "number", "which", "is"]]
+    assert " ".join(lines[0].split()) == "claim verdict if the film wrinkles with the membrane key number which is"
     assert [line.split()[:2] for line in lines[1:4]] == [[n, "reproduced"] for n in ("first", "second", "third")]
     assert "±" in lines[1]
     assert lines[4:] == ["figures 3, 4, 13 in paper-results-quick", "wrote paper-results-quick/report.html"]

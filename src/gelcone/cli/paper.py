@@ -114,17 +114,20 @@ def summary(result: PaperRun) -> str:
 
 
 def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
-    """Claim, verdict, what becomes of it if the film wrinkles, and key number with what it is: a line a claim, cut to
-    the width of a terminal."""
+    """Claim, verdict, what becomes of it with other films, and key number with what it is: a line a claim, cut to the
+    width of a terminal."""
+    from gelcone.paper.report import FILM_HEADINGS
     from gelcone.paper.verdicts import verdict_text
 
-    rows = [("claim", "verdict", "if the film wrinkles", "key number", "which is")]
+    films = FILM_HEADINGS
+    rows = [("claim", "verdict", *(heading.lower() for heading in films.values()), "key number", "which is")]
     rows += [
-        (judged.claim.name, verdict_text(judged.finding), str(judged.other or ""), *_key(judged)) for judged in claims
+        (judged.claim.name, verdict_text(judged.finding), *(judged.with_film(film) for film in films), *_key(judged))
+        for judged in claims
     ]
-    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
     lines = [
-        "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[4]]) for row in rows
+        "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[-1]]) for row in rows
     ]
     return [_cut(line.rstrip()) for line in lines]
 

@@ -28,6 +28,8 @@ DOI = "10.1177/10775463261460015"
 LARGEST_SVG = 400_000
 """Bytes of an SVG beyond which the page carries the PNG instead: scatter plots of many points draw slowly."""
 
+FILM_HEADINGS = {"wrinkling": "If the film wrinkles", "membrane": "With the membrane"}
+"""Of the columns that say what becomes of a claim with another film."""
 BADGES = {
     Verdict.REPRODUCED: "reproduced",
     Verdict.TRANSIENT: "transient",
@@ -71,12 +73,16 @@ class WithFilm:
 
 @dataclass(frozen=True)
 class JudgedClaim:
-    """A claim with what its check found, and the verdict that follows; ``other``: the same with another film."""
+    """A claim with what its check found, and the verdict that follows; ``others``: the same with other films."""
 
     claim: Claim
     finding: Finding
     verdict: Verdict
-    other: WithFilm | None = None
+    others: tuple[WithFilm, ...] = ()
+
+    def with_film(self, film: str) -> str:
+        """The verdict of the claim with another film; empty if it was not judged with it."""
+        return next((str(other) for other in self.others if other.film == film), "")
 
 
 def report_html(
@@ -156,11 +162,12 @@ def _overview(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> 
     rows = "\n".join(
         f'<tr><td><a href="#{escape(judged.claim.name)}">{escape(judged.claim.name)}</a>'
         f"<br>{escape(judged.claim.statement)}</td>"
-        f"<td>{_badge(judged)}</td><td>{_other(judged)}</td><td>{_key(judged.finding)}</td>"
+        f"<td>{_badge(judged)}</td>{_others(judged)}<td>{_key(judged.finding)}</td>"
         f"<td>{_figure_link(judged.claim.figure, drawn)}</td></tr>"
         for judged in claims
     )
-    head = "<tr><th>Claim</th><th>Verdict</th><th>If the film wrinkles</th><th>Key number</th><th>Figure</th></tr>"
+    films = "".join(f"<th>{heading}</th>" for heading in FILM_HEADINGS.values())
+    head = f"<tr><th>Claim</th><th>Verdict</th>{films}<th>Key number</th><th>Figure</th></tr>"
     return f"""<section id="claims">
 <h2>The claims at a glance</h2>
 <table class="overview">
@@ -201,7 +208,8 @@ def _claim(judged: JudgedClaim) -> str:
         "A consequence of the model": finding.consequence,
         "Film slack": _slack(finding),
         "What the paper could not see": finding.unseen,
-        "With a film that wrinkles instead of pushing": "" if judged.other is None else f"{judged.other}.",
+        "With a film that wrinkles instead of pushing": _sentence(judged.with_film("wrinkling")),
+        "With the film as a membrane": _sentence(judged.with_film("membrane")),
     }
     paragraphs = "\n".join(
         f'<p><span class="label">{label}:</span> {escape(text)}</p>' for label, text in remarks.items() if text
@@ -326,8 +334,12 @@ def _key(finding: Finding) -> str:
     return f"<strong>{escape(str(number))}</strong><br>{escape(number.meaning)}"
 
 
-def _other(judged: JudgedClaim) -> str:
-    return "not applicable" if judged.other is None else escape(str(judged.other))
+def _others(judged: JudgedClaim) -> str:
+    return "".join(f"<td>{escape(judged.with_film(film)) or 'not judged'}</td>" for film in FILM_HEADINGS)
+
+
+def _sentence(text: str) -> str:
+    return f"{text}." if text else ""
 
 
 def _badge(judged: JudgedClaim) -> str:

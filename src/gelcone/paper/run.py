@@ -29,6 +29,7 @@ from gelcone.paper.effort import FULL, QUICK, Effort
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.stamp import stamp
+from gelcone.paper.studies.study import OTHER_FILMS
 from gelcone.paper.truths import Share, share
 from gelcone.paper.verdicts import judge, verdict_text
 from gelcone.paper.work import Job, Progress, do
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
     from gelcone.paper.figures.figure import PaperFigure
     from gelcone.paper.studies.study import Study
 
-OTHER_FILM = "wrinkling"
-"""A film that cannot push: the verdict with it stands next to that with the paper's film."""
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
 DRAWING = 2.0
 """Work of drawing a figure, see `Study.work`."""
@@ -120,14 +119,14 @@ def run(
     """
     paper = paper or source_paper()
     effort = QUICK if quick else FULL
-    other = replace(effort, film=OTHER_FILM)
+    others = [replace(effort, film=film) for film in OTHER_FILMS]
     asked = select(names, paper)
     folder = Path(out) if out is not None else FOLDERS[effort.name]
     figures = [paper.figures[n] for n in sorted({*asked.figures, *(paper.claims[c].figure for c in asked.claims)})]
-    wanted = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, other, paper)
+    wanted = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, others, paper)
     needed = {_key(name, own) for name, own in wanted}
     _check_folder(folder, figures, needed)
-    ready = _ready(folder, effort, paper) | _ready(folder, other, paper)
+    ready = {key: study for own in (effort, *others) for key, study in _ready(folder, own, paper).items()}
     studies = {key: study for key, study in ready.items() if not (force and key in needed)}
     jobs_of = {_key(name, own): _computing(paper.studies[name], own, folder, paper) for name, own in wanted}
     missing = {key: job for key, job in jobs_of.items() if key not in studies}
@@ -139,12 +138,15 @@ def run(
 
 
 def _wanted(
-    figures: Sequence[PaperFigure], claims: Sequence[Claim], effort: Effort, other: Effort, paper: Paper
+    figures: Sequence[PaperFigure], claims: Sequence[Claim], effort: Effort, others: Sequence[Effort], paper: Paper
 ) -> list[tuple[str, Effort]]:
     """The studies behind figures and claims, each with the film that it is computed with, in the order of the paper."""
     own = {name for studies in (*(f.studies for f in figures), *(c.studies for c in claims)) for name in studies}
-    with_other = {name for claim in claims if _with_any_film(claim, paper) for name in claim.studies}
-    return [(name, e) for e, names in ((effort, own), (other, with_other)) for name in paper.studies if name in names]
+    names_of = [(effort, own)]
+    for other in others:
+        judged = [claim for claim in claims if _judged_with(claim, other.film, paper)]
+        names_of.append((other, {name for claim in judged for name in claim.studies}))
+    return [(name, each) for each, names in names_of for name in paper.studies if name in names]
 
 
 def _key(study: str, effort: Effort) -> str:
@@ -152,9 +154,9 @@ def _key(study: str, effort: Effort) -> str:
     return study if effort.film == FULL.film else f"{effort.film}/{study}"
 
 
-def _with_any_film(claim: Claim, paper: Paper) -> bool:
-    """Whether a claim can be judged with another film."""
-    return all(paper.studies[name].any_film for name in claim.studies)
+def _judged_with(claim: Claim, film: str, paper: Paper) -> bool:
+    """Whether a claim is judged with another film."""
+    return all(film in paper.studies[name].films for name in claim.studies)
 
 
 def _computing(study: Study, effort: Effort, folder: Path, paper: Paper) -> Job:
@@ -207,14 +209,12 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
         "neighbourhood": finding.neighbourhood,
         "unseen": finding.unseen,
         "details": finding.details,
-        "with_film": _film_record(judged.other),
+        "with_films": [_film_record(other) for other in judged.others],
     }
 
 
-def _film_record(other: WithFilm | None) -> dict[str, Any] | None:
+def _film_record(other: WithFilm) -> dict[str, Any]:
     """What becomes of a claim with another film, as plain data."""
-    if other is None:
-        return None
     return {
         "film": other.film,
         "verdict": other.verdict.value,
@@ -344,14 +344,19 @@ def _finish(
 
 def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort) -> JudgedClaim:
     finding = claim.check({name: studies[name] for name in claim.studies})
-    other = replace(effort, film=OTHER_FILM)
-    if any(_key(name, other) not in studies for name in claim.studies):
-        return JudgedClaim(claim, finding, judge(finding))
-    theirs = {name: studies[_key(name, other)] for name in claim.studies}
+    others = [_with_film(claim, film, studies, replace(effort, film=film)) for film in OTHER_FILMS]
+    return JudgedClaim(claim, finding, judge(finding), tuple(other for other in others if other is not None))
+
+
+def _with_film(claim: Claim, film: str, studies: Mapping[str, xr.Dataset], effort: Effort) -> WithFilm | None:
+    """The claim judged with another film, if its studies were computed with it."""
+    if any(_key(name, effort) not in studies for name in claim.studies):
+        return None
+    theirs = {name: studies[_key(name, effort)] for name in claim.studies}
     found = claim.check(theirs)
     ended = [(study["outcome"] == Outcome.PULLED_IN).values.ravel() for study in theirs.values() if "outcome" in study]
     pulled_in = share(np.concatenate(ended) if ended else [], sample=False)
-    return JudgedClaim(claim, finding, judge(finding), WithFilm(OTHER_FILM, found, judge(found), pulled_in))
+    return WithFilm(film, found, judge(found), pulled_in)
 
 
 def _write_text(text: str, path: Path) -> None:

@@ -32,6 +32,8 @@ def made_up(off=0.01, ending=Ending.CONVERGED, other=0.01):
             "cone_force": (dims, cone),
             "continuum_force": (dims, continuum),
             "deviation": (dims, cone / continuum - 1.0),
+            "membrane_force": (dims, continuum * 1.001),
+            "membrane_deviation": (dims, np.full(cone.shape, 0.001)),
             "ending": (dims, endings),
             "folds": (dims, np.zeros(cone.shape, dtype=int)),
             "limit_displacement": (("member", "share"), np.array([[1.0, 3.0], [2.0, 4.0]])),
@@ -105,6 +107,16 @@ def test_without_scikit_fem_it_cannot_be_told():
     found = agreement({"continuum": missing, "corrected": missing})
     assert judge(found) is Verdict.UNDECIDABLE
     assert "gelcone[fem]" in found.why
+
+
+def test_the_membrane_is_judged_by_its_own_force():
+    """The cone's is off by half of the largest force; with the membrane's in its place the two agree."""
+    cone = made_up(off=0.5, other=0.5)
+    own = agreement({"continuum": cone.assign_attrs(film="membrane"), "corrected": thresholds()})
+    assert judge(agreement({"continuum": cone, "corrected": thresholds()})) is Verdict.NOT_REPRODUCED
+    assert judge(own) is Verdict.REPRODUCED
+    assert own.numbers[0].value == pytest.approx(0.001)
+    assert "membrane" in own.numbers[0].meaning
 
 
 def test_a_threshold_survives_within_a_fifth_and_where_the_film_has_a_state():

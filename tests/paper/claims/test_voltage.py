@@ -180,7 +180,12 @@ def test_numbers_of_the_spectra():
 # --- the device -------------------------------------------------------------------------------------------------------
 
 
-def practical(amplitude=((1.0, 1.0, 1.0), (2.0, 2.0, 2.0)), onset=(6000.0, np.nan), pitchfork=(5500.0, 5600.0)):
+def practical(
+    amplitude=((1.0, 1.0, 1.0), (2.0, 2.0, 2.0)),
+    onset=(6000.0, np.nan),
+    pitchfork=(5500.0, 5600.0),
+    pull_in=(7000.0, np.inf),
+):
     each = ("initial_height", "voltage_amplitude")
     return xr.Dataset(
         {
@@ -188,6 +193,7 @@ def practical(amplitude=((1.0, 1.0, 1.0), (2.0, 2.0, 2.0)), onset=(6000.0, np.na
             "late_amplitude": (each, [[1e-9, 2e-9, 3e-9], [0.1, 0.2, 0.3]]),
             "onset_voltage": ("initial_height", list(onset)),
             "pitchfork_voltage": ("initial_height", list(pitchfork)),
+            "pull_in_voltage": ("initial_height", list(pull_in)),
         },
         coords={"initial_height": [0.0, 20.0], "voltage_amplitude": [10.0, 30.0, 50.0]},
     )
@@ -201,6 +207,8 @@ def practical(amplitude=((1.0, 1.0, 1.0), (2.0, 2.0, 2.0)), onset=(6000.0, np.na
         (Verdict.NOT_REPRODUCED, {"amplitude": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.2))}),
         (Verdict.NOT_REPRODUCED, {"onset": (4900.0, np.nan)}),
         (Verdict.NOT_REPRODUCED, {"pitchfork": (9000.0, 4900.0)}),
+        (Verdict.NOT_REPRODUCED, {"pull_in": (4900.0, np.inf)}),
+        (Verdict.REPRODUCED, {"onset": (np.nan, np.nan), "pitchfork": (np.nan, np.nan)}),
     ],
 )
 def test_practical_voltages_are_a_hundredth_of_any_threshold(expected, changed):
@@ -215,3 +223,7 @@ def test_numbers_of_the_device():
     assert (flat.value, raised.value) == (3e-9, 0.3)
     assert raised.meaning.endswith("initial height 20 mm")
     assert raised.unit == "mm"
+    assert "flat rest at constant voltage" in ratio.meaning
+    flatless = practical(onset=(np.nan, np.nan), pitchfork=(np.nan, np.nan))
+    lowest = found("practical-voltage", practical=flatless).numbers[0]
+    assert (lowest.value, "pull-in" in lowest.meaning) == (140.0, True)

@@ -219,6 +219,14 @@ def _spectral_order(study: xr.Dataset, prefix: str) -> list[bool]:
     return verdicts
 
 
+REST_LOST = {
+    "onset_voltage": "loss of stability of rest",
+    "pitchfork_voltage": "loss of stability of flat rest at constant voltage",
+    "pull_in_voltage": "pull-in on a slow ramp",
+}
+"""Thresholds of a device at rest, in words."""
+
+
 @claim(
     "practical-voltage",
     "From 10 to 50 V the amplitude is nearly constant; these voltages lie orders of magnitude below any threshold.",
@@ -231,13 +239,13 @@ def practical_voltage(studies: Studies) -> Finding:
     amplitude = study["window_amplitude"].values
     spread = np.ptp(amplitude, axis=1) / amplitude.mean(axis=1)
     highest = float(study["voltage_amplitude"].values.max())
-    onset = float(np.nanmin(study["onset_voltage"].values))
-    lowest = min(onset, float(np.nanmin(study["pitchfork_voltage"].values)))
+    found = {words: study[name].values[np.isfinite(study[name].values)] for name, words in REST_LOST.items()}
+    lowest, words = min((float(values.min()), words) for words, values in found.items() if values.size)
     late = study["late_amplitude"].values[:, -1]
     return Finding(
         holds=bool((spread < SAME).all() and lowest > 100.0 * highest),
         numbers=(
-            Number("lowest threshold (loss of stability of rest) over 50 V", lowest / highest),
+            Number(f"lowest threshold ({words}) over 50 V", lowest / highest),
             Number("largest relative change of the amplitude over 10 to 50 V", float(spread.max())),
             *(
                 Number(f"amplitude left in the long run at 50 V, initial height {h:g} mm", float(a), unit="mm")

@@ -16,7 +16,7 @@ from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
-from gelcone.paper.studies.study import Progress, Study
+from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study
 from gelcone.paper.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
@@ -55,7 +55,7 @@ class Threshold(NamedTuple):
 
 def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
     """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for both radius
-    ratios; with a film that wrinkles both do. Without scikit-fem a Dataset that says so."""
+    ratios; with another film than the paper's both wrinkle. Without scikit-fem a Dataset that says so."""
     from gelcone.continuum.compare import compare
 
     model = find_preset("table1").model.replace(voltage=0.0)
@@ -75,7 +75,7 @@ def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
     except MissingDependency as error:
         return _missing(model, error)
     rounded = {name: _rounded(values) for name, values in result.data_vars.items() if values.dtype.kind == "f"}
-    return result.assign(rounded).assign_attrs(preset="table1")
+    return result.assign(rounded).assign_attrs(preset="table1", film=effort.film)
 
 
 def _rounded(values: xr.DataArray) -> xr.DataArray:
@@ -198,6 +198,6 @@ def _first(voltages: Array, met: Any) -> tuple[float, float]:
 
 
 STUDIES = (
-    Study("continuum", continuum, work=3.0),
-    Study("corrected", corrected, work=8.0),
+    Study("continuum", continuum, work=3.0, films=OTHER_FILMS),
+    Study("corrected", corrected, work=8.0, films=OTHER_FILMS),
 )

@@ -20,7 +20,7 @@ from gelcone.paper.reading import STARTS
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
-from gelcone.paper.studies.study import Progress, Study
+from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
     """Period of the free undamped neo-Hookean oscillator over its amplitude, against 2 pi/sqrt(kappa)."""
     amplitudes = np.geomspace(1e-3, 1.0, 31)
     stiffness = float(effort.preset("base").model.spring_stiffness)
-    free = ConeModel(damping_ratio=0.0, voltage=0.0, stretch_limit=np.inf)
+    free = ConeModel(damping_ratio=0.0, voltage=0.0, stretch_limit=np.inf, film=effort.film)
     model = free.replace(spring_stiffness=np.full(len(amplitudes), stiffness))
     linear = 2.0 * np.pi / np.sqrt(stiffness)
     times = linear * np.linspace(0.0, 1.2, 4001)
@@ -148,8 +148,8 @@ def _extents(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 
 
 STUDIES = (
-    Study("linear-limit", linear_limit, work=0.1),
+    Study("linear-limit", linear_limit, work=0.1, films=OTHER_FILMS),
     Study("limit-map", limit_map, work=2.0),
-    Study("beyond", beyond, work=3.0, any_film=False),
+    Study("beyond", beyond, work=3.0, films=()),
     Study("large-limits", large_limits, work=5.0),
 )

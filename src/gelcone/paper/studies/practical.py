@@ -16,7 +16,7 @@ from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, merged
+from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress as MaybeProgress
@@ -42,7 +42,7 @@ def practical(effort: Effort, progress: Progress) -> xr.Dataset:
     """
     import xarray as xr
 
-    base = find_device("paper-table1")
+    base = find_device("paper-table1").replace(film=effort.film)
     parts = [
         _practical(base.replace(initial_height=height, voltage_amplitude=VOLTS), effort, weighted(progress, 0.5))
         for height in HEIGHTS
@@ -101,4 +101,4 @@ def _thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
     }
 
 
-STUDIES = (Study("practical", practical, work=0.5),)
+STUDIES = (Study("practical", practical, work=0.5, films=OTHER_FILMS),)

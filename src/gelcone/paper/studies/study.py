@@ -24,18 +24,23 @@ Progress = Callable[[float], None]
 DECAYS = 20.0
 
 
+OTHER_FILMS = ("wrinkling", "membrane")
+"""Films other than the paper's that a claim is judged with: a cone that cannot push, and the true membrane, where the
+claim is about force or pull-in."""
+
+
 @dataclass(frozen=True)
 class Study:
     """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1).
 
-    ``work`` is about how many seconds of one core it takes in a quick run. ``any_film``: it can be computed with
-    another film than the paper's, too.
+    ``work`` is about how many seconds of one core it takes in a quick run. ``films``: those of `OTHER_FILMS` that it is
+    computed with, too.
     """
 
     name: str
     compute: Callable[[Effort, Progress], xr.Dataset]
     work: float = 1.0
-    any_film: bool = True
+    films: tuple[str, ...] = ("wrinkling",)
 
 
 def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
