@@ -22,6 +22,7 @@ FLOORS = [
         "disk_cache",
         "netcdf",
         "interchange",
+        "markup",
         "permission",
     ],
     ["accessor", "register"],

@@ -27,7 +27,8 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
     Uniform, Normal, draw, probability, tolerances   uncertain parameters
 Results, each an xarray.Dataset
-    plot, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime, PullIn, Onset
+    plot, in_words, table, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime,
+    PullIn, Onset
 Models and their components
     ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship
 
@@ -133,6 +134,7 @@ if TYPE_CHECKING:
     """Where a device is safe to drive, and which limit comes first."""
 
     from gelcone import plots as plots
+    from gelcone.analyses.ask import in_words as in_words
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cluster import cluster as cluster
     from gelcone.atlas.plan import Plan as Plan
@@ -156,6 +158,7 @@ if TYPE_CHECKING:
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.export.environment import environment as environment
     from gelcone.export.public import export as export
+    from gelcone.interchange import table as table
     from gelcone.lab.device import fit_device as fit_device
     from gelcone.lab.device import fitted_device as fitted_device
     from gelcone.lab.device import fitted_draws as fitted_draws

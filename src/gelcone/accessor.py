@@ -14,6 +14,9 @@ import xarray as xr
 import gelcone
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -40,6 +43,14 @@ class Accessor:
     def export(self, path: str | Path, *, force: bool = False) -> list[Path]:
         """Write the result as CSV, Parquet or for MATLAB; see `gelcone.export`."""
         return gelcone.export(self._result, path, force=force)
+
+    def words(self) -> str:
+        """What the command that gives such a result prints; see `gelcone.in_words`."""
+        return gelcone.in_words(self._result)
+
+    def table(self, over: str | Sequence[str] | None = None) -> pd.DataFrame:
+        """The variables over the same dims as a table of pandas; see `gelcone.table`."""
+        return gelcone.table(self._result, over)
 
     def to_si(self, device: gelcone.Device | None = None) -> xr.Dataset:
         """The result in the units of its device; see `gelcone.to_si`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,6 +61,46 @@ def tables(result: xr.Dataset) -> dict[tuple[str, ...], pd.DataFrame]:
     for name, variable in result.data_vars.items():
         groups.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
     return {dims: _table(result, dims, names) for dims, names in groups.items()}
+
+
+def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.DataFrame:
+    """Return the variables of a result over the same dims as a table of pandas.
+
+    Parameters
+    ----------
+    result : a Dataset that an analysis returned or `gelcone.load` read.
+    over : the dim, or dims, of the table. Default: the first dim of the result alone, or where no variable is over it
+        alone, the dims of most variables.
+
+    Returns
+    -------
+    One row for each entry, with columns ``name (unit)``; codes are words. A result without dims has one row.
+
+    Raises
+    ------
+    InputError : for dims over which there are no variables.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> response = gelcone.simulate(gelcone.ConeModel(), times=[0.0, 1.0, 2.0])
+    >>> frame = gelcone.table(response)
+    >>> len(frame), float(frame["displacement"][0])
+    (3, 1.0)
+    """
+    if not hasattr(result, "data_vars"):
+        raise InputError(f"table: was given a {type(result).__name__}; give a Dataset that an analysis returned")
+    known: dict[tuple[str, ...], list[str]] = {}
+    for name, variable in result.data_vars.items():
+        known.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
+    first = tuple(map(str, result.sizes))[:1]
+    most = max(known, key=lambda dims: len(known[dims]), default=())
+    wanted = (first if first in known else most) if over is None else (over,) if isinstance(over, str) else tuple(over)
+    dims = next((dims for dims in known if set(dims) == set(wanted)), None)
+    if dims is None:
+        tables = " | ".join(", ".join(own) or "()" for own in known)
+        raise InputError(f"over = {', '.join(wanted)}: no variable is over these dims; there are tables over {tables}")
+    return _table(result, dims, known[dims])
 
 
 def _table(result: xr.Dataset, dims: tuple[str, ...], names: list[str]) -> pd.DataFrame:

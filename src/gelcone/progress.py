@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import threading
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 Progress = Callable[[float], None] | None
 """Called with the share of the work just done; the shares add up to 1."""
@@ -71,3 +74,33 @@ class Counted:
         """Reports the share that has not been reported yet."""
         if self._done < 1.0:
             self(1.0 - self._done)
+
+
+@contextmanager
+def bar(label: str) -> Iterator[Callable[[Any], None]]:
+    """A bar of tqdm, in a notebook with widgets one of these: takes shares of the work, or counts of cells."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that a notebook has no widgets, where a line of text will do
+        from tqdm.auto import tqdm
+
+        shown = tqdm(total=1.0, desc=label, leave=False, bar_format="{l_bar}{bar}| {elapsed}<{remaining}")
+
+    def report(done: Any) -> None:
+        share = done.computed / max(done.asked, 1) - shown.n if hasattr(done, "computed") else done
+        shown.update(share)
+
+    with shown:
+        yield report
+
+
+def barred(run: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose option ``progress=True`` shows a `bar`."""
+
+    @functools.wraps(run)
+    def call(*arguments: Any, **options: Any) -> Any:
+        if options.get("progress") is not True:
+            return run(*arguments, **options)
+        with bar(run.__name__) as report:
+            return run(*arguments, **options | {"progress": report})
+
+    return call

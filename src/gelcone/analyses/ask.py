@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses import tables
-from gelcone.analyses.answer import result_json
+from gelcone.analyses.answer import in_si, result_json
 from gelcone.analyses.request import Subject, measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analyses import find_analysis
@@ -83,6 +83,31 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
         return answers, Subject(device.to_model(), device, initial)
     own = json.loads(result.attrs["model"])  # what a sweep varies has a value there too, an ensemble's has none
     return answers, Subject(model_of(result.drop_vars([name for name in result.coords if name in own])), None, initial)
+
+
+def in_words(result: xr.Dataset) -> str:
+    """Return what the command that gives such a result prints.
+
+    Parameters
+    ----------
+    result : a Dataset that an analysis returned or `gelcone.load` read.
+
+    Returns
+    -------
+    The text, in the units of the result's device.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not the result of an analysis.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> print(gelcone.in_words(gelcone.limits(gelcone.ConeModel())).splitlines()[0])
+    LIMITS
+    """
+    answers, subject = answer_to(result)
+    return answers.words(in_si(result, subject), subject)
 
 
 def _initial_of(result: xr.Dataset, device: Device | None) -> Any:

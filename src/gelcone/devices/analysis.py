@@ -19,6 +19,7 @@ from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.physics.members import Ensemble
+from gelcone.progress import barred
 from gelcone.register.analysis import Analysis, annotation_of
 
 P = ParamSpec("P")
@@ -43,7 +44,7 @@ def analysis(**declared: Any) -> Callable[[Callable[Concatenate[Any, P], R]], Ca
 
     def declare(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
         takes = declared.get("takes", "model")
-        run: Any = wraps[takes](function) if takes in wraps else function
+        run: Any = barred(wraps[takes](function) if takes in wraps else function)
         run.analysis = Analysis(run, **declared)
         return cast(Any, run)
 

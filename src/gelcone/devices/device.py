@@ -16,6 +16,7 @@ from gelcone.devices.given import DeviceValues
 from gelcone.devices.materials import Material, find_material, side_by_side
 from gelcone.devices.parts import PARTS, own_fields, part_record, read_part
 from gelcone.devices.record import Field, unknown_field
+from gelcone.devices.shown import device_html
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
@@ -164,6 +165,10 @@ class Device(DeviceFields):
     def breakdown_field(self) -> Any:
         """Dielectric strength over the scale of the field, or None when it is unknown."""
         return cone.breakdown_field(self)
+
+    def _repr_html_(self) -> str:
+        """The device as a notebook shows it."""
+        return device_html(self)
 
     # --- variants and files ---------------------------------------------------------------------------------------
 

@@ -27,6 +27,7 @@ from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
+from gelcone.physics.shown import model_html
 from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
@@ -135,6 +136,10 @@ class ConeModel(Ensemble):
     def __repr__(self) -> str:
         given = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items() if name != "film")
         return f"ConeModel({given})"
+
+    def _repr_html_(self) -> str:
+        """The model as a notebook shows it."""
+        return model_html(self)
 
     # --- parameters by name ------------------------------------------------------------------------------------------
 

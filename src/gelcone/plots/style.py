@@ -52,10 +52,11 @@ def styled(width: float, height: float, draw: Callable[[Figure], None], result: 
     """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state; with the name
     of the ``result``'s device as title, if one is given."""
     import matplotlib as mpl
-    from matplotlib.figure import Figure
+
+    from gelcone.plots.figure import ShownFigure
 
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = ShownFigure(STYLE, figsize=(width, height), layout="constrained")
         draw(figure)
         if result is not None:
             figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import html
+import os
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,6 +84,8 @@ class StudioFrame:
         return self._studio.address(self._state)
 
     def _repr_html_(self) -> str:
+        if place := elsewhere():
+            return f"<p>{html.escape(_FAR.format(place=place, port=self._studio.port))}</p>"
         source = html.escape(self._studio.ticket(self._state), quote=True)
         return (
             f'<iframe src="{source}" title="gelcone studio" width="100%" height="{self.height}" '
@@ -91,6 +94,21 @@ class StudioFrame:
 
     def __repr__(self) -> str:
         return f"gelcone studio at port {self._studio.port}; .address opens it in a browser, .close() ends it"
+
+
+_FAR = (
+    "The studio runs where the kernel of this notebook runs, behind {place}, and answers to that machine alone: your "
+    "browser does not reach it, and no proxy passes it on. Install gelcone on your own machine and type gelcone studio "
+    "there, or forward the port, ssh -L {port}:127.0.0.1:{port} to the machine of the kernel, and open .address."
+)
+"""In place of the frame where the browser runs elsewhere."""
+
+
+def elsewhere() -> str:
+    """Name what stands between the browser and this process; empty where both are on one machine as far as is known."""
+    known = {"JUPYTERHUB_SERVICE_PREFIX": "JupyterHub", "BINDER_SERVICE_HOST": "Binder"}
+    known |= {"CODESPACES": "GitHub Codespaces", "COLAB_RELEASE_TAG": "Colab"}
+    return next((name for variable, name in known.items() if os.environ.get(variable)), "")
 
 
 def studio(device: Device | str | None = None, *, preset: str | None = None, height: int = HEIGHT) -> StudioFrame:
