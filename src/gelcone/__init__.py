@@ -14,7 +14,7 @@ Devices and gels
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
     read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
-    simulate, step, creep, section, extrema, spectrum   one run: how it moves
+    simulate, step, creep, transfer, section, extrema, spectrum   one run: how it moves
     regime, lyapunov, settled, triptych     the kind of motion, with the evidence
     static, limits, pull_in_voltage, fold_voltages, pitchfork_voltage, stroke_and_blocked_force
     film                                    the membrane from disc to rim at any height and voltage
@@ -60,6 +60,9 @@ if TYPE_CHECKING:
     from gelcone.motion.creep import creep as creep
 
     """Creep under held voltages, and the time to pull-in over voltage."""
+    from gelcone.motion.transfer import transfer as transfer
+
+    """Bode plot: voltage to displacement and current, linear and measured."""
     from gelcone.motion.section import section as section
 
     """Poincare section: the motion once every forcing period."""

@@ -26,6 +26,7 @@ COMMANDS = {
     "regime": [AT, (*BASE, "--set", "voltage=1.02", "--budget", "600")],
     "step": [("--set", "rest_height=0.4", "--set", "damping_ratio=0.2", "--voltages", "0.3,0.6")],
     "creep": [(*CREEPING, "--voltages", "0.3,0.6")],
+    "transfer": [(*CREEPING, "--bias", "0.4", "--frequencies", "0.5,1.5", "--amplitudes", "0.01,0.2")],
     "triptych": [(*BASE, "--set", "voltage=0.5,1.04", "--periods", "2", "--budget", "600")],
     "static": [
         ("--set", "spring_stiffness=1.5", "--voltages", "0,1,1.5"),

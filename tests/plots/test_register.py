@@ -47,6 +47,7 @@ def of_pump(made):
 RESULTS = {
     "step": lambda: gelcone.step(RAISED, [0.3, 0.6]),
     "creep": lambda: gelcone.creep(gelcone.ConeModel(rest_height=0.4, viscous_modulus_1=0.5), [0.3, 0.6]),
+    "transfer functions": lambda: gelcone.transfer(RAISED.replace(damping_ratio=0.1), [0.5, 1.0], bias=0.4),
     "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
@@ -93,6 +94,7 @@ def drawn_numbers(figure):
 SHOWS = {
     "step": lambda r: r["displacement"],
     "creep": lambda r: r["displacement"][:, 1:],
+    "transfer functions": lambda r: r["measured_gain"],
     "triptych": lambda r: r["section_velocity"],
     "best drive": lambda r: r["window_peak"],
     "data sheet": lambda r: r["ramp_stroke"],

@@ -39,6 +39,7 @@ TITLES: Mapping[str, str] = {
     "time response": "simulate",
     "step": "step",
     "creep": "creep",
+    "transfer functions": "transfer",
     "triptych": "triptych",
     "Poincare section": "section",
     "extrema": "extrema",

@@ -147,6 +147,31 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join(lines)
 
 
+# --- transfer functions -----------------------------------------------------------------------------------------------
+
+
+def transfer_words(shown: xr.Dataset, subject: Subject) -> str:
+    """Transfer functions as text: where they are largest, and a table of gains, linear and measured."""
+    at = int(shown["gain"].values.argmax())
+    lines = [
+        *heading(subject),
+        f"about {measured(shown['bias_voltage'])}: displacement {measured(shown['equilibrium'])}, "
+        f"natural frequency {measured(shown['natural_frequency'])}",
+        f"largest gain {measured(shown['gain'][at])} at {measured(shown['resonance'])}",
+    ]
+    frequencies = shown["measured_frequency"].values
+    if not shown["measured_gain"].size:
+        return "\n".join(lines)
+    names = "".join(f"{measured(amplitude):>16s}" for amplitude in shown["amplitude"])
+    lines.append(f"  gain at{'':9s}{'linear':>16s}{names}")
+    for k in np.unique(np.linspace(0, frequencies.size - 1, PRINTED_LINES).astype(int)):
+        one = shown.isel(measured_frequency=int(k))
+        linear = np.interp(frequencies[k], shown["drive_frequency"].values, shown["gain"].values)
+        gains = "".join(f"{measured(gain):>16s}" for gain in one["measured_gain"])
+        lines.append(f"  {measured(one['measured_frequency']):15s} {linear:>10.4g}{unit_of(shown['gain']):6s}{gains}")
+    return "\n".join(lines)
+
+
 # --- sections ---------------------------------------------------------------------------------------------------------
 
 

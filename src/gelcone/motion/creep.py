@@ -18,7 +18,7 @@ from gelcone.errors import InputError
 from gelcone.motion.equilibrium import constant_voltages, own_levels
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.linear import circuits_at_rest
+from gelcone.motion.linear import circuits_at_rest, uncurrented
 from gelcone.motion.settle import LONGEST_TIME
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
 from gelcone.physics.film.at_once import at_once
@@ -197,10 +197,7 @@ class _Held:
         displacement is NaN where it pulls in at once."""
         members = self.members(levels)
         system, n = members.system, members.numbers()
-        z = list(members.start_states((self.relaxed.rest, 0.0)).T)
-        for line in system.lines:
-            for i in system.places_of(line):
-                z[i] = np.broadcast_to(system.command_of(line, levels, n), levels.shape)
+        z = uncurrented(system, levels, list(members.start_states((self.relaxed.rest, 0.0)).T), n)
         volts = np.abs(levels * system.circuit.gain(0.0, n))
         for _ in range(1 if system.circuit.name == "ideal" else TURNS):
             z[0] = self.at_once.place(volts)

@@ -50,6 +50,7 @@ OUTPUTS: Mapping[str, str] = {
     "charge": "charge",
     "capacitance": "capacitance",
     "current": "current",
+    "leak": "current",
 }
 """Outputs of a linear model, of which the electric ones are those of the first film, and their quantities."""
 INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
@@ -71,13 +72,14 @@ class StateSpace(_Matrices):
     ``control.ss(*it)``.
 
     ``states``, ``inputs`` and ``outputs`` are the names of x, u and y, all counted from the equilibrium; ``place`` is
-    its displacement. Units are dimensionless, or SI for a device.
+    its displacement and ``rest`` all states there. Units are dimensionless, or SI for a device.
     """
 
     states: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
     place: float = np.nan
+    rest: tuple[float, ...] = ()
 
     def to_control(self) -> Any:
         """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
@@ -179,7 +181,7 @@ def state_space(
         D=D * y[:, None] / u,
     )
     found.states, found.inputs, found.outputs = tuple(s.name for s in system.states), tuple(inputs), tuple(outputs)
-    found.place = at[0] * float(x[0])
+    found.place, found.rest = at[0] * float(x[0]), tuple((np.array(at[:-1]) * x).tolist())
     return found
 
 
@@ -204,32 +206,35 @@ def _output_rows(
                 z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
             )
             found["charge"] = v * found["capacitance"]
+        if "leak" in wanted:
+            found["leak"] = system.leaks_under(z[-1], z[:-1], own, xp)[0]
         return [xp.node(found[name]) for name in rows]
 
-    rows = ["charge" if name == "current" else name for name in outputs]
+    rows = [*("charge" if name == "current" else name for name in outputs), "leak"]
     wanted = set(rows)
     slopes = np.array(gradients(values, at), dtype=float).reshape(len(rows), -1)
     C, passed = slopes[:, :-1].copy(), slopes[:, -1:]
     through = np.hstack([passed if name == "voltage" else 0.0 * passed for name in inputs])
     D = through.copy()
     for k, name in enumerate(outputs):
-        if name == "current":
+        if name == "current":  # what charges the film, and what leaks
             jumps = np.abs(passed[k]).max() > PASSED * np.abs(slopes[k]).max()
             if jumps and "voltage_rate" not in inputs:
                 raise InputError(
                     "current: follows the rate of the voltage of an ideal source; give inputs=('voltage', "
                     "'voltage_rate'), take charge, whose rate it is, or a circuit with a series resistance"
                 )
-            C[k], D[k] = slopes[k, :-1] @ A, slopes[k, :-1] @ B
+            C[k], D[k] = slopes[k, :-1] @ A + C[-1], slopes[k, :-1] @ B + through[-1]
             if jumps:
                 D[k, list(inputs).index("voltage_rate")] = passed[k, 0]
-    return C, D
+    return C[:-1], D[:-1]
 
 
 def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
     """All states at rest under a constant command, from near a ``place`` of the disc, by Newton's method."""
     system, n = model.system, model.numbers()
     z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
+    z = uncurrented(system, voltage, z, n)
     n = {**n, **system.switches_under(voltage, z, n)}
 
     def rates(every: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
@@ -340,9 +345,7 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
     starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
     z = [at.place, np.zeros(shape), *starts]
     bias, n = at.n["voltage_bias"], dict(at.n)
-    for line in system.lines:  # where no current flows: from a film without voltage an amplifier may be at its limit
-        for i in system.places_of(line):
-            z[i] = np.broadcast_to(system.command_of(line, bias, n), shape)
+    z = uncurrented(system, bias, z, n)
     with np.errstate(all="ignore"):
         n |= system.switches_under(bias, z, n)
         for k, film in enumerate(system.films):
@@ -350,6 +353,16 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
         own = [i for i in system.mechanical if i > 1]
         z = _at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
     return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
+
+
+def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
+    """The states ``z`` with those of circuits where no current flows under a constant ``command``: from a film without
+    voltage an amplifier may be at its limit."""
+    z = list(z)
+    for line in system.lines:
+        for i in system.places_of(line):
+            z[i] = np.broadcast_to(system.command_of(line, command, n), np.shape(z[0]))[()]
+    return z
 
 
 def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[str, Any]) -> list[Any]:
@@ -529,8 +542,8 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
 
     Returns
     -------
-    Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, dimensionless) and ``phase`` in degrees, NaN
-    where the gain is 0.
+    Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, of a device in mm/kV) and ``phase`` in
+    degrees, NaN where the gain is 0.
 
     Raises
     ------

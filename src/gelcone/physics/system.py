@@ -288,6 +288,10 @@ class ConeSystem:
         moment = _Moment(self, command, lambda: command_rate, z, n, xp)
         return [moment.voltage(line), *moment.circuit_rates(line)]
 
+    def leaks_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Current that leaks through each film under a constant commanded voltage."""
+        return _Moment(self, commanded, lambda: 0.0, z, n, xp).leaks()
+
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 

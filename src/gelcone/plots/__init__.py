@@ -46,6 +46,7 @@ FIGURES = MappingProxyType(
         "step": "step.step_figure",
         "sweep": "sweep.any_figure",
         "time response": "response.response_figure",
+        "transfer functions": "transfer.transfer_figure",
         "triptych": "triptych.triptych_figure",
     }
 )

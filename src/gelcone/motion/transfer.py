@@ -1,0 +1,211 @@
+"""Transfer functions about a bias: voltage to displacement and current, by linear theory and as signals show them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone import dataset
+from gelcone.codes import Outcome
+from gelcone.devices.analysis import analysis
+from gelcone.errors import InputError
+from gelcone.motion.attractor.cycle import find_cycles, sampled
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.linear import StateSpace, state_space
+from gelcone.motion.natural import natural_frequency
+from gelcone.motion.settled import SAMPLES, Swing, harmonics_of, settled_swing
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Progress
+from gelcone.quantity import Array, Frequencies, Voltage, Voltages
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOWEST, HIGHEST, POINTS = 0.05, 10.0, 401
+"""Range of frequencies by default, over the natural frequency, and how many there are."""
+MEASURED = (0.2, 4.0)
+"""Range over the natural frequency in which signals are measured by default, at every `EVERY`-th frequency."""
+EVERY = 10
+SMALL = 0.02
+"""Amplitude of a small signal, as a share of the bias."""
+
+Complex = npt.NDArray[np.complex128]
+
+
+@analysis(
+    answers="trajectories",
+    single=True,
+    file_only=("drive_frequency", "gain", "phase", "admittance", "admittance_phase"),
+    examples=(
+        "biased-pump --out results",
+        'biased-pump --film taut --bias "1 kV" --amplitudes "20 V,400 V" --frequencies "5 Hz:20 Hz:16" --json',
+    ),
+)
+def transfer(
+    model: ConeModel,
+    frequencies: Frequencies | None = None,
+    *,
+    bias: Voltage | None = None,
+    amplitudes: Voltages | None = None,
+    tolerance: float = DEFAULT_TOLERANCE,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Transfer functions from voltage to displacement and current about a bias, by linear theory and of real signals.
+
+    `gelcone.state_space` gives the linear model itself, with ``to_control()`` for python-control.
+
+    Parameters
+    ----------
+    model : a single actuator with damping; its own drive gives the defaults of ``bias`` and ``amplitudes`` alone.
+    frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some.
+    bias : constant voltage about which the signals are. Default that of the drive.
+    amplitudes : of the sines that are measured; 0 measures none. Default 2 % of the bias, and that of the drive.
+    tolerance : relative error of one integration step. Default 1e-15.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Returns
+    -------
+    Dataset over ``drive_frequency`` with the ``gain`` (displacement over voltage) and its ``phase`` ahead of the
+    voltage in degrees, the ``admittance`` (current of the source over voltage) and its ``admittance_phase``, all by
+    linear theory; over ``amplitude`` and ``measured_frequency`` the same names with ``measured_`` before them: the
+    fundamentals of the settled motion on which a run from the linear one ends, NaN where it does not repeat with the
+    drive or has no settled motion. ``equilibrium`` is the displacement under the bias, ``natural_frequency`` that of
+    small undamped motions about it, ``resonance`` where the gain is largest.
+
+    Raises
+    ------
+    InputError : for an ensemble, a model without damping, a bias of 0 or beyond pull-in, and frequencies or amplitudes
+        out of bounds.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
+    >>> found = gelcone.transfer(model, [1.0, 1.5], amplitudes=0.1)
+    >>> f"{found.gain[1].item():.4f}, measured {found.measured_gain[0, 1].item():.4f}"
+    '2.5067, measured 2.4473'
+    """
+    if model.shape:
+        raise InputError(f"transfer: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    if not np.all(model.members().damped):
+        raise InputError("damping_ratio = 0: without damping no signal settles; give it some")
+    about = float(np.asarray(model.voltage_bias)) if bias is None else float(bias)
+    if about == 0.0:
+        raise InputError("bias = 0: a small voltage moves nothing about none; give a bias, or voltage_bias")
+    space = state_space(model, voltage=about, outputs=("displacement", "charge", "leak"))
+    volts = abs(about * complex(model.system.circuit.gain(0.0, model.numbers())))
+    natural = float(natural_frequency(model, volts, space.place))
+    omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)
+    within = (omega >= MEASURED[0] * natural) & (omega <= MEASURED[1] * natural)
+    at = omega[within][::EVERY] if frequencies is None else omega
+    signals = _amplitudes(model, about) if amplitudes is None else _signals(amplitudes)
+    place, current, _ = _linear(space, omega)
+    options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
+    found = _measured(model, space, about, signals, at, progress, options)
+    linear, measured = ("drive_frequency",), ("amplitude", "measured_frequency")
+    variables: dict[str, dataset.Variable] = {
+        "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
+        "equilibrium": ((), space.place, "displacement under the bias", "length"),
+        "natural_frequency": ((), natural, "frequency of small undamped motions", "frequency"),
+        "resonance": ((), omega[np.argmax(np.abs(place))], "frequency of the largest gain", "frequency"),
+    }
+    for dims, before, of, (x, i) in (
+        (linear, "", "by linear theory", (place, current)),
+        (measured, "measured_", "measured", found[:2]),
+    ):
+        variables |= {
+            f"{before}gain": (dims, np.abs(x), f"displacement over voltage, {of}", "gain"),
+            f"{before}phase": (dims, _degrees(x), f"phase of the displacement, {of}", "angle"),
+            f"{before}admittance": (dims, np.abs(i), f"current over voltage, {of}", "admittance"),
+            f"{before}admittance_phase": (dims, _degrees(i), f"phase of the current, {of}", "angle"),
+        }
+    result = dataset.label(
+        model,
+        variables,
+        coords={
+            "drive_frequency": (linear, omega, "drive frequency", "frequency"),
+            "measured_frequency": (("measured_frequency",), at, "drive frequency", "frequency"),
+            "amplitude": (("amplitude",), signals, "amplitude of the voltage", "voltage"),
+        },
+        options={"bias": about, "tolerance": tolerance},
+        title="transfer functions",
+    )
+    return result.assign(outcome=dataset.outcome_array(found[2], measured))
+
+
+def _frequencies(given: Any) -> Array:
+    omega = np.unique(np.asarray(given, dtype=float))
+    if not (np.isfinite(omega).all() and (omega > 0.0).all() and omega.size):
+        raise InputError("frequencies: must be positive numbers")
+    return omega
+
+
+def _signals(given: Any) -> Array:
+    found = np.unique(np.asarray(given, dtype=float))
+    if not (np.isfinite(found).all() and (found >= 0.0).all()):
+        raise InputError("amplitudes: must be finite and not negative; 0 measures none")
+    return found[found > 0.0]
+
+
+def _amplitudes(model: ConeModel, bias: float) -> Array:
+    return np.unique([SMALL * abs(bias), *np.ravel(np.asarray(model.voltage, dtype=float))])
+
+
+def _degrees(values: Complex) -> Array:
+    return np.where(values == 0.0, np.nan, np.degrees(np.angle(values)))
+
+
+def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]:
+    """Displacement and current over the voltage, and all states over it, (frequencies, N)."""
+    s = 1j * omega
+    inner = s[:, None, None] * np.eye(len(space.A)) - space.A
+    states = np.linalg.solve(inner, np.broadcast_to(space.B.astype(complex), (omega.size, *space.B.shape)))[..., 0]
+    place, charge, leak = (states @ space.C.T + space.D[:, 0]).T
+    return place, s * charge + leak, states
+
+
+def _measured(
+    model: ConeModel,
+    space: StateSpace,
+    bias: float,
+    signals: Array,
+    omega: Array,
+    progress: Progress,
+    options: dict[str, Any],
+) -> tuple[Complex, Complex, npt.NDArray[np.int8]]:
+    """Displacement and current over the voltage, (signals, frequencies), of motions from the linear ones; outcomes."""
+    shape = (signals.size, omega.size)
+    if not np.prod(shape):
+        return np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape, np.int8)
+    model = model.replace(waveform="sine", voltage=signals[:, None], voltage_bias=bias, drive_frequency=omega)
+    members = model.members()
+    linear = np.tile(_linear(space, omega)[2], (signals.size, 1)).imag
+    states = np.array(space.rest) + members.values["voltage"][:, None] * linear
+    cycles = find_cycles(members, states, np.ones(members.size, dtype=np.int64), **options)
+    near = cycles.found & (cycles.sign < 0)
+    reached = Swing.blank(members.size, states=states.shape[1])
+    reached.period[near], reached.final[near] = cycles.period[near], cycles.point[near]
+    if not near.all():  # too far from the linear motion for Newton's method
+        part, own = members.take(~near), states[~near]
+        reached.put(~near, settled_swing(part, own, only_extent=True, progress=progress, **options))
+    found = np.full((2, members.size), np.nan + 0j)
+    for period in np.unique(reached.period[(reached.outcome == Outcome.OK) & (reached.period > 0)]):
+        rows = np.flatnonzero((reached.outcome == Outcome.OK) & (reached.period == period))
+        found[:, rows] = _fundamentals(members.take(rows), reached.final[rows], int(period), **options)
+    x, i = found.reshape(2, *shape) / signals[:, None]
+    return x, i, reached.outcome.reshape(shape)
+
+
+def _fundamentals(members: Members, states: Array, period: int, **options: Any) -> Complex:
+    """Complex amplitudes at the drive frequency of the displacement and the source's current, (2, members)."""
+    run = sampled(members, states, period, SAMPLES, **options)
+    spacing = (run.times.shape[1] - 1) // run.path.shape[1]
+    z, system = list(np.moveaxis(run.path, -1, 0)), members.system
+    currents = system.currents(run.times[:, spacing::spacing], z, members.numbers(trailing=1))
+    current = sum(np.broadcast_to(currents[k], z[0].shape) for k in system.lines[0].films)
+    return np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in (z[0], current)])

@@ -1,0 +1,59 @@
+"""The figure of transfer functions: a Bode plot of displacement and current, linear and measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, log_ticks, styled
+from gelcone.words import measured
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def transfer_figure(result: xr.Dataset) -> Figure:
+    """Gain and phase of the displacement to the left, of the current to the right; lines linear, dots measured."""
+
+    def draw(figure: Figure) -> None:
+        axes: Any = figure.subplots(2, 2, sharex=True, height_ratios=[1.5, 1.0])
+        frequency = result["drive_frequency"]
+        for column, names in enumerate((("gain", "phase"), ("admittance", "admittance_phase"))):
+            for row, name in enumerate(names):
+                own = axes[row, column]
+                own.plot(frequency, _shown(result[name]), color=BLACK, label="linear theory")
+                for k in range(result.sizes["amplitude"]):
+                    one = result.isel(amplitude=k)
+                    look: dict[str, Any] = {"color": CYCLE[k % len(CYCLE)], "ls": "none", "marker": ".o^s"[k % 4]}
+                    label = f"measured, {measured(one['amplitude'])}"
+                    shown = _shown(one[f"measured_{name}"])
+                    own.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
+                own.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
+            axes[0, column].set_yscale("log")
+        for row, column, name, words in (
+            (0, 0, "gain", "displacement over voltage"),
+            (1, 0, "phase", "phase"),
+            (0, 1, "admittance", "current over voltage"),
+            (1, 1, "admittance_phase", "phase"),
+        ):
+            axes[row, column].set_ylabel(axis_label(result[name], words))
+        for own in axes[1]:
+            own.set_xscale("log")
+            log_ticks(own)
+            own.set_xlim(float(frequency.min()), float(frequency.max()))
+            own.set_xlabel(axis_label(frequency, "drive frequency"))
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+
+    return styled(7.0, 4.4, draw, result)
+
+
+def _shown(values: xr.DataArray) -> Any:
+    """The values; phases without turns of 360 degrees."""
+    if not str(values.name).endswith("phase"):
+        return values.values
+    known = np.isfinite(values.values)
+    found = values.values.copy()
+    found[known] = np.degrees(np.unwrap(np.radians(found[known])))
+    return found
