@@ -164,7 +164,8 @@ def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]
     """Displacement and current over the voltage, and all states over it, (frequencies, N)."""
     s = 1j * omega
     inner = s[:, None, None] * np.eye(len(space.A)) - space.A
-    states = np.linalg.solve(inner, np.broadcast_to(space.B.astype(complex), (omega.size, *space.B.shape)))[..., 0]
+    right = np.broadcast_to(space.B.astype(complex), (omega.size, *space.B.shape))
+    states = np.asarray(np.linalg.solve(inner, right)[..., 0], dtype=np.complex128)
     place, charge, leak = (states @ space.C.T + space.D[:, 0]).T
     return place, s * charge + leak, states
 
@@ -207,5 +208,5 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     spacing = (run.times.shape[1] - 1) // run.path.shape[1]
     z, system = list(np.moveaxis(run.path, -1, 0)), members.system
     currents = system.currents(run.times[:, spacing::spacing], z, members.numbers(trailing=1))
-    current = sum(np.broadcast_to(currents[k], z[0].shape) for k in system.lines[0].films)
+    current = np.sum([np.broadcast_to(currents[k], z[0].shape) for k in system.lines[0].films], axis=0)
     return np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in (z[0], current)])
