@@ -1,8 +1,8 @@
-"""The README's two figures and claim table of the source paper, from a run of `gelcone paper`.
+"""Two figures and the claim table of `docs/claims.md`, from a run of `gelcone paper`.
 
 python docs/paper.py FOLDER      (a folder that `gelcone paper --quick --out FOLDER` has filled)
 
-Writes docs/figure-07.png and docs/figure-14.png, and the table between the marks in README.md. Its last column is how
+Writes docs/figure-07.png, docs/figure-14.png and the table between the marks in docs/claims.md. Its last column is how
 often a verdict came out the same from other starts, by docs/verdicts.csv of `python benchmarks/intervals.py verdicts`.
 """
 
@@ -58,12 +58,12 @@ def agreeing(run: dict[str, object]) -> dict[str, str]:
 
 
 def main(folder: Path) -> None:
-    readme = ROOT / "README.md"
-    text = readme.read_text(encoding="utf-8")
+    page = ROOT / "docs" / "claims.md"
+    text = page.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
     run = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
-    readme.write_text(before + table(run) + after, encoding="utf-8")
+    page.write_text(before + table(run) + after, encoding="utf-8")
     for name in FIGURES:
         with Image.open(folder / f"{name}.png") as picture:
             size = (WIDTH, round(picture.height * WIDTH / picture.width))

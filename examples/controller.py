@@ -6,6 +6,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
+from matplotlib.figure import Figure
 
 import gelcone
 
@@ -31,6 +32,8 @@ for k in range(10000):
     heights.append(height)
 pump.terminate()
 pump.freeInstance()
+figure = Figure(figsize=(7.0, 3.0))
+figure.subplots().plot(1e3 * np.array(heights))
 
 print(f"from {1e3 * heights[0]:.2f} mm to {1e3 * heights[-1]:.4f} mm, wanted {1e3 * wanted:.1f} mm")
 assert abs(heights[-1] - wanted) < 2e-6

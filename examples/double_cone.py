@@ -11,6 +11,7 @@ for name, own in (("opposite", device), ("alone", alone)):
     first, second = motion.harmonic_amplitude[:2].values
     shares[name], strokes[name] = second / first, float(motion.stroke)
     print(f"{name:9s} stroke {motion.stroke:.2f} {motion.stroke.units}, second harmonic {100 * shares[name]:.2g} %")
+figure = gelcone.simulate(device, periods=20).gelcone.plot()
 
 assert shares["opposite"] < 1e-9
 assert shares["alone"] > 0.2

@@ -11,6 +11,7 @@ cone = gelcone.ConeModel(
     damping_ratio=0.01, voltage=0.06, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, law="neo-hookean"
 )
 response = gelcone.frequency(cone, np.linspace(1.4, 1.43, 7), (0.8, 0.0), branches=True)
+figure = response.gelcone.plot()
 
 folds = response["jump_event"].values
 for jump in range(response.sizes["jump"]):

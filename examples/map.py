@@ -23,6 +23,7 @@ try:
 except KeyboardInterrupt:
     print("stopped; what is done is in", STORE)
 result = gelcone.sweep(plan, coarsest=4, store=STORE, resume=True)
+figure = result.gelcone.plot()
 
 totals = json.loads(result.attrs["totals"])
 still = float((result.regime == gelcone.Regime.REST).mean())

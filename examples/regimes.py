@@ -4,6 +4,7 @@ import gelcone
 
 model = gelcone.ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3, voltage=[0.9, 1.9])
 found = gelcone.regime(model, budget=4000.0)
+figure = found.gelcone.plot()
 
 for k, voltage in enumerate(model.voltage):
     kind = gelcone.Regime(int(found.regime[k]))

@@ -4,6 +4,7 @@ import gelcone
 
 device = gelcone.find_device("biased-pump").replace(frequency="9 Hz")
 shown = gelcone.simulate(device, periods=60)
+figure = shown.gelcone.plot()
 
 height = shown.displacement[-500:]  # the last periods, after it has settled
 stroke = float(height.max() - height.min())

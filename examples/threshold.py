@@ -8,6 +8,7 @@ model = gelcone.ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_freque
 diagram = gelcone.bifurcation(
     model, "voltage", np.linspace(0.4, 0.7, 7), initial=[(0.01, 0.0)], sweeps=["up"], bisections=6
 )
+figure = diagram.gelcone.plot()
 
 change = next(c for c in gelcone.thresholds_of(diagram) if c["branch"] == "up")
 onset = float(gelcone.onset_voltage(model).onset_voltage)

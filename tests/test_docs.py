@@ -13,7 +13,7 @@ from gelcone.cli import COMMANDS, group
 from gelcone.register.analyses import ANALYSES
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").rglob("*.md")])
 PLACEHOLDER = re.compile(r"\b[A-Z]{3,}\b|\.\.\.|\[|<|\|")
 
 

@@ -4,12 +4,12 @@ import doctest
 import inspect
 import re
 import tempfile
+from importlib import import_module
 
 import pytest
 
 import gelcone
 import gelcone.devices.units
-from gelcone.studio.notebook import studio
 
 NAMES = [name for name in dir(gelcone) if not name.startswith("__") and callable(getattr(gelcone, name))]
 SECTION = re.compile(r"^(\w+)\n-{3,}\n(.*?)(?=^\w+\n-{3,}\n|\Z)", flags=re.MULTILINE | re.DOTALL)
@@ -17,8 +17,9 @@ ENTRY = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) : ", flags=re.MULTILINE)
 
 
 def public(name):
-    """A public object; the studio is a folder that can be called."""
-    return studio if name == "studio" else getattr(gelcone, name)
+    """A public object; a folder that can be called, as the studio, stands for the function of its name."""
+    thing = getattr(gelcone, name)
+    return getattr(import_module(gelcone._listing()[name][0]), name) if inspect.ismodule(thing) else thing
 
 
 def examples(text):

@@ -9,7 +9,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion.creep import _margin
-from gelcone.physics.film.at_once import films_at_once
+from gelcone.physics.film.at_once import at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 
@@ -41,7 +41,7 @@ def test_delays_and_thresholds_are_certified():
 def test_the_margin_is_that_to_the_certified_threshold_at_once():
     model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, **FLAT)
     volts, instant = np.array([0.7, 0.8, 0.86]), float(DELAYS[0]["thresholds"]["instantaneous"])
-    held = films_at_once(model.replace(voltage=volts))
+    held = at_once(model.replace(voltage=volts))
     np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(instant / volts - 1.0, 0.0), atol=1e-8)
 
 

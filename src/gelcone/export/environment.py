@@ -62,6 +62,16 @@ def environment(
     ------
     InputError : for an ensemble, numbers out of bounds, and draws without a rest.
     MissingDependency : without gymnasium, which the extra ``learn`` brings.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> pump = gelcone.environment(device, heights=("13 mm", "14 mm"), episode="50 ms", draws=2)
+    >>> observation, info = pump.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = pump.step([0.0])
+    >>> observation.shape, bool(terminated)
+    ((4,), False)
     """
     if device.shape:
         raise InputError(f"environment: takes a single device, not an ensemble of shape {device.shape}; give uncertain")
