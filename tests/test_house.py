@@ -37,7 +37,7 @@ FLOORS = [
     ["words", "glossary"],
     ["plots"],
     ["analyses"],
-    ["export"],
+    ["export", "learn"],
     ["paper", "studio"],
     ["cli"],
     ["__main__"],

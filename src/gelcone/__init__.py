@@ -159,7 +159,6 @@ if TYPE_CHECKING:
     from gelcone.devices.si import to_si as to_si
     from gelcone.errors import InputError as InputError
     from gelcone.errors import MissingDependency as MissingDependency
-    from gelcone.export.environment import environment as environment
     from gelcone.export.public import export as export
     from gelcone.interchange import table as table
     from gelcone.lab.device import fit_device as fit_device
@@ -172,6 +171,7 @@ if TYPE_CHECKING:
     from gelcone.lab.material import fitted_text as fitted_text
     from gelcone.lab.measured import Measured as Measured
     from gelcone.lab.measured import read_tests as read_tests
+    from gelcone.learn.environment import environment as environment
     from gelcone.motion.control import follow as follow
     from gelcone.motion.control import sense as sense
     from gelcone.motion.equilibrium import fold_voltages as fold_voltages

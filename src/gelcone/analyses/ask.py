@@ -104,8 +104,9 @@ def in_words(result: xr.Dataset) -> str:
     Examples
     --------
     >>> import gelcone
-    >>> print(gelcone.in_words(gelcone.limits(gelcone.ConeModel())).splitlines()[0])
-    LIMITS
+    >>> words = gelcone.in_words(gelcone.limits(gelcone.ConeModel()))
+    >>> words.splitlines()[0], words.count("1.2247")
+    ('cone model, dimensionless', 1)
     """
     answers, subject = answer_to(result)
     return answers.words(in_si(result, subject), subject)

@@ -10,7 +10,7 @@ from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from gelcone.export.episodes import LARGEST, OBSERVED, Episodes
+from gelcone.learn.episodes import LARGEST, OBSERVED, Episodes
 from gelcone.quantity import Array
 
 ACTIONS = Box(-1.0, 1.0, (1,), np.float32)

@@ -9,11 +9,11 @@ from gelcone.atlas.uncertain import Distribution
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, MissingDependency
-from gelcone.export.episodes import Episodes, Pool, task_of
+from gelcone.learn.episodes import Episodes, Pool, task_of
 from gelcone.motion.flow import check_flow
 
 if TYPE_CHECKING:
-    from gelcone.export.environments import HeightEnv, HeightVectorEnv
+    from gelcone.learn.environments import HeightEnv, HeightVectorEnv
 
 TOLERANCE = 1e-7
 """Relative error of a step of the integrator."""
@@ -80,7 +80,7 @@ def environment(
             raise InputError(f"{name} = {number!r}: must be a whole number of at least {least}")
     check_flow(tolerance, None)
     try:
-        from gelcone.export.environments import HeightEnv, HeightVectorEnv
+        from gelcone.learn.environments import HeightEnv, HeightVectorEnv
     except ImportError:
         raise MissingDependency("learning environments need gymnasium: pip install 'gelcone[learn]'") from None
     task = task_of(

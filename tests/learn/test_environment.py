@@ -282,7 +282,7 @@ def test_an_ensemble_is_refused():
 
 def test_without_gymnasium_the_remedy_is_named(taut, monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
-    for name in [name for name in sys.modules if name == "gelcone.export.environments"]:
+    for name in [name for name in sys.modules if name == "gelcone.learn.environments"]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(MissingDependency, match=r"gelcone\[learn\]"):
         gelcone.environment(taut)

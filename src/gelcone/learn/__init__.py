@@ -1,0 +1,1 @@
+"""Devices as environments in which a controller learns (extra learn)."""
