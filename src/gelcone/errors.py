@@ -32,6 +32,10 @@ class DoubtfulInput(UserWarning):
     """A usable value that is probably not meant. The command line prints it as one line and continues."""
 
 
+class LostWorker(RuntimeWarning):
+    """A worker of a cluster that ended in the middle of a run, whose tasks others take over."""
+
+
 class MissingDependency(ImportError):
     """A library that a result needs is not installed; the message states how to install it.
 

@@ -22,7 +22,7 @@ from gelcone.atlas.record import Tally, show, stored_sweep
 from gelcone.atlas.store import Status
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
-from gelcone.errors import InputError
+from gelcone.errors import InputError, LostWorker
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
@@ -447,7 +447,7 @@ def test_ctrl_c_ends_soon_and_leaves_a_store_to_resume(tmp_path, monkeypatch, co
     assert 0 < int((held["status"] == Status.COMPUTED).sum()) < held["status"].size
 
 
-def test_a_cluster_gives_the_same_bits_also_when_a_worker_dies(whole, monkeypatch):
+def test_a_cluster_gives_the_same_bits_also_when_a_worker_dies(whole, monkeypatch, tmp_path):
     """One worker is a process, which dies; the other one lives in this process."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(module, "TASK_CELLS", 8)
@@ -469,7 +469,10 @@ def test_a_cluster_gives_the_same_bits_also_when_a_worker_dies(whole, monkeypatc
                 patch.setattr(cluster, "__version__", "9.9")
                 with pytest.raises(InputError, match=r"its workers have .*, here is 9\.9; install the same"):
                     sweep(PLAN, workers=cluster.cluster(scheduler=address))
-            result = sweep(PLAN, coarsest=COARSE, workers=cluster.cluster(scheduler=address), watch=kill)
+            (tmp_path / "scheduler.json").write_text(json.dumps({"type": "Scheduler", "address": address}))
+            own = cluster.cluster(scheduler=str(tmp_path / "scheduler.json"))
+            with pytest.warns(LostWorker, match=r"worker tcp://.* is lost; 1 left take over its tasks"):
+                result = sweep(PLAN, coarsest=COARSE, workers=own, watch=kill)
         finally:
             mortal.kill()
             mortal.wait()
@@ -482,6 +485,39 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 1)
     with pytest.raises(InputError, match="scheduler tcp://localhost:9: does not answer; start one"):
         sweep(PLAN, workers=cluster.cluster(scheduler="tcp://localhost:9"))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"address": 5}', "[" * 100_000, '{"address": "tcp:'])
+def test_what_is_no_scheduler_file_is_refused(tmp_path, text):
+    path = tmp_path / "scheduler.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match="is not a scheduler file of dask; start one with"):
+        cluster._address(str(path))
+
+
+def test_a_scheduler_file_is_waited_for_and_its_lack_is_said(tmp_path, monkeypatch):
+    path = tmp_path / "scheduler.json"
+    timer = threading.Timer(0.2, path.write_text, ['{"address": "tcp://10.0.0.1:8786"}'])
+    timer.start()
+    assert cluster._address(str(path)) == "tcp://10.0.0.1:8786"
+    timer.join()
+    assert cluster._address("tcp://a.json") == "tcp://a.json"
+    assert cluster._address("localhost:8786") == "localhost:8786"
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.1)
+    with pytest.raises(InputError, match="dask scheduler --scheduler-file"):
+        cluster._address(str(tmp_path / "other.json"))
+
+
+def test_the_last_worker_that_is_lost_and_those_that_leave_in_order_are_told_apart():
+    watched = cluster._Watched(["tcp://a", "tcp://b"])
+    watched((0.0, {"action": "remove-worker", "worker": "tcp://a", "expected": True}))
+    watched((0.0, {"action": "remove-worker", "worker": "tcp://other"}))
+    watched((0.0, "no dict"))
+    with pytest.warns(LostWorker, match="tcp://b is lost; none is left"):
+        watched((0.0, {"action": "remove-worker", "worker": "tcp://b"}))
+    watched((0.0, {"action": "add-worker", "worker": "tcp://c"}))
+    with pytest.warns(LostWorker, match="none is left"):
+        watched((0.0, {"action": "remove-worker", "worker": "tcp://c"}))
 
 
 def test_workers_are_checked():

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 from gelcone._version import __version__
 from gelcone.atlas.processes import processes
 from gelcone.atlas.workers import AHEAD, Answer, Task, Team, Workers, watched
-from gelcone.errors import InputError, MissingDependency
+from gelcone.errors import InputError, LostWorker, MissingDependency
+from gelcone.files import read_text
 
 CONNECT_SECONDS = 10
 FEWEST_AHEAD = 64
@@ -23,7 +28,9 @@ def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers
     Parameters
     ----------
     workers : number of processes of this machine.
-    scheduler : address of a dask scheduler, such as ``"tcp://10.0.0.1:8786"``; in place of ``workers``.
+    scheduler : address of a dask scheduler, such as ``"tcp://10.0.0.1:8786"``, or the scheduler file that it writes
+        with ``--scheduler-file``; in place of ``workers``. A worker that is lost is said in a `LostWorker` warning, and
+        others take over its tasks.
 
     Returns
     -------
@@ -52,8 +59,9 @@ def _of_scheduler(scheduler: str) -> Workers:
     @contextmanager
     def start() -> Iterator[Team]:
         distributed = _import_distributed()
-        with _client(distributed, scheduler) as client:
+        with _client(distributed, _address(scheduler)) as client:
             size = max(sum(client.nthreads().values()), 1)
+            client.subscribe_topic("all", _Watched(client.nthreads()))
 
             def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
                 futures = (client.submit(watched, function, task, pure=False) for task in tasks)
@@ -72,6 +80,44 @@ def _of_scheduler(scheduler: str) -> Workers:
             yield Team(size, run)
 
     return start
+
+
+def _address(scheduler: str) -> str:
+    """The address of a scheduler, read from a scheduler file where it is not an address; waits for one that comes."""
+    path = Path(scheduler)
+    if "://" in scheduler or not (path.suffix == ".json" or path.is_file()):
+        return scheduler
+    begun, remedy = time.monotonic(), f"start one with `dask scheduler --scheduler-file {scheduler}`"
+    while not path.is_file() and time.monotonic() - begun < CONNECT_SECONDS:
+        time.sleep(0.1)
+    try:
+        address = json.loads(read_text(path, remedy))["address"]
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        address = None
+    if not isinstance(address, str):
+        raise InputError(f"scheduler {scheduler}: is not a scheduler file of dask; {remedy}")
+    return address
+
+
+class _Watched:
+    """Takes what a scheduler reports of its workers, and warns of those that are lost."""
+
+    def __init__(self, workers: Iterable[str]) -> None:
+        self._workers = set(workers)
+
+    def __call__(self, event: tuple[float, Any]) -> None:
+        own = event[1] if isinstance(event[1], dict) else {}
+        worker, action = str(own.get("worker")), own.get("action")
+        if action == "add-worker":
+            self._workers.add(worker)
+        elif action == "remove-worker" and worker in self._workers:
+            self._workers.discard(worker)
+            if not own.get("expected", False):
+                left = len(self._workers)
+                taken = f"{left} left take over its tasks" if left else "none is left; the run waits for others"
+                warnings.warn(f"worker {worker} is lost; {taken}", LostWorker, stacklevel=2)
 
 
 def _import_distributed() -> Any:

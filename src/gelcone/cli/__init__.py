@@ -101,10 +101,11 @@ def main() -> None:
 def _main() -> None:
     import warnings
 
-    from gelcone.errors import DoubtfulInput, InputError, MissingDependency
+    from gelcone.errors import DoubtfulInput, InputError, LostWorker, MissingDependency
 
     warnings.showwarning = _say_warning
     warnings.simplefilter("default", DoubtfulInput)
+    warnings.simplefilter("always", LostWorker)
     sys.path.append("")  # components of one's own are found in this folder, behind all that is installed
     try:
         code = group.main(prog_name="gelcone", standalone_mode=False)

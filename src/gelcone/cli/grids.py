@@ -80,7 +80,11 @@ def run_parameters() -> list[click.Parameter]:
             metavar="N",
             help="Use N processes. [default: one a core for 1,024 cells or more, else threads]",
         ),
-        click.Option(["--scheduler"], metavar="ADDRESS", help="Use the dask cluster whose scheduler is there."),
+        click.Option(
+            ["--scheduler"],
+            metavar="ADDRESS|FILE",
+            help="Use the dask cluster of a scheduler, or of its scheduler file.",
+        ),
     ]
 
 
