@@ -13,6 +13,7 @@ Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
     read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
+    read_wish, design, designed_devices     devices that do what is wished in spite of tolerances
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, step, creep, transfer, section, extrema, spectrum   one run: how it moves
     regime, lyapunov, settled, triptych     the kind of motion, with the evidence
@@ -161,6 +162,9 @@ if TYPE_CHECKING:
     from gelcone.errors import MissingDependency as MissingDependency
     from gelcone.export.public import export as export
     from gelcone.interchange import table as table
+    from gelcone.lab.design import design as design
+    from gelcone.lab.design import designed_devices as designed_devices
+    from gelcone.lab.wish import read_wish as read_wish
     from gelcone.lab.device import fit_device as fit_device
     from gelcone.lab.device import fitted_device as fitted_device
     from gelcone.lab.device import fitted_draws as fitted_draws

@@ -20,26 +20,35 @@ def init_command() -> click.Command:
     """`gelcone init`."""
     text = """Write a first device file: every field with its unit, its meaning and its usual range.
 
+    With --wish: what a device must do, for `gelcone design`.
+
     \b
     gelcone init mine.toml
     gelcone simulate mine.toml --out results
+    gelcone init --wish wish.toml
+    gelcone design wish.toml --out designs
     """
-    params: list[click.Parameter] = [click.Argument(["file"], type=PLACE, metavar="FILE")]
+    params: list[click.Parameter] = [
+        click.Argument(["file"], type=PLACE, metavar="FILE"),
+        click.Option(["--wish"], is_flag=True, help="What a device must do, in place of a device."),
+    ]
     return click.Command("init", params=params, callback=write_first_file, help=text)
 
 
-def write_first_file(*, file: Path) -> None:
+def write_first_file(*, file: Path, wish: bool) -> None:
     """Writes the file; one that exists is kept."""
     from gelcone.devices.device import find_device
     from gelcone.devices.template import first_file
     from gelcone.files import write_whole
+    from gelcone.lab.wish import FIRST_WISH
 
     device = find_device(START)
-    text = first_file(str(file), device, device.material)
+    text = FIRST_WISH.format(file=file) if wish else first_file(str(file), device, device.material)
     if file.exists():
         raise InputError(f"{file}: exists already, and is kept; choose another name")
     write_whole(file, partial(_write, text))
-    click.echo(f"wrote {file}: change its numbers, then `gelcone simulate {file}`")
+    command = f"design {file} --out designs" if wish else f"simulate {file}"
+    click.echo(f"wrote {file}: change its numbers, then `gelcone {command}`")
 
 
 def _write(text: str, file: Path) -> None:

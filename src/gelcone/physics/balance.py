@@ -248,7 +248,7 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
     """Folds on one side of x = 0, from the inside out, whatever the sign of their v^2."""
     x = side * _grid(balance)
     signs = np.sign(balance.turning(x))
-    x, signs = x[signs != 0.0], signs[signs != 0.0]
+    x, signs = x[np.abs(signs) > 0.0], signs[np.abs(signs) > 0.0]  # a film may have no state next to the flat one
     turns = np.flatnonzero(signs[:-1] != signs[1:])
     # where the film has no state a fold only parts the stretches: its exact place does not matter
     exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)

@@ -28,6 +28,7 @@ FIGURES = MappingProxyType(
         "branches": "branches.branches_figure",
         "creep": "creep.creep_figure",
         "data sheet": "datasheet.datasheet_figure",
+        "designs": "design.design_figure",
         "device fit": "device_fit.device_fit_figure",
         "device plan": "device_fit.device_plan_figure",
         "film": "profile.profile_figure",

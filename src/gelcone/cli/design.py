@@ -1,0 +1,70 @@
+"""`gelcone design`: a wish in, devices out."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from gelcone.analyses.answer import bare_answer
+from gelcone.cli.options import PLACE, output_parameters
+from gelcone.cli.output import print_json, progress_bar
+from gelcone.files import check_writable, write_together
+
+FILES = ("design.nc", "design.png")
+
+
+def design_command() -> click.Command:
+    """`gelcone design`."""
+    text = """Find devices that do what is wished in spite of the tolerances of their fields.
+
+    A wish is a TOML file: what the device must do, which fields are free within which bounds, and how well each is
+    kept; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,
+    checked by their settled motion and their operating envelope, and printed with the share of devices within the
+    tolerances that meet all, of 4,096 new draws. --out writes a device file of each, with a table and a figure.
+
+    \b
+    gelcone init --wish wish.toml
+    gelcone design wish.toml --out designs
+    gelcone envelope designs/design-1.toml
+    """
+    params: list[click.Parameter] = [
+        click.Argument(["wish"], type=PLACE, metavar="WISH"),
+        click.Option(["--nominal"], is_flag=True, help="As if nothing were uncertain."),
+        click.Option(["--seed"], type=click.IntRange(0, 2**31), default=0, show_default=True, help="Of the search."),
+        *output_parameters(),
+    ]  # fmt: skip
+    return click.Command("design", params=params, callback=run_design, help=text)
+
+
+def run_design(*, wish: Path, nominal: bool, seed: int, out: Path | None, force: bool, as_json: bool) -> int:
+    """Reads the wish, searches, and prints and writes the designs."""
+    from gelcone.analyses.design import design_json, design_words, device_text
+    from gelcone.lab.design import design
+    from gelcone.lab.wish import read_wish
+    from gelcone.netcdf import write_netcdf
+    from gelcone.plots import plot, style
+
+    places = [] if out is None else [out / name for name in FILES]
+    check_writable(places, force=force)
+    asked = read_wish(wish)
+    with progress_bar("design") as progress:
+        result = design(asked, nominal=nominal, seed=seed, progress=progress)
+    if out is not None:
+        writers: list[Any] = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
+        for k in range(result.sizes["design"]):
+            places.append(out / f"design-{k + 1}.toml")
+            writers.append(partial(_write, device_text(result, k)))
+        check_writable(places, force=force)
+        write_together(dict(zip(places, writers, strict=True)), force=force)
+    if as_json:
+        print_json(bare_answer("design", design_json(result)))
+        return 0
+    click.echo("\n".join([design_words(result), *(f"wrote {path}" for path in places)]))
+    return 0
+
+
+def _write(text: str, to: Path) -> None:
+    to.write_text(text, encoding="utf-8")

@@ -1,0 +1,318 @@
+"""A wish for a device: what it must do, which fields are free within bounds, and how well they are kept."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.devices.units import parse
+from gelcone.errors import InputError, unknown_name
+from gelcone.files import read_text
+
+MEASURES: Mapping[str, str] = {
+    "stroke": "m",
+    "blocked_force": "N",
+    "peak_voltage": "V",
+    "apparent_power": "W",
+    "current": "A",
+    "natural_frequency": "Hz",
+    "rest_height": "m",
+    "footprint": "m",
+}
+"""What may be required, and its unit: numbers of a design, and the diameter of its ring."""
+SMALL, LARGE = ("apparent_power", "current", "peak_voltage", "footprint", "film_thickness", "moving_mass"), (
+    "stroke", "blocked_force", "natural_frequency", "probability",
+)  # fmt: skip
+"""What may be made smallest and largest."""
+SETTINGS = ("margin", "confidence", "smallest", "largest", "free", "tolerances")
+MOST_FREE, MOST_TOLERANCES, MOST_OBJECTIVES = 16, 24, 3
+MARGIN, CONFIDENCE = 0.2, 0.95
+FILMS = ("wrinkling", "taut", "membrane")
+REMEDY = "`gelcone init --wish wish.toml` writes one to fill in"
+
+
+class Requirement(NamedTuple):
+    """A number of a design, and its bound in SI: a lower one where ``least``."""
+
+    name: str
+    least: bool
+    bound: float
+
+
+class Tolerance(NamedTuple):
+    """The standard deviation of a field: of its value where ``relative``, else in SI."""
+
+    name: str
+    deviation: float
+    relative: bool
+
+
+class Objective(NamedTuple):
+    """A number to be made smallest, or largest."""
+
+    name: str
+    largest: bool
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a device must do. ``device`` has the fields that are fixed, and the middle of the ``free`` ones' bounds."""
+
+    text: str
+    device: Device
+    requirements: tuple[Requirement, ...]
+    free: Mapping[str, tuple[float, float]]
+    tolerances: tuple[Tolerance, ...]
+    objectives: tuple[Objective, ...]
+    margin: float
+    confidence: float
+
+    @property
+    def name(self) -> str:
+        """The name of the device to be."""
+        return str(self.device.name)
+
+
+def read_wish(path: str | Path) -> Wish:
+    """Read a wish from a TOML file, as `gelcone init --wish` writes one.
+
+    Parameters
+    ----------
+    path : the file: fields of a device with their values; requirements such as ``stroke = ">= 5 mm"``; a table
+        ``[free]`` of fields with bounds, ``"4 mm:15 mm"``; a table ``[tolerances]`` of fields with their standard
+        deviation, ``"5 %"``; ``margin`` below all limits, ``confidence``, and what is ``smallest`` or ``largest``.
+
+    Raises
+    ------
+    InputError : in one line, for what cannot be read or used.
+    """
+    path = Path(path)
+    text = read_text(path, REMEDY)
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    try:
+        return _wish(content, path.stem, text)
+    except InputError as error:
+        raise InputError(f"{path}: {str(error).splitlines()[0]}") from None
+
+
+def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
+    free, tolerances = (_table(content, key) for key in ("free", "tolerances"))
+    texts = {key: value for key, value in content.items() if key in MEASURES}
+    fixed = {key: value for key, value in content.items() if key not in (*SETTINGS, *MEASURES)}
+    requirements = [_requirement(key, value) for key, value in texts.items() if not _is_size(key, value)]
+    if _is_size("footprint", texts.get("footprint")):
+        if "film_radius" in fixed or "film_radius" in free:
+            raise InputError("footprint and film_radius are both given; give one: a footprint is twice the radius")
+        fixed["film_radius"] = 0.5 * parse("footprint", texts["footprint"], "m", above=0.0)
+    if both := sorted(free.keys() & fixed.keys()):
+        raise InputError(f"{both[0]}: is given and free; give it once")
+    if not free:
+        raise InputError('[free]: is missing; give fields and their bounds, disc_radius = "4 mm:15 mm"')
+    if not requirements:
+        raise InputError('nothing is required; give what the device must do, such as stroke = ">= 5 mm"')
+    bounds = _bounds(free, fixed)
+    device = _device(
+        fixed | {key: float(_middle(span)) for key, span in bounds.items()} | {"name": fixed.get("name", name)}
+    )
+    for key in bounds:
+        if key not in device.swept_fields():
+            raise InputError(f"[free] {unknown_name('field that can be free', key, device.swept_fields())}")
+    return Wish(
+        text,
+        device,
+        tuple(requirements),
+        bounds,
+        tuple(_tolerance(device, *item) for item in tolerances.items()),
+        _objectives(content),
+        _share(content, "margin", MARGIN, 0.0, 0.9),
+        _share(content, "confidence", CONFIDENCE, 0.5, 0.99),
+    )
+
+
+def _table(content: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """A table of fields, those of ``[free.material]`` under dotted names."""
+    given = content.get(key, {})
+    if not isinstance(given, dict):
+        raise InputError(f"{key} = {str(given)[:60]!r}: must be a table, [{key}]")
+    flat: dict[str, Any] = {}
+    for name, value in given.items():
+        inner = {f"{name}.{own}": one for own, one in value.items()} if isinstance(value, dict) else {name: value}
+        flat |= inner
+    most = MOST_FREE if key == "free" else MOST_TOLERANCES
+    if len(flat) > most:
+        raise InputError(f"[{key}]: has {len(flat)} fields; give at most {most}")
+    return flat
+
+
+def _is_size(key: str, value: Any) -> bool:
+    """Whether a footprint is stated, not bounded."""
+    return key == "footprint" and value is not None and not str(value).strip().startswith(("<", ">"))
+
+
+def _requirement(name: str, value: Any) -> Requirement:
+    text = str(value).strip()
+    sign = text[:2]
+    if sign not in (">=", "<="):
+        raise InputError(f'{name} = {text[:60]!r}: must be a bound, such as {name} = ">= {_example(name)}"')
+    bound = parse(name, text[2:].strip().replace("VA", "W"), MEASURES[name], above=0.0)
+    return Requirement(name, sign == ">=", bound)
+
+
+def _example(name: str) -> str:
+    return {"m": "5 mm", "N": "50 mN", "V": "2 kV", "W": "5 mVA", "A": "0.1 mA", "Hz": "10 Hz"}[MEASURES[name]]
+
+
+def _bounds(free: Mapping[str, Any], fixed: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    from gelcone.devices.fields import DEVICE_FIELDS
+
+    found = {}
+    for name, value in free.items():
+        if name not in DEVICE_FIELDS:
+            raise InputError(f"[free] {unknown_name('device field', name, DEVICE_FIELDS)}")
+        low, colon, high = (part.strip() for part in str(value).partition(":"))
+        if not colon:
+            raise InputError(f'[free] {name} = {str(value)[:60]!r}: must be two bounds, such as "4 mm:15 mm"')
+        field = DEVICE_FIELDS[name]
+        if not field.unit:
+            raise InputError(f"[free] {name}: is not a number, and cannot be free")
+        ends = [
+            parse(f"[free] {name}", _number(end), field.unit, above=field.above, least=field.least)
+            for end in (low, high)
+        ]
+        if not ends[0] < ends[1]:
+            raise InputError(f"[free] {name} = {str(value)[:60]!r}: the first bound must be the smaller one")
+        found[name] = (ends[0], ends[1])
+    return found
+
+
+def _number(text: str) -> Any:
+    """A number in place of its text, which `parse` takes as SI."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _middle(span: tuple[float, float]) -> float:
+    return float(np.sqrt(span[0] * span[1])) if span[0] > 0.0 else 0.5 * (span[0] + span[1])
+
+
+def _device(values: Mapping[str, Any]) -> Device:
+    if "film" in values and values["film"] not in FILMS:
+        raise unknown_name("film of a design", str(values["film"])[:60], FILMS)
+    dotted = {name: value for name, value in values.items() if "." in name}
+    plain = {"film": "wrinkling"} | {name: value for name, value in values.items() if name not in dotted}
+    unknown = next((name for name in plain if name not in Device.fields), None)
+    if unknown is not None:
+        raise unknown_name("field, requirement or setting", unknown, [*Device.fields, *MEASURES, *SETTINGS])
+    device = Device(**plain).replace_quietly(dotted)
+    _check(device)
+    return device
+
+
+def _check(device: Device) -> None:
+    """`InputError` for a device of which designs cannot be computed."""
+    system = device.to_model().system
+    if len(system.films) > 1 or system.circuit.states:
+        raise InputError("design: takes a device with one film and an ideal source; leave second_film and circuit out")
+    if device.material.branches:
+        raise InputError("design: takes a gel that does not creep; leave the viscous branches out")
+    if device.beam_rate is not None:
+        raise InputError("design: takes a spring, a weight or a constant force; leave beam_rate out")
+    if system.waveform.name != "sine":
+        raise InputError("design: takes a sine; leave waveform out")
+
+
+def _tolerance(device: Device, name: str, value: Any) -> Tolerance:
+    fields = device.swept_fields()
+    if name not in fields:
+        raise InputError(f"[tolerances] {unknown_name('field with a tolerance', name, fields)}")
+    text = str(value).strip()
+    if text.endswith("%"):
+        return Tolerance(name, 0.01 * parse(f"[tolerances] {name}", _number(text[:-1].strip()), "1", above=0.0), True)
+    if device.get(name) is None:
+        raise InputError(f"[tolerances] {name}: is not set; give it a value, or make it free")
+    return Tolerance(name, parse(f"[tolerances] {name}", value, fields[name].unit, above=0.0), False)
+
+
+def _objectives(content: Mapping[str, Any]) -> tuple[Objective, ...]:
+    found = []
+    for key, known in (("smallest", SMALL), ("largest", LARGE)):
+        given = content.get(key, [])
+        names: Sequence[Any] = [given] if isinstance(given, str) else given
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise InputError(f'{key} = {str(given)[:60]!r}: must be a list of names, such as ["{known[0]}"]')
+        for name in names:
+            if name not in known:
+                raise InputError(f"{key}: {unknown_name('objective', name[:60], known)}")
+            found.append(Objective(name, key == "largest"))
+    if len(found) > MOST_OBJECTIVES:
+        raise InputError(f"{len(found)} objectives: give at most {MOST_OBJECTIVES}")
+    if len({one.name for one in found}) < len(found):
+        raise InputError("smallest: names an objective twice; give it once")
+    return tuple(found) or (Objective("probability", True),)
+
+
+def _share(content: Mapping[str, Any], key: str, default: float, low: float, high: float) -> float:
+    value = content.get(key, default)
+    text = str(value).strip()
+    number = _number(text.removesuffix("%").strip())
+    share = (0.01 if text.endswith("%") else 1.0) * number if isinstance(number, float) else np.nan
+    if isinstance(value, bool) or not low <= share <= high:
+        raise InputError(f"{key} = {text[:60]}: must be a share from {low:g} to {high:g}, such as {default:g}")
+    return float(share)
+
+
+FIRST_WISH = """\
+# What a device must do. `gelcone design {file} --out designs` finds devices that do it in spite of their tolerances.
+
+# --- what it must do: >= or <=, of stroke, blocked_force, peak_voltage, apparent_power, current, natural_frequency,
+#     rest_height and footprint (the diameter of the ring)
+stroke = ">= 5 mm"                     # peak to peak, of the settled motion
+peak_voltage = "<= 2 kV"
+margin = 0.2                           # share that the drive stays below pull-in, slackness and breakdown
+confidence = 0.95                      # share of the devices within the tolerances that must meet all this
+smallest = ["apparent_power", "peak_voltage"]  # up to three; or film_thickness, moving_mass, footprint, current
+# largest = ["probability"]            # or stroke, blocked_force, natural_frequency
+
+# --- what is fixed: fields of a device, see `gelcone help device`
+frequency = "10 Hz"
+footprint = "60 mm"                    # twice the film_radius
+moving_mass = "5 g"
+damping_coefficient = "10 mN s/m"
+material = "PVC-DBA 6:1"               # see `gelcone materials`
+dielectric_strength = "20 kV/mm"
+
+# --- what is free, between two bounds
+[free]
+disc_radius = "4 mm:15 mm"
+film_thickness = "50 um:500 um"
+meridional_prestretch = "1:1.6"
+hoop_prestretch = "1:2"
+spring_rate = "1 N/m:100 N/m"
+initial_height = "5 mm:40 mm"
+voltage_offset = "0 V:2 kV"
+voltage_amplitude = "20 V:1 kV"
+
+# --- how well each is kept: standard deviation, in percent or in its unit
+[tolerances]
+film_thickness = "5 %"
+meridional_prestretch = "2 %"
+hoop_prestretch = "2 %"
+spring_rate = "3 %"
+initial_height = "1 %"
+moving_mass = "2 %"
+damping_coefficient = "20 %"
+material.shear_modulus = "10 %"
+material.relative_permittivity = "5 %"
+"""
+"""A first wish, of a file."""

@@ -1,0 +1,213 @@
+"""Designs: the closed forms against the analyses, wishes that are refused, and a search whose designs hold."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.analyses.design import design_json, design_words, device_text
+from gelcone.errors import InputError
+from gelcone.lab import design as designs
+from gelcone.lab.candidates import LIMITS, examine
+from gelcone.lab.wish import FIRST_WISH, read_wish
+from tests.lab.certified import CERTIFIED
+
+CASE = CERTIFIED["design"]
+WISH = FIRST_WISH.replace("{file}", "wish.toml")
+
+
+@pytest.fixture
+def wish(tmp_path):
+    """Reads a text as a wish."""
+
+    def read(text):
+        (tmp_path / "wish.toml").write_text(text, encoding="utf-8")
+        return read_wish(tmp_path / "wish.toml")
+
+    return read
+
+
+@pytest.fixture(scope="session")
+def pump():
+    changes = {"film": "taut", "material.relative_permittivity": 6.05}
+    return gelcone.find_device("biased-pump").replace(changes)
+
+
+def test_the_closed_forms_are_those_of_the_certified_designs(pump):
+    """Strokes, apparent powers and limits of six designs, computed by an independent program."""
+    names = list(CASE["robust"][0]["fields"])
+    columns = {name: np.array([[row["fields"][name]] for row in CASE["robust"]]) for name in names}
+    found = examine(pump, columns, 1.25)
+    known = {name: np.array([row[name] for row in CASE["robust"]]) for name in CASE["robust"][0] if name.endswith("V")}
+    np.testing.assert_allclose(found.values["peak_voltage"][:, 0], known["peak_V"], rtol=1e-5)
+    np.testing.assert_allclose(found.limits.min(axis=0)[:, 0], known["cone_limit_V"], rtol=0.01)
+    linear = np.array([row["stroke_linear_mm"] for row in CASE["robust"]])
+    np.testing.assert_allclose(1e3 * found.values["stroke"][:, 0], linear, rtol=0.02)
+    power = np.array([row["apparent_power_mVA"] for row in CASE["robust"]])
+    np.testing.assert_allclose(1e3 * found.values["apparent_power"][:, 0], power, rtol=0.01)
+
+
+def test_limits_rest_and_frequency_are_those_of_the_analyses(pump):
+    device = pump.replace(voltage_offset="1.4 kV", voltage_amplitude="60 V")
+    found = examine(device, {"spring_rate": np.array([[15.0]])}, 1.25)
+    limits = gelcone.operating_limits(device)
+    first = dict(zip(LIMITS, found.limits[:, 0, 0], strict=True))
+    assert first["hoop slack"] == pytest.approx(float(limits["hoop_slack_voltage"]), rel=3e-3)
+    rest = 1e3 * device.initial_state()[0] * device.scales.length
+    assert 1e3 * found.values["rest_height"][0, 0] == pytest.approx(rest, rel=1e-8)
+    sheet = gelcone.settled(device)
+    assert 1e3 * found.values["stroke"][0, 0] == pytest.approx(float(sheet["stroke"]), rel=0.02)
+    assert 1e3 * found.values["apparent_power"][0, 0] == pytest.approx(float(sheet["apparent_power"]), rel=0.02)
+    assert 1e3 * found.values["current"][0, 0] == pytest.approx(float(sheet["current"]), rel=0.02)
+    force = gelcone.stroke_and_blocked_force(device, [1460.0])["blocked_force"]
+    assert found.values["blocked_force"][0, 0] == pytest.approx(float(force[0]), rel=1e-8)
+
+
+def test_a_design_without_state_misses_all(pump):
+    far = examine(
+        pump, {"initial_height": np.array([[0.02], [0.02]]), "voltage_offset": np.array([[790.0], [9e3]])}, 1.25
+    )
+    assert np.isfinite(far.values["stroke"][0, 0])
+    assert np.isnan(far.values["stroke"][1, 0])
+
+
+def test_a_first_wish_reads_back(wish):
+    found = wish(WISH)
+    assert [one.name for one in found.requirements] == ["stroke", "peak_voltage"]
+    assert (found.margin, found.confidence, found.device.film_radius) == (0.2, 0.95, 0.03)
+    assert found.free["disc_radius"] == (0.004, 0.015)
+    assert ("material.shear_modulus", 0.1, True) in found.tolerances
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('stroke = ">= 5 mm"', 'stroke = "5 mm"', r'stroke = \'5 mm\': must be a bound, such as stroke = ">= 5 mm"'),
+        ('stroke = ">= 5 mm"', 'stroke = ">= 5 kV"', "kV is a unit of voltage, not of length"),
+        (
+            'stroke = ">= 5 mm"',
+            'strok = ">= 5 mm"',
+            "'strok' is not a field, requirement or setting; did you mean 'stroke'",
+        ),
+        ("margin = 0.2", "margin = 2", "margin = 2: must be a share from 0 to 0.9"),
+        ("margin = 0.2", "margin = true", "margin = True: must be a share"),
+        ('"4 mm:15 mm"', '"15 mm:4 mm"', "the first bound must be the smaller one"),
+        ('"4 mm:15 mm"', '"4 mm"', 'must be two bounds, such as "4 mm:15 mm"'),
+        ('disc_radius = "4', 'disk_radius = "4', "did you mean 'disc_radius'"),
+        ('"apparent_power"', '"aparent_power"', "did you mean 'apparent_power'"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nspring_rate = "5 N/m"', "spring_rate: is given and free"),
+        (
+            'frequency = "10 Hz"',
+            'frequency = "10 Hz"\nfilm_radius = "30 mm"',
+            "footprint and film_radius are both given",
+        ),
+        ('spring_rate = "3 %"', 'spring_rat = "3 %"', "did you mean 'spring_rate'"),
+        ('spring_rate = "3 %"', 'spring_rate = "-3 %"', "must be greater than 0"),
+        ('material = "PVC-DBA 6:1"', 'material = "VHB 4910"', "takes a gel that does not creep"),
+        ('material = "PVC-DBA 6:1"', 'material = "os:system"', "'os:system' is not a material"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nwaveform = "square"', "takes a sine; leave waveform out"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nbeam_rate = "-1 N/m"', "leave beam_rate out"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nfilm = "os:path"', "'os:path' is not a film of a design"),
+        ("[free]", "[free", "broken TOML"),
+    ],
+)
+def test_a_wish_that_cannot_be_used_is_refused_in_one_line(wish, old, new, message):
+    assert old in WISH
+    with pytest.raises(InputError, match=message) as caught:
+        wish(WISH.replace(old, new, 1))
+    assert "\n" not in str(caught.value)
+
+
+def test_nothing_uncertain_and_nothing_required_are_refused(wish):
+    before, after = WISH.split("[tolerances]")
+    with pytest.raises(InputError, match="nothing is uncertain: tolerances are needed"):
+        gelcone.design(wish(before))
+    text = WISH.replace('stroke = ">= 5 mm"', "").replace('peak_voltage = "<= 2 kV"', "")
+    with pytest.raises(InputError, match="nothing is required; give what the device must do"):
+        wish(text)
+    assert after
+
+
+def test_no_design_names_the_closest_what_binds_and_which_bound_to_move(wish, monkeypatch):
+    monkeypatch.setattr(designs, "GENERATIONS", 6)
+    monkeypatch.setattr(designs, "AGAIN", 2)
+    monkeypatch.setattr(designs, "DRAWS", 8)
+    with pytest.raises(InputError, match=r"no design within the bounds .* the closest: .* it is bound by (stroke|swing beyond the film.s limits); "):
+        gelcone.design(wish(WISH.replace(">= 5 mm", ">= 200 mm")))
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A small search: a stiff requirement on few fields, with few draws."""
+    path = tmp_path_factory.mktemp("wish") / "small.toml"
+    text = WISH.replace('smallest = ["apparent_power", "peak_voltage"]', 'smallest = ["apparent_power"]')
+    path.write_text(text.replace(">= 5 mm", ">= 2 mm"), encoding="utf-8")
+    own = read_wish(path)
+    with pytest.MonkeyPatch.context() as patched:
+        for name, value in {"DRAWS": 32, "GENERATIONS": 25, "AGAIN": 8, "SHORT": 2, "TRAP": 25, "ATTEMPTS": 1}.items():
+            patched.setattr(designs, name, value)
+        return own, gelcone.design(own)
+
+
+def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
+    own, found = small
+    (device,) = gelcone.designed_devices(found)
+    assert found.attrs["left_out"] == "[]"
+    motion = gelcone.settled(device)
+    assert float(motion["stroke"]) == pytest.approx(float(found["stroke"][0]), rel=1e-9)
+    assert float(motion["stroke"]) >= 2.0
+    assert float(found["peak_voltage"][0]) <= float(found["recommended"][0])
+    unit = np.array([_place(own, name, device.get(name)) for name in own.free])
+    again = designs.probability_of(designs.Problem(own), unit, 77)
+    assert again[0] == pytest.approx(float(found["probability"][0]), abs=0.03)
+    assert float(found["probability_low"][0]) < float(found["probability"][0]) < float(found["probability_high"][0])
+
+
+def _place(own, name, value):
+    low, high = own.free[name]
+    if low > 0.0 and high > designs.LOG_RATIO * low:
+        return np.log(value / low) / np.log(high / low)
+    return (value - low) / (high - low)
+
+
+def test_what_is_said_of_a_design_is_in_its_file_table_and_figure(small, tmp_path):
+    own, found = small
+    text = device_text(found, 0)
+    assert gelcone.Device.from_text(text) == gelcone.designed_devices(found)[0]
+    assert f"# bound by {found['binds'][0].item()}" in text
+    words = design_words(found)
+    assert f"{float(found['stroke'][0]):.3g} mm" in words
+    content = design_json(found)
+    assert content["objectives"] == ["apparent_power"]
+    assert content["devices"][0]["film_radius"] == own.device.film_radius
+    figure = gelcone.plot(found)
+    assert figure.axes[1].get_ylabel() == "share of devices that meet all"
+    gelcone.save(found, tmp_path / "design.nc")
+    assert json.loads(gelcone.load(tmp_path / "design.nc").attrs["free"]) == list(own.free)
+    with pytest.raises(InputError, match="was given no designs"):
+        gelcone.designed_devices(found.drop_attrs())
+
+
+def test_margins_are_signed_and_a_relaxed_requirement_is_weaker(wish):
+    problem = designs.Problem(wish(WISH), 1)
+    unit = problem.designs(np.full((1, len(problem.names)), 0.5))
+    found = problem.found(unit, np.zeros((1, len(problem.wish.tolerances))))
+    margins = problem.margins(found)
+    stroke, peak = (float(found.values[name][0, 0]) for name in ("stroke", "peak_voltage"))
+    assert margins["stroke"][0, 0] == pytest.approx(1.0 - stroke / 5e-3)
+    assert margins["peak_voltage"][0, 0] == pytest.approx(peak / 2e3 - 1.0)
+    assert margins["hoop slack"][0, 0] == pytest.approx(min(peak / (0.8 * found.limits[1, 0, 0]) - 1.0, 1.0))
+    weaker = replace(problem, relaxed="stroke").margins(found)
+    assert weaker["stroke"][0, 0] == pytest.approx(1.0 - stroke / 4.5e-3)
+    np.testing.assert_array_equal(weaker["hoop slack"], margins["hoop slack"])
+
+
+def test_rows_that_another_beats_in_all_are_dominated():
+    assert designs.dominated(np.array([[1.0, 5.0], [2.0, 4.0], [2.0, 5.0], [3.0, 1.0]])).tolist() == [
+        False,
+        False,
+        True,
+        False,
+    ]
