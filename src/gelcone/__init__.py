@@ -164,7 +164,6 @@ if TYPE_CHECKING:
     from gelcone.interchange import table as table
     from gelcone.lab.design import design as design
     from gelcone.lab.design import designed_devices as designed_devices
-    from gelcone.lab.wish import read_wish as read_wish
     from gelcone.lab.device import fit_device as fit_device
     from gelcone.lab.device import fitted_device as fitted_device
     from gelcone.lab.device import fitted_draws as fitted_draws
@@ -175,6 +174,7 @@ if TYPE_CHECKING:
     from gelcone.lab.material import fitted_text as fitted_text
     from gelcone.lab.measured import Measured as Measured
     from gelcone.lab.measured import read_tests as read_tests
+    from gelcone.lab.wish import read_wish as read_wish
     from gelcone.learn.environment import environment as environment
     from gelcone.motion.control import follow as follow
     from gelcone.motion.control import sense as sense

@@ -13,6 +13,7 @@ from gelcone.lab import design as designs
 from gelcone.lab.candidates import LIMITS, examine
 from gelcone.lab.wish import FIRST_WISH, read_wish
 from tests.lab.certified import CERTIFIED
+from tests.lab.quick_design import quick_design
 
 CASE = CERTIFIED["design"]
 WISH = FIRST_WISH.replace("{file}", "wish.toml")
@@ -134,21 +135,16 @@ def test_no_design_names_the_closest_what_binds_and_which_bound_to_move(wish, mo
     monkeypatch.setattr(designs, "GENERATIONS", 6)
     monkeypatch.setattr(designs, "AGAIN", 2)
     monkeypatch.setattr(designs, "DRAWS", 8)
-    with pytest.raises(InputError, match=r"no design within the bounds .* the closest: .* it is bound by (stroke|swing beyond the film.s limits); "):
+    with pytest.raises(
+        InputError,
+        match=r"no design within the bounds .* the closest: .* is bound by (stroke|swing beyond the film.s limits); ",
+    ):
         gelcone.design(wish(WISH.replace(">= 5 mm", ">= 200 mm")))
 
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
-    """A small search: a stiff requirement on few fields, with few draws."""
-    path = tmp_path_factory.mktemp("wish") / "small.toml"
-    text = WISH.replace('smallest = ["apparent_power", "peak_voltage"]', 'smallest = ["apparent_power"]')
-    path.write_text(text.replace(">= 5 mm", ">= 2 mm"), encoding="utf-8")
-    own = read_wish(path)
-    with pytest.MonkeyPatch.context() as patched:
-        for name, value in {"DRAWS": 32, "GENERATIONS": 25, "AGAIN": 8, "SHORT": 2, "TRAP": 25, "ATTEMPTS": 1}.items():
-            patched.setattr(designs, name, value)
-        return own, gelcone.design(own)
+    return quick_design(tmp_path_factory.getbasetemp())
 
 
 def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
@@ -161,7 +157,7 @@ def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
     assert float(found["peak_voltage"][0]) <= float(found["recommended"][0])
     unit = np.array([_place(own, name, device.get(name)) for name in own.free])
     again = designs.probability_of(designs.Problem(own), unit, 77)
-    assert again[0] == pytest.approx(float(found["probability"][0]), abs=0.03)
+    assert again[0] == pytest.approx(float(found["probability"][0]), abs=0.04)
     assert float(found["probability_low"][0]) < float(found["probability"][0]) < float(found["probability_high"][0])
 
 

@@ -1,5 +1,6 @@
 """`gelcone.plot` draws every kind of result: each registered figure on a small real one, with its numbers in it."""
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,13 @@ def fitted():
     return gelcone.fit_material(tests, laws=["gent"], branches=[0, 1], draws=0)
 
 
+def designed():
+    from tests.lab.quick_design import quick_design
+
+    with tempfile.TemporaryDirectory() as folder:
+        return quick_design(Path(folder))[1]
+
+
 def of_pump(made):
     folder = Path(__file__).parents[2] / "docs" / "measured" / "pump"
     tests = gelcone.read_device_tests(folder / "pump-tests.toml")
@@ -60,6 +68,7 @@ RESULTS = {
     ),
     "basins of attraction": lambda: gelcone.basin(MODEL, {"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]}, **QUICK),
     "data sheet": lambda: gelcone.datasheet(RAISED.replace(voltage=0.2), [0.3]),
+    "designs": designed,
     "device fit": lambda: of_pump(gelcone.fit_device),
     "device plan": lambda: of_pump(gelcone.plan_device),
     "film": lambda: gelcone.film(MEMBRANE, [0.3, 0.5], [0.2, 0.5]),
@@ -98,6 +107,7 @@ SHOWS = {
     "triptych": lambda r: r["section_velocity"],
     "best drive": lambda r: r["window_peak"],
     "data sheet": lambda r: r["ramp_stroke"],
+    "designs": lambda r: r["apparent_power"],
     "device fit": lambda r: r["predicted"],
     "device plan": lambda r: r["left"] / r["prior"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),

@@ -425,6 +425,8 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
             if keep:
                 rows.append(checked_row(problem, unit, population))
             counted(0.4 / len(found))
+        scores = np.array([[objective_of(r.problem, r.unit, one) for one in wish.objectives] for r in rows])
+        rows = [rows[k] for k in np.argsort(scores[:, -1])[::-1] if not dominated(scores)[k]]
         trap = _trap(wish, seed) if wish.tolerances else np.nan
         result = _labelled(wish, rows, seed, trap)
     counted.finish()
@@ -440,8 +442,8 @@ def designed_devices(result: xr.Dataset) -> list[Device]:
 
 @contextmanager
 def quiet_input() -> Iterator[None]:
-    """No warnings about unusual values of designs that a search only tries."""
-    with warnings.catch_warnings():
+    """No warnings about unusual values, and none about missing numbers, of designs that a search only tries."""
+    with warnings.catch_warnings(), np.errstate(invalid="ignore", divide="ignore"):
         warnings.simplefilter("ignore", DoubtfulInput)
         yield
 

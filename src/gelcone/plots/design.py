@@ -26,13 +26,15 @@ def design_figure(result: xr.Dataset) -> Figure:
         share.errorbar(number, middle, [middle - low, high - middle], fmt="o", ms=4.0, color=BLUE)
         share.axhline(result.attrs["confidence"], color=GREY, ls="--", lw=0.8, label="wished")
         share.set_ylabel("share of devices that meet all")
-        share.legend()
+        share.margins(x=0.2, y=0.25)
+        share.legend(loc="upper left")
         limit.bar(
             number, result["recommended"].values / (1.0 - result.attrs["margin"]), 0.6, color=GREY, label="first limit"
         )
         limit.bar(number, result["peak_voltage"].values, 0.35, color=VERMILION, label="peak of the drive")
         limit.set_ylabel(axis_label(result["peak_voltage"], "peak_voltage"))
-        limit.legend()
+        limit.set_ylim(0.0, 1.35 * limit.get_ylim()[1])
+        limit.legend(loc="upper right")
         for axes in (share, limit):
             axes.set_xticks(number)
             axes.set_xlabel("design")
