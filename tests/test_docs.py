@@ -10,6 +10,7 @@ import pytest
 
 import gelcone
 from gelcone.cli import COMMANDS, group
+from gelcone.lab.wish import FIRST_WISH
 from gelcone.register.analyses import ANALYSES
 
 ROOT = Path(__file__).parents[1]
@@ -72,6 +73,9 @@ def prepared(tmp_path_factory):
     (folder / "tension.csv").write_text("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n1.3,12\n")
     (folder / "relaxation.csv").write_text("time (s),stretch,stress (kPa)\n1,2,9\n2,2,8\n3,2,7\n4,2,7\n")
     (folder / "recorded.csv").write_text("time (s), voltage (V)\n0, 0\n0.2, 700\n0.5, 0\n")
+    (folder / "wish.toml").write_text(FIRST_WISH.format(file="wish.toml"))
+    (folder / "designs").mkdir()
+    gelcone.save(pump, folder / "designs" / "design-1.toml")
     (folder / "results").mkdir()
     gelcone.save(gelcone.simulate(pump, times=[0.0, 1e-3]), folder / "results" / "simulate.nc")
     grid = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.5, 1.0], "drive_frequency": [0.1, 0.2]})
@@ -99,6 +103,7 @@ def dry(monkeypatch, prepared):
         "gelcone.lab.material.fit_material",
         "gelcone.lab.device.fit_device",
         "gelcone.lab.device.plan_device",
+        "gelcone.lab.design.design",
     ):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there
