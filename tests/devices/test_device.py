@@ -444,6 +444,7 @@ def test_scales_follow_from_energy_mass_and_field():
         **{"length": 0.04, "time": 1.0 / rate, "velocity": 0.04 * rate, "energy": mu * volume},
         **{"force": mu * volume / 0.04, "power": mu * volume * rate, "voltage": 0.5e-3 * field, "field": field},
         **{"current": mu * volume * rate / (0.5e-3 * field), "stress": mu, "frequency": rate / (2.0 * math.pi)},
+        "heat_capacity": 1.8e6,
     }
     assert dataclasses.asdict(scales) == pytest.approx(expected, rel=1e-12)
 

@@ -30,6 +30,7 @@ def test_scales_by_hand():
         field=1e7,
         stress=1e4,
         frequency=rate / (2 * math.pi),
+        heat_capacity=1.8e6,
     )
     assert dataclasses.asdict(device.scales) == pytest.approx(dataclasses.asdict(by_hand), rel=1e-14)
 

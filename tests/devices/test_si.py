@@ -39,6 +39,9 @@ def device():
         ("resistivity", "Gohm m", lambda s: 1e-9 * s.time * s.field**2 / s.stress),
         ("slew rate", "V/ms", lambda s: 1e-3 * s.voltage / s.time),
         ("thickness", "mm", lambda s: 1e3 * s.voltage / s.field),
+        ("gain", "mm/kV", lambda s: 1e6 * s.length / s.voltage),
+        ("admittance", "uS", lambda s: 1e6 * s.energy / s.voltage**2 / s.time),
+        ("heating", "mK/s", lambda s: 1e3 * s.stress / s.time / 1.8e6),
         ("energy density", "J/m^3", lambda s: s.stress),
         ("power density", "W/m^3", lambda s: s.stress / s.time),
         ("specific energy", "mJ/kg", lambda s: 1e3 * (s.length / s.time) ** 2),
@@ -51,7 +54,7 @@ def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():
-    assert len(MEASURES) == 25
+    assert len(MEASURES) == 28
 
 
 def test_variables_and_coordinates_are_scaled_up_and_others_left_alone(device):

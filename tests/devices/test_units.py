@@ -172,6 +172,7 @@ WORTH = {
     **{"A": 1.0, "mA": 1e-3, "uA": 1e-6, "nA": 1e-9, "C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9},
     **{f"{k}{ohm}": worth for k, worth in (("", 1.0), ("k", 1e3), ("M", 1e6), ("G", 1e9)) for ohm in ("ohm", "Ohm")},
     **{"V/s": 1.0, "V/ms": 1e3, "V/us": 1e6, "kV/s": 1e3, "kV/ms": 1e6},
+    **{"J/(m^3 K)": 1.0, "kJ/(m^3 K)": 1e3, "MJ/(m^3 K)": 1e6},
     **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
 }
 """What a unit is worth in SI units, by its prefixes."""

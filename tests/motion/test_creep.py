@@ -8,8 +8,8 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
-from gelcone.motion.creep import _margin
-from gelcone.physics.film.at_once import at_once
+from gelcone.motion.creep import _Held, _margin, _Ramp
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 
@@ -41,7 +41,7 @@ def test_delays_and_thresholds_are_certified():
 def test_the_margin_is_that_to_the_certified_threshold_at_once():
     model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, **FLAT)
     volts, instant = np.array([0.7, 0.8, 0.86]), float(DELAYS[0]["thresholds"]["instantaneous"])
-    held = at_once(model.replace(voltage=volts))
+    held = films_at_once(model.replace(voltage=volts))
     np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(instant / volts - 1.0, 0.0), atol=1e-8)
 
 
@@ -98,6 +98,22 @@ def test_a_leaking_film_behind_a_resistance_creeps_at_its_own_voltage():
     assert float(found["begin"]) == pytest.approx(float(alone["begin"]), rel=1e-9)
     assert float(found["begin"]) < float(plain["begin"])
     assert float(found["current"][1]) == pytest.approx(voltage * q / 20.0, rel=1e-2)
+
+
+def test_films_at_different_levels_have_different_laws():
+    """Taut at one voltage and wrinkled at the other, behind a resistance and with a leak."""
+    branch = {"material.viscous_modulus_1": "5 kPa", "material.relaxation_time_1": "0.5 s"}
+    device = gelcone.find_device("biased-pump").replace({"film": "wrinkling", "material.resistivity": 5e9, **branch})
+    model = device.replace(series_resistance=1e6, meridional_prestretch=1.0, hoop_prestretch=1.05).to_model()
+    ramps = (_Ramp(films_at_once(model)), _Ramp(model))
+    held = _Held(model, *ramps, tolerance=1e-10, threads=None)
+    states, volts = held.starts(np.array([0.2, 0.8]))
+    alone = [held.starts(np.array([level]))[0][0] for level in (0.2, 0.8)]
+    np.testing.assert_array_equal(states, alone)
+    assert (volts < [0.2, 0.8]).all()
+    rows = zip(states[:, 0], volts, states[:, 2:4], strict=True)
+    kinds = [int(model.film.state(x, v, list(y), model.numbers()).kind) for x, v, y in rows]
+    assert kinds[0] != kinds[1]
 
 
 @pytest.mark.parametrize(

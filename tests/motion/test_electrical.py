@@ -8,6 +8,7 @@ from gelcone.analyses.request import Subject
 from gelcone.codes import Regime
 from gelcone.motion.electrical import electrical
 from gelcone.motion.flow import integrate
+from gelcone.motion.response import heats
 from gelcone.presets import find_preset
 from gelcone.studio import look
 
@@ -82,3 +83,31 @@ def test_two_films_each_take_their_apparent_power():
         for v, i in zip(both.voltages(run.times, run.states), both.system.currents(run.times, z, n), strict=True)
     )
     assert found["apparent_power"][0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_heat_in_the_film_is_what_creep_and_leaks_lose():
+    """Of a settled motion, in a run and over its periods; the damper and the resistance heat no film."""
+    device = gelcone.find_device("biased-pump").replace(
+        {
+            "film": "taut",
+            "material.viscous_modulus_1": "4 kPa",
+            "material.relaxation_time_1": "50 ms",
+            "material.resistivity": "2 Gohm m",
+            "series_resistance": "1 MOhm",
+        }
+    )
+    settled = gelcone.settled(device, tolerance=1e-10)
+    run = gelcone.simulate(device, periods=60, tolerance=1e-10)
+    volume = np.pi * (0.03**2 - 0.008**2) * 2e-4
+    lost = sum(run[f"{cause}_dissipation"].values for cause in ("film", "leak")) * 1e-3
+    half = lost.size // 2
+    time = run["time"].values * 1e-3
+    mean = (lost[-1] - lost[half]) / (time[-1] - time[half]) / volume
+    assert float(run["heat"]) == pytest.approx(mean, rel=1e-2)
+    assert float(settled["heat"]) == pytest.approx(float(run["heat"]), rel=1e-3)
+    assert settled["heat"].attrs["units"] == "W/m^3"
+    assert settled["heating"].attrs["units"] == "mK/s"
+    assert float(settled["heating"]) == pytest.approx(1e3 * float(settled["heat"]) / 1.8e6, rel=1e-12)
+    warmer = device.replace({"material.heat_capacity": "0.9 MJ/(m^3 K)"})
+    assert warmer.scales.size("heating") == pytest.approx(2.0 * device.scales.size("heating"))
+    assert not heats(PUMP.to_model().system)

@@ -37,6 +37,9 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
         late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
         lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
         lines += _source_lines(shown, subject)
+        if "heating" in shown and not shown["outcome"].ndim:
+            warms = f"which alone warms it by {measured(shown['heating'])}"
+            lines.append(f"heat in the film {measured(shown['heat'])}, {warms}")
         wrinkles = film_state_json(shown) is not None
         lines.append("share of the time outside the model's validity (mean over members):")
         for name, variable in shown.items():
@@ -135,7 +138,8 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             could = f"{float(margin):.1%}" if np.isfinite(margin) else measured(margin)
             lines.append(
                 f"{name} creeps from {measured(one['begin'])} to {measured(one['end'])} in {longest}, in the long run "
-                f"{measured(one['equilibrium'])}; margin to pull-in at the end: {could}"
+                f"{measured(one['equilibrium'])}; warms by {measured(one['heating'].isel(time=-1), 3)}; "
+                f"margin to pull-in at the end: {could}"
             )
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
     if late.sizes["held_voltage"]:

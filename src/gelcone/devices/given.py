@@ -89,4 +89,5 @@ class MaterialValues(TypedDict, total=False):
     flow: Text
     resistivity: Number
     resistivity_field: Number
+    heat_capacity: Number
     sources: Any

@@ -49,6 +49,8 @@ class Material(Record):
     flow : the flow rule with which the branches were fitted, "log" (default) or "linear".
     resistivity : of the gel, ohm m, positive; ``resistivity_field``, V/m, the true field E_b from which it leaks more,
         E_b sinh(E/E_b) over the resistivity. Default none: nothing leaks.
+    heat_capacity : over the volume, J/(m^3 K), positive, from which the rate of the temperature follows. Default
+        none: 1.8e6 is taken, an estimate between polymer and plasticiser.
     sources : field name -> where its number comes from. Default none stated.
 
     Raises
@@ -113,6 +115,11 @@ class Material(Record):
     resistivity_field: Any = Field(
         "true field E_b of ionic hopping: the film leaks E_b sinh(E/E_b) over its resistivity", "V/m", default=None,
         unset="ohmic", typical=(1e6, 1e8), above=0.0, near=("leakage_field", "hopping_field"), example=1.7e7,
+    )  # fmt: skip
+    heat_capacity: Any = Field(
+        "heat capacity of the gel over its volume", "J/(m^3 K)", default=None,
+        unset="1.8 MJ/(m^3 K), an estimate", typical=(1e6, 5e6), above=0.0,
+        near=("specific_heat", "thermal_capacity", "volumetric_heat_capacity"),
     )  # fmt: skip
     sources: Any = Field("where each number comes from", default=(), unset="not stated")
 

@@ -17,6 +17,10 @@ import numpy as np
 VACUUM_PERMITTIVITY = 8.8541878188e-12
 
 
+HEAT_CAPACITY = 1.8e6
+"""Of a gel over its volume, J/(m^3 K), where none is given: an estimate between polymer and plasticiser."""
+
+
 class Measure(NamedTuple):
     """The SI unit of a quantity, the unit that results are read in, and how many of these make one SI unit."""
 
@@ -49,6 +53,7 @@ MEASURES: Mapping[str, Measure] = {
     "stress": Measure("Pa", "kPa", 1e-3),
     "frequency": Measure("Hz", "Hz", 1.0),
     "rate": Measure("1/s", "1/s", 1.0),
+    "heating": Measure("K/s", "mK/s", 1e3),
     "energy density": Measure("J/m^3", "J/m^3", 1.0),
     "power density": Measure("W/m^3", "W/m^3", 1.0),
     "specific energy": Measure("J/kg", "mJ/kg", 1e3),
@@ -74,6 +79,7 @@ class Scales:
     field : sqrt(mu/eps), V/m.
     stress : mu, Pa.
     frequency : Omega0/(2 pi), Hz: the ordinary frequency of one unit of the angular omega.
+    heat_capacity : of the gel over its volume, J/(m^3 K).
     """
 
     length: Any
@@ -87,6 +93,7 @@ class Scales:
     field: Any
     stress: Any
     frequency: Any
+    heat_capacity: Any
 
     def size(self, quantity: str) -> Any:
         """The SI value of one dimensionless unit of a quantity of `MEASURES`."""
@@ -112,6 +119,7 @@ class Scales:
     def of(cls, get: Callable[[str], Any], xp: Any = np) -> Scales:
         """The scales by the fields of a device, its material's under dotted names; each a number, an array or, with the
         functions of a graph, an expression."""
+        capacity = get("material.heat_capacity")
         a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
         length = b - a
         energy = mu * (np.pi * (b**2 - a**2) * get("film_thickness"))
@@ -130,6 +138,7 @@ class Scales:
             field=field,
             stress=mu,
             frequency=rate / (2.0 * np.pi),
+            heat_capacity=HEAT_CAPACITY if capacity is None else capacity,
         )
 
 
@@ -139,6 +148,7 @@ _DERIVED: Mapping[str, Callable[[Scales], Any]] = {
     "apparent power": lambda s: s.power,
     "gain": lambda s: s.length / s.voltage,
     "admittance": lambda s: s.current / s.voltage,
+    "heating": lambda s: s.stress / (s.time * s.heat_capacity),
     "resistance": lambda s: s.voltage / s.current,
     "charge": lambda s: s.current * s.time,
     "capacitance": lambda s: s.current * s.time / s.voltage,

@@ -117,6 +117,12 @@ DIMENSIONS: dict[str, Dimension] = {
     "F": _dimension("capacitance", "1 nF", {"F": 0, "mF": -3, "uF": -6, "nF": -9, "pF": -12}),
     "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9}),
     "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
+    "J/(m^3 K)": _dimension(
+        "heat capacity over volume",
+        "1.8 MJ/(m^3 K)",
+        {"J/(m^3 K)": 0, "kJ/(m^3 K)": 3, "MJ/(m^3 K)": 6},
+        ("J/(m^3 K)", "kJ/(m^3 K)", "MJ/(m^3 K)"),
+    ),
     "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),
 }
 

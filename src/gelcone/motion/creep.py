@@ -15,6 +15,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.electrical import heating
 from gelcone.motion.equilibrium import constant_voltages, own_levels
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
@@ -52,7 +53,7 @@ NEWTON_STEPS, CONVERGED = 12, 1e-9
 @analysis(
     answers="trajectories",
     single=True,
-    file_only=("time", "displacement", "current", "margin"),
+    file_only=("time", "displacement", "current", "heating", "margin"),
     examples=(
         'biased-pump --film wrinkling --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
         '--voltages "1 kV,2 kV" --out results',
@@ -87,9 +88,10 @@ def creep(
     -------
     Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
     the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
-    over four decades, the ``displacement``, the ``current`` into the films and the ``margin``, the share by which the
-    voltage could rise at once before the film pulls in or the disc jumps. ``long_time_voltage`` and
-    ``instant_voltage`` are these thresholds, of the voltage on the film. Over ``held_voltage``, from the one to the
+    over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
+    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage could rise
+    at once before the film pulls in or the disc jumps. ``long_time_voltage`` and ``instant_voltage`` are these
+    thresholds, of the voltage on the film. Over ``held_voltage``, from the one to the
     other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
     held for it, from below to 1/400 of the window.
 
@@ -124,7 +126,7 @@ def creep(
     run, ends = films.run(levels, times, weighted(progress, 0.4))
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
-    current = np.where(np.isnan(x), np.nan, _currents(films.members(levels), run))
+    current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(films.members(levels), run))
     starts, volts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
     found: dict[str, dataset.Variable] = {
@@ -134,6 +136,7 @@ def creep(
         "pull_in_time": (along, ends, "time to pull-in", _HELD),
         "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
         "current": ((*along, "time"), current, "current into the films", "current"),
+        "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), "share by which the voltage could rise", _MARGIN),
         "long_time_voltage": ((), films.relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
         "instant_voltage": ((), films.at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
@@ -195,16 +198,24 @@ class _Held:
     def starts(self, levels: Array) -> tuple[Array, Array]:
         """States (levels, N) in which the film at once rests, behind circuits that are charged, and its voltages; the
         displacement is NaN where it pulls in at once."""
-        members = self.members(levels)
-        system, n = members.system, members.numbers()
-        z = uncurrented(system, levels, list(members.start_states((self.relaxed.rest, 0.0)).T), n)
-        volts = np.abs(levels * system.circuit.gain(0.0, n))
+        found = [self._start(members, k) for members in [self.members(levels)] for k in range(levels.size)]
+        states, volts = zip(*found, strict=True)
+        return np.array(states), np.array(volts)
+
+    def _start(self, members: Members, k: int) -> tuple[list[float], float]:
+        """That of one level: numbers, since films at different levels have different laws."""
+        system, n = members.system, members.numbers_at(k)
+        command = np.float64(n["voltage_bias"])
+        z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)
+        volts, before = np.abs(command * system.circuit.gain(0.0, n)), np.inf
         for _ in range(1 if system.circuit.name == "ideal" else TURNS):
-            z[0] = self.at_once.place(volts)
-            own = {**n, **system.switches_under(levels, z, n)}
-            z = circuits_at_rest(system, levels, z, own)
-            volts = np.abs(np.broadcast_to(system.voltages(0.0, z, own)[0], levels.shape))
-        return np.stack(z, axis=1), volts
+            z[0] = self.at_once.place(np.array([volts]))[0]
+            if np.isnan(z[0]) or np.abs(volts - before) < CONVERGED:
+                break
+            own = {**n, **system.switches_under(command, z, n)}
+            z = circuits_at_rest(system, command, z, own)
+            before, volts = volts, np.abs(np.float64(system.voltages(0.0, z, own)[0]))
+        return [float(value) for value in z], float(volts)
 
     def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
         """The runs, and when each film pulls in or its disc jumps: 0 at once, infinite if not, NaN if unknown."""
@@ -275,12 +286,15 @@ def _passes(member: Members, times: Array, states: Array, middle: float, way: fl
     return float(times[k - 1] + share * (times[k] - times[k - 1]))
 
 
-def _currents(members: Members, run: Trajectories) -> Array:
-    """The currents into the films together, (members, samples)."""
+def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
+    """The currents into the films together, and the power that heats them over their volume, (members, samples)."""
+    system, n = members.system, members.numbers(trailing=1)
     with np.errstate(all="ignore"):
         z = list(np.moveaxis(run.states, -1, 0))
-        found = sum(members.system.currents(run.times, z, members.numbers(trailing=1)))
-    return np.asarray(np.broadcast_to(found, run.times.shape))
+        current = np.sum(np.broadcast_arrays(run.times, *system.currents(run.times, z, n))[1:], axis=0)
+        powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+        heat = heating(powers, run.times.shape) / len(system.films)
+    return current, heat
 
 
 def _margin(held: Members, x: Array, volts: Array) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gelcone import dataset
-from gelcone.motion.response import LOSSES
+from gelcone.motion.response import HEAT, HEATS, LOSSES
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -18,6 +18,7 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "power": ("mean power that the source gives", "power"),
     "apparent_power": ("apparent power: rms voltage times rms current of the sources", "apparent power"),
     "field": ("largest true field in a film", "field"),
+    **HEAT,
 }
 """What `electrical` finds, and the quantity of each."""
 
@@ -36,12 +37,20 @@ def electrical(members: Members, times: Array, states: Array) -> dict[str, Array
         powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
         lost = np.broadcast_to(sum(powers[cause] for cause in LOSSES if cause in powers), times.shape).mean(axis=1)
         fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
+    heat = heating(powers, times.shape) / len(system.films) + 0.0 * z[0]
     return {
         "current": np.max([np.abs(own).max(axis=1) for own in currents], axis=0),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
         "apparent_power": apparent_power(members, times, states, currents),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
+        "heat": heat.mean(axis=1),
+        "heating": heat.mean(axis=1),
     }
+
+
+def heating(powers: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
+    """The power that heats the films, from those by cause (`ConeSystem.powers`)."""
+    return np.sum([np.broadcast_to(powers[cause], shape) for cause in HEATS if cause in powers] or [np.zeros(shape)], 0)
 
 
 def apparent_power(members: Members, times: Array, states: Array, currents: Sequence[Array]) -> Array:

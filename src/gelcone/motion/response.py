@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import reprlib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +31,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOSSES = ("damper", "film", "resistor", "leak")
+HEATS = ("film", "leak")
+"""Losses that heat the films: the creep of their branches, and what leaks."""
+HEAT: Mapping[str, tuple[str, dataset.Of]] = {
+    "heat": ("mean heat in the films over their volume", "power density"),
+    "heating": ("rate of the temperature of films that lose no heat", "heating"),
+}
+"""Variables of films that get warm."""
 MOST_SERIES = 19
 """Time series of a single cone behind an ideal source."""
 SAMPLES_PER_PERIOD = 100
@@ -84,7 +92,9 @@ def simulate(
     ``validity_pulled_in`` is 1 of a run that ended so.
     ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half of
     the run, ``peak_current`` and ``peak_slew_rate`` its largest ones: what an amplifier must deliver; ``slew_limited``
-    and ``current_limited`` the shares of the time at its limits, where it has some.
+    and ``current_limited`` the shares of the time at its limits, where it has some. Of films that creep or leak
+    ``heat`` is the mean heat in them over their volume in the second half, and ``heating`` the rate at which their
+    temperature then rises as long as they give no heat away.
     In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
     current, stretches, stresses and field have ``second_`` before their names.
     With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
@@ -154,6 +164,7 @@ def simulate(
         }
         | valid
         | states
+        | _heat(members, run)
         | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), np.any(jumps[0], axis=-1)),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
@@ -167,6 +178,22 @@ def simulate(
     for name in kinds:
         result[f"{name}film_state"].attrs |= dataset.flags_of(films[name].kinds)
     return dataset.with_initial(result, model, states0)
+
+
+def heats(system: ConeSystem) -> bool:
+    """Whether films get warm in the model: where they creep or leak."""
+    return bool(set(HEATS) & set(system.causes))
+
+
+def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
+    """The mean heat in the films in the second half of a run; none of films that keep all their energy."""
+    if not heats(members.system):
+        return {}
+    assert run.work is not None
+    causes, half = members.system.causes, run.times.shape[1] // 2
+    lost = np.sum([run.work[..., causes.index(cause)] for cause in HEATS if cause in causes], axis=0)
+    mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half]) / len(members.system.films)
+    return {name: ((), mean, f"{words}, in the second half", of) for name, (words, of) in HEAT.items()}
 
 
 def _to_the_end(run: Trajectories, samples: npt.NDArray[np.intp]) -> tuple[Array, Array]:

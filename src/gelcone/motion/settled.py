@@ -18,6 +18,7 @@ from gelcone.motion.attractor.search import search
 from gelcone.motion.electrical import MEANINGS, electrical
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
+from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import check_budgets, start_states
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
@@ -139,8 +140,10 @@ def settled(
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
     sin(harmonic omega t), where the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by
     linear theory (NaN without an equilibrium); the largest ``current`` into a film, the mean ``power`` that the source
-    gives, the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; ``validity_*`` as in
-    `regime`; and ``outcome``, that of a member without damping being an error.
+    gives, the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; of films that creep
+    or leak the mean ``heat`` in them over their volume and ``heating``, at which rate their temperature rises as long
+    as they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, that of a member without damping being an
+    error.
 
     Raises
     ------
@@ -208,7 +211,11 @@ def settled_cells(
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
-            **{name: ((), found.source[:, k], *about) for k, (name, about) in enumerate(MEANINGS.items())},
+            **{
+                name: ((), found.source[:, k], *about)
+                for k, (name, about) in enumerate(MEANINGS.items())
+                if heats(members.system) or name not in HEAT
+            },
             **validity_variables(found.validity, found.outcome, members.system),
         },
         found.outcome,

@@ -74,8 +74,9 @@ def transfer(
     voltage in degrees, the ``admittance`` (current of the source over voltage) and its ``admittance_phase``, all by
     linear theory; over ``amplitude`` and ``measured_frequency`` the same names with ``measured_`` before them: the
     fundamentals of the settled motion on which a run from the linear one ends, NaN where it does not repeat with the
-    drive or has no settled motion. ``equilibrium`` is the displacement under the bias, ``natural_frequency`` that of
-    small undamped motions about it, ``resonance`` where the gain is largest.
+    drive or has no settled motion. Of a film whose charge is not known in a program the linear admittance is NaN.
+    ``equilibrium`` is the displacement under the bias, ``natural_frequency`` that of small undamped motions about it,
+    ``resonance`` where the gain is largest.
 
     Raises
     ------
@@ -97,7 +98,8 @@ def transfer(
     about = float(np.asarray(model.voltage_bias)) if bias is None else float(bias)
     if about == 0.0:
         raise InputError("bias = 0: a small voltage moves nothing about none; give a bias, or voltage_bias")
-    space = state_space(model, voltage=about, outputs=("displacement", "charge", "leak"))
+    electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
+    space = state_space(model, voltage=about, outputs=("displacement", *electric))
     volts = abs(about * complex(model.system.circuit.gain(0.0, model.numbers())))
     natural = float(natural_frequency(model, volts, space.place))
     omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)
@@ -166,8 +168,9 @@ def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]
     inner = s[:, None, None] * np.eye(len(space.A)) - space.A
     right = np.broadcast_to(space.B.astype(complex), (omega.size, *space.B.shape))
     states = np.asarray(np.linalg.solve(inner, right)[..., 0], dtype=np.complex128)
-    place, charge, leak = (states @ space.C.T + space.D[:, 0]).T
-    return place, s * charge + leak, states
+    place, *electric = (states @ space.C.T + space.D[:, 0]).T
+    current = s * electric[0] + electric[1] if electric else np.full(omega.shape, np.nan + 0j)
+    return place, current, states
 
 
 def _measured(

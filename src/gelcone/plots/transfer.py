@@ -31,7 +31,8 @@ def transfer_figure(result: xr.Dataset) -> Figure:
                     shown = _shown(one[f"measured_{name}"])
                     own.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
                 own.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
-            axes[0, column].set_yscale("log")
+            if (result[names[0]] > 0.0).any():
+                axes[0, column].set_yscale("log")
         for row, column, name, words in (
             (0, 0, "gain", "displacement over voltage"),
             (1, 0, "phase", "phase"),
