@@ -47,9 +47,9 @@ SMALL = {
 }
 """What keeps the work small; an analysis that is not listed runs as it is."""
 ASKED = [name for name in ANALYSES if name not in ("show", "locus", "drive", "film", "validate", "creep")]
-"""A store is shown by the test of stores; what has no branches does not creep, what has no bifurcation has no locus, and
-what rests flat no best drive; only the membrane varies from disc to rim; films of a law alone are compared with finite
-elements."""
+"""A store is shown by the test of stores; what has no branches does not creep, what has no bifurcation has no locus,
+and what rests flat no best drive; only the membrane varies from disc to rim; films of a law alone are compared with
+finite elements."""
 
 
 def not_swept(analysis, typed):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gelcone
 from gelcone import (
     ConeModel,
     InputError,
@@ -404,3 +405,48 @@ def test_forces_and_branches_reach_past_all_that_happens():
     assert float(lifted["displacement"].max()) > 2.0
     flat = static(ConeModel(), 0.1)
     assert float(flat["branch_voltage"].max()) > 1.2 * float(flat["pitchfork_voltage"])
+
+
+# --- at once ----------------------------------------------------------------------------------------------------------
+
+CREEPING = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_statics_at_once_are_those_of_a_fast_step(film):
+    """The elastic film's, stiffer by its branches; without branches, its own."""
+    device = gelcone.find_device("biased-pump").replace({"film": film, **CREEPING})
+    levels = ["0 V", "1 kV"]
+    slow, fast = (gelcone.static(device, levels, at_once=at_once) for at_once in (False, True))
+    assert float(fast["rest_displacement"]) == pytest.approx(float(slow["rest_displacement"]), rel=1e-12)
+    assert float(fast["blocked_force"][1]) == pytest.approx(float(slow["blocked_force"][1]), rel=1e-9)
+    assert 0.5 * float(slow["stroke"][1]) < float(fast["stroke"][1]) < 0.95 * float(slow["stroke"][1])
+    begin = gelcone.creep(device, levels[1:], tolerance=1e-7, duration="1 ms")["begin"] if film == "taut" else None
+    place = fast["equilibrium_displacement"][1].dropna("equilibrium").values
+    assert begin is None or np.abs(place - float(begin[0])).min() < 1e-12
+    films = [float(found["stiffness"].max()) - device.spring_rate for found in (slow, fast)]
+    assert 1.2 * films[0] < films[1] < 1.5 * films[0]
+    elastic = gelcone.find_device("biased-pump").replace(film=film)
+    one, other = (gelcone.static(elastic, levels, at_once=at_once) for at_once in (False, True))
+    xr.testing.assert_equal(one, other)
+
+
+def test_limits_at_once_are_those_of_creep():
+    device = gelcone.find_device("biased-pump").replace({"film": "wrinkling", **CREEPING})
+    slow, fast = (float(gelcone.limits(device, at_once=at_once)["pull_in_voltage"]) for at_once in (False, True))
+    assert 1.02 * slow < fast < 1.2 * slow
+
+
+def test_both_films_of_a_double_cone_are_stiff_at_once():
+    given = {"second_film": "taut", "viscous_modulus_1": 0.5, "second_viscous_modulus_1": 0.5, "rest_height": 0.3}
+    model = ConeModel(prestretch=1.3, second_flat_height=0.4, **given)
+    slow, fast = (gelcone.static(model, [0.0], [0.1, 0.3], at_once=at_once) for at_once in (False, True))
+    held = fast["stiffness"][0] - slow["stiffness"][0]
+    x = np.array([0.1, 0.3])
+
+    def pull(x):  # of a branch rested on the flat film
+        return 0.5 * x * (1.0 - 1.0 / (1.0 + x * x) ** 2)
+
+    near = 1e-6
+    more = [(pull(at + near) - pull(at - near)) / (2.0 * near) for at in (x, 0.4 - x)]
+    np.testing.assert_allclose(held, more[0] + more[1], rtol=1e-6)

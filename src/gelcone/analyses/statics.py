@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,8 @@ def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, An
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
     lines = heading(subject) + outcome_lines(shown)
+    if json.loads(shown.attrs["options"]).get("at_once") and any(film.states for film in subject.model.system.films):
+        lines.append("  at once, before it has crept")
     members = members_of(shown)
     if len(members) == 1:
         return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))

@@ -102,7 +102,7 @@ def over_parameter(analysis: Analysis) -> list[click.Parameter]:
 def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:
     """Options of analyses; None stands for one that is not given."""
     return [
-        click.Option([*option.flags, option.name], is_flag=True, help=option.help)
+        click.Option([*option.flags, option.name], is_flag=True, default=None, help=option.help)
         if option.kind is bool
         else click.Option(
             [*option.flags, option.name],

@@ -22,7 +22,7 @@ from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import circuits_at_rest, uncurrented
 from gelcone.motion.settle import LONGEST_TIME
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
-from gelcone.physics.film.at_once import at_once
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
@@ -121,7 +121,7 @@ def creep(
     lasts = DECAYS * float(model.members().time_constant[0]) if duration is None else float(duration)
     if not 0.0 < lasts <= LONGEST_TIME:
         raise InputError(f"duration = {lasts:g}: must be a positive time of at most {LONGEST_TIME:g}")
-    films = _Held(model, _Ramp(at_once(model)), _Ramp(model), tolerance, threads)
+    films = _Held(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance, threads)
     times = _times(lasts)
     run, ends = films.run(levels, times, weighted(progress, 0.4))
     along = ("constant_voltage",)
@@ -262,7 +262,7 @@ class _Held:
         found = np.full(x.shape, np.nan)
         if rows.size:
             volts = members.voltages(run.times, run.states)[0]
-            held = at_once(members.take(rows), run.states[rows, samples])
+            held = films_at_once(members.take(rows), run.states[rows, samples])
             found[rows, samples] = _margin(held, x[rows, samples], np.abs(volts[rows, samples]))
         return found
 

@@ -27,6 +27,7 @@ from gelcone.physics.balance import (
     rest_of,
 )
 from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import balances_of, each, every_balance
 from gelcone.progress import Counted, Progress
@@ -57,6 +58,7 @@ def static(
     voltages: Voltages | None = None,
     displacements: Lengths | None = None,
     *,
+    at_once: bool = False,
     progress: Progress = None,
 ) -> xr.Dataset:
     """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
@@ -67,6 +69,8 @@ def static(
     voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the peak of the drive and,
         where it has one, its offset.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
+    at_once : of a film that creeps, before its branches have relaxed: the first stroke of a step, the blocked force
+        of a fast one. Default the film that has relaxed.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
@@ -97,7 +101,8 @@ def static(
     'one of 1: 12.59 mm'
     """
     levels = own_levels(model) if voltages is None else constant_voltages(voltages)
-    balances = balances_of(model)
+    held = films_at_once(model) if at_once else model
+    balances = balances_of(held)
     counted = Counted(progress)
     found = []
     for balance in balances:
@@ -138,10 +143,10 @@ def static(
         },
         title="statics",
     )
-    result = _with_validity(result, model.members(), levels, place)
+    result = _with_validity(result, held.members(), levels, place)
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
-    options["displacements"] = None if displacements is None else x.tolist()
+    options |= {"displacements": None if displacements is None else x.tolist(), "at_once": at_once}
     return _with_flags(result.assign_attrs(options=json.dumps(options)))
 
 

@@ -15,6 +15,7 @@ from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import inside, start_states
 from gelcone.physics.balance import PullIn
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 def limits(
     model: ConeModel,
     *,
+    at_once: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -37,6 +39,7 @@ def limits(
     Parameters
     ----------
     model : one actuator or an ensemble; its own voltage plays no part.
+    at_once : pitchfork and pull-in of a film that creeps before its branches have relaxed. Default the relaxed one.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -63,7 +66,7 @@ def limits(
     """
     start_states(model, (0.0, 0.0))
     members = model.members()
-    options: dict[str, Any] = {"tolerance": tolerance}
+    options: dict[str, Any] = {"at_once": at_once, "tolerance": tolerance}
     found = limits_cells(members, members.start_states((0.0, 0.0)), **options, threads=threads, progress=progress)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="limits")
 
@@ -72,6 +75,7 @@ def limits_cells(
     members: Members,
     states: Array,
     *,
+    at_once: bool = False,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
     progress: Progress = None,
@@ -85,8 +89,9 @@ def limits_cells(
     if reachable.any():
         part = members.take(reachable)
         outcome[reachable] = Outcome.OK
-        found["pitchfork_voltage"][reachable] = pitchfork_voltage(part)
-        found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(part)
+        held = films_at_once(part) if at_once else part
+        found["pitchfork_voltage"][reachable] = pitchfork_voltage(held)
+        found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(held)
     if progress is not None:
         progress(0.1 if flat.any() else 1.0)
     if flat.any():

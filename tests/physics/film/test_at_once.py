@@ -8,7 +8,7 @@ import pytest
 
 from gelcone import ConeModel
 from gelcone.motion.equilibrium import jump_voltages
-from gelcone.physics.film.at_once import at_once
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 
@@ -36,7 +36,7 @@ def model_of(case, film=WrinklingCone, **more):
 
 @pytest.mark.parametrize("case", CERTIFIED["statics"], ids=lambda case: f"x {case['x']} v {case['v']}")
 def test_forces_at_once_are_certified(case):
-    held = at_once(model_of(case, spring_stiffness=0.0))
+    held = films_at_once(model_of(case, spring_stiffness=0.0))
     force, slope = held.system.static_force(np.array([case["x"]]), np.array([case["v"] ** 2]), held.numbers())
     assert force[0] == pytest.approx(float(case["at_once"]["force"]), rel=1e-12)
     more = held.system.static_force(np.array([case["x"] + 1e-6]), np.array([case["v"] ** 2]), held.numbers())[0]
@@ -48,13 +48,13 @@ def test_forces_at_once_are_certified(case):
 def test_thresholds_at_once_are_certified(number):
     case = CERTIFIED["delays"][number]
     known = case["thresholds"]
-    voltages = [jump_voltages(ensemble)[0][0] for ensemble in (model_of(case), at_once(model_of(case)))]
+    voltages = [jump_voltages(ensemble)[0][0] for ensemble in (model_of(case), films_at_once(model_of(case)))]
     np.testing.assert_allclose(voltages, [float(known["long_term"]), float(known["instantaneous"])], rtol=1e-10)
 
 
 def test_a_film_at_once_pulls_in_where_the_run_does():
     """Hoop-slack films of which the disc is held at a place localise where the force at fixed states says."""
-    held = at_once(model_of(CERTIFIED["delays"][0]))
+    held = films_at_once(model_of(CERTIFIED["delays"][0]))
     n, film = held.numbers_at(0), held.system.film
     for x in (0.4, 1.0, 1.6):
         squared = float(film.highest_squared(np.float64(x), n))
@@ -70,7 +70,7 @@ def test_a_film_at_once_pulls_in_where_the_run_does():
 
 def test_a_taut_film_reaches_as_far_as_its_branches_allow():
     case = {"branches": [{"g": 0.5, "J": 4.0}], "lm": 1.0, "lh": 1.0, "J": 50.0}
-    held = at_once(model_of(case, TautCone))
+    held = films_at_once(model_of(case, TautCone))
     end = held.system.film.reach(held.numbers_at(0))[1]
     q = 1.0 + end * end
     assert q + 1.0 + 1.0 / q - 3.0 == pytest.approx(4.0, rel=1e-9)
@@ -78,4 +78,4 @@ def test_a_taut_film_reaches_as_far_as_its_branches_allow():
 
 def test_an_elastic_film_is_its_own():
     model = ConeModel(prestretch=1.2)
-    assert at_once(model) is model.members()
+    assert films_at_once(model) is model.members()

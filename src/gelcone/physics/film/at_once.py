@@ -125,7 +125,7 @@ class FilmAtOnce(Film):
         return self.film.limit_share(x, voltage, self.held(n), n, state)
 
 
-def at_once(model: Ensemble, states: Array | None = None) -> Members:
+def films_at_once(model: Ensemble, states: Array | None = None) -> Members:
     """The members with films whose branches do not relax; themselves where no film has states.
 
     ``states`` (members, N) are those at which they are held. Default: those of a run from rest without voltage.
