@@ -101,7 +101,7 @@ class FieldErrors(FieldError):
     """Several errors about fields, a line each; ``errors`` holds them."""
 
     def __init__(self, errors: Iterable[FieldError]) -> None:
-        self.errors = list(errors)
+        self.errors: list[FieldError] = list(errors)
         super().__init__(self.errors[0].field, "\n".join(map(str, self.errors)))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -176,7 +176,7 @@ class Record:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Record) and type(self) is type(other) and self.parameters() == other.parameters()
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__: ClassVar[None]  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items())

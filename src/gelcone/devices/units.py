@@ -30,7 +30,7 @@ class FieldError(InputError):
         super().__init__(field, message)
         self.field = field
         self.message = message
-        self.meant = tuple(meant)
+        self.meant: tuple[str, ...] = tuple(meant)
 
     def __str__(self) -> str:
         return self.message

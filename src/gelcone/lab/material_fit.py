@@ -64,10 +64,10 @@ class Tabulated:
                     f"{test.name}: its width is free under a voltage: it can be predicted, not fitted; set use = "
                     '"check" for its file in tests.toml'
                 )
-        self.tests = list(tests)
+        self.tests: list[Coupon] = list(tests)
         parts = [_curves(k, test, permittivity) for k, test in enumerate(tests)]
-        self.curves = Curves(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        self.grid = relaxation_grid(self.tests)
+        self.curves: Curves = Curves(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        self.grid: Array = relaxation_grid(self.tests)
         counted, rows = Counted(progress), []
         for test in tests:
             rows.append(branch_stresses(test, self.grid, flow))
@@ -119,12 +119,14 @@ class Candidate:
 
     def __init__(self, law: str, count: int, data: Tabulated) -> None:
         self.law: StrainEnergyLaw = LAWS[law]
-        self.count, self.data = count, data
-        self.names = list(self.law.parameters)
-        self.logarithmic = [self.law.parameters[name].positive for name in self.names]
+        self.count: int = count
+        self.data: Tabulated = data
+        self.names: list[str] = list(self.law.parameters)
+        self.logarithmic: list[bool] = [self.law.parameters[name].positive for name in self.names]
         strain = data.farthest
-        self.strains = np.linspace(0.0, BEYOND * strain, STIFF_POINTS)
-        self.sizes = np.array([1.0 if log else 1.0 / strain ** (k + 1) for k, log in enumerate(self.logarithmic)])
+        self.strains: Array = np.linspace(0.0, BEYOND * strain, STIFF_POINTS)
+        sizes = [1.0 if log else 1.0 / strain ** (k + 1) for k, log in enumerate(self.logarithmic)]
+        self.sizes: Array = np.array(sizes)
 
     def numbers(self, theta: Array) -> dict[str, float]:
         """The parameters of the law by name."""

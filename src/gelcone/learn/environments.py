@@ -24,7 +24,8 @@ class HeightEnv(gymnasium.Env[Any, Any]):
 
     def __init__(self, episodes: Episodes) -> None:
         self.episodes = episodes
-        self.action_space, self.observation_space = ACTIONS, OBSERVATIONS
+        self.action_space: Any = ACTIONS
+        self.observation_space: Any = OBSERVATIONS
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode."""
@@ -46,10 +47,12 @@ class HeightVectorEnv(VectorEnv[Any, Any, Any]):
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(self, episodes: Episodes) -> None:
-        self.episodes, self.num_envs = episodes, episodes.count
-        self.single_action_space, self.single_observation_space = ACTIONS, OBSERVATIONS
-        self.action_space = batch_space(ACTIONS, self.num_envs)
-        self.observation_space = batch_space(OBSERVATIONS, self.num_envs)
+        self.episodes: Episodes = episodes
+        self.num_envs: int = episodes.count
+        self.single_action_space: Any = ACTIONS
+        self.single_observation_space: Any = OBSERVATIONS
+        self.action_space: Any = batch_space(ACTIONS, self.num_envs)
+        self.observation_space: Any = batch_space(OBSERVATIONS, self.num_envs)
         self._over = np.zeros(self.num_envs, dtype=bool)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:

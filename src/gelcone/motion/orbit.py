@@ -24,6 +24,7 @@ from gelcone.motion.job import Trajectories
 from gelcone.motion.tangents import contraction, log_multipliers, solved
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Members
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 SEGMENT = 12.0
@@ -107,10 +108,14 @@ class Shooting:
         settings: Settings | None = None,
         around: Sequence[float] | None = None,
     ) -> None:
-        self.system, self.free, self.kind = members.system, tuple(free), kind
-        self.segments, self.phase, self.tolerance = segments, phase, tolerance
-        self.size = len(self.system.states)
-        self.count = segments * kind.repeats
+        self.system: ConeSystem = members.system
+        self.free: tuple[str, ...] = tuple(free)
+        self.kind: Kind = kind
+        self.segments: int = segments
+        self.phase: float = phase
+        self.tolerance: float = tolerance
+        self.size: int = len(self.system.states)
+        self.count: int = segments * kind.repeats
         self._members = members
         self._values: dict[str, Any] = {name: float(value[0]) for name, value in members.values.items()}
         self._told = settings is not None

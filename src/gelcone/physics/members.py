@@ -225,9 +225,10 @@ class Members(Ensemble):
     """A flat ensemble: ``values`` are arrays (members,)."""
 
     def __init__(self, system: ConeSystem, values: Mapping[str, Any], size: int):
-        self.system, self.shape = system, (size,)
+        self.system: ConeSystem = system
+        self.shape: tuple[int, ...] = (size,)
         arrays = {name: np.asarray(value, dtype=float).ravel() for name, value in values.items()}
-        self.values = {name: spread(array, self.shape) for name, array in arrays.items()}
+        self.values: Mapping[str, Any] = {name: spread(array, self.shape) for name, array in arrays.items()}
 
     @cached_property
     def own_numbers(self) -> Rows:

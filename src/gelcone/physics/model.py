@@ -37,7 +37,8 @@ OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested")
 KINDS = ("law", "prestretch_mode", "film", *OF_FILM, "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
 
-LEFT_OUT = (*(first := ("stretch_limit", "radius_ratio", *PRESTRETCHES)), *(PREFIX + name for name in first), *STRENGTH)
+_BOTH = ("stretch_limit", "radius_ratio", *PRESTRETCHES)
+LEFT_OUT = (*_BOTH, *(PREFIX + name for name in _BOTH), *STRENGTH)
 """Parameters for which None means that they are not given."""
 
 

@@ -28,12 +28,12 @@ class Node:
     def __init__(
         self, graph: Graph, index: int, operation: str, arguments: tuple[Node, ...], value: Any, fixed: bool
     ) -> None:
-        self.graph = graph
-        self.index = index
-        self.operation = operation
-        self.arguments = arguments
-        self.value = value
-        self.fixed = fixed
+        self.graph: Graph = graph
+        self.index: int = index
+        self.operation: str = operation
+        self.arguments: tuple[Node, ...] = arguments
+        self.value: Any = value
+        self.fixed: bool = fixed
 
     def __add__(self, other: Any) -> Node:
         return self.graph.add(self, other) if _is_value(other) else NotImplemented
@@ -89,7 +89,7 @@ class Graph:
         self.equations: dict[int, Node] = {}
         self.guesses: dict[int, Node] = {}
         self._orders: dict[tuple[int, ...], list[Node]] = {}
-        self.time = self._leaf("time", 0)
+        self.time: Node = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
 

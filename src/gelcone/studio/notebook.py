@@ -70,7 +70,8 @@ class StudioFrame:
         if own is None or not own.thread.is_alive():
             own = _running[names] = _Running(names)
         self._own, self._studio = own, own.studio
-        self._state, self.height = urlencode(state), height
+        self._state = urlencode(state)
+        self.height: int = height
 
     def close(self) -> None:
         """Ends the server and its work."""

@@ -32,9 +32,9 @@ class Function:
         self._slots: list[str] = []
         self._count = 0
         self.intrinsics: set[str] = set()
-        self.real_type = "double" if width == 1 else f"<{width} x double>"
-        self.integer_type = "i64" if width == 1 else f"<{width} x i64>"
-        self.truth_type = "i1" if width == 1 else f"<{width} x i1>"
+        self.real_type: str = "double" if width == 1 else f"<{width} x double>"
+        self.integer_type: str = "i64" if width == 1 else f"<{width} x i64>"
+        self.truth_type: str = "i1" if width == 1 else f"<{width} x i1>"
         self._suffix = "f64" if width == 1 else f"v{width}f64"
 
     def text(self) -> str:

@@ -129,10 +129,26 @@ class Plan:
 class Layout:
     """Rows of a lane, ``width`` numbers each, and of the scratch room that keeps the last step."""
 
+    time: int
+    time_low: int
+    target: int
+    stop: int
+    corner: int
+    smallest: int
+    most_steps: int
+    least: int
+    steps: int
+    member: int
+    slot: int
+    sample: int
+    corner_number: int
+    table: int
+
     def __init__(self, plan: Plan) -> None:
-        self.states = len(plan.laws[0].rates)
-        self.held = list({node.index: node for law in plan.laws for node in law.held}.values())
-        self.equations = list(dict.fromkeys(equation.root.index for law in plan.laws for equation in law.equations))
+        self.states: int = len(plan.laws[0].rates)
+        self.held: list[Node] = list({node.index: node for law in plan.laws for node in law.held}.values())
+        roots = (equation.root.index for law in plan.laws for equation in law.equations)
+        self.equations: list[int] = list(dict.fromkeys(roots))
         first = self.states
         (
             self.time,
@@ -150,30 +166,30 @@ class Layout:
             self.corner_number,
             self.table,
         ) = range(first, first + 14)
-        self.switches = self.table + len(self.held)
-        self.sides = self.switches + len(plan.switches)
-        self.roots = self.sides + len(plan.borders)
-        self.dwell = self.roots + len(self.equations)
-        self.combinations = 2**plan.signs if plan.signs else 0
-        self.since = self.dwell + self.combinations
-        self.rows = self.since + 1
-        self.terms = plan.order + 1
-        self.borders = self.states * self.terms
-        self.root_terms = self.borders + len(plan.borders) * self.terms
-        self.step_time = self.root_terms + len(self.equations) * self.terms
-        self.step_low = self.step_time + 1
-        self.step = self.step_time + 2
-        self.scratch_rows = self.step_time + 3
+        self.switches: int = self.table + len(self.held)
+        self.sides: int = self.switches + len(plan.switches)
+        self.roots: int = self.sides + len(plan.borders)
+        self.dwell: int = self.roots + len(self.equations)
+        self.combinations: int = 2**plan.signs if plan.signs else 0
+        self.since: int = self.dwell + self.combinations
+        self.rows: int = self.since + 1
+        self.terms: int = plan.order + 1
+        self.borders: int = self.states * self.terms
+        self.root_terms: int = self.borders + len(plan.borders) * self.terms
+        self.step_time: int = self.root_terms + len(self.equations) * self.terms
+        self.step_low: int = self.step_time + 1
+        self.step: int = self.step_time + 2
+        self.scratch_rows: int = self.step_time + 3
         # words of a thread: for each law a bit for each lane that has a member, how many wait, and where in the law's
         # ring the first of them is; then the rings, the addresses of each law's ``step`` (0 until it is compiled) and
         # of ``serve``, and the law, counted from 1, of which ``step`` is missing
-        self.waiting = len(plan.laws)
-        self.heads = 2 * len(plan.laws)
-        self.rings = 3 * len(plan.laws)
-        self.code = self.rings + len(plan.laws) * plan.slots
-        self.serve = self.code + len(plan.laws)
-        self.missing = self.serve + 1
-        self.words = self.missing + 1
+        self.waiting: int = len(plan.laws)
+        self.heads: int = 2 * len(plan.laws)
+        self.rings: int = 3 * len(plan.laws)
+        self.code: int = self.rings + len(plan.laws) * plan.slots
+        self.serve: int = self.code + len(plan.laws)
+        self.missing: int = self.serve + 1
+        self.words: int = self.missing + 1
 
     def root(self, equation: Equation) -> int:
         """Place of the equation's root among all."""
