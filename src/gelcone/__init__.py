@@ -242,6 +242,8 @@ if not TYPE_CHECKING:  # else a type checker would take any name
 
     def __getattr__(name: str) -> Any:
         """A public name, loaded when it is first used."""
+        if name == "__all__":
+            return sorted(_listing())
         if name.startswith("_") or name not in _listing():
             raise AttributeError(f"module 'gelcone' has no attribute {name!r}")
         module, _ = _listing()[name]

@@ -410,6 +410,39 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
     Raises
     ------
     InputError : where no design within the bounds meets all, and where nothing is uncertain.
+
+    Examples
+    --------
+    A search takes a minute, so that its result is not shown here.
+
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "wish.toml")
+    >>> text = '''
+    ... stroke = ">= 2 mm"
+    ... smallest = ["apparent_power"]
+    ... frequency = "10 Hz"
+    ... footprint = "60 mm"
+    ... film = "taut"
+    ... disc_radius = "8 mm"
+    ... film_thickness = "0.2 mm"
+    ... hoop_prestretch = 1.4
+    ... moving_mass = "5 g"
+    ... damping_coefficient = "10 mN s/m"
+    ... material = "PVC-DBA 6:1"
+    ... voltage_offset = "0.8 kV"
+    ... voltage_amplitude = "0.7 kV"
+    ... [free]
+    ... spring_rate = "1 N/m:100 N/m"
+    ... initial_height = "5 mm:40 mm"
+    ... [tolerances]
+    ... film_thickness = "5 %"
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> wish = gelcone.read_wish(path)
+    >>> len(wish.free), wish.confidence
+    (2, 0.95)
+    >>> found = gelcone.design(wish)  # doctest: +SKIP
+    >>> devices = gelcone.designed_devices(found)  # doctest: +SKIP
     """
     if not wish.tolerances and not nominal:
         raise InputError(
@@ -434,7 +467,30 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
 
 
 def designed_devices(result: xr.Dataset) -> list[Device]:
-    """The devices of a design, in the order of its rows; `InputError` for another Dataset."""
+    """The devices of a design.
+
+    Parameters
+    ----------
+    result : of `gelcone.design`, also one that `gelcone.load` has read.
+
+    Returns
+    -------
+    A `Device` for each row, in the order of the rows.
+
+    Raises
+    ------
+    InputError : for another Dataset.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> response = gelcone.simulate(gelcone.ConeModel(), periods=1)
+    >>> try:
+    ...     gelcone.designed_devices(response)
+    ... except gelcone.InputError as error:
+    ...     print("error 2:", error)
+    error 2: designed_devices: was given no designs; give a result of gelcone.design
+    """
     if "devices" not in result.attrs:
         raise InputError("designed_devices: was given no designs; give a result of gelcone.design")
     return [Device.from_text(text) for text in json.loads(result.attrs["devices"])]

@@ -88,9 +88,42 @@ def read_wish(path: str | Path) -> Wish:
         ``[free]`` of fields with bounds, ``"4 mm:15 mm"``; a table ``[tolerances]`` of fields with their standard
         deviation, ``"5 %"``; ``margin`` below all limits, ``confidence``, and what is ``smallest`` or ``largest``.
 
+    Returns
+    -------
+    The wish: requirements, free fields with their bounds in SI, tolerances and objectives.
+
     Raises
     ------
     InputError : in one line, for what cannot be read or used.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "wish.toml")
+    >>> text = '''
+    ... stroke = ">= 2 mm"
+    ... smallest = ["apparent_power"]
+    ... frequency = "10 Hz"
+    ... footprint = "60 mm"
+    ... film = "taut"
+    ... disc_radius = "8 mm"
+    ... film_thickness = "0.2 mm"
+    ... hoop_prestretch = 1.4
+    ... moving_mass = "5 g"
+    ... damping_coefficient = "10 mN s/m"
+    ... material = "PVC-DBA 6:1"
+    ... voltage_offset = "0.8 kV"
+    ... voltage_amplitude = "0.7 kV"
+    ... [free]
+    ... spring_rate = "1 N/m:100 N/m"
+    ... initial_height = "5 mm:40 mm"
+    ... [tolerances]
+    ... film_thickness = "5 %"
+    ... '''
+    >>> _ = path.write_text(text)
+    >>> wish = gelcone.read_wish(path)
+    >>> sorted(wish.free), [f"{low:g} to {high:g}" for low, high in wish.free.values()]
+    (['initial_height', 'spring_rate'], ['1 to 100', '0.005 to 0.04'])
     """
     path = Path(path)
     text = read_text(path, REMEDY)
