@@ -87,3 +87,37 @@ def test_fields_that_cannot_be_fitted():
         field_value(own, "beam_rate")
     with pytest.raises(InputError, match="takes a device with one film and an ideal source"):
         alone(own.replace(second_film="taut"))
+
+
+FILMS = ["taut", "wrinkling", "membrane"]
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_statics_responses_and_capacitances_of_a_film_are_those_of_its_analyses(film):
+    """Also of the membrane, which is the film of a device."""
+    own = gelcone.find_device("biased-pump").replace(
+        film=film, voltage_offset=1e3, voltage_amplitude=60.0, frequency=8.0
+    )
+    variants, volts = alone(own), [500.0, 1500.0]
+    found = gelcone.static(own, volts)["stroke"].values
+    np.testing.assert_allclose(1e3 * variants.stroke(np.array(volts))[0], found, rtol=1e-6)
+    swing = np.hypot(*variants.response(np.array([1e3]), np.array([60.0]), np.array([8.0]))[0])
+    assert 2e3 * swing == pytest.approx(float(gelcone.settled(own)["stroke"]), rel=1e-3)
+    height = 0.015
+    model, scales = own.to_model(), own.scales
+    known = model.film.capacitance(height / scales.length, (1.5e3 / scales.voltage) ** 2, [], model.numbers())
+    measured = variants.capacitance(np.array([height]), np.array([1.5e3]))[0, 0]
+    assert measured == pytest.approx(float(known) * scales.size("capacitance"), rel=1e-12)
+
+
+def test_a_stroke_under_a_load_is_that_of_a_device_with_a_constant_force():
+    own = gelcone.find_device("biased-pump").replace(film="taut")
+    found = alone(own).loaded_stroke(np.array([0.0, 0.03]), np.array([1.5e3, 1.5e3]))[0]
+    for load, stroke in zip((0.0, 0.03), found, strict=True):
+        pulled = own.replace(constant_force=-load) if load else own
+        assert 1e3 * stroke == pytest.approx(float(gelcone.static(pulled, [1.5e3])["stroke"][0]), rel=1e-6)
+
+
+def test_a_film_that_creeps_is_refused():
+    with pytest.raises(InputError, match="takes a film that does not creep"):
+        alone(gelcone.find_device("biased-pump").replace(film="taut", material="VHB 4910"))

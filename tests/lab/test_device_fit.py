@@ -10,7 +10,7 @@ import gelcone
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab.bench import Variants
 from gelcone.lab.device import fit_device, fitted_device, fitted_draws, plan_device, read_free, read_predictions
-from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of
+from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of, profiled
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
 
@@ -216,7 +216,7 @@ def test_the_example_is_the_certified_case():
     for found, own in zip(tests.tests, problem(TAUT, "taut").tests, strict=True):
         np.testing.assert_allclose(found.values, own.values, rtol=1e-3, atol=1e-9)
         np.testing.assert_allclose(found.deviations, own.deviations, rtol=1e-3)
-    assert tests.gains == {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01}
+    assert tests.gains == {"load cell": 0.02, "laser": 0.01, "capacitance meter": 0.01, "amplifier": 0.01}
     assert tests.measured
 
 
@@ -342,7 +342,69 @@ def test_three_fields_that_change_together_are_one_too_many():
     tests = DeviceTests(whole.tests, whole.gains)
     with pytest.raises(InputError, match="these three are one number too many: mu H and eps/H are all that any test"):
         fit_device(whole.device, tests, dict.fromkeys(names, 10.0))
-    with pytest.raises(InputError, match="is not a film that can be fitted; known: taut, wrinkling"):
-        fit_device(whole.device, tests, {"spring_rate": 0.1}, films=["membrane"])
+    with pytest.raises(InputError, match="is not a film that can be fitted; known: taut, wrinkling, membrane"):
+        fit_device(whole.device, tests, {"spring_rate": 0.1}, films=["foil"])
     with pytest.raises(InputError, match="no field is free; give some with priors"):
         plan_device(whole.device, tests, {})
+
+
+def measured_with(device, factors, gains, films_tests, seed):
+    """Tests with readings of a device whose fields are multiplied, as its instruments show them."""
+    rng = np.random.default_rng(seed)
+    shown = Variants(
+        device, list(factors), np.array([list(factors.values())]), {k: np.array([v]) for k, v in gains.items()}
+    )
+    made = []
+    for test in films_tests:
+        values = shown.predict(test)[0] + rng.standard_normal(test.values.size) * test.deviations
+        parts = np.split(values, np.cumsum([len(own) for own in test.read.values()])[:-1])
+        made.append(type(test)(test.name, test.kind, test.set, dict(zip(test.read, parts, strict=True)), test.noise))
+    return tuple(made)
+
+
+LOADED = """
+[[test]]
+kind = "stroke over load"
+load = ["0 mN", "20 mN", "40 mN"]
+voltage = "1.5 kV"
+noise = "5 um"
+[[test]]
+kind = "capacitance"
+height = ["10 mm", "12 mm", "14 mm"]
+voltage = "100 V"
+noise = "1 pF"
+[[test]]
+kind = "stroke over voltage"
+voltage = ["0.5 kV", "1 kV", "1.5 kV"]
+noise = "5 um"
+"""
+
+
+@pytest.mark.parametrize("film", ["taut", "membrane"])
+def test_loads_and_capacitances_are_fitted_also_on_the_membrane(film, tmp_path):
+    """The fields with which the readings were made are found within what the fit says."""
+    (tmp_path / "tests.toml").write_text(LOADED)
+    planned = read_device_tests(tmp_path / "tests.toml")
+    device = gelcone.find_device("biased-pump").replace(film=film)
+    truth = {"film_thickness": 1.04, "spring_rate": 0.97, "material.shear_modulus": 1.1}
+    used = [one for one in planned.tests if film == "taut" or one.kind != "capacitance"]  # an integral of a second each
+    tests = measured_with(device, truth, {"laser": 1.005, "capacitance meter": 0.992}, used, 3)
+    free = {"film_thickness": 0.05, "spring_rate": 0.1, "material.shear_modulus": 0.3}
+    found = fit_problem(Problem(device, free, tests, planned.gains))
+    spreads = np.sqrt(np.diag(found.covariance))
+    apart = found.logs[:3] - np.log(list(truth.values()))
+    assert (np.abs(apart) < 3.0 * spreads[:3]).all()
+    assert spreads[2] < 0.5 * free["material.shear_modulus"]
+    assert found.p_value > 1e-3
+
+
+def test_a_profile_is_the_curvature_where_the_objective_is_a_parabola():
+    whole = problem(TAUT, "taut")
+    fitted = fit_problem(whole)
+    k = fitted.problem.names.index("spring_rate")
+    low, high = profiled(fitted, "spring_rate")
+    spread = float(np.sqrt(fitted.covariance[k, k]))
+    assert (low - fitted.logs[k]) / spread == pytest.approx(-1.96, rel=0.03)
+    assert (high - fitted.logs[k]) / spread == pytest.approx(1.96, rel=0.03)
+    with pytest.raises(InputError, match="'mass' is not a free field or gain of this fit"):
+        fit_device(whole.device, DeviceTests(whole.tests, whole.gains), {"spring_rate": 0.03}, profile=["mass"])

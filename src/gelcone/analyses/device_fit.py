@@ -49,7 +49,7 @@ def device_fit_words(result: xr.Dataset, device: Device) -> str:
 def device_fit_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of a plan or a fit."""
     found = result_json(result, FILE_ONLY)
-    for name in ("tests", "next"):
+    for name in ("tests", "next", "impossible"):
         if name in found:
             found[name] = json.loads(found[name])
     if "fitted" in found:
@@ -71,10 +71,16 @@ def verdict(result: xr.Dataset) -> str:
 
 
 def _film_lines(result: xr.Dataset) -> list[str]:
+    refused = [
+        f"film {film}: {reason.partition(':')[0]}" for film, reason in json.loads(result.attrs["impossible"]).items()
+    ]
     if result.sizes["film"] < 2:
-        return []
+        return refused
     rows = [(float(result["film_objective"][k]), str(film)) for k, film in enumerate(result["film"].values)]
-    lines = ["films compared, chi2 with priors: " + ", ".join(f"{film} {value:.4g}" for value, film in sorted(rows))]
+    lines = [
+        *refused,
+        "films compared, chi2 with priors: " + ", ".join(f"{film} {value:.4g}" for value, film in sorted(rows)),
+    ]
     (first, best), (second, other) = sorted(rows)[:2]
     if second - first < UNDECIDED:
         lines.append(f"these tests cannot tell {best} from {other}")
@@ -94,6 +100,12 @@ def _unknown_lines(result: xr.Dataset, device: Device) -> list[str]:
         line += f"{left / prior:>12.2f}"
         far = "  more than 2 standard deviations from its prior" if abs(moved) > 2.0 * prior else ""
         lines.append(line + far)
+        if "profile_low" in result and np.isfinite(result["profile_low"][k]):
+            low, high = (100.0 * float(np.expm1(result[f"profile_{end}"][k])) for end in ("low", "high"))
+            lines.append(
+                f"    95 % by profile: {low:+.2f} to {high:+.2f} %; by curvature "
+                f"{100.0 * np.expm1(moved - 1.96 * left):+.2f} to {100.0 * np.expm1(moved + 1.96 * left):+.2f} %"
+            )
     return lines
 
 

@@ -59,7 +59,11 @@ def fit_command() -> click.Command:
             help="Of a device: a field to fit, and the standard deviation of its prior, 3% or '5 um'; may be repeated.",
         ),
         click.Option(["--plan"], is_flag=True, help="Of a device: what the tests can tell, without fitting."),
-        click.Option(["--films"], metavar="NAMES", help="Of a device: films to compare, taut,wrinkling."),
+        click.Option(["--films"], metavar="NAMES", help="Of a device: films to compare, of taut,wrinkling,membrane."),
+        click.Option(
+            ["--profile"], multiple=True, metavar="FIELD",
+            help="Of a device: a free field or gain whose interval is also that of the profile; may be repeated.",
+        ),
         click.Option(
             ["--predict", "--next", "predict"], multiple=True, metavar="WHAT",
             help="Of a device: 'stroke@1.5 kV', 'blocked force@1 kV', 'natural frequency@1 kV' or pull-in, with its "
@@ -72,7 +76,7 @@ def fit_command() -> click.Command:
 
 OF_MATERIALS = {"laws": None, "branches": None, "flow": "log", "draws": 60, "seed": 0}
 """Options of a material's fit, and their defaults."""
-OF_DEVICES = {"free": (), "plan": False, "films": None, "predict": ()}
+OF_DEVICES = {"free": (), "plan": False, "films": None, "predict": (), "profile": ()}
 """Options of a device's fit."""
 
 
@@ -166,7 +170,7 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
         result = plan_device(device, tests, free, predict=options["predict"], film=films[0] if films else None)
         words = device_plan_words(result, device)
     else:
-        result = fit_device(device, tests, free, predict=options["predict"], films=films)
+        result = fit_device(device, tests, free, predict=options["predict"], films=films, profile=options["profile"])
         words = device_fit_words(result, device)
     writers: list[Any] = []
     if places:

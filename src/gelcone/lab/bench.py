@@ -24,6 +24,8 @@ NEWTON_STEPS = 40
 SAME = 1e-13
 """A Newton step of this size, over the length b - a, ends the search for a balance."""
 LONGEST_STEP = 0.1
+LOAD_SHARES = (0.25, 0.5, 0.75, 1.0)
+"""Shares of a load, and of a squared voltage, through which a balance is followed."""
 
 
 class Reading(NamedTuple):
@@ -47,12 +49,15 @@ KINDS: Mapping[str, Kind] = {
         {"voltage_offset": "V", "voltage_amplitude": "V", "frequency": "Hz"},
         {"in_phase": Reading("m", "laser"), "quadrature": Reading("m", "laser")},
     ),
+    "stroke over load": Kind({"load": "N", "voltage": "V"}, {"stroke": Reading("m", "laser")}),
+    "capacitance": Kind({"height": "m", "voltage": "V"}, {"capacitance": Reading("F", "capacitance meter")}),
     "ring-down": Kind({}, {"frequency": Reading("Hz", ""), "decay": Reading("1/s", "")}),
 }
-"""Kinds of tests on a device. A response is in_phase sin + quadrature cos where the voltage is a sine."""
+"""Kinds of tests on a device. A response is in_phase sin + quadrature cos where the voltage is a sine; a load pulls the
+disc down, and its stroke is that from where it hangs without voltage."""
 AMPLIFIER = "amplifier"
 """The instrument whose gain multiplies all commanded voltages."""
-INSTRUMENTS = ("load cell", "laser", AMPLIFIER)
+INSTRUMENTS = ("load cell", "laser", "capacitance meter", AMPLIFIER)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,11 +114,13 @@ class Variants:
         members = self.device.to_model().members()
         if len(members.system.films) > 1 or members.system.circuit.states:
             raise InputError("fit: takes a device with one film and an ideal source; leave second_film and circuit out")
+        if members.system.film.states:
+            raise InputError("fit: takes a film that does not creep; leave the viscous branches of the material out")
         self.members: Members = members
         self.gains = {name: gains.get(name, np.ones(len(factors)))[:, None] for name in INSTRUMENTS}
         self.damping = np.broadcast_to(members.values["damping_ratio"], members.shape)[:, None]
         self.n = members.numbers(trailing=1)
-        self._near = near
+        self._base, self._near = device, near
         self._states: dict[Any, Array] = {}
 
     def scale(self, quantity: str) -> Array:
@@ -136,10 +143,11 @@ class Variants:
         if "rest" not in self._states:
             start = self._start("rest", self.members.size)
             if start is None:
-                start = self.device.replace_quietly(release_height=None, release_velocity=0.0).initial_state()
-                start = np.asarray(start, dtype=float).reshape(-1, 2)[:, :1]
-            at = np.array(np.broadcast_to(start, (self.members.size, 1)), dtype=float)
-            self._states["rest"] = self._balanced(at, 0.0)
+                start = _rest(self._base)
+            at = self._balanced(np.array(np.broadcast_to(start, (self.members.size, 1)), dtype=float), 0.0)
+            if np.isnan(at).any():
+                at = self._balanced(np.array(np.broadcast_to(_rest(self.device), at.shape)), 0.0)
+            self._states["rest"] = at
         return self._states["rest"]
 
     def _start(self, key: Any, *shape: int) -> Array | None:
@@ -149,10 +157,12 @@ class Variants:
         known = self._near._states[key]
         return np.array(np.broadcast_to(known, (*shape, *known.shape[1:])), dtype=float)
 
-    def _balanced(self, x: Array, squared: Any) -> Array:
-        """The stable balance near x at a squared voltage, by Newton's method; NaN where none is found."""
+    def _balanced(self, x: Array, squared: Any, load: Any = 0.0) -> Array:
+        """The stable balance near x at a squared voltage and under a load, by Newton's method; NaN where none is
+        found."""
         for _ in range(NEWTON_STEPS):
             force, slope = self.force(x, squared)
+            force = force + load
             with np.errstate(invalid="ignore"):
                 step = np.clip(force / np.where(slope > 0.0, slope, np.nan), -LONGEST_STEP, LONGEST_STEP)
             x = x - step
@@ -168,6 +178,10 @@ class Variants:
             return self.blocked_force(**test.set)
         if test.kind == "stroke over voltage":
             return self.stroke(**test.set, key=test)
+        if test.kind == "stroke over load":
+            return self.loaded_stroke(**test.set, key=test)
+        if test.kind == "capacitance":
+            return self.capacitance(**test.set)
         return self.response(**test.set, key=test) if test.kind == "frequency response" else self.ring_down()
 
     def blocked_force(self, height: Array, voltage: Array) -> Array:
@@ -189,6 +203,29 @@ class Variants:
                 places[:, k : k + 1] = x
         self._states[key] = places
         return (places - self.rest) * self.scale("length") * self.gains["laser"]
+
+    def loaded_stroke(self, load: Array, voltage: Array, key: Any = None) -> Array:
+        """Stroke under loads that pull the disc down, from where it hangs without voltage; ``key`` names the states."""
+        pull, squared = np.asarray(load) / self.scale("force"), self.volts(voltage) ** 2
+        start = self._start(key, self.members.size)
+        if start is None:
+            hanging = np.broadcast_to(self.rest, pull.shape)
+            for share in LOAD_SHARES:
+                hanging = self._balanced(hanging, 0.0, share * pull)
+            lifted = hanging
+            for share in LOAD_SHARES:
+                lifted = self._balanced(lifted, share * squared, pull)
+        else:
+            hanging, lifted = self._balanced(start[..., 0], 0.0, pull), self._balanced(start[..., 1], squared, pull)
+        self._states[key] = np.stack([hanging, lifted], axis=-1)
+        return (lifted - hanging) * self.scale("length") * self.gains["laser"]
+
+    def capacitance(self, height: Array, voltage: Array) -> Array:
+        """Capacitance, charge over voltage, of the film held at heights under voltages."""
+        x, squared = np.asarray(height) / self.scale("length"), self.volts(voltage) ** 2
+        with np.errstate(all="ignore"):
+            found = self.members.system.film.capacitance(x, squared, [], self.n)
+        return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
 
     def ring_down(self) -> Array:
         """Frequency and decay of small motions about the rest."""
@@ -250,6 +287,12 @@ class Variants:
         with np.errstate(invalid="ignore"):
             motion = gain * 2.0 * offset * amplitude / (slope - omega**2 + 2j * self.damping * omega)
         return np.stack([x, motion.real, motion.imag], axis=-1)
+
+
+def _rest(device: Device) -> Array:
+    """The rest without voltage of a device, dimensionless, (members, 1)."""
+    state = device.replace_quietly(release_height=None, release_velocity=0.0).initial_state()
+    return np.asarray(state, dtype=float).reshape(-1, 2)[:, :1]
 
 
 def field_value(device: Device, name: str) -> float:

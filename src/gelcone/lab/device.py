@@ -19,12 +19,14 @@ from gelcone.lab.device_fit import (
     STEP,
     WIDE,
     FittedDevice,
+    NoStateError,
     Plan,
     Problem,
     fit_problem,
     left_out,
     next_experiments,
     plan_of,
+    profiled,
 )
 from gelcone.lab.device_tests import DeviceTests, read_share
 from gelcone.motion.equilibrium import pull_in_voltage
@@ -33,7 +35,7 @@ from gelcone.quantity import Array, check_count
 if TYPE_CHECKING:
     import xarray as xr
 
-FILMS = ("taut", "wrinkling")
+FILMS = ("taut", "wrinkling", "membrane")
 REFUSED = 0.01
 """A chi2 that is larger with less probability than this refuses the structure."""
 DRAWS = 64
@@ -106,7 +108,7 @@ def plan_device(
     tests : as `gelcone.read_device_tests` gives them; readings play no part and may be missing.
     free : field, also a dotted one -> relative standard deviation of its prior.
     predict : predictions such as ``"stroke@1.5 kV"``, ``"natural frequency@1 kV"`` and ``"pull-in"``.
-    film : ``"taut"`` or ``"wrinkling"``. Default the device's.
+    film : ``"taut"``, ``"wrinkling"`` or ``"membrane"``. Default the device's.
 
     Returns
     -------
@@ -146,13 +148,16 @@ def fit_device(
     *,
     predict: Sequence[str] = (),
     films: Sequence[str] | None = None,
+    profile: Sequence[str] = (),
 ) -> xr.Dataset:
     """Fit the fields of a device to its own measurements.
 
     Parameters
     ----------
     device, tests, free, predict : as in `plan_device`, with all readings measured.
-    films : films to compare, of ``"taut"`` and ``"wrinkling"``. Default the device's.
+    films : films to compare, of ``"taut"``, ``"wrinkling"`` and ``"membrane"``. Default the device's.
+    profile : unknowns whose 95 % interval is also that of the profile likelihood, ``profile_low`` and ``profile_high``
+        as logarithms, right where the objective is not a parabola. Default none.
 
     Returns
     -------
@@ -181,7 +186,7 @@ def fit_device(
     if not tests.measured:
         raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
     chosen: list[Any] = [None] if films is None else list(dict.fromkeys(films))
-    fitted = [fit_problem(_checked(_problem(device, tests, free, film))) for film in chosen]
+    fitted, impossible = _fitted([_checked(_problem(device, tests, free, film)) for film in chosen])
     best = min(fitted, key=lambda one: one.objective)
     refused = best.p_value < REFUSED
     wider = float(np.sqrt(best.chi2 / best.problem.values.size)) if refused else 1.0
@@ -191,6 +196,8 @@ def fit_device(
     result = _with_plan(result, best.problem, plan, best.logs)
     spread = {"covariance": (covariance, "covariance of the logarithms of the factors", "share")}
     result = result.assign(dataset.columns(("unknown", "other_unknown"), spread))
+    if profile:
+        result = result.assign(_profiles(best, profile))
     predicted = _predicted(best.problem, best.logs, covariance, read_predictions(predict))
     result = result.merge(predicted).merge(_readings(best)).merge(_others(best, fitted))
     return result.assign_attrs(predicted.attrs).assign_attrs(
@@ -201,8 +208,36 @@ def fit_device(
         refused=int(refused),
         device=device.name,
         fitted=best.device.to_toml(),
+        impossible=json.dumps(impossible),
         **_about(best.problem),
     )
+
+
+def _fitted(problems: Sequence[Problem]) -> tuple[list[FittedDevice], dict[str, str]]:
+    """The fit of each structure, and of those without a state at a measured value the reason, by film; `InputError`
+    where none has one."""
+    found, impossible = [], {}
+    for problem in problems:
+        try:
+            found.append(fit_problem(problem))
+        except NoStateError as error:
+            impossible[str(problem.device.film)] = str(error)
+    if not found:
+        raise InputError(next(iter(impossible.values())))
+    return found, impossible
+
+
+def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
+    """The profile intervals of the unknowns that are wanted; NaN for all others."""
+    names = best.problem.names
+    for name in wanted:
+        if name not in names:
+            raise InputError(f"--profile {unknown_name('free field or gain of this fit', name[:60], names)}")
+    ends = np.array([profiled(best, name) if name in wanted else (np.nan, np.nan) for name in names])
+    return dataset.columns("unknown", {
+        "profile_low": (ends[:, 0], "lower end of the profile interval, as a logarithm", "share"),
+        "profile_high": (ends[:, 1], "upper end of the profile interval, as a logarithm", "share"),
+    })  # fmt: skip
 
 
 def fitted_device(result: xr.Dataset) -> Device:
@@ -436,7 +471,7 @@ def _readings(best: FittedDevice) -> xr.Dataset:
 def _along(test: DeviceTest) -> tuple[Array, str]:
     """What a test is drawn over, with its name: the first of what is set that varies, else the number of the row."""
     rows = len(next(iter(test.read.values())))
-    for name in ("frequency", "height", "voltage"):
+    for name in ("frequency", "height", "load", "voltage"):
         if name in test.set and np.ptp(test.set[name]):
             return test.set[name], f"{name} ({KINDS[test.kind].set[name]})"
     return np.arange(rows, dtype=float), "row"

@@ -39,6 +39,13 @@ EXACT = 1e-5
 """A direction with a singular value smaller than this share of the largest leaves all tests as they are."""
 
 
+SHAPING = {
+    "disc_radius", "film_radius", "prestretch", "meridional_prestretch", "hoop_prestretch", "material.stretch_limit",
+    "material.yeoh_c2", "material.yeoh_c3",
+}  # fmt: skip
+"""Fields on which the membrane's own numbers hang; all others are scales of them."""
+
+
 @dataclass(frozen=True)
 class Problem:
     """Tests of a ``device``, whose ``free`` fields, name -> relative standard deviation of the prior, are fitted with
@@ -56,8 +63,12 @@ class Problem:
             raise InputError(f"{len(self.free)} fields are free: give at most {MOST_FREE}")
         for name in self.free:
             field_value(self.device, name)
-        if self.device.film not in ("taut", "wrinkling"):
-            raise InputError(f"film = {self.device.film}: is not fitted yet; give --films wrinkling or taut")
+        shaping = sorted(SHAPING & set(self.free))
+        if self.device.film == "membrane" and shaping:
+            raise InputError(
+                f"--free {shaping[0]}: the film 'membrane' is computed anew for each value, which takes seconds; leave "
+                "it out, or give --films wrinkling or taut"
+            )
 
     @cached_property
     def used(self) -> list[str]:
@@ -245,6 +256,10 @@ def next_experiments(problem: Problem, readings: Array, logs: Array | None = Non
 # --- the fit ----------------------------------------------------------------------------------------------------------
 
 
+class NoStateError(InputError):
+    """A structure that has no state at a measured value, whatever its fields."""
+
+
 class FittedDevice(NamedTuple):
     """Unknowns ``logs`` that fit, their ``covariance``, the ``predicted`` readings, ``chi2`` over the readings, and the
     ``objective`` with priors and gains."""
@@ -287,7 +302,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
     predicted, slopes = problem.slopes(logs)
     lost = ~np.isfinite(predicted)
     if lost.any():
-        raise InputError(_without_state(problem, lost))
+        raise NoStateError(_without_state(problem, lost))
     scaled = np.concatenate([slopes / problem.noise[:, None], np.diag(1.0 / problem.priors)])
     return FittedDevice(
         problem,
@@ -321,7 +336,8 @@ def _without_state(problem: Problem, lost: Any) -> str:
 def _peaks(test: DeviceTest) -> Array:
     """The largest voltage of each row of a test."""
     volts = [np.abs(values) for name, values in test.set.items() if "voltage" in name]
-    return np.sum(volts, axis=0) if volts else np.zeros(len(next(iter(test.read.values()))))
+    rows = len(next(iter(test.read.values())))
+    return np.broadcast_to(np.sum(volts, axis=0) if volts else 0.0, rows)
 
 
 def _starts(problem: Problem) -> list[Array]:
@@ -342,26 +358,65 @@ def _residuals(problem: Problem, logs: Array, noise: Array) -> Array:
     return np.concatenate([np.where(np.isfinite(left), left, CLIFF), logs / problem.priors])
 
 
-def _least(problem: Problem, start: Array, noise: Array, tolerance: float) -> Array:
-    """The unknowns of the least squares from a start, to a relative tolerance of their sum."""
+def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held: int | None = None) -> Array:
+    """The unknowns of the least squares from a start, to a relative tolerance of their sum; the one that is ``held``
+    stays as it starts."""
     from scipy.optimize import least_squares
 
-    unit = _narrow(problem)
+    unit, free = _narrow(problem), np.arange(start.size) != (-1 if held is None else held)
+
+    def whole(z: Array) -> Array:
+        logs = start.copy()
+        logs[free] = z * unit[free]
+        return logs
 
     def residuals(z: Array) -> Array:
         try:
-            return _residuals(problem, z * unit, noise)
+            return _residuals(problem, whole(z), noise)
         except InputError:  # a trial step beyond what a device may be
             return np.full(noise.size + unit.size, CLIFF)
 
     def jacobian(z: Array) -> Array:
-        slopes = problem.slopes(z * unit)[1] / noise[:, None]
-        return np.concatenate([slopes, np.diag(1.0 / problem.priors)]) * unit
+        slopes = problem.slopes(whole(z))[1] / noise[:, None]
+        return (np.concatenate([slopes, np.diag(1.0 / problem.priors)]) * unit)[:, free]
 
     found = least_squares(
-        residuals, start / unit, jacobian, xtol=tolerance, ftol=tolerance, gtol=tolerance, max_nfev=100
+        residuals, (start / unit)[free], jacobian, xtol=tolerance, ftol=tolerance, gtol=tolerance, max_nfev=100
     )
-    return np.asarray(found.x * unit)
+    return whole(found.x)
+
+
+PROFILED, PROFILE_STEPS = 1.959963984540054, 8
+"""The root of the rise of the objective at the ends of a 95 % interval, and most refits to find each."""
+
+
+def profiled(fitted: FittedDevice, name: str) -> tuple[float, float]:
+    """Ends of the 95 % interval of an unknown, as deviations of its logarithm, where the objective, smallest over all
+    others, has risen by 3.84; NaN for an end that is not found."""
+    problem, k = fitted.problem, fitted.problem.names.index(name)
+    spread = float(np.sqrt(fitted.covariance[k, k]))
+    ends = []
+    for side in (-1.0, 1.0):
+        step, low, high, logs = PROFILED * spread, 0.0, np.inf, fitted.logs
+        for _ in range(PROFILE_STEPS):
+            begin = logs.copy()
+            begin[k] = fitted.logs[k] + side * step
+            logs = _least(problem, begin, problem.noise, ROUGH, held=k)
+            rise = float(np.sum(_residuals(problem, logs, problem.noise) ** 2)) - fitted.objective
+            root = float(np.sqrt(max(rise, 0.0)))
+            if abs(root / PROFILED - 1.0) < PROFILE_WITHIN:
+                break
+            low, high = (step, high) if root < PROFILED else (low, step)
+            guess = step * PROFILED / max(root, 0.1 * PROFILED)
+            step = guess if low < guess < high else 0.5 * (low + high) if np.isfinite(high) else 2.0 * step
+        else:
+            step = np.nan
+        ends.append(fitted.logs[k] + side * step)
+    return ends[0], ends[1]
+
+
+PROFILE_WITHIN = 0.01
+"""Share to which the root of the rise is met."""
 
 
 class LeftOut(NamedTuple):

@@ -17,7 +17,7 @@ from gelcone.lab.measured import listed_tables, place_of
 from gelcone.lab.reading import Table, read_table
 from gelcone.quantity import Array
 
-GAINS: Mapping[str, float] = {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01}
+GAINS: Mapping[str, float] = {"load cell": 0.02, "laser": 0.01, "capacitance meter": 0.01, "amplifier": 0.01}
 """Standard deviation of the gain of each instrument where the list states none."""
 SAMPLE_NOISE = "noise"
 _NEAR = {
@@ -25,6 +25,8 @@ _NEAR = {
     "voltage": ("voltage", "u", "v", "hv"),
     "force": ("force", "f", "load"),
     "stroke": ("stroke", "displacement", "d"),
+    "load": ("load", "weight", "force"),
+    "capacitance": ("capacitance", "c"),
     "frequency": ("frequency", "freq", "f"),
     "in_phase": ("in phase", "real", "x"),
     "quadrature": ("quadrature", "imaginary", "y"),
@@ -59,7 +61,8 @@ def read_device_tests(path: str | Path) -> DeviceTests:
     path : a TOML file with a table ``[[test]]`` for each test: its ``kind``, a key of `gelcone.lab.bench.KINDS`; its
         ``noise``, one text such as ``"1 mN"`` or a table by reading; and for what is set and read a column of its
         ``file``, ``"F, mN"``, or the number itself, or a list of numbers. Readings that are left out are planned. A
-        table ``[instruments]`` states the standard deviation of the gain of ``load_cell``, ``laser`` and ``amplifier``.
+        table ``[instruments]`` states the standard deviation of the gain of ``load_cell``, ``laser``,
+        ``capacitance_meter`` and ``amplifier``.
 
     Returns
     -------
@@ -153,7 +156,7 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
 def _noise(where: str, name: str, unit: str, given: Any) -> float:
     """The standard deviation of a reading."""
     value = given.get(name) if isinstance(given, Mapping) else given
-    example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s"}[unit]
+    example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s", "F": "1 pF"}[unit]
     if value is None:
         raise InputError(f'{where}: the noise of {name} is missing; give noise = "{example}", or a table by reading')
     return _parsed(where, f"noise of {name}", value, unit, above=0.0)
