@@ -33,9 +33,9 @@ def compilations(monkeypatch):
     made = []
     real = compiler.object_code
 
-    def count(text, machine):
+    def count(text, *how):
         made.append(text)
-        return real(text, machine)
+        return real(text, *how)
 
     monkeypatch.setattr(compiler, "object_code", count)
     return made

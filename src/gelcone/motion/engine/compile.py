@@ -18,6 +18,8 @@ from gelcone._version import __version__
 
 CODE = f"code-{platform.machine()}"
 """Kind of the entries of the cache."""
+HOT, COLD = 2, 1
+"""LLVM's levels: in long code without loops its schedulers take two thirds of the time at the higher one."""
 _lock = threading.Lock()
 
 
@@ -61,7 +63,7 @@ def _initialize_all() -> None:
     llvm.initialize_all_asmprinters()
 
 
-def _target_machine(machine: Machine, in_process: bool) -> Any:
+def _target_machine(machine: Machine, in_process: bool, level: int = HOT) -> Any:
     if machine.triple == host().triple:
         _initialize()
     else:
@@ -69,16 +71,19 @@ def _target_machine(machine: Machine, in_process: bool) -> Any:
     return llvm.Target.from_triple(machine.triple).create_target_machine(
         cpu=machine.processor,
         features=machine.features,
-        opt=2,
+        opt=level,
         codemodel="jitdefault" if in_process else "default",
         jit=in_process,
     )
 
 
-def object_code(text: str, machine: Machine) -> bytes:
-    """Object code of an LLVM module for a machine, also for one of another system than this one's."""
+def object_code(text: str, machine: Machine, level: int = HOT) -> bytes:
+    """Object code of an LLVM module for a machine, also for one of another system than this one's.
+
+    ``level``: `HOT`, or `COLD` for code that seldom runs; the numbers are the same.
+    """
     with _lock:
-        target = _target_machine(machine, machine.triple == host().triple)
+        target = _target_machine(machine, machine.triple == host().triple, level)
         module = llvm.parse_assembly(text)
         module.triple = target.triple
         module.data_layout = str(target.target_data)
@@ -107,7 +112,7 @@ class Library:
         return int(self._engine.get_function_address(name))
 
 
-def library(content: str, text: Callable[[], str], machine: Machine | None = None) -> Library:
+def library(content: str, text: Callable[[], str], machine: Machine | None = None, level: int = HOT) -> Library:
     """The library of a program, from the cache if it is there.
 
     Parameters
@@ -115,9 +120,9 @@ def library(content: str, text: Callable[[], str], machine: Machine | None = Non
     content : identifies programs; equal content means equal text.
     text : makes the module's text, when it has to be compiled.
     machine : what to compile for. Default: this process's machine.
+    level : as in `object_code`.
     """
     machine = machine or host()
     parts = (content, machine, llvm.llvm_version_info, __version__)
-    return Library(
-        disk_cache.made(CODE, parts, lambda: object_code(text(), machine), (Path(__file__).parent,)), machine
-    )
+    made = disk_cache.made(CODE, parts, lambda: object_code(text(), machine, level), (Path(__file__).parent,))
+    return Library(made, machine)

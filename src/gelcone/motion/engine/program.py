@@ -427,7 +427,9 @@ class _Compiled:
         self.plan = plan
         self.layout = Layout(plan)
         self._machine, self._content = machine, _content(plan)
-        library = compiler.library(self._content, lambda: module_text(plan), machine)
+        # the steps of several laws have modules of their own; what is left runs once a sample or crossing
+        level = compiler.HOT if len(plan.laws) == 1 else compiler.COLD
+        library = compiler.library(self._content, lambda: module_text(plan), machine, level)
         address, whole = ctypes.c_void_p, ctypes.c_int64
         self._library = library  # its code is freed with it
         self._steps: dict[int, compiler.Library] = {}
