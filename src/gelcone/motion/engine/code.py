@@ -22,13 +22,28 @@ class Function:
     """The text of one function, whose numbers are vectors of ``width`` doubles, or single ones at width 1.
 
     ``arguments`` are like "ptr %job"; they are read by their names. ``external`` makes the function visible outside.
+    ``longest_block`` is the most instructions between two branches: the compiler's time grows faster than the length of
+    a block, so that longer ones are parted by branches that are always taken. Default: any number; the first argument
+    must be a pointer otherwise.
     """
 
-    def __init__(self, name: str, arguments: Sequence[str], result: str, width: int, external: bool = False) -> None:
+    def __init__(
+        self,
+        name: str,
+        arguments: Sequence[str],
+        result: str,
+        width: int,
+        external: bool = False,
+        longest_block: int | None = None,
+    ) -> None:
         self.width = width
         linkage = "" if external else "internal "
         self._head = f"define {linkage}{result} @{name}({', '.join(arguments)}) {'' if external else 'noinline '}{{"
         self._lines: list[str] = ["entry:"]
+        self._longest_block, self._block = longest_block, 0
+        self._never = ["never:", "  unreachable"] if longest_block else []
+        if longest_block:
+            self._lines.append(f"  %always = icmp ne ptr {arguments[0].split()[-1]}, null")
         self._slots: list[str] = []
         self._count = 0
         self.intrinsics: set[str] = set()
@@ -39,7 +54,7 @@ class Function:
 
     def text(self) -> str:
         """The whole function."""
-        return "\n".join([self._head, self._lines[0], *self._slots, *self._lines[1:], "}", ""])
+        return "\n".join([self._head, self._lines[0], *self._slots, *self._lines[1:], *self._never, "}", ""])
 
     def line(self, text: str) -> None:
         """An instruction without result."""
@@ -47,6 +62,10 @@ class Function:
 
     def new(self, text: str) -> Value:
         """An instruction with a result."""
+        if self._longest_block and len(self._lines) - self._block >= self._longest_block:
+            on = self._fresh("on")
+            self.line(f"br i1 %always, label %{on}, label %never")
+            self._label(on)
         self._count += 1
         self._lines.append(f"  %v{self._count} = {text}")
         return f"%v{self._count}"
@@ -201,6 +220,7 @@ class Function:
 
     def _label(self, name: str) -> None:
         self._lines.append(f"{name}:")
+        self._block = len(self._lines)
 
     def _fresh(self, name: str) -> str:
         self._count += 1

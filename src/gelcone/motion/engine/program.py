@@ -446,7 +446,9 @@ class _Compiled:
         with self._lock:
             if law not in self._steps:
                 content = repr((self._content, "step", law))
-                self._steps[law] = compiler.library(content, lambda: step_text(self.plan, law), self._machine)
+                self._steps[law] = compiler.library(
+                    content, lambda: step_text(self.plan, law), self._machine, compiler.COLD
+                )
                 self.addresses[law] = self._steps[law].address("step")
 
     def job(

@@ -24,6 +24,8 @@ SMALLEST_NORM = 1e-8
 """Errors are relative to the largest state; where all are below this, to this."""
 LONGEST_STEP_BITS = 40.0
 """Steps are at most 2^40: where all coefficients vanish nothing else bounds them."""
+LONGEST_BLOCK = 1000
+"""Most instructions of a step between two branches: the long steps of membranes compile in two thirds of the time."""
 SELDOM_ORDER = 4
 """Order of the polynomials of borders that are seldom near."""
 SHORTEST = 2.0**-60
@@ -42,7 +44,8 @@ class _Followed(NamedTuple):
 
 def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     """``step(lanes, scratch, job, words, store)``: one step of all lanes of a law."""
-    f = Function("step", THREAD, "void", plan.width, external=True)
+    longest = LONGEST_BLOCK if plan.width > 1 else None  # the text at width 1 is for other compilers
+    f = Function("step", THREAD, "void", plan.width, external=True, longest_block=longest)
     width, law = plan.width, plan.laws[place]
     block = f.place("%lanes", place * layout.rows * width)
 
