@@ -22,6 +22,8 @@ def model_of(case):
     }
     if case["circ"]:
         given |= {"series_resistance": case["circ"]["rho"], "leakage_time": case["circ"]["leak_time"]}
+    if "chi" in case["circ"]:
+        given |= {"dielectric_share": case["circ"]["chi"], "dielectric_time": case["circ"]["debye_time"]}
     return ConeModel(
         meridional_prestretch=case["lm"],
         hoop_prestretch=case["lh"],
@@ -40,7 +42,7 @@ def both(result, before=""):
     return [result[gain].values * np.exp(1j * np.radians(result[phase].values)) for gain, phase in names]
 
 
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("which", [0, 1, 2])
 def test_linear_theory_is_certified(which):
     rows = CERTIFIED[which]["rows"]
     found = gelcone.transfer(model_of(CERTIFIED[which]["case"]), [row["omega"] for row in rows], amplitudes=0.0)

@@ -16,7 +16,8 @@ from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of
 
 NAMES = {"rho": "series_resistance", "leak_time": "leakage_time", "leak_field": "leakage_field"}
-CASES = [case for case in CERTIFIED["cases"] if case["kind"] == "circuit" and "chi" not in case["circuit"]]
+NAMES |= {"chi": "dielectric_share", "debye_time": "dielectric_time"}
+CASES = [case for case in CERTIFIED["cases"] if case["kind"] == "circuit"]
 WRINKLED = {
     "film": "wrinkling",
     "series_resistance": 0.5,
@@ -283,3 +284,61 @@ def test_settled_motion_and_linear_theory_of_a_device_with_an_amplifier():
     assert float(found["stroke"]) == pytest.approx(float(found["linear_stroke"]), rel=0.01)
     ideal = find_device("biased-pump").replace(film="wrinkling", voltage_amplitude="10 V")
     assert float(found["stroke"]) < 0.995 * float(settled(ideal)["stroke"])
+
+
+# --- a permittivity that follows late ---------------------------------------------------------------------------------
+
+LATE = {"dielectric_share": 0.4, "dielectric_time": 3.0, "voltage": 0.7, "voltage_bias": 0.2, "rest_height": 0.4}
+
+
+def test_the_field_of_what_follows_late_pulls_with_its_own_voltage():
+    """Stresses under (1 - chi) v^2 + chi w^2, the field under v; and without the delay those of the film."""
+    run = simulate(ConeModel(**LATE, damping_ratio=0.1), times=[7.0, 20.0])
+    q = 1.0 + run["displacement"] ** 2
+    v, w = run["drive_voltage"], run["slow_charge"] / q
+    assert float(abs(v - w).min()) > 0.05
+    elastic = simulate(ConeModel(damping_ratio=0.1), times=[7.0])
+    assert "slow_charge" not in elastic
+    film = ConeModel().film
+    expected = film.state(
+        run["displacement"].values, np.sqrt(0.6 * v**2 + 0.4 * w**2).values, [], ConeModel().numbers()
+    )
+    np.testing.assert_allclose(run["meridional_stress"], expected.meridional_stress, atol=1e-13)
+    np.testing.assert_allclose(run["true_field"], abs(v) * np.sqrt(q), atol=1e-13)
+    assert np.isfinite(run["energy_residual"]).all()
+    assert np.abs(run["energy_residual"]).max() < 1e-12
+
+
+def test_jumps_charge_only_what_follows_at_once():
+    square = {"waveform": "square", "rise": 0.0, "drive_frequency": 0.5, "damping_ratio": 0.1}
+    run = simulate(ConeModel(**LATE, **square), times=np.linspace(0.0, 40.0, 41))
+    assert float(np.abs(run["energy_residual"]).max()) < 1e-11
+    assert float(run["resistor_dissipation"][-1]) > 0.1
+
+
+def test_exponents_with_a_late_permittivity_add_up_to_the_trace():
+    found = lyapunov(ConeModel(**LATE, damping_ratio=0.1, series_resistance=0.4), (0.4, 0.0))
+    assert found.sizes["exponent"] == 4
+    assert abs(float(found["sum_residual"])) < 1e-9
+
+
+def test_a_late_permittivity_has_si_fields():
+    pump = find_device("biased-pump").replace(film="taut")
+    late = pump.replace({"material.dielectric_share": 0.3, "material.dielectric_time": "0.1 s"}).to_model()
+    assert late.values["dielectric_share"] == 0.3
+    assert late.values["dielectric_time"] == pytest.approx(0.1 / pump.scales.time, rel=1e-12)
+    assert pump.replace({"material.dielectric_share": None}).to_model().system.circuit == IdealSource()
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"dielectric_share": 1.0, "dielectric_time": 2.0}, "must be below 1"),
+        ({"dielectric_share": 0.3}, "there is no dielectric_time"),
+        ({**LATE, "film": "wrinkling"}, "only a single taut film"),
+        ({**LATE, "second_film": "taut"}, "only a single taut film"),
+    ],
+)
+def test_a_late_permittivity_that_cannot_be_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        ConeModel(**given)

@@ -36,7 +36,10 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         k = int(linear.argmax())
         lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
     else:
-        lines.append("no linear theory: no stable equilibrium under the drive's mean square")
+        late = subject.model.system.circuit.delays
+        missing = "no stable equilibrium under the drive's mean square"
+        why = "a share of the permittivity follows late" if late else missing
+        lines.append(f"no linear theory: {why}")
     named = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
     return "\n".join(named)
 

@@ -62,7 +62,7 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
         ", ".join(measured(shown[name], 4) for name in names)
         for names in (("peak_current", "peak_slew_rate"), ("rms_voltage", "rms_current", "apparent_power"))
     )
-    lost = [name for name in ("damper", "film", "resistor", "leak") if f"{name}_dissipation" in shown]
+    lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {measured(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
     found = [f"amplifier: up to {peaks}; rms in the second half {rms}"]
     for name in ("slew_limited", "current_limited"):

@@ -23,8 +23,15 @@ DRIVE_NUMBERS = ("voltage_amplitude", "voltage_offset", "frequency")
 """Fields that are single numbers of the drive: neither the rest nor the scales depend on them."""
 GEL = "material."
 """Before the names of the material's fields."""
-ELECTRIC = ("filter_frequency", "slew_rate", "series_resistance", "current_limit", f"{GEL}resistivity")
-"""Fields of the amplifier that ships, and of a gel that leaks."""
+ELECTRIC = (
+    "filter_frequency",
+    "slew_rate",
+    "series_resistance",
+    "current_limit",
+    f"{GEL}resistivity",
+    f"{GEL}dielectric_share",
+)
+"""Fields of the amplifier that ships, and of a gel that leaks or whose permittivity follows late."""
 SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT_PRESTRETCHES))
 CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),

@@ -89,5 +89,7 @@ class MaterialValues(TypedDict, total=False):
     flow: Text
     resistivity: Number
     resistivity_field: Number
+    dielectric_share: Number
+    dielectric_time: Number
     heat_capacity: Number
     sources: Any

@@ -49,6 +49,8 @@ class Material(Record):
     flow : the flow rule with which the branches were fitted, "log" (default) or "linear".
     resistivity : of the gel, ohm m, positive; ``resistivity_field``, V/m, the true field E_b from which it leaks more,
         E_b sinh(E/E_b) over the resistivity. Default none: nothing leaks.
+    dielectric_share, dielectric_time : the share of the permittivity, below 1, that follows the field with a delay, and
+        its time constant, s; of the film ``taut``. Default none does.
     heat_capacity : over the volume, J/(m^3 K), positive, from which the rate of the temperature follows. Default
         none: 1.8e6 is taken, an estimate between polymer and plasticiser.
     sources : field name -> where its number comes from. Default none stated.
@@ -116,6 +118,14 @@ class Material(Record):
         "true field E_b of ionic hopping: the film leaks E_b sinh(E/E_b) over its resistivity", "V/m", default=None,
         unset="ohmic", typical=(1e6, 1e8), above=0.0, near=("leakage_field", "hopping_field"), example=1.7e7,
     )  # fmt: skip
+    dielectric_share: Any = Field(
+        "share of the permittivity that follows the field with a delay, of a taut film", "1", default=None,
+        unset="none", typical=(0.01, 0.9), above=0.0, near=("debye_share", "relaxing_share"), example=0.3,
+    )  # fmt: skip
+    dielectric_time: Any = Field(
+        "time constant of that share", "s", default=None, unset="none follows late", typical=(1e-4, 100.0), above=0.0,
+        infinite=True, near=("debye_time", "dielectric_relaxation_time"), example=0.1,
+    )  # fmt: skip
     heat_capacity: Any = Field(
         "heat capacity of the gel over its volume", "J/(m^3 K)", default=None,
         unset="1.8 MJ/(m^3 K), an estimate", typical=(1e6, 5e6), above=0.0,
@@ -153,6 +163,9 @@ class Material(Record):
                 "shear_modulus: is missing; give the shear modulus in Pa (or young_modulus, three times as much)",
             )
         yield from self._branch_misfits()
+        for name, other in (("dielectric_share", "dielectric_time"), ("dielectric_time", "dielectric_share")):
+            if own[name] is not None and own[other] is None:
+                yield FieldError(name, f"{name}: there is no {other}; give it, or leave it out")
         if self.resistivity is None and self.resistivity_field is not None:
             yield FieldError(
                 "resistivity_field", "resistivity_field: there is no resistivity; give it, or leave it out"

@@ -30,6 +30,8 @@ _FIELDS = {
     "push": "constant_force",
     "leakage_time": f"{GEL}resistivity",
     "leakage_field": f"{GEL}resistivity_field",
+    "dielectric_share": f"{GEL}dielectric_share",
+    "dielectric_time": f"{GEL}dielectric_time",
 }
 _QUANTITIES = {"leakage_time": "resistivity"}
 _ELECTRIC = ("slew_rate", "series_resistance", "current_limit")

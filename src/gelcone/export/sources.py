@@ -188,8 +188,12 @@ def outputs_of(system: ConeSystem) -> Any:
             found[f"{prefix}film_voltage"] = voltage, 0
             if film.film.traced_charge:
                 capacitance = film.capacitance(z[0], squared, y, n, xp)
-                found |= {f"{prefix}charge": (voltage * capacitance, 1), f"{prefix}capacitance": (capacitance, 0)}
+                charge = system.stored(time, z, n, xp) if system.circuit.delays else voltage * capacitance
+                found |= {f"{prefix}charge": (charge, 1), f"{prefix}capacitance": (capacitance, 0)}
             state = film.traced_state(z[0], squared, y, n, xp)
+            if state is not None and system.circuit.delays:
+                pulling = film.traced_state(z[0], system.squares(time, z, n, xp)[k], y, n, xp)
+                state = pulling._replace(field_squared=state.field_squared) if pulling else state
             if state is not None:
                 found |= {f"{prefix}{name}": (getattr(state, name), 0) for name in ("meridional_stress", "hoop_stress")}
                 found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), 0)}

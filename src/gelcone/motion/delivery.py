@@ -34,7 +34,7 @@ def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray
         ran = ~np.isnan(states[..., 0])
         rms = [_root_mean_square(times, np.where(ran, one, np.nan)) for one in (voltages[first], current)]
         peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
-        if not line.circuit.states and line.drive != "constant":
+        if line.circuit.jumps and line.drive != "constant":
             peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
         own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
@@ -100,7 +100,7 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
     """
     system, n = members.system, members.own_numbers
     found = np.zeros((2, *times.shape))
-    lines = [line for line in system.lines if not line.circuit.states and line.drive != "constant"]
+    lines = [line for line in system.lines if line.circuit.jumps and line.drive != "constant"]
     if not system.waveform.pieced or not lines:
         return found[0], found[1]
     corners = system.waveform.corners_between(np.zeros(members.size), times[:, -1], n).later
@@ -128,7 +128,10 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
                 for v, charge in zip(pair, charges, strict=True)
             ]
             own = pair[1] * (charges[1] - charges[0])
-            work, lost = work + own, lost + own - (stored[1] - stored[0])
+            share = (
+                1.0 - wide["dielectric_share"] if line.circuit.delays else 1.0
+            )  # the rest of the charge follows late
+            work, lost = work + share * own, lost + share * (own - (stored[1] - stored[0]))
     sums = [np.cumsum(np.where(jumps, one, 0.0), axis=1) for one in (work, lost)]
     for row, passed in enumerate(corners):
         count = np.searchsorted(passed, times[row], side="right")

@@ -205,7 +205,8 @@ def _output_rows(
             found["capacitance"] = system.films[0].capacitance(
                 z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
             )
-            found["charge"] = v * found["capacitance"]
+            delays = system.circuit.delays
+            found["charge"] = system.stored_under(z[-1], z[:-1], own, xp) if delays else v * found["capacitance"]
         if "leak" in wanted:
             found["leak"] = system.leaks_under(z[-1], z[:-1], own, xp)[0]
         return [xp.node(found[name]) for name in rows]
@@ -464,6 +465,8 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
 
 def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
     """Complex amplitudes (members, frequencies, HARMONICS) of the displacement at multiples of drive frequencies."""
+    if members.system.circuit.delays:  # the mean square of what follows late is not that of the voltage
+        return np.full((*omega.shape, HARMONICS), np.nan + 0j)
     at = _operating_point(members, omega)
     multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum

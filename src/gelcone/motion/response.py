@@ -30,9 +30,9 @@ from gelcone.quantity import Array, Times
 if TYPE_CHECKING:
     import xarray as xr
 
-LOSSES = ("damper", "film", "resistor", "leak")
-HEATS = ("film", "leak")
-"""Losses that heat the films: the creep of their branches, and what leaks."""
+LOSSES = ("damper", "film", "resistor", "leak", "dielectric")
+HEATS = ("film", "leak", "dielectric")
+"""Losses that heat the films: the creep of their branches, what leaks, and a permittivity that follows late."""
 HEAT: Mapping[str, tuple[str, dataset.Of]] = {
     "heat": ("mean heat in the films over their volume", "power density"),
     "heating": ("rate of the temperature of films that lose no heat", "heating"),
@@ -285,6 +285,7 @@ _MEANINGS = {
         "energy",
     ),
     "leak_dissipation": ("energy dissipated by leakage through the film since the start", "energy"),
+    "dielectric_dissipation": ("energy dissipated by the permittivity that follows late, since the start", "energy"),
     "input_power": ("power of the voltage source", "power"),
     "dissipated_power": ("power dissipated", "power"),
     "energy_residual": ("energy put in less stored and dissipated (zero in exact arithmetic)", "energy"),
@@ -316,10 +317,11 @@ def _variables(
     bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
     series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
     states, energies = members.film_states(run.states, voltages), list[tuple[Array, Array, Array]]()
+    squares = [v * v for v in voltages] if not system.circuit.delays else system.squares(run.times, z, n)
     for k, (film, v, current, state) in enumerate(zip(system.films, voltages, currents, states, strict=True)):
-        y = system.states_of(z, "film", k)
-        field = 0.5 * v * v * np.broadcast_to(film.capacitance(x, v * v, y, n), x.shape)
-        strain = film.work(x, v * v, y, n) + field - 0.5 * v * v
+        y, squared = system.states_of(z, "film", k), squares[k]
+        field = 0.5 * squared * np.broadcast_to(film.capacitance(x, squared, y, n), x.shape)
+        strain = film.work(x, squared, y, n) + field - 0.5 * squared
         energies.append((strain, field, v * current))
         own = {"drive_voltage": v, "current": current} | {name: getattr(state, name) for name in _OF_EACH_FILM}
         series |= {film.prefix + name: value for name, value in own.items()}

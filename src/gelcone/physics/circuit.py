@@ -27,8 +27,8 @@ from gelcone.physics.implicit import root, traced
 from gelcone.physics.placed import PlacedFilm
 from gelcone.quantity import Quantity
 
-LOSSES = ("resistor", "leak")
-"""Where a circuit may lose power: behind the source, and through the film."""
+LOSSES = ("resistor", "leak", "dielectric")
+"""Where a circuit may lose power: behind the source, through the film, and in a permittivity that follows late."""
 
 
 @dataclass(frozen=True)
@@ -187,8 +187,8 @@ class Circuit(Component):
 
     @property
     def losses(self) -> tuple[str, ...]:
-        """Those of `LOSSES` that it has. Default: all where it has `powers` of its own."""
-        return () if type(self).powers is Circuit.powers else LOSSES
+        """Those of `LOSSES` that it has. Default: the first two where it has `powers` of its own."""
+        return () if type(self).powers is Circuit.powers else LOSSES[:2]
 
     @property
     def held(self) -> Circuit:
@@ -207,6 +207,24 @@ class Circuit(Component):
     def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Current that leaks through each film. Default: none."""
         return [0.0] * len(port.films)
+
+    def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """The squared voltage with which the field pulls on the films. Default: that of the ``voltage`` on them."""
+        return voltage * voltage
+
+    def stored(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """The charge on the films at a ``voltage`` on them."""
+        return port.charge(voltage)
+
+    @property
+    def delays(self) -> bool:
+        """Whether a share of the permittivity follows the field with a delay."""
+        return False
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the voltage on the films jumps where the command does. Default: where it has no states."""
+        return not self.states
 
     def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
         """By the name of each limit the excess over it that the circuit does not allow. Default: no limits."""
@@ -251,17 +269,29 @@ ELECTRICS: Mapping[str, Quantity] = {
         "Ee", "true field over sqrt(mu/eps) above which a film leaks more than its resistivity says", 1.0,
         positive=True, scale="field",
     ),
+    "dielectric_share": Quantity("chi", "share of the permittivity that follows with a delay", 0.3, positive=True),
+    "dielectric_time": Quantity(
+        "td", "time constant of that share", 3.0, positive=True, infinite=True, scale="time"
+    ),
 }  # fmt: skip
 """The parameters of an `Amplifier`, of which each has some."""
-NEEDS = {"slew_rate": "filter_time", "current_limit": "series_resistance", "leakage_field": "leakage_time"}
+NEEDS = {
+    "slew_rate": "filter_time", "current_limit": "series_resistance", "leakage_field": "leakage_time",
+    "dielectric_share": "dielectric_time", "dielectric_time": "dielectric_share",
+}  # fmt: skip
 """Parameters that need another."""
-ABSENT = {"filter_time": 0.0, "series_resistance": 0.0}
+ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
 """Values that stand for none; of the others infinity does."""
+
+
+SLOW = ("filter_time", "series_resistance", "dielectric_time")
+"""Parameters that are time constants of states."""
 
 
 @dataclass(frozen=True)
 class Amplifier(Circuit):
-    """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks.
+    """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks and
+    whose permittivity follows the field with a delay.
 
     Parameters
     ----------
@@ -284,11 +314,19 @@ class Amplifier(Circuit):
     def parameters(self) -> Mapping[str, Quantity]:
         return {name: ELECTRICS[name] for name in self.takes}
 
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all parameters, checked; the share of the permittivity that follows late is below 1."""
+        own = super().complete(given)
+        if self.delays and np.any(np.asarray(own["dielectric_share"]) >= 1.0):
+            raise InputError(f"dielectric_share = {np.max(own['dielectric_share']):g}: must be below 1; lower it")
+        return own
+
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
         """The voltages of amplifier and film, where a filter or a resistance makes them states."""
         own = {
             "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
+            "dielectric_time": State("slow_charge", "charge that follows late, over its share", "charge"),
             "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
         }
         return tuple(state for name, state in own.items() if name in self.takes)
@@ -306,15 +344,20 @@ class Amplifier(Circuit):
         return own | {name: np.ones(np.shape(own[name.rpartition("_")[0]])) for name in switches}
 
     def time_constant(self, n: Numbers) -> Any:
-        own = [np.asarray(n[name], dtype=float) for name in ABSENT if name in self.takes]
+        own = [np.asarray(n[name], dtype=float) for name in SLOW if name in self.takes]
         return reduce(np.maximum, own, np.asarray(0.0))
 
     def gain(self, frequency: Any, n: Numbers) -> Any:
         """Complex ratio of the flat film's voltage to the commanded one, for small voltages."""
         s = 1j * np.asarray(frequency)
         leak = 1.0 / np.asarray(n["leakage_time"]) if "leakage_time" in self.takes else 0.0
+        if self.delays:
+            late = s * n["dielectric_time"]
+            s = s * (1.0 - n["dielectric_share"] * late / (1.0 + late))
         behind = 1.0 + n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 1.0
-        return 1.0 / (behind * (1.0 + s * n["filter_time"] if "filter_time" in self.takes else 1.0))
+        return 1.0 / (
+            behind * (1.0 + 1j * np.asarray(frequency) * n["filter_time"] if "filter_time" in self.takes else 1.0)
+        )
 
     # --- voltages and currents ---------------------------------------------------------------------------------------
 
@@ -328,9 +371,42 @@ class Amplifier(Circuit):
         found = []
         if "filter_time" in self.takes:
             found.append(self._clipped("slew_rate", self._wanted("slew_rate", port, y, n), n))
+        if self.delays:
+            found.append(self._following(port, y, n, xp))
         if self.carries_voltage:
             found.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
         return found
+
+    # --- a permittivity that follows late ----------------------------------------------------------------------------
+
+    @property
+    def delays(self) -> bool:
+        return "dielectric_time" in self.takes
+
+    @property
+    def jumps(self) -> bool:
+        return not {"filter_time", "series_resistance"} & set(self.takes)
+
+    def _slow(self, y: list[Any]) -> Any:
+        """The charge C w of the share that follows late, over the share."""
+        return y[1 if "filter_time" in self.takes else 0]
+
+    def _following(self, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
+        """Its rate, (C v - C w)/tau_d."""
+        return (port.charge(self.voltage(port, y, n, xp)) - self._slow(y)) / n["dielectric_time"]
+
+    def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """(1 - chi) v^2 + chi w^2."""
+        if not self.delays:
+            return super().squared(port, voltage, y, n)
+        late, share = self._slow(y) / port.capacitance(voltage), n["dielectric_share"]
+        return (1.0 - share) * (voltage * voltage) + share * (late * late)
+
+    def stored(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """(1 - chi) C v + chi C w."""
+        if not self.delays:
+            return super().stored(port, voltage, y, n)
+        return (1.0 - n["dielectric_share"]) * port.charge(voltage) + n["dielectric_share"] * self._slow(y)
 
     @property
     def carries_voltage(self) -> bool:  # type: ignore[override]
@@ -338,7 +414,12 @@ class Amplifier(Circuit):
         return "series_resistance" in self.takes
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        return self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
+        """Rate of C v; where a share of the charge follows late, what is left to the other."""
+        charging = self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
+        if not self.delays:
+            return charging
+        share = n["dielectric_share"]
+        return (charging - share * self._following(port, y, n, xp)) / (1.0 - share)
 
     def _wanted(self, limit: str, port: Port, y: list[Any], n: Numbers) -> Any:
         """The rate of the amplifier's voltage, or the current behind it, without their limits."""
@@ -392,7 +473,7 @@ class Amplifier(Circuit):
 
     @property
     def losses(self) -> tuple[str, ...]:
-        own = {"resistor": "series_resistance", "leak": "leakage_time"}
+        own = {"resistor": "series_resistance", "leak": "leakage_time", "dielectric": "dielectric_time"}
         return tuple(loss for loss, name in own.items() if name in self.takes)
 
     @property
@@ -408,6 +489,9 @@ class Amplifier(Circuit):
         )
         through = self._through(port, y, n) if self.carries_voltage else current + leak
         lost = {"resistor": (source - v) * through, "leak": v * leak}
+        if self.delays:
+            rate = self._following(port, y, n, xp)
+            lost["dielectric"] = n["dielectric_share"] * n["dielectric_time"] * (rate * rate) / port.capacitance(v)
         return {"source": source * through} | {loss: lost[loss] for loss in self.losses}
 
 

@@ -333,7 +333,14 @@ class Members(Ensemble):
         """
         z, n = list(np.moveaxis(states, -1, 0)), self.numbers(trailing=states.ndim - 2)
         own = zip(self.system.films, voltages, strict=True)
-        return [film.state(z[0], v, self.system.states_of(z, "film", k), n) for k, (film, v) in enumerate(own)]
+        found = [film.state(z[0], v, self.system.states_of(z, "film", k), n) for k, (film, v) in enumerate(own)]
+        if not self.system.circuit.delays or len(z) < len(self.system.states):
+            return found
+        more = (voltages[0] ** 2 - self.system.squared_at(voltages[0], z, n)) * self.system.film.capacitance(
+            z[0], 0.0, [], n
+        )  # the field of what follows late pulls less, or more
+        stresses = {name: getattr(found[0], name) + more for name in ("meridional_stress", "hoop_stress")}
+        return [found[0]._replace(**stresses)]
 
     def voltages(self, times: Array, states: Array) -> list[Array]:
         """Voltage on each film along motions."""

@@ -69,6 +69,8 @@ class ConeSystem:
 
     def __post_init__(self) -> None:
         self.circuit.check()
+        if self.circuit.delays and (len(self.films) > 1 or not self.film.linear_charge):
+            raise InputError("dielectric_share: only a single taut film takes one; take it, or leave it out")
         names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
         names += [state.name for state in self.states]
         if doubled := sorted({name for name in names if names.count(name) > 1}):
@@ -213,6 +215,20 @@ class ConeSystem:
         moment = self._moment(tau, z, n, xp)
         return [moment.voltage(self.line_of(k)) for k in range(len(self.films))]
 
+    def squares(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """The squared voltages with which the fields pull on the films."""
+        moment = self._moment(tau, z, n, xp)
+        return [moment.squared(k) for k in range(len(self.films))]
+
+    def squared_at(self, voltage: Any, z: Sequence[Any], n: Numbers) -> Any:
+        """The first of them where that film has a voltage."""
+        moment, line = _Moment(self, voltage, lambda: 0.0, z, n, np), self.lines[0]
+        return line.circuit.squared(moment.port(line), voltage, self.states_of(z, "line", line.prefix), line.own(n))
+
+    def stored(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
+        """Charge on the films of the first line."""
+        return self._moment(tau, z, n, xp).stored(self.lines[0])
+
     def voltage_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Their rates of change along a motion, of numbers or arrays."""
         if all(line.circuit == _IDEAL for line in self.lines):
@@ -287,6 +303,10 @@ class ConeSystem:
         """The voltage of a line, and the rates of change of its circuit's states, at a command of the first line."""
         moment = _Moment(self, command, lambda: command_rate, z, n, xp)
         return [moment.voltage(line), *moment.circuit_rates(line)]
+
+    def stored_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
+        """Charge on the films of the first line under a constant commanded voltage."""
+        return _Moment(self, commanded, lambda: 0.0, z, n, xp).stored(self.lines[0])
 
     def leaks_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Current that leaks through each film under a constant commanded voltage."""
@@ -371,8 +391,8 @@ class ConeSystem:
 
     def _film_value(self, k: int, border: Border) -> Callable[..., Any]:
         def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-            voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
-            return border.value(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
+            squared = self._moment(tau, z, n, xp).squared(k)
+            return border.value(z[0], squared, self.states_of(z, "film", k), n, xp)
 
         return value
 
@@ -581,8 +601,12 @@ class _Moment:
         """Squared voltage on a film."""
         if self._squares is not None:
             return self._squares[film]
-        voltage = self.voltage(self.system.line_of(film))
-        return voltage * voltage
+        line = self.system.line_of(film)
+        return line.circuit.squared(self.port(line), self.voltage(line), *self._own(line))
+
+    def stored(self, line: Line) -> Any:
+        """Charge on a line's films."""
+        return line.circuit.stored(self.port(line), self.voltage(line), *self._own(line))
 
     def circuit_rates(self, line: Line) -> list[Any]:
         """Rates of change of the states of a line's circuit."""
@@ -644,7 +668,7 @@ class _Moment:
         found: dict[str, Any] = dict.fromkeys(causes, 0.0)
         for line in self.system.lines if "source" in found else ():
             port, (y, n) = self.port(line), self._own(line)
-            charge = self.xp.node(port.charge(self.voltage(line)))
+            charge = self.xp.node(self.stored(line))
             powers = line.circuit.powers(port, _total(self.system, charge, time, z, rates), y, n, self.xp)
             found |= {name: found[name] + power for name, power in powers.items()}
         if "film" in found:
@@ -712,7 +736,9 @@ def _currents_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
     graph, leaves, time, z, n = _leaves(system)
     rates, voltages = system.rates(time, z, n, graph), system.voltages(time, z, n, graph)
     charges = [
-        voltage * film.capacitance(z[0], voltage * voltage, system.states_of(z, "film", k), n, graph)
+        system.stored(time, z, n, graph)
+        if system.circuit.delays
+        else voltage * film.capacitance(z[0], voltage * voltage, system.states_of(z, "film", k), n, graph)
         for k, (film, voltage) in enumerate(zip(system.films, voltages, strict=True))
         if film.film.traced_charge
     ]
