@@ -213,6 +213,34 @@ def test_an_input_with_a_rate_follows_the_commanded_sine(pump):
     assert np.abs(np.array(found) - right).max() < 5e-4 * np.ptp(right)
 
 
+WAVES = {
+    "trapezoid": "trapezoid",
+    "jumps": {"component": "square", "rise": 0.0, "duty": 0.3},
+    "burst": "burst",
+    "harmonics": "harmonics",
+    "once": {"component": "staircase", "repeat": False},
+}
+
+
+@pytest.mark.parametrize("name", WAVES)
+def test_a_drive_of_any_shape_runs_inside_and_the_input_adds_to_it(made, name):
+    """In steps that lie between its corners, and in steps across several."""
+    own = device(film="taut", waveform=WAVES[name])
+    exported, library = made(f"inside {name}", own, "pump", True, 1e-15)
+    times = 2e-3 * np.arange(1, 151)
+    right = 1e-3 * gelcone.simulate(own, times=times).displacement.values
+    for every in (1, 15):
+        instance, found = Instance(exported, library), []
+        for _ in times[every - 1 :: every]:
+            assert instance.step(every * 2e-3) == 0
+            found.append(instance["displacement"])
+        assert np.abs(np.array(found) - right[every - 1 :: every]).max() < 1e-13 * np.ptp(right)
+    instance = Instance(exported, library)
+    begun = instance["film_voltage"]
+    instance.set("voltage", 100.0)
+    assert instance["film_voltage"] - begun == pytest.approx(100.0)
+
+
 def test_a_force_lifts_the_disc_by_the_force_over_the_stiffness(pump):
     exported, instance = pump
     start = instance["displacement"]
@@ -323,9 +351,11 @@ def test_a_jump_far_across_pull_in_ends_and_does_not_hang(made, volts):
 # --- the folder -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("drive", [None, "sine"])
-def test_the_folder_holds_programs_that_run(tmp_path, drive):
-    own = device(film="taut")
+@pytest.mark.parametrize(
+    ("drive", "waveform"), [(None, "sine"), ("sine", "sine"), ("own", "trapezoid"), ("own", "harmonics")]
+)
+def test_the_folder_holds_programs_that_run(tmp_path, drive, waveform):
+    own = device(film="taut", waveform=waveform)
     paths = gelcone.export(own, tmp_path / "My Pump", drive=drive)
     assert [path.name for path in paths] == ["my_pump.h", "my_pump.c", "example.c", "test.c", "device.toml"]
     folder = tmp_path / "My Pump"
@@ -382,7 +412,9 @@ def test_a_title_cannot_end_a_comment(tmp_path):
     ("changes", "options", "match"),
     [
         ({"film_thickness": [1.9e-4, 2e-4]}, {}, "one device at a time"),
-        ({"waveform": "triangle"}, {"drive": "sine"}, "leave --drive out"),
+        ({"waveform": "triangle"}, {"drive": "sine"}, "give drive = 'own'"),
+        ({"waveform": "half_wave"}, {"drive": "own"}, "its corners move with the voltage"),
+        ({"waveform": "chirp"}, {"drive": "own"}, "cannot be exported"),
         ({}, {"drive": "square"}, "is not a drive"),
         ({}, {"tolerance": 0.0}, "tolerance"),
     ],

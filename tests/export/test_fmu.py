@@ -39,6 +39,8 @@ def fmus(tmp_path_factory):
         "wrinkling": (device(**WRINKLING), {"fmi": 2, "drive": "sine", "tolerance": 1e-15}),
         "wrinkling 3": (device(**WRINKLING), {"fmi": 3, "drive": "sine", "tolerance": 1e-15}),
         "ending": (device(film="wrinkling"), {"fmi": 2}),
+        "trapezoid": (device(film="taut", waveform="trapezoid"), {"fmi": 2, "drive": "own"}),
+        "trapezoid 3": (device(film="taut", waveform="trapezoid"), {"fmi": 3, "drive": "own"}),
     }
 
     def of(key):
@@ -205,6 +207,17 @@ def test_both_kinds_give_the_motion_of_simulate(fmus, key):
     assert found["time"].size > TIMES.size  # its events
 
 
+@pytest.mark.parametrize("key", ["trapezoid", "trapezoid 3"])
+def test_corners_of_a_drive_inside_are_events_in_time(fmus, key):
+    right = 1e-3 * gelcone.simulate(device(film="taut", waveform="trapezoid"), times=TIMES).displacement.values
+    options = {"stop_time": TIMES[-1], "output_interval": STEP, "output": ["displacement"]}
+    for kind, most in (("CoSimulation", 1e-7), ("ModelExchange", 1e-6)):
+        found = fmpy.simulate_fmu(fmus(key), fmi_type=kind, relative_tolerance=1e-9, **options)
+        at = np.searchsorted(found["time"], TIMES - 1e-12)
+        assert np.abs(found["displacement"][at] - right).max() < most * np.ptp(right), kind
+    assert found["time"].size > TIMES.size  # its corners
+
+
 def test_an_input_with_a_slope_follows_the_drive(stepped):
     """Inputs of a millisecond with their slope, by the standard's own function and by the input of the rate."""
     own, times = device(film="taut"), 1e-3 * np.arange(201)
@@ -256,7 +269,7 @@ def test_a_stored_state_continues_with_the_same_bits_also_elsewhere(stepped, key
 
 
 def test_pull_in_ends_the_simulation_at_its_time(fmus):
-    volts = 2400.0
+    volts = 2700.0
     right = 1e-3 * float(
         gelcone.simulate(
             device(film="wrinkling", voltage_amplitude=0.0, voltage_offset=volts), times=[0.1]

@@ -30,7 +30,7 @@ def export_command() -> click.Command:
         click.Option(
             ["--platforms"], metavar="LIST", help=f"Machines of an FMU's libraries: {', '.join([HOST, *PLATFORMS])}."
         ),
-        click.Option(["--drive"], metavar="sine", help="Put the device's own sine inside; the input adds to it."),
+        click.Option(["--drive"], metavar="own|sine", help="Put the device's own drive inside; the input adds to it."),
         click.Option(
             ["--tolerance"],
             type=float,

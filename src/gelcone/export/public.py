@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-7
 """Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
 FMU, WASM = ".fmu", ".wasm"
-DRIVES = ("sine",)
+DRIVES = ("own", "sine")
 _RESERVED = """auto break case char class const continue default delete do double else enum explicit extern false float
 for friend function goto if inline instance int long main mutable namespace new operator private protected public
 register restrict return short signed sizeof state static struct switch template this throw true try typedef typename
@@ -55,7 +55,8 @@ def export(
     fmi : version of the FMU's standard, 2 or 3. Default 2.
     platforms : machines for which an FMU holds libraries, besides its sources: ``"host"``, this one (default), and with
         the package ziglang ``"linux"``, ``"linux-arm"``, ``"windows"``, ``"macos"`` and ``"macos-arm"``.
-    drive : ``"sine"`` puts the drive of the device inside, and the input voltage is added to it. Default None: the
+    drive : ``"own"`` puts the drive of the device inside, a sine or another waveform (``"sine"`` a sine alone), and the
+        input voltage is added to it. Default None: the
         input is the whole voltage.
     tolerance : relative error of one step of the integrator. Default 1e-7.
     force : whether files that exist are overwritten. Default no.
@@ -88,12 +89,14 @@ def export(
         return interchange.export(what, path, force=force)
     if drive is not None and drive not in DRIVES:
         raise unknown_name("drive", drive, DRIVES)
+    if drive == "sine" and what.to_model().system.waveform.name != "sine":
+        raise InputError("drive = 'sine': the waveform of the device is another; give drive = 'own', or leave it out")
     check_flow(tolerance, None)
     if fmi not in VERSIONS:
         raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
     if path.suffix not in ("", FMU, WASM):
         raise InputError(f"{path}: a device is written to NAME{FMU}, NAME{WASM} or a folder for C without an ending")
-    exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive == "sine", float(tolerance))
+    exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive is not None, float(tolerance))
     if path.suffix == FMU:
         check_writable([path], force=force)
         if not write_fmu(exported, path, fmi, platforms, force):

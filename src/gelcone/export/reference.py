@@ -12,8 +12,12 @@ import numpy as np
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL
 from gelcone.export.sources import Exported, filled
 from gelcone.motion.flow import smallest_step
-from gelcone.physics.driven import INPUTS, PHASE
+from gelcone.physics.driven import DRIVE_PIECE, INPUTS, PHASE
 
+TURN = 6.283185307179586
+CLOSE = 1e-11 * TURN
+"""As near before a corner of the drive the next piece has begun."""
+ARRIVED = 0
 STEPS = 20
 """Steps of the test program, over a period of the device's own drive."""
 
@@ -35,18 +39,43 @@ class Reference:
         """Moves on under inputs in SI units, voltage and force each with its rate; the status of the integrator."""
         s = self.exported.scale_values
         voltage, voltage_rate, force, force_rate = given
-        own = voltage / s["voltage"], voltage_rate * s["time"] / s["voltage"]
-        pushed = force / s["force"], force_rate * s["time"] / s["force"]
-        n = self.numbers | dict(zip(INPUTS, (*own, *pushed), strict=True)) | self.switches
-        if self.exported.sine:
-            turns = self.exported.parameters.values["frequency"] * self.time
-            n[PHASE] = 6.283185307179586 * (turns - np.floor(turns))
-        length = seconds / s["time"]
-        most = STEPS_PER_CALL * max(1.0, np.ceil(length * self._fastest / CALL_SPAN))
-        found = self.exported.program.run(n, self.z, length, self._smallest, most)
-        self.z, self.switches = found.states, dict(found.switches)
-        self.time += seconds if found.status == 0 else found.time * s["time"]
-        return found.status
+        now, done, status = self.time, 0.0, ARRIVED
+        while done < seconds and status == ARRIVED:
+            own = voltage / s["voltage"], voltage_rate * s["time"] / s["voltage"]
+            pushed = force / s["force"], force_rate * s["time"] / s["force"]
+            drive, left = self._drive()
+            part = min(left, seconds - done)
+            length = part / s["time"]
+            most = STEPS_PER_CALL * max(1.0, np.ceil(length * self._fastest / CALL_SPAN))
+            n = self.numbers | dict(zip(INPUTS, (*own, *pushed), strict=True)) | drive | self.switches
+            found = self.exported.program.run(n, self.z, length, self._smallest, most)
+            self.z, self.switches, status = found.states, dict(found.switches), found.status
+            reached = found.time * s["time"]
+            done = done + reached if status != ARRIVED else seconds if part < left else done + part
+            self.time = now + done
+            voltage, force = voltage + voltage_rate * reached, force + force_rate * reached
+        return status
+
+    def _drive(self) -> tuple[dict[str, float], float]:
+        """The numbers of the drive inside at the time now, and the seconds to its next corner."""
+        if not self.exported.inside:
+            return {}, np.inf
+        frequency = self.exported.parameters.values["frequency"]
+        turns = frequency * self.time
+        numbers = {PHASE: TURN * (turns - np.floor(turns))}
+        pieces = self.exported.pieces
+        if pieces is None:
+            return numbers, np.inf
+        repeats, offsets = self.exported.model.system.waveform.repeat, pieces.begins - pieces.begins[0]
+        along = TURN * (turns - np.floor(turns) if repeats else turns) - float(pieces.begins[0])
+        if repeats and along >= TURN - CLOSE:
+            along -= TURN
+        if repeats and along < -CLOSE:
+            along += TURN
+        k = max(int((offsets - CLOSE <= along).sum()) - 1, 0)
+        end = float(offsets[k + 1]) if k + 1 < offsets.size else TURN if repeats else np.inf
+        terms = [along - float(offsets[k]), *map(float, pieces.terms[k])]
+        return numbers | dict(zip(DRIVE_PIECE, terms, strict=True)), (end - along) / (TURN * frequency)
 
 
 def test_program(exported: Exported) -> str:
@@ -54,7 +83,7 @@ def test_program(exported: Exported) -> str:
     device, motion = exported.device, Reference(exported)
     amplitude, offset, frequency = (float(device.get(f)) for f in ("voltage_amplitude", "voltage_offset", "frequency"))
     times = np.arange(STEPS + 1) / (STEPS * frequency)
-    volts = 0.0 * times if exported.sine else offset + amplitude * np.sin(2.0 * np.pi * frequency * times)
+    volts = 0.0 * times if exported.inside else offset + amplitude * np.sin(2.0 * np.pi * frequency * times)
     steps, right = [], []
     for k in range(STEPS):
         size = float(times[k + 1] - times[k])

@@ -23,7 +23,8 @@ from gelcone.motion.flow import formulas_text, portable, smallest_step
 from gelcone.motion.job import Portable
 from gelcone.motion.validity import slack_places
 from gelcone.physics.differentiate import evaluated
-from gelcone.physics.driven import INPUTS, PHASE, DrivenSystem, driven
+from gelcone.physics.drive import VOLTAGE, Pieces
+from gelcone.physics.driven import DRIVE_PIECE, INPUTS, PHASE, DrivenSystem, driven
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Node, ordered
@@ -78,28 +79,39 @@ class Exported:
 
     device: Device
     name: str
-    sine: bool
+    inside: bool
     tolerance: float
 
     @cached_property
     def model(self) -> ConeModel:
-        """The dimensionless model, of one device without corners in its drive."""
+        """The dimensionless model of one device."""
         if self.device.shape:
             raise InputError(
                 f"an ensemble of shape {self.device.shape} cannot be exported; export one device at a time"
             )
-        model = self.device.to_model()
-        if self.sine and model.system.waveform.name != "sine":
+        return self.device.to_model()
+
+    @cached_property
+    def pieces(self) -> Pieces | None:
+        """The pieces of the drive inside, where it has some. `InputError` where they change with its numbers."""
+        own, model = self.system.waveform.pieces, self.model  # type: ignore[attr-defined]
+        if own is None:
+            return None
+        tables = [
+            own.table({**model.values, **{name: (1.0 + share) * model.values[name] for name in VOLTAGE}})
+            for share in (0, 1)
+        ]
+        if any((getattr(tables[0], part) != getattr(tables[1], part)).any() for part in ("begins", "terms")):
             raise InputError(
-                f"--drive sine: the waveform of the device is {model.system.waveform.name}; leave --drive out and give "
-                "the voltage as an input"
+                f"waveform = {own.name}: its pieces change with voltage or frequency, which stay free; leave --drive "
+                "out and give the voltage as an input"
             )
-        return model
+        return tables[0]
 
     @cached_property
     def system(self) -> DrivenSystem:
         """The system under inputs."""
-        return driven(self.model.system, self.sine)
+        return driven(self.model.system, self.inside)
 
     @cached_property
     def program(self) -> Portable:
@@ -248,7 +260,7 @@ def example(exported: Exported) -> str:
     text = re.sub(
         r"DRIVE_AT\(((?:[^()]|\([^()]*\))*)\)", rf"{offset!r} + {amplitude!r} * sin(turn * {frequency!r} * (\1))", text
     )
-    if exported.sine:
+    if exported.inside:
         text = re.sub(r" +double before.*?/ step\);\n", "", text, flags=re.S).replace(", turn = 6.283185307179586", "")
     if "current" not in exported.outputs:
         text = text.replace("DEVICE_UP_CURRENT", "DEVICE_UP_VELOCITY").replace("current (A)", "velocity (m/s)")
@@ -317,6 +329,7 @@ def _tables(exported: Exported) -> list[str]:
     fields = list(parameters.fields.values())
     names = list(program.numbers)
     places = dict(zip((*INPUTS, PHASE), ("VOLTAGE", "VOLTAGE_RATE", "FORCE", "FORCE_RATE", "PHASE"), strict=True))
+    pieces = exported.pieces
     out = program.outputs
     combined = 2 ** len(program.switches)
     most = max(map(len, exported.kinds))
@@ -331,7 +344,8 @@ def _tables(exported: Exported) -> list[str]:
         **{f"SCALE_{name.upper()}": scales.index(name) for name in ("time", "voltage", "force", "field")},
         **{f"NUMBER_{where}": names.index(name) for name, where in places.items()},
         "P_DIELECTRIC_STRENGTH": list(parameters.values).index(STRENGTH),
-        **({"P_FREQUENCY": list(parameters.values).index("frequency")} if exported.sine else {}),
+        **({"P_FREQUENCY": list(parameters.values).index("frequency")} if exported.inside else {}),
+        **({} if pieces is None else _piece_defines(pieces, exported, names)),
         "SMALLEST_STEP": repr(float(smallest_step(members)[0])), "FASTEST": repr(float(np.ravel(members.fastest)[0])),
         "STEPS_PER_CALL": f"{STEPS_PER_CALL}.0", "CALL_SPAN": repr(CALL_SPAN), "LARGEST": repr(LARGEST),
         **{f"TEXT_{own.name}": f'"{own.meaning}"' for own in Outcome},
@@ -341,6 +355,7 @@ def _tables(exported: Exported) -> list[str]:
     film_out = [film.prefix + name for film in system.films for name in watched]
     return [
         *_defines(defines),
+        *([] if pieces is None else _piece_tables(pieces)),
         _array("double", "NUMBERS", [numbers[name] for name in names]),
         _array("double", "PARAMETERS", list(parameters.values.values())),
         _array("double", "LEAST", [_least(field) for field in fields]),
@@ -359,6 +374,20 @@ def _tables(exported: Exported) -> list[str]:
         _array("double", "REACH", [end for film in system.films for end in film.film.reach(film.own(numbers))]),
         _array("int", "FLAT_HEIGHT", [names.index(FLAT_HEIGHT) if film.drive else -1 for film in system.films]),
     ]  # fmt: skip
+
+
+def _piece_defines(pieces: Pieces, exported: Exported, names: Sequence[str]) -> dict[str, Any]:
+    """The sizes and places of a drive with pieces."""
+    found = {f"NUMBER_{name.upper()}": names.index(name) for name in DRIVE_PIECE if name in names}
+    repeats = int(exported.model.system.waveform.repeat)
+    return found | {"N_PIECES": len(pieces.begins), "REPEATS": repeats, "FIRST": repr(float(pieces.begins[0]))}
+
+
+def _piece_tables(pieces: Pieces) -> list[str]:
+    return [
+        _array("double", "PIECE_OFFSETS", (pieces.begins - pieces.begins[0]).tolist()),
+        _array("double", "PIECE_TERMS", np.ravel(pieces.terms).tolist()),
+    ]
 
 
 def _least(field: Any) -> float:

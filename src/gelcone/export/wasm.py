@@ -43,7 +43,7 @@ def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
     page = {
         "DEVICE_TITLE": html.escape(title),
         "DEVICE_MOST": f"{1.5 * (abs(offset) + amplitude):.0f}",
-        "DEVICE_BEGIN": f"{0.0 if exported.sine else abs(offset):.0f}",
+        "DEVICE_BEGIN": f"{0.0 if exported.inside else abs(offset):.0f}",
         "RADII": json.dumps([float(device.disc_radius), float(device.film_radius)]),
         "FIELD_READ": field,
     }

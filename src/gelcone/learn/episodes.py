@@ -98,7 +98,7 @@ class Pool:
         """Draw ``count`` devices; one where nothing is uncertain. `InputError` where one of them has no rest."""
         drawn = device.replace_quietly(draw(uncertain, count, seed=seed)) if uncertain else device
         model, s = drawn.to_model(), drawn.scales
-        own = driven(model.system, sine=False, breaks_down="dielectric_strength" in model.values)
+        own = driven(model.system, breaks_down="dielectric_strength" in model.values)
         members = Members(own, model.members().values, model.size)
         disc = np.empty((members.size, 2))
         disc[:] = drawn.initial_state() if device.release_height is not None else 0.0

@@ -124,7 +124,7 @@ def _samples(times: Any, displacement: Any) -> tuple[Array, Array]:
 
 def _integrated(model: ConeModel, tau: Array, voltage: Array, start: tuple[float, float]) -> Array:
     """The displacement under a voltage that changes at a constant rate between its samples."""
-    system = driven(model.system, sine=False)
+    system = driven(model.system)
     n = {**system.numbers_of({name: np.asarray(value, dtype=float) for name, value in model.values.items()})}
 
     def rates(t: float, z: Array) -> list[float]:

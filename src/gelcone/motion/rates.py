@@ -38,7 +38,7 @@ class Rates:
         if device.shape:
             raise InputError(f"rates: takes a single device, not an ensemble of shape {device.shape}")
         model, scales = device.to_model(), device.scales
-        self._system, self._waveform = driven(model.system, sine=False), model.system.waveform
+        self._system, self._waveform = driven(model.system), model.system.waveform
         values = {name: np.asarray(value, dtype=float) for name, value in model.values.items()}
         self._n: dict[str, Any] = self._system.numbers_of(values)
         self._drive = model.system.waveform.numbers(values)

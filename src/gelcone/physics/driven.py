@@ -12,42 +12,69 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.errors import InputError
 from gelcone.physics.component import Numbers
-from gelcone.physics.drive import VOLTAGE, Waveform
+from gelcone.physics.drive import PIECE, VOLTAGE, Pieced, Waveform
 from gelcone.physics.film.film import Border
 from gelcone.physics.system import ConeSystem
 
 INPUTS = ("input_voltage", "input_voltage_rate", "input_force", "input_force_rate")
 PHASE = "input_phase"
-"""The phase of the device's own sine where a step begins."""
+"""The phase of the device's own drive where a step begins."""
+DRIVE_PIECE = ("drive_since", "drive_0", "drive_1", "drive_2", "drive_3", "drive_gate")
+"""Of a drive with pieces: the phase since that in which a step lies began, the terms of its cubic, and its gate."""
 STRENGTH_SQUARED = "squared_dielectric_strength"
 
 
 @dataclass(frozen=True)
 class Input(Waveform):
-    """A voltage from outside, with the device's own sine added to it if ``sine`` says so."""
+    """A voltage from outside, with the device's ``own`` waveform added to it where there is one.
 
-    sine: bool = False
+    Of a waveform with pieces each step lies within one, whose terms are the numbers `DRIVE_PIECE`.
+    """
+
+    own: Waveform | None = None
 
     name = "input"
     parameters = VOLTAGE
 
+    def __post_init__(self) -> None:
+        own = self.own
+        if own is not None:
+            object.__setattr__(self, "parameters", own.parameters)
+            if type(own).voltage is not Waveform.voltage:
+                raise InputError(f"waveform = {own.name}: its corners move with the voltage; leave the drive outside")
+
+    @property
+    def pieces(self) -> Pieced | None:
+        """The waveform where it has pieces."""
+        return self.own if isinstance(self.own, Pieced) else None
+
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        return super().numbers(parameters) | dict.fromkeys((*INPUTS, PHASE), 0.0)
+        plain = self.own is None or self.pieces is not None
+        found = super().numbers(parameters) if plain else self.own.numbers(parameters)  # type: ignore[union-attr]
+        return found | dict.fromkeys((*INPUTS, PHASE, *(DRIVE_PIECE if self.pieces else ())), 0.0)
 
     def shape(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
-        return xp.sin(n[PHASE] + phase) if self.sine else 0.0 * phase
+        return 0.0 * phase if self.own is None else self.own.shape(n[PHASE] + phase, self._within(phase, n), xp)
 
     def shape_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
-        return xp.cos(n[PHASE] + phase) if self.sine else 0.0 * phase
+        return 0.0 * phase if self.own is None else self.own.shape_rate(n[PHASE] + phase, self._within(phase, n), xp)
+
+    def _within(self, phase: Any, n: Numbers) -> Numbers:
+        """The numbers, with those of the piece by the names that its formulas take."""
+        if self.pieces is None:
+            return n
+        since, *terms = (n[name] for name in DRIVE_PIECE)
+        return {**n, "since": since + phase, **dict(zip(PIECE[1:], terms, strict=True))}
 
     def voltage(self, tau: Any, n: Numbers, xp: Any = np) -> Any:
         given = n[INPUTS[0]] + n[INPUTS[1]] * tau
-        return given + super().voltage(tau, n, xp) if self.sine else given
+        return given if self.own is None else given + super().voltage(tau, n, xp)
 
     def voltage_rate(self, tau: Any, n: Numbers, xp: Any = np) -> Any:
         given = n[INPUTS[1]] + 0.0 * tau
-        return given + super().voltage_rate(tau, n, xp) if self.sine else given
+        return given if self.own is None else given + super().voltage_rate(tau, n, xp)
 
 
 @dataclass(frozen=True)
@@ -94,6 +121,10 @@ class DrivenSystem(ConeSystem):
         return value
 
 
-def driven(system: ConeSystem, sine: bool, breaks_down: bool = False) -> DrivenSystem:
-    """The system under inputs, with the device's own sine or without."""
-    return DrivenSystem(system.films, system.bias, Input(sine), system.circuit, breaks_down)
+def driven(system: ConeSystem, inside: bool = False, breaks_down: bool = False) -> DrivenSystem:
+    """The system under inputs, with its own drive ``inside`` or without.
+
+    Raises `InputError` for a drive that cannot be inside.
+    """
+    own = Input(system.waveform if inside else None)
+    return DrivenSystem(system.films, system.bias, own, system.circuit, breaks_down)

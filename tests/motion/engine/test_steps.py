@@ -19,7 +19,7 @@ COUNT = 3
 @pytest.fixture
 def made():
     """Three members, and what `Program.run` gives of one with some numbers over a length."""
-    system = driven(MODEL.system, sine=False)
+    system = driven(MODEL.system)
     steps, program = Steps(system, 1e-10, COUNT, 1e6), Program(system, "states", 1e-10, border_events(system))
     own = {name: float(value) for name, value in MODEL.replace(voltage=0.0).members().numbers_at(0).items()}
     own = {name: own.get(name, 0.0) for name in program.numbers}

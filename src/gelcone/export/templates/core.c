@@ -20,6 +20,37 @@ enum {
 
 static double scale(const instance *m, int which) { return m->numbers[N_NUMBERS + which].d; }
 
+#ifdef N_PIECES
+#define CLOSE (1e-11 * TURN) /* so near before a corner the next piece has begun */
+
+/* The piece of the drive at the time now, the phase since it began, and in seconds what is left of it. */
+static int piece_now(const instance *m, double *since, double *left) {
+  double turns = m->s.parameter[P_FREQUENCY] * m->s.time, along, end;
+  int k = N_PIECES - 1;
+  if (REPEATS) turns -= floor(turns);
+  along = TURN * turns - FIRST;
+  if (REPEATS && along >= TURN - CLOSE) along -= TURN;
+  if (REPEATS && along < -CLOSE) along += TURN;
+  while (k > 0 && along < PIECE_OFFSETS[k] - CLOSE) --k;
+  end = k + 1 < N_PIECES ? PIECE_OFFSETS[k + 1] : REPEATS ? TURN : INFINITY;
+  *since = along - PIECE_OFFSETS[k];
+  *left = (end - along) / (TURN * m->s.parameter[P_FREQUENCY]);
+  return k;
+}
+#endif
+
+/* Seconds after which the drive inside has a corner. */
+static double until_corner(const instance *m) {
+#ifdef N_PIECES
+  double since, left;
+  piece_now(m, &since, &left);
+  return left;
+#else
+  (void)m;
+  return INFINITY;
+#endif
+}
+
 /* The numbers that the formulas take, from parameters and inputs. */
 static void set_numbers(instance *m) {
   word given[ROOM(N_PARAMETERS)];
@@ -38,6 +69,17 @@ static void set_numbers(instance *m) {
   {
     double turns = m->s.parameter[P_FREQUENCY] * m->s.time;
     m->numbers[NUMBER_PHASE].d = TURN * (turns - floor(turns));
+  }
+#endif
+#ifdef N_PIECES
+  {
+    double left;
+    const double *terms = PIECE_TERMS + 5 * piece_now(m, &m->numbers[NUMBER_DRIVE_SINCE].d, &left);
+    m->numbers[NUMBER_DRIVE_0].d = terms[0];
+    m->numbers[NUMBER_DRIVE_1].d = terms[1];
+    m->numbers[NUMBER_DRIVE_2].d = terms[2];
+    m->numbers[NUMBER_DRIVE_3].d = terms[3];
+    m->numbers[NUMBER_DRIVE_GATE].d = terms[4];
   }
 #endif
   m->fresh = 0;
@@ -142,24 +184,28 @@ static int outcome_of(int64_t status) {
   return status == INFINITE && SMALLEST_STEP == 0.0 ? NOT_FINITE : STRETCH_LIMIT;
 }
 
-/* Moves on by a time in seconds; the outcome. */
+/* Moves on by a time in seconds, from corner to corner of the drive inside; the outcome. */
 static int move_on(instance *m, double seconds) {
-  double reached, now = m->s.time;
-  int64_t status;
+  double reached, now = m->s.time, done = 0.0;
+  int64_t status = ARRIVED;
   if (m->s.outcome) return (int)m->s.outcome;
   set_numbers(m);
   if (seconds == 0.0) {
     settle(m);
     return (int)m->s.outcome;
   }
-  status = run(m, seconds / scale(m, SCALE_TIME), &reached);
-  reached *= scale(m, SCALE_TIME);
-  m->s.time = now + (status == ARRIVED ? seconds : reached);
-  m->s.input[VOLTAGE] += m->s.input[VOLTAGE_RATE] * reached;
-  m->s.input[FORCE] += m->s.input[FORCE_RATE] * reached;
-  if (status != ARRIVED) m->s.outcome = outcome_of(status);
-  else if (beyond(m)) m->s.outcome = STRETCH_LIMIT;
-  set_numbers(m);
+  while (done < seconds && !m->s.outcome) {
+    double left = until_corner(m), part = left < seconds - done ? left : seconds - done;
+    status = run(m, part / scale(m, SCALE_TIME), &reached);
+    reached *= scale(m, SCALE_TIME);
+    done = status != ARRIVED ? done + reached : part < left ? seconds : done + part;
+    m->s.time = now + done;
+    m->s.input[VOLTAGE] += m->s.input[VOLTAGE_RATE] * reached;
+    m->s.input[FORCE] += m->s.input[FORCE_RATE] * reached;
+    if (status != ARRIVED) m->s.outcome = outcome_of(status);
+    else if (beyond(m)) m->s.outcome = STRETCH_LIMIT;
+    set_numbers(m);
+  }
   return (int)m->s.outcome;
 }
 

@@ -150,6 +150,8 @@ DECLARED(Status, fmi2NewDiscreteStates, (Component c, EventInfo *info)) {
   memset(info, 0, sizeof *info);
   settle(of(c));
   info->terminate = of(c)->s.outcome != OK;
+  info->next_time_defined = until_corner(of(c)) < INFINITY;
+  if (info->next_time_defined) info->next_time = of(c)->s.time + until_corner(of(c));
   return Fmi2OK;
 }
 DECLARED(Status, fmi2EnterContinuousTimeMode, (Component c)) { (void)c; return Fmi2OK; }

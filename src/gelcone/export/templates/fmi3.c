@@ -237,8 +237,9 @@ NO_FRACTION(fmi3SetShiftFraction, const uint64_t)
 
 DECLARED(Status, fmi3UpdateDiscreteStates, (Instance i, bool *again, bool *terminate, bool *nominals, bool *values,
                                             bool *next, double *when)) {
-  *again = *nominals = *values = *next = false;
-  *when = 0.0;
+  *again = *nominals = *values = false;
+  *next = until_corner(of(i)) < INFINITY;
+  *when = *next ? of(i)->s.time + until_corner(of(i)) : 0.0;
   settle(of(i));
   *terminate = of(i)->s.outcome != OK;
   return Fmi3OK;
