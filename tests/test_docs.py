@@ -76,6 +76,7 @@ def prepared(tmp_path_factory):
     (folder / "wish.toml").write_text(FIRST_WISH.format(file="wish.toml"))
     (folder / "designs").mkdir()
     gelcone.save(pump, folder / "designs" / "design-1.toml")
+    shutil.copytree(ROOT / "docs" / "measured", folder / "docs" / "measured")
     (folder / "results").mkdir()
     gelcone.save(gelcone.simulate(pump, times=[0.0, 1e-3]), folder / "results" / "simulate.nc")
     grid = gelcone.Plan(gelcone.ConeModel(), {"voltage": [0.5, 1.0], "drive_frequency": [0.1, 0.2]})
@@ -104,6 +105,7 @@ def dry(monkeypatch, prepared):
         "gelcone.lab.device.fit_device",
         "gelcone.lab.device.plan_device",
         "gelcone.lab.design.design",
+        "gelcone.lab.page.compare_measured",
     ):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there

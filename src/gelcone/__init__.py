@@ -13,6 +13,7 @@ Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
     read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
+    compare_measured                        a measured device against what is predicted of it
     read_wish, design, designed_devices     devices that do what is wished in spite of tolerances
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, step, creep, transfer, section, extrema, spectrum   one run: how it moves
@@ -174,6 +175,7 @@ if TYPE_CHECKING:
     from gelcone.lab.material import fitted_text as fitted_text
     from gelcone.lab.measured import Measured as Measured
     from gelcone.lab.measured import read_tests as read_tests
+    from gelcone.lab.page import compare_measured as compare_measured
     from gelcone.lab.wish import read_wish as read_wish
     from gelcone.learn.environment import environment as environment
     from gelcone.motion.control import follow as follow

@@ -16,6 +16,7 @@ OWN_COMMANDS = {
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
     "fit": ("A material from tests on coupons, or a device from its own measurements.", "lab:fit_command"),
     "design": ("Designs that do what is wished in spite of tolerances.", "design:design_command"),
+    "measured": ("Measured devices against what is predicted of them.", "measured:measured_command"),
     "export": (
         "A device as FMU, C or WebAssembly; a result as tables (CSV, Parquet) or for MATLAB.",
         "export:export_command",

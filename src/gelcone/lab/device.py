@@ -408,7 +408,7 @@ def _predicted(problem: Problem, logs: Array, covariance: Array, asked: Sequence
         return xr.Dataset()
     count = len(problem.free)
     around = np.concatenate([np.zeros((1, count)), STEP * np.eye(count)]) + logs[:count]
-    values = np.stack([_values(problem, around, one) for one in asked])
+    values = np.stack([predicted_values(problem, around, one) for one in asked])
     slopes = np.concatenate([(values[:, 1:] - values[:, :1]) / STEP, np.zeros((len(asked), logs.size - count))], axis=1)
     spread = np.sqrt(np.einsum("pi,ij,pj->p", slopes, covariance, slopes))
     words, ratios = [], []
@@ -428,7 +428,7 @@ def _predicted(problem: Problem, logs: Array, covariance: Array, asked: Sequence
     )  # fmt: skip
 
 
-def _values(problem: Problem, logs: Array, asked: Asked) -> Array:
+def predicted_values(problem: Problem, logs: Array, asked: Asked) -> Array:
     """A prediction for variants without gains, (variants,)."""
     variants = Variants(problem.device, list(problem.free), np.exp(logs), {})
     if asked.kind == "pull-in":

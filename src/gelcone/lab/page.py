@@ -1,0 +1,289 @@
+"""Measured devices: what a source states of one, what gelcone predicts of it, and whether the two agree.
+
+Every number of a page has its value, unit, the sentence that states it, and its kind. A prediction that hangs on
+assumed numbers by more than half of its variance is refused.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.devices.fields import DEVICE_FIELDS
+from gelcone.devices.materials import find_material
+from gelcone.devices.units import FieldError, format_si, parse
+from gelcone.errors import InputError, unknown_name
+from gelcone.files import read_text
+from gelcone.lab.device import PREDICTIONS, Asked, predicted_values, read_predictions
+from gelcone.lab.device_fit import STEP, Problem
+from gelcone.lab.device_tests import read_share
+from gelcone.lab.material import fit_material
+from gelcone.lab.measured import place_of, read_tests
+from gelcone.progress import Progress
+from gelcone.quantity import Array
+
+KINDS: Mapping[str, float] = {"stated": 0.01, "derived": 0.03, "digitised": 0.02, "assumed": 0.0}
+"""Kinds of numbers, and the relative standard deviation of one that states none; an assumed one must."""
+CHOICES: Mapping[str, tuple[str, ...]] = {"film": ("wrinkling", "taut", "membrane")}
+KEYS = ("title", "source", "missing", "device", "measured", "coupons")
+DRAWS, Z = 256, 1.96
+HALF = 0.5
+"""Share of a prediction's variance beyond which assumed numbers refuse it."""
+INSIDE = 0.9
+"""Share of the samples of a coupon within the band, at which the test counts as inside."""
+REMEDY = "give a TOML file as docs/measured holds them"
+MOST = 200
+"""Most numbers and most comparisons of a page."""
+
+
+class Number(NamedTuple):
+    """A number of a page in SI, with its standard deviation and its kind."""
+
+    value: float
+    deviation: float
+    kind: str
+
+
+class Comparison(NamedTuple):
+    """A quantity as predicted, with the ends of its 95 % interval, and as measured, in the ``unit``; ``verdict`` is
+    inside, outside, or why it is not compared."""
+
+    quantity: str
+    predicted: float
+    low: float
+    high: float
+    measured: float
+    unit: str
+    verdict: str
+
+
+class Page(NamedTuple):
+    """A measured device: its title and source, what is missing, and its comparisons."""
+
+    title: str
+    source: str
+    missing: tuple[str, ...]
+    compared: tuple[Comparison, ...]
+
+
+def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = None) -> Page:
+    """Compare the predictions of a measured device, or of a material's tests, with what was measured.
+
+    Parameters
+    ----------
+    path : a TOML file: ``title``, ``source`` and what is ``missing``; a table ``[device]`` of fields, each a table with
+        ``value``, ``unit``, ``sentence`` and ``kind`` (stated, derived, digitised, assumed) and, where known, its
+        ``deviation``; tables ``[[measured]]`` with a ``quantity`` such as ``"stroke@1.5 kV"`` and the same; or
+        ``[coupons]`` with a list of ``tests`` on a film, of which each is predicted from the others.
+    seed : of the draws. Default 0.
+    progress : called with the share of the work just done (the shares add up to 1).
+
+    Raises
+    ------
+    InputError : in one line, for what cannot be read or used.
+    """
+    path = Path(path)
+    try:
+        content = tomllib.loads(read_text(path, REMEDY))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    for key in content:
+        if key not in KEYS:
+            raise InputError(f"{path}: {unknown_name('key of a measured device', key[:60], KEYS)}")
+    texts = [content.get(key, "") for key in ("title", "source")]
+    missing = content.get("missing", [])
+    if not all(isinstance(text, str) and text for text in texts):
+        raise InputError(f"{path}: title or source is missing; {REMEDY}")
+    if not isinstance(missing, list) or not all(isinstance(text, str) for text in missing):
+        raise InputError(f"{path}: missing must be a list of texts")
+    compared: list[Comparison] = []
+    if "coupons" in content:
+        compared = _coupons(path, content["coupons"], progress)
+    elif "device" in content:
+        compared = _device(path, content, seed)
+    elif not missing:
+        raise InputError(f"{path}: has no [device] and no [coupons], and does not say what is missing; {REMEDY}")
+    return Page(texts[0], texts[1], tuple(missing), tuple(compared))
+
+
+# --- a device ---------------------------------------------------------------------------------------------------------
+
+
+def _device(path: Path, content: Mapping[str, Any], seed: int) -> list[Comparison]:
+    numbers, texts = _fields(path, content["device"])
+    listed = content.get("measured", [])
+    if not isinstance(listed, list) or not all(isinstance(one, dict) for one in listed) or len(listed) > MOST:
+        raise InputError(f"{path}: measured must be tables [[measured]], at most {MOST}")
+    try:
+        device = Device(name=path.stem).replace_quietly() if not numbers else _made(numbers, texts, path.stem)
+    except FieldError as error:
+        raise InputError(f"{path}: {str(error).splitlines()[0]}") from None
+    free = {name: one.deviation / abs(one.value) for name, one in numbers.items() if one.deviation and one.value > 0.0}
+    problem = Problem(device, free, (), {})
+    rng = np.random.default_rng(seed)
+    spreads = np.array(list(free.values()))
+    logs = spreads * rng.standard_normal((DRAWS, spreads.size))
+    return [_compared(path, problem, numbers, logs, k, entry) for k, entry in enumerate(listed, start=1)]
+
+
+def _made(numbers: Mapping[str, Number], texts: Mapping[str, str], name: str) -> Device:
+    plain: dict[str, Any] = {"name": name, "film": "wrinkling", **texts}
+    plain |= {own: one.value for own, one in numbers.items() if "." not in own}
+    dotted = {own: one.value for own, one in numbers.items() if "." in own}
+    if "material" not in plain:
+        plain["material"] = {own.removeprefix("material."): value for own, value in dotted.items()}
+        dotted = {}
+    return Device(**plain).replace_quietly(dotted)
+
+
+def _fields(path: Path, given: Any) -> tuple[dict[str, Number], dict[str, str]]:
+    """Numbers and names of a table ``[device]``."""
+    if not isinstance(given, dict) or not given or len(given) > MOST:
+        raise InputError(f"{path}: [device] must be a table of at most {MOST} fields")
+    numbers, texts = {}, {}
+    for name, entry in given.items():
+        where = f"{path}: device.{name}"
+        if name not in DEVICE_FIELDS and name not in ("material", "film"):
+            raise InputError(f"{path}: [device] {unknown_name('device field', name[:60], DEVICE_FIELDS)}")
+        if isinstance(entry, dict) and isinstance(entry.get("value"), str):
+            texts[name] = _name(where, name, entry)
+        else:
+            numbers[name] = _number(where, entry, DEVICE_FIELDS[name].unit)
+    return numbers, texts
+
+
+def _name(where: str, name: str, entry: Mapping[str, Any]) -> str:
+    """A film or material that ships, by its name."""
+    value = str(entry["value"])
+    if name == "material":
+        return str(find_material(value).name)
+    if value not in CHOICES.get(name, ()):
+        raise InputError(f"{where}: {unknown_name(name, value[:60], CHOICES.get(name, ('a number',)))}")
+    return value
+
+
+def _number(where: str, entry: Any, unit: str) -> Number:
+    keys = ("value", "unit", "sentence", "kind", "deviation", "quantity")
+    if not isinstance(entry, dict):
+        raise InputError(f"{where}: must be a table {{value = ..., unit = ..., sentence = ..., kind = ...}}")
+    for key in entry:
+        if key not in keys:
+            raise InputError(f"{where}: {unknown_name('key of a number', key[:60], keys)}")
+    kind, sentence = str(entry.get("kind")), entry.get("sentence")
+    if kind not in KINDS:
+        raise InputError(f"{where}: {unknown_name('kind of number', kind[:60], KINDS)}")
+    if not isinstance(sentence, str) or not sentence.strip():
+        raise InputError(f"{where}: the sentence that states it is missing")
+    value = _si(where, entry.get("value"), str(entry.get("unit", "")), unit)
+    if kind == "assumed" and "deviation" not in entry:
+        raise InputError(f'{where}: is assumed; say how far off it may be, deviation = "20 %"')
+    share = read_share(f"{where}.deviation", entry["deviation"]) if "deviation" in entry else KINDS[kind]
+    return Number(value, share * abs(value), kind)
+
+
+def _si(where: str, value: Any, written: str, unit: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where}: value = {str(value)[:60]!r}: must be a number, with its unit in unit")
+    try:
+        return parse("value", f"{value!r} {written}" if written not in ("", "1") else float(value), unit)
+    except FieldError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _compared(
+    path: Path, problem: Problem, numbers: Mapping[str, Number], logs: Array, k: int, entry: Mapping[str, Any]
+) -> Comparison:
+    """A quantity as predicted and as measured."""
+    where = f"{path}: measured {k}"
+    if not isinstance(entry.get("quantity"), str):
+        raise InputError(f'{where}: quantity is missing; give one of {", ".join(PREDICTIONS)}, such as "stroke@1 kV"')
+    (asked,) = read_predictions([entry["quantity"]])
+    unit = PREDICTIONS[asked.kind]
+    measured = _number(where, entry, unit)
+    predicted = predicted_values(problem, logs, asked)
+    low, middle, high = np.nanquantile(predicted, [0.025, 0.5, 0.975]) if np.isfinite(predicted).any() else [np.nan] * 3
+    blamed = _assumed(problem, numbers, asked)
+    if blamed:
+        verdict = f"not compared: it rests on assumed numbers ({', '.join(blamed)})"
+    elif not np.isfinite(predicted).all():
+        verdict = f"not compared: {np.isnan(predicted).mean():.0%} of the draws have no such state"
+    else:
+        apart = abs(middle - measured.value)
+        own = np.hypot((high - middle if measured.value > middle else middle - low) / Z, measured.deviation)
+        verdict = "inside" if apart <= Z * own else "outside"
+    return Comparison(asked.text, float(middle), float(low), float(high), measured.value, unit, verdict)
+
+
+def _assumed(problem: Problem, numbers: Mapping[str, Number], asked: Asked) -> list[str]:
+    """The assumed numbers on which more than half of the variance of a prediction hangs, the strongest first."""
+    spreads = np.array(list(problem.free.values()))
+    if not spreads.size:
+        return []
+    steps = STEP * np.eye(spreads.size)
+    slopes = (predicted_values(problem, steps, asked) - predicted_values(problem, -steps, asked)) / (2.0 * STEP)
+    shares = (np.nan_to_num(slopes) * spreads) ** 2
+    own = {name: share for name, share in zip(problem.free, shares, strict=True) if numbers[name].kind == "assumed"}
+    if sum(own.values()) <= HALF * shares.sum():
+        return []
+    largest = sorted(own.items(), key=lambda item: -item[1])[:3]
+    return [f"{name} {share / shares.sum():.0%}" for name, share in largest if share > 0.01 * shares.sum()]
+
+
+# --- tests on coupons -------------------------------------------------------------------------------------------------
+
+
+def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
+    """Each test on a film predicted from the others: the share of its samples within the band of a prediction."""
+    keys = ("tests", "material", "law", "branches", "relative_permittivity")
+    if not isinstance(given, dict):
+        raise InputError(f"{path}: [coupons] must be a table; {REMEDY}")
+    for key in given:
+        if key not in keys:
+            raise InputError(f"{path}: coupons: {unknown_name('setting', key[:60], keys)}")
+    tests = read_tests(place_of(path, f"{path}: coupons", given.get("tests")))
+    laws = [str(given["law"])] if "law" in given else None
+    counts = [given["branches"]] if "branches" in given else None
+    if counts is not None and (isinstance(counts[0], bool) or not isinstance(counts[0], int)):
+        raise InputError(f"{path}: coupons.branches = {str(counts[0])[:60]!r}: must be a whole number")
+    known = {"name": str(given.get("material", path.stem))[:60]}
+    found = fit_material(tests, known, laws=laws, branches=counts, draws=0, progress=progress)
+    band, compared = float(found.attrs["band"]), []
+    for k in range(found.sizes["test"]):
+        own = np.flatnonzero(found["sample_test"].values == k)
+        stress, out = (1e3 * found[name].values[own] for name in ("stress", "left_out"))
+        if not np.isfinite(out).all():
+            continue
+        most = 1e3 * float(found["largest_stress"][k])
+        share = float((np.abs(out - stress) <= band * most).mean())
+        at = int(np.argmax(np.abs(stress)))
+        verdict = f"{'inside' if share >= INSIDE else 'outside'} ({share:.0%} of {own.size} samples)"
+        name = f"{found['test_name'].values[k]}: largest stress"
+        low, high = out[at] - band * most, out[at] + band * most
+        compared.append(Comparison(name, out[at], low, high, stress[at], "Pa", verdict))
+    return compared
+
+
+def page_words(page: Page) -> str:
+    """A page as text."""
+    lines = [f"{page.title} ({page.source})"]
+    width = max((len(one.quantity) for one in page.compared), default=0) + 2
+    for one in page.compared:
+        predicted, low, high, measured = (
+            format_si(float(f"{value:.4g}"), one.unit) if np.isfinite(value) else "none"
+            for value in (one.predicted, one.low, one.high, one.measured)
+        )
+        interval = f"{predicted} ({low} to {high})"
+        lines.append(f"  {one.quantity:{width}s}{interval:36s}  measured {measured:10s}  {one.verdict}")
+    if not page.compared:
+        lines.append("  nothing is compared")
+    counted = [one.verdict.partition(" ")[0] for one in page.compared if not one.verdict.startswith("not")]
+    if counted:
+        lines.append(f"{counted.count('inside')} of {len(counted)} inside the interval of their prediction")
+    if page.missing:
+        lines.append(f"missing: {'; '.join(page.missing)}")
+    return "\n".join(lines)
