@@ -181,12 +181,12 @@ def compared(exported, library, tolerance):
 
 def test_outputs_of_a_taut_film_are_those_of_simulate(made):
     exported, library = made("sine", device(film="taut"), "pump", True, 1e-15)
-    compared(exported, library, 1e-11)
+    compared(exported, library, 1e-12)
 
 
 def test_outputs_of_a_film_that_wrinkles_are_those_of_simulate(made):
     exported, library = made("wrinkling sine", device(**WRINKLING), "pump", True, 1e-15)
-    right = compared(exported, library, 1e-10)
+    right = compared(exported, library, 1e-12)
     assert len(np.unique(right.film_state)) > 1
 
 
