@@ -13,6 +13,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor.classification import Evidence
+from gelcone.motion.creep import thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.floquet import onset_voltage
@@ -448,3 +449,16 @@ def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_fr
     kicked = np.isfinite(found["kick_tried"].values)
     given = Plane.of(WRINKLING, None, curve).default_frequencies(float(found["own_peak"]))
     assert set(found["drive_frequency"].values[kicked]) == set(given)
+
+
+def test_a_film_that_creeps_has_both_thresholds():
+    """Those of `gelcone.limits`; an elastic film has one."""
+    device = gelcone.find_device("biased-pump").replace(
+        {"film": "wrinkling", "material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
+    )
+    found = thresholds(device.to_model())
+    both = [float(gelcone.limits(device, at_once=at_once)["pull_in_voltage"]) for at_once in (False, True)]
+    assert [
+        found[name][1] * device.scales.voltage for name in ("long_time_voltage", "instant_voltage")
+    ] == pytest.approx(both, rel=1e-12)
+    assert thresholds(gelcone.ConeModel()) == {}

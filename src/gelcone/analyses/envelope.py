@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
-from gelcone.words import FAILINGS, motion_in_words, outcome_in_words, shortened, unit_of
+from gelcone.words import FAILINGS, measured, motion_in_words, outcome_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,6 +72,11 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
         yield f"  {name:20s}  {reading:16s}  {row}"
     yield _pull_in_words(shown)
+    if "instant_voltage" in shown:
+        yield (
+            f"the film creeps: at constant voltage it pulls in above {measured(shown['instant_voltage'])} at once, "
+            f"above {measured(shown['long_time_voltage'])} after a while (gelcone creep says when)"
+        )
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
 

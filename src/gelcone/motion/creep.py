@@ -138,8 +138,7 @@ def creep(
         "current": ((*along, "time"), current, "current into the films", "current"),
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), "share by which the voltage could rise", _MARGIN),
-        "long_time_voltage": ((), films.relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
-        "instant_voltage": ((), films.at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
+        **_both(films.relaxed, films.at_once),
         "holding_voltage": ((), highest, "highest voltage that is held for the duration", _NEVER),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
     }
@@ -179,6 +178,20 @@ class _Ramp:
         """Displacement at voltages on the film; NaN at and above that at which the film is lost."""
         found, _ = self.balance.along_ramp(self.rest, volts**2)
         return np.where(volts < self.lost.voltage, found, np.nan)
+
+
+def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
+    """The pull-in voltages of a film that creeps, in the long run and at once; empty for one that does not."""
+    if not any(film.states for film in model.system.films):
+        return {}
+    return _both(_Ramp(model), _Ramp(films_at_once(model)))
+
+
+def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
+    return {
+        "long_time_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
+        "instant_voltage": ((), at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
+    }
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
+from gelcone.motion.creep import thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
@@ -103,6 +104,9 @@ def envelope(
     at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
     ``pull_in_error`` how well the membrane's force is known, over that without voltage (0 for the cone).
 
+    Of a film that creeps ``long_time_voltage`` and ``instant_voltage`` are the constant voltages at which the film
+    itself pulls in, relaxed and at once; between them it pulls in late, see `gelcone.creep`.
+
     At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
     `gelcone.motion.coexisting`: ``coexisting``, how many motions
     other than the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of
@@ -164,6 +168,7 @@ def envelope(
         | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _DRIVEN}
         | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
         | others
+        | thresholds(model)
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
             "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", _VOLTAGE),
