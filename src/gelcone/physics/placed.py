@@ -9,7 +9,7 @@ pre-stretch, kind and voltage are its own. Its names begin with ``second_``.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -27,6 +27,26 @@ DRIVES = ("same", "opposite", "constant")
 """The second film's voltage: the first's; in opposite phase about the same bias, 2 v0 - v; or one that is constant."""
 FLAT_HEIGHT = Quantity("d", "height of the disc at which the second film is flat, over b-a", 0.0, scale="length")
 CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0, scale="voltage")
+
+
+class _Unprefixed(Mapping[str, Any]):
+    """The numbers of the second film without their prefix, each looked up when it is asked for: of the thousand of a
+    membrane a formula takes few."""
+
+    def __init__(self, numbers: Numbers) -> None:
+        self._numbers = numbers
+
+    def __getitem__(self, name: str) -> Any:
+        return self._numbers[PREFIX + name]
+
+    def __contains__(self, name: object) -> bool:
+        return PREFIX + str(name) in self._numbers
+
+    def __iter__(self) -> Iterator[str]:
+        return (name.removeprefix(PREFIX) for name in self._numbers if name.startswith(PREFIX))
+
+    def __len__(self) -> int:
+        return sum(name.startswith(PREFIX) for name in self._numbers)
 
 
 @dataclass(frozen=True)
@@ -122,7 +142,7 @@ class PlacedFilm(Component):
         """The numbers of the film's own formulas: those without their prefix."""
         if self.drive is None:
             return n
-        return {name.removeprefix(PREFIX): value for name, value in n.items() if name.startswith(PREFIX)}
+        return _Unprefixed(n)
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         return self.film.starts(self.place(x, n), self.own(n))
