@@ -15,6 +15,7 @@ from gelcone import markup
 from gelcone.progress import bar
 from gelcone.studio.notebook import elsewhere
 
+pytestmark = pytest.mark.filterwarnings("ignore:Proactor event loop")  # of Windows, which kernels work around
 GUIDE = Path(__file__).parents[1] / "docs" / "notebooks.md"
 MORE = ("device.to_model()", "table.head(2)", "frame = gelcone.studio(device)\nframe", "frame.close()")
 

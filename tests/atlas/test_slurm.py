@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import stat
 import subprocess
@@ -38,6 +39,10 @@ def test_there_are_two_scripts_for_the_shell_and_one_for_python():
     compile(text, "slurm.md", "exec")
 
 
+needs_bash = pytest.mark.skipif(sys.platform == "win32" or not shutil.which("bash"), reason="there is no bash here")
+
+
+@needs_bash
 @pytest.mark.parametrize("script", SCRIPTS, ids=["node", "nodes"])
 def test_a_script_is_one_for_the_shell_and_its_commands_are_taken(script):
     done = subprocess.run(["bash", "-n"], input=script, text=True, capture_output=True, check=False)
@@ -47,6 +52,7 @@ def test_a_script_is_one_for_the_shell_and_its_commands_are_taken(script):
         assert words <= {"--resume", "--over", "--workers", "--scheduler", "--store", "--out", "--force"}
 
 
+@needs_bash
 @pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=["node", "nodes"])
 def test_a_job_that_meets_its_limit_is_queued_again_and_resumes(script, tmp_path):
