@@ -155,7 +155,7 @@ def test_a_file_that_is_not_certain_is_refused_in_one_line(kind, tmp_path):
     [
         ("data.tdms", "data.tdms: TDMS is not read; export CSV (TDMS has a viewer that does) with units in the header"),
         ("data.xlsx", "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header"),
-        ("data.mat", "MATLAB files are not read; export CSV (writetable) with units in the header"),
+        ("data.mat", "there is no such file"),
         ("data.uff", "UFF is not read"),
         ("no-such.csv", "there is no such file"),
         (".", "is a folder"),
