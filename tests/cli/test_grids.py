@@ -52,6 +52,8 @@ def test_a_store_knows_its_device(run, tmp_path):
         "--over",
         "prestretch=1.1:1.4:3",
         "--uniform",
+        "--film",
+        "wrinkling",
     ]
     told = result(run(*device, "--transient", "1 s", "--budget", "2 s", "--store", tmp_path / "s", "--json"))
     for command in (["map", "--resume"], ["show"]):

@@ -9,11 +9,12 @@ from gelcone.studio import look
 from gelcone.studio.performance import QUANTITIES
 from gelcone.studio.setting import Setting, Shelf
 
+WRINKLING = {"film": "wrinkling", "second_film": "wrinkling"}
 SETTINGS = {
     "pump": Setting(device="biased-pump"),
-    "weight": Setting(device="weight-cone"),
+    "weight": Setting(device="weight-cone", values={"film": "wrinkling"}),
     "soft": Setting(device="soft-film"),
-    "double": Setting(device="double-cone"),
+    "double": Setting(file=gelcone.find_device("double-cone").replace(**WRINKLING).to_toml()),
     "preset": Setting(preset="base", values={"voltage": "1.2"}),
     "offset": Setting(preset="base", values={"voltage": "0.3", "voltage_bias": "0.5", "drive_frequency": "1.3"}),
     "two": Setting(preset="base", values={"voltage": "0.9", "rest_height": "1", "damping_ratio": "0.05"}),

@@ -16,7 +16,8 @@ from gelcone.motion.driven import NUDGE, DriveShape
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
-from gelcone.motion.settled import settled
+from gelcone.motion.settle import start_states
+from gelcone.motion.settled import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
 from gelcone.progress import Progress, weighted
@@ -349,9 +350,9 @@ def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None
     points = None if device is None else driven.replace_quietly(spread)
     members = chosen.replace(**spread) if points is None else points.to_model()
     starts = np.stack([rest_displacements(members) + NUDGE, np.zeros(2 * len(names))], axis=-1)
-    found = plain(settled)(members, starts, threads=threads)
+    found = settled_swing(members.members(), start_states(members, starts), only_extent=True, threads=threads)
     length = 1.0 if points is None else points.scales.length
-    strokes = np.where(found["period"].values > 0, found["stroke"].values, np.nan) * length
+    strokes = np.where(found.forcing_periods > 0, 2.0 * found.amplitude, np.nan) * length
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log(strokes[0::2] / strokes[1::2]) / np.log((1.0 + STEP) / (1.0 - STEP))
     return names, np.where(np.isfinite(ratio), ratio, np.nan)
