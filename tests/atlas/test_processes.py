@@ -18,7 +18,7 @@ from gelcone.atlas import sweep as sweeping
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.processes import LARGE, processes, usual_workers
 from gelcone.atlas.sweep import sweep
-from gelcone.errors import InputError
+from gelcone.errors import InputError, LostWorker
 from gelcone.physics.model import ConeModel
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.3)
@@ -42,7 +42,8 @@ def test_processes_give_the_same_bits_also_when_one_dies_and_none_is_left(monkey
         if len(team) == 2:
             team[0].kill()
 
-    result = sweep(PLAN, workers=processes(2), watch=kill)
+    with pytest.warns(LostWorker, match=r"process \d+ ended( by signal 9)?; another takes over its task"):
+        result = sweep(PLAN, workers=processes(2), watch=kill)
     assert len(team) == 3
     assert all(process.poll() is not None for process in team)
     alone = sweep(PLAN, threads=1)
@@ -57,7 +58,8 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
         with pytest.raises(ValueError, match="domain"):
             next(one.run(math.sqrt, [-1.0]))
         assert next(one.run(math.sqrt, [4.0])) == (2.0, 0)
-        with pytest.raises(InputError, match=r"a task ended 2 processes, one after the other.*--resume"):
+        ended = pytest.raises(InputError, match=r"a task ended 2 processes, one after the other.*--resume")
+        with pytest.warns(LostWorker, match=r"process \d+ ended"), ended:
             next(one.run(os._exit, [3]))
     assert len(team) == 3
 

@@ -10,7 +10,7 @@ from functools import partial
 
 import pytest
 
-from gelcone.errors import InputError
+from gelcone.errors import InputError, LostWorker
 from gelcone.paper import work as module
 from gelcone.paper.work import WORTH_A_PROCESS, Job, do
 
@@ -77,7 +77,8 @@ def test_an_error_comes_home_as_it_was(workers):
 
 
 def test_a_process_that_dies_is_an_error_and_not_a_wait_for_ever():
-    with pytest.raises(InputError, match="making bad: ended its processes"):
+    refused = pytest.raises(InputError, match="making bad: ended its processes")
+    with pytest.warns(LostWorker, match=r"ended with code 3; another takes over its task"), refused:
         list(do([job("bad", call=vanish), job("other")], 2, lambda *_: None))
 
 

@@ -17,13 +17,14 @@ import sys
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from typing import IO, Any
 
 from gelcone.atlas.workers import Answer, Task, Team, Workers, as_they_come, threads, watched
-from gelcone.errors import InputError
+from gelcone.errors import InputError, LostWorker
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped
 
@@ -162,9 +163,12 @@ class Process:
         with self._lock:
             if self._ended:
                 raise Stopped
+            number, code = self._process.pid, self._process.poll()
             self._process.kill()
             _close(self._process)
             self._process = _start()
+        how = "" if code is None else f" by signal {-code}" if code < 0 else f" with code {code}"
+        warnings.warn(f"process {number} ended{how}; another takes over its task", LostWorker, stacklevel=2)
 
     def stop(self) -> None:
         """Asks the process to end."""
