@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import struct
 import zlib
-from io import BytesIO
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,11 @@ MOST_VALUES = 2_000_000
 """Most values of all vectors of a file."""
 MOST_NAMES = 64
 HDF5 = b"\x89HDF\r\n\x1a\n"
-KINDS = {"double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"}
+MATRIX, COMPRESSED, COMPLEX = 14, 15, 0x0800
+NUMERIC = range(6, 16)
+"""Classes of arrays of numbers."""
+STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+"""Types of stored numbers, by their code."""
 UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers if unit}
 
 
@@ -33,8 +36,6 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
     ------
     InputError : for a file that is damaged or too large, without vectors, or with vectors of several lengths.
     """
-    from scipy.io.matlab import MatReadError
-
     data = read_data(path, remedy)
     if HDF5 in data[:1024]:
         raise InputError(f"{path.name}: is of MATLAB 7.3 (HDF5), which is not read; save it with -v7, or export CSV")
@@ -42,17 +43,15 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
         found = _matlab(data)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
-    except (ValueError, TypeError, KeyError, IndexError, OSError, RuntimeError, EOFError, AttributeError,
-            NotImplementedError, MemoryError, ArithmeticError, struct.error, zlib.error, MatReadError):  # fmt: skip
+    except (ValueError, struct.error, zlib.error):
         raise InputError(f"{path.name}: is damaged, or no MATLAB file; export it again, or as CSV") from None
-    vectors = {name: np.asarray(values, dtype=float).ravel() for name, values in found.items()}
-    if not vectors:
+    if not found:
         raise InputError(f"{path.name}: has no vectors of numbers; store each column as a vector")
-    lengths = {name: values.size for name, values in vectors.items()}
+    lengths = {name: values.size for name, values in found.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name} {size}" for name, size in list(lengths.items())[:4])
         raise InputError(f"{path.name}: its vectors have several lengths ({shown}); store one test in a file")
-    return dict(_unit_of(name, values) for name, values in vectors.items())
+    return dict(_unit_of(name, values) for name, values in found.items())
 
 
 def _unit_of(name: str, values: Array) -> tuple[str, tuple[Array, str | None]]:
@@ -60,16 +59,54 @@ def _unit_of(name: str, values: Array) -> tuple[str, tuple[Array, str | None]]:
     return (before, (values, after)) if before and after in UNITS else (name, (values, None))
 
 
-def _matlab(data: bytes) -> dict[str, Any]:
-    """Vectors of numbers, refused where there are too many."""
-    from scipy.io import loadmat, whosmat
+def _matlab(data: bytes) -> dict[str, Array]:
+    """Vectors of numbers, refused where there are too many.
 
-    shapes = {name: tuple(map(int, shape)) for name, shape, kind in whosmat(BytesIO(data)) if kind in KINDS}
-    sizes = {name: float(np.prod(shape, dtype=float)) for name, shape in shapes.items()}
-    names = [name for name, shape in shapes.items() if shape and 1 < max(shape) == sizes[name]]
-    total = sum(sizes[name] for name in names)
-    if len(names) > MOST_NAMES or total > MOST_VALUES:
-        most = f"give at most {MOST_NAMES} of {MOST_VALUES:.3g}"
-        raise InputError(f"has {len(names)} vectors of {total:.3g} values; {most}")
-    found = loadmat(BytesIO(data), variable_names=names) if names else {}
-    return {name: found[name] for name in names if np.isrealobj(found[name])}
+    Read here, element by element: `scipy.io.loadmat` ends the process at some damaged files.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
+    if order is None:
+        raise ValueError("no MATLAB 5 file")
+    found: dict[str, Array] = {}
+    for kind, body in _elements(data[128:], order):
+        if kind == COMPRESSED:
+            unpacked = zlib.decompressobj().decompress(body, 8 * MOST_VALUES + 4096)
+            (kind, body), *_ = _elements(unpacked, order)
+        if kind == MATRIX:
+            found |= _vector(body, order)
+        total = sum(values.size for values in found.values())
+        if len(found) > MOST_NAMES or total > MOST_VALUES:
+            raise InputError(f"has more than {MOST_NAMES} vectors, or more than {MOST_VALUES:.3g} values")
+    return found
+
+
+def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """The elements of a file or matrix: their type and data."""
+    at = 0
+    while at + 8 <= len(data):
+        kind, size = struct.unpack_from(f"{order}II", data, at)
+        if kind >> 16:  # a small one: size and type share a word
+            yield kind & 0xFFFF, data[at + 4 : at + 4 + min(kind >> 16, 4)]
+            at += 8
+            continue
+        if at + 8 + size > len(data):
+            raise ValueError("an element is longer than the file")
+        yield kind, data[at + 8 : at + 8 + size]
+        at += 8 + (size if kind == COMPRESSED else -(-size // 8) * 8)
+
+
+def _vector(body: bytes, order: str) -> dict[str, Array]:
+    """The vector of a matrix by its name; nothing for another array, or for other than real numbers."""
+    parts = [element for _, element in zip(range(4), _elements(body, order), strict=False)]
+    if len(parts) < 4:
+        return {}
+    (_, flags), (_, shape), (_, name), (kind, numbers) = parts
+    (about,) = struct.unpack_from(f"{order}I", flags)
+    if about & COMPLEX or about & 0xFF not in NUMERIC or kind not in STORED:
+        return {}
+    dims = np.frombuffer(shape, f"{order}i4").astype(float)
+    stored = np.dtype(f"{order}{STORED[kind]}")
+    values = np.frombuffer(numbers[: len(numbers) // stored.itemsize * stored.itemsize], stored)
+    if values.size < 2 or dims.max() != values.size or dims.prod() != values.size:
+        return {}
+    return {name.decode("ascii"): values.astype(float)}
