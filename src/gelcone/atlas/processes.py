@@ -163,6 +163,8 @@ class Process:
         with self._lock:
             if self._ended:
                 raise Stopped
+            with suppress(subprocess.TimeoutExpired):  # its pipes close a moment before it is gone
+                self._process.wait(0.2)
             number, code = self._process.pid, self._process.poll()
             self._process.kill()
             _close(self._process)
