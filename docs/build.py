@@ -16,7 +16,7 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 OUT = ROOT / "build" / "docs"
-PARTS = (".md", ".png", ".webp", ".svg", ".csv", ".json", ".toml", ".rst")
+PARTS = (".md", ".txt", ".png", ".webp", ".svg", ".csv", ".json", ".toml", ".rst")
 """Files of docs/ that pages consist of."""
 
 

@@ -52,6 +52,7 @@ def links(app: Any, name: str, source: list[str]) -> None:
         "measured/vhb": "measured/vhb/README.md",
     }.items():
         source[0] = source[0].replace(f"]({path})", f"]({page})")
+    source[0] = source[0].replace("[measured](measured)", "`docs/measured`")
     source[0] = source[0].replace("[measured/pump](measured/pump)", "`docs/measured/pump`")
     if name.startswith("measured/"):
         source[0] = f"---\norphan: true\n---\n{source[0]}"

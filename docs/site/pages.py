@@ -358,12 +358,16 @@ Short scripts, each with a figure and a number that it asserts. The tests run th
 # --- the project ------------------------------------------------------------------------------------------------------
 
 
+PROJECT = ("CHANGELOG", "CONTRIBUTING", "ARCHITECTURE", "RELEASING", "SECURITY", "CODE_OF_CONDUCT")
+"""Pages that stand at the top of the repository."""
+
+
 def project(root: Path) -> Pages:
     """Pages that stand at the top of the repository, with links that work here."""
     pages = {}
-    for name in ("CHANGELOG", "CONTRIBUTING", "ARCHITECTURE"):
+    for name in PROJECT:
         text = (root / f"{name}.md").read_text(encoding="utf-8")
-        for other in ("CHANGELOG", "CONTRIBUTING", "ARCHITECTURE"):
+        for other in PROJECT:
             text = text.replace(f"({other}.md", f"({other.lower()}.md")
         pages[f"project/{name.lower()}.md"] = re.sub(r"\]\(docs/", "](../", text)
     return pages

@@ -83,9 +83,22 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
     seed : of the draws. Default 0.
     progress : called with the share of the work just done (the shares add up to 1).
 
+    Returns
+    -------
+    The page: ``title``, ``source``, what is ``missing``, and each quantity as ``compared``.
+
     Raises
     ------
     InputError : in one line, for what cannot be read or used.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "cone.toml")
+    >>> _ = path.write_text('title = "A cone"\\nsource = "an abstract"\\nmissing = ["all sizes", "the voltage"]\\n')
+    >>> page = gelcone.compare_measured(path)
+    >>> len(page.missing), len(page.compared)
+    (2, 0)
     """
     path = Path(path)
     try:
