@@ -22,7 +22,7 @@ SHOWN = (960, 600)
 STATE = "device=biased-pump&periods=5&view=stroke"
 FRAMES, TURNED = 60, (12, 44)
 """Frames in all, and those between which the voltage is turned up."""
-VOLTS = (300.0, 850.0)
+VOLTS = (340.0, 960.0)
 MILLISECONDS = 80
 QUALITY = 58
 MOVE = """

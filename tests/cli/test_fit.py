@@ -40,6 +40,9 @@ def test_a_fit_from_files_to_a_device(vhb, tmp_path, undrawn):
     device = Device.from_text("\n".join([*pump, 'film = "taut"', table]))
     assert device.material == gelcone.fitted_material(gelcone.load(tmp_path / "fitted" / "fit.nc"))
     assert vhb("fit", "material.toml", "--data", "tests.toml", *QUICK, "--out", "fitted")[0] == 2
+    code, shown, _ = vhb("show", "fitted/fit.nc")
+    assert code == 0
+    assert shown.splitlines() == out.splitlines()[: len(shown.splitlines())]
 
 
 def test_the_guide_shows_what_is_printed(vhb):

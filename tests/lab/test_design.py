@@ -207,3 +207,10 @@ def test_rows_that_another_beats_in_all_are_dominated():
         True,
         False,
     ]
+
+
+def test_a_file_of_designs_is_shown_in_the_words_of_its_command(small, tmp_path, command_line):
+    gelcone.save(small[1], tmp_path / "design.nc")
+    code, out, err = command_line("show", str(tmp_path / "design.nc"))
+    assert (code, err) == (0, "")
+    assert out.rstrip("\n") == design_words(small[1])

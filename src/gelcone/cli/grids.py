@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 from click.core import ParameterSource
 
-from gelcone.analyses.answer import check_folder
+from gelcone.analyses.answer import bare_answer, check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.draws import read_draws
+from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import DEFAULT_INITIAL, Subject
 from gelcone.atlas.maps import ALSO, TITLE, with_quantity
 from gelcone.atlas.plan import Plan
@@ -29,7 +30,7 @@ from gelcone.cli.options import (
     subject_of,
     subject_parameters,
 )
-from gelcone.cli.output import deliver, tally_shown
+from gelcone.cli.output import deliver, print_json, tally_shown
 from gelcone.dataset import load
 from gelcone.devices.analysis import device_words, plain, state_of
 from gelcone.errors import InputError
@@ -278,6 +279,15 @@ def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> in
         check_folder(out, SHOW.command, force)
         return deliver(answers_of(SHOW), show(place), stored(place).subject, out, force, as_json)
     result = load(place)
+    if (shown := lab_answer(result)) is not None:
+        if out is not None:
+            raise InputError(f"--out {out}: the command that wrote {place.name} writes its figure, too; leave it out")
+        words, content = shown
+        if as_json:
+            print_json(bare_answer("show", content()))
+        else:
+            click.echo(words())
+        return 0
     answers, subject = answer_to(result)
     check_folder(out, answers.command, force)
     return deliver(answers, result, subject, out, force, as_json)
