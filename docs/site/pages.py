@@ -383,7 +383,8 @@ def validation(root: Path) -> Pages:
     groups: dict[str, list[list[str]]] = {}
     for row in rows:
         groups.setdefault(row["subject"], []).append(
-            [row["number"], row["reference"], row["found"], row["error"], row["source"]]
+            [row["number"], row["reference"], row["found"], code(row["error"]), row["source"]]
         )
     text = "\n".join(f"## {subject}\n\n{table(heads, lines)}" for subject, lines in groups.items())
-    return {"validation-table.md": "---\norphan: true\n---\n# Certified numbers\n\n" + text}
+    made = f"Computed on {rows[0]['date']} by gelcone {rows[0]['version']}; the error is the largest over a case.\n\n"
+    return {"validation-table.md": "---\norphan: true\n---\n# Certified numbers\n\n" + made + text}
