@@ -108,6 +108,7 @@ def test_a_first_wish_reads_back(wish):
         ('spring_rate = "3 %"', 'spring_rate = "-3 %"', "must be greater than 0"),
         ('material = "PVC-DBA 6:1"', 'material = "VHB 4910"', "takes a gel that does not creep"),
         ('material = "PVC-DBA 6:1"', 'material = "os:system"', "'os:system' is not a material"),
+        ('damping_coefficient = "10 mN s/m"', "quality_factor = 12", "give damping_coefficient in place of"),
         ('frequency = "10 Hz"', 'frequency = "10 Hz"\nwaveform = "square"', "takes a sine; leave waveform out"),
         ('frequency = "10 Hz"', 'frequency = "10 Hz"\nbeam_rate = "-1 N/m"', "leave beam_rate out"),
         ('frequency = "10 Hz"', 'frequency = "10 Hz"\nfilm = "os:path"', "'os:path' is not a film of a design"),

@@ -261,6 +261,8 @@ def _check(device: Device) -> None:
         raise InputError("design: takes a gel that does not creep; leave the viscous branches out")
     if device.beam_rate is not None:
         raise InputError("design: takes a spring, a weight or a constant force; leave beam_rate out")
+    if device.quality_factor is not None:
+        raise InputError("design: give damping_coefficient in place of quality_factor, which changes with each design")
     if system.waveform.name != "sine":
         raise InputError("design: takes a sine; leave waveform out")
 
