@@ -534,7 +534,8 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: float) -> xr.Dat
     good = [row for row in rows if not row.checked.failed]
     left = [row.checked.failed for row in rows if row.checked.failed]
     if not good:
-        raise InputError(f"design: every design found fails its check: {'; '.join(dict.fromkeys(left))}")
+        rest = "widen the bounds, or weaken a requirement"
+        raise InputError(f"design: every design found fails its check, the first since {left[0]}; {rest}")
     columns: dict[str, list[float]] = {name: [] for name in _NUMBERS}
     binds = []
     for row in good:
