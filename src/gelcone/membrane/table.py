@@ -51,6 +51,9 @@ COARSE, FINE = 100, 160
 """Elements; and of those films."""
 FAR_WEIGHT = 1e-3
 """Of the pull-in curve behind its star."""
+DIP, LOWEST_STATES = 0.5, 50
+"""Of the end of the lowest column: below this the pull-in curve is wrong at the heights under it, of which this many
+are computed, and takes a lower degree."""
 LAST, REGULAR = 0.998, 1.1
 """Of the voltage at which a film localises: up to here its force is checked; and it is fitted, since the force is
 regular where another ring than that at an edge localises."""
@@ -315,8 +318,17 @@ def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
         share[before], weight[before] = (limit[before] - lowest) / away, away / limit[before]
         share[~before] = share[before][np.argmin(below)]  # behind the star it plays no part, and is to stay moderate
         values = _line(scale * t + n["end_offset"], share, degree, weight)
-    n |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
+    _set_end(n, values)
+    under = np.linspace(float(film.height(np.array([cut]))[0]), fitted.heights.min(), LOWEST_STATES)
+    while degree > 0 and force.pull_in(film.squared(under), n).min() < DIP * limit[np.argmin(fitted.heights)]:
+        degree -= 1
+        _set_end(n, _line(scale * t + n["end_offset"], share, degree, weight))
     return limit
+
+
+def _set_end(numbers: dict[str, float], values: Array) -> None:
+    """The polynomial E of the pull-in curve, by rising powers."""
+    numbers |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
 
 
 def _inside(film: _Film, piece: str, found: Columns, beyond: float = 1.0) -> Array:

@@ -96,3 +96,12 @@ def test_curves_that_are_not_known_are_left_out_where_a_hand_waits_and_named(mon
     with pull_in.known_curves() as missing:
         np.testing.assert_array_equal(pull_in.over_pull_in(film, members.values, x, voltage), expected)
     assert missing == {}
+
+
+@pytest.mark.slow
+def test_a_curve_that_would_dip_below_its_lowest_column_takes_a_lower_degree():
+    """Between the flat film and the lowest column its polynomial went below 0: the film had no state there."""
+    model = gelcone.find_device("biased-pump").replace(disc_radius="9.3 mm", hoop_prestretch=1.55).to_model()
+    n, x = model.members().numbers_at(0), np.geomspace(1e-4, 0.1, 40)
+    assert model.film.highest_squared(x, n).min() > 0.1
+    assert np.isfinite(model.force(x, 0.1)).all()
