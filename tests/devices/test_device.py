@@ -572,6 +572,8 @@ def test_every_number_makes_an_ensemble_of_single_devices(device, name):
     owner |= {"second_film": "taut", "second_drive": "constant"} if name.startswith("second_") else {}
     if name in ("slew_rate", "current_limit", "material.resistivity_field"):
         owner |= {"filter_frequency": 1e3, "series_resistance": 1e6, "material.resistivity": 1e9}
+    if name in ("material.dielectric_share", "material.dielectric_time"):
+        owner |= {"material.dielectric_share": 0.3, "material.dielectric_time": "0.2 s"}
     if name.startswith(("material.viscous", "material.relaxation")):
         for k in (1, 2, 3):
             owner |= {f"material.viscous_modulus_{k}": "9 kPa", f"material.relaxation_time_{k}": "0.3 s"}

@@ -36,14 +36,16 @@ OTHERS = {
 }
 AMPLIFIER = {"filter_frequency": 1e3, "slew_rate": 1e6, "series_resistance": 1e6, "current_limit": 5e-4}
 LEAK = {"material.resistivity": 1e9, "material.resistivity_field": 1.7e7}
+DELAY = {"material.dielectric_share": 0.3, "material.dielectric_time": 0.2}
 OTHERS |= dict.fromkeys([*AMPLIFIER, *LEAK], PUMP.replace(AMPLIFIER | LEAK))
+OTHERS |= dict.fromkeys(DELAY, PUMP.replace(DELAY))
 BRANCHES = {f"material.{name}_{k}": value * k for k in (1, 2, 3) for name, value in
             {"viscous_modulus": 9e3, "relaxation_time": 0.3, "viscous_stretch_limit": 60.0}.items()}  # fmt: skip
 OTHERS |= dict.fromkeys(BRANCHES, PUMP.replace(BRANCHES))
 OTHERS["material.yeoh_c3"] = OTHERS["material.yeoh_c2"]
 OTHERS["second_hoop_prestretch"] = OTHERS["second_meridional_prestretch"]
 OTHERS |= dict.fromkeys(("beam_rate", "beam_cubic_rate", "beam_height"), BEAM)
-OWN = {"material.young_modulus": 24.7e3, "material.dielectric_strength": 2e7}
+OWN = {"material.young_modulus": 24.7e3, "material.dielectric_strength": 2e7, "material.heat_capacity": 1.5e6}
 """Values of fields that no device has set."""
 
 

@@ -557,7 +557,7 @@ def test_every_parameter_name_is_known_once_and_accepts_its_default():
         wave = next((wave.name for wave in WAVEFORMS.values() if name in wave.parameters), "sine")
         film = "membrane" if name.endswith("radius_ratio") else "taut"
         second = {"second_film": film, "second_drive": "constant"} if name.startswith("second_") else {"film": film}
-        owner = {NEEDS[name]: 1.0} if name in NEEDS else {}
+        owner = {NEEDS[name]: model.parameter_quantity(NEEDS[name]).default} if name in NEEDS else {}
         m = ConeModel.from_parameters(
             {name: quantity.default, "law": law, "bias": bias, "waveform": wave} | second | owner
         )

@@ -283,7 +283,7 @@ def test_two_settings_side_by_side(page):
     page.wait("document.querySelectorAll('.badge').length === 2")
     page.wait("Math.max(...studio.looks.a.x) - Math.max(...studio.looks.b.x) > 1")
     page.click("#side-a")
-    page.wait("document.querySelector('[data-name=voltage_amplitude] input').value === '600 V'")
+    page.wait("document.querySelector('[data-name=voltage_amplitude] input').value === '680 V'")
     page.click("#compare")
     page.wait("document.querySelectorAll('.badge').length === 1")
 
