@@ -475,3 +475,14 @@ def test_the_heading_says_how_well_each_membrane_is_known():
     wanted = [100.0 * float(np.max(own[name])) for name in ("film_error", "second_film_error")]
     assert errors == pytest.approx(wanted, abs=0.051)
     assert errors[0] > 0.0
+
+
+def test_a_creeping_film_that_no_voltage_pulls_in_says_so():
+    """The cone that bears compression is pushed towards its stretch limit and finds a rest at any voltage."""
+    device = gelcone.find_device("biased-pump").replace(
+        {"film": "taut", "material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
+    )
+    shown = gelcone.to_si(gelcone.creep(device.to_model(), voltages=[0.3], duration=20.0), device)
+    words = runs.creep_words(shown, Subject(device.to_model(), device))
+    assert "no constant voltage pulls the film in, at once or in the long run" in words
+    assert "never is held" not in words

@@ -120,7 +120,9 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     longest = lasting(float(shown["time"][-1]), shown["time"], 3)
     lines = [
         *heading(subject),
-        f"pull-in at once {measured(shown['instant_voltage'])}, in the long run "
+        "no constant voltage pulls the film in, at once or in the long run"
+        if not np.isfinite(shown["long_time_voltage"])
+        else f"pull-in at once {measured(shown['instant_voltage'])}, in the long run "
         f"{measured(shown['long_time_voltage'])}; up to {measured(shown['holding_voltage'])} is held for {longest}",
     ]
     for k in range(shown.sizes["constant_voltage"]):

@@ -27,7 +27,7 @@ def transfer_figure(result: xr.Dataset) -> Figure:
                 for k in range(result.sizes["amplitude"]):
                     one = result.isel(amplitude=k)
                     look: dict[str, Any] = {"color": CYCLE[k % len(CYCLE)], "ls": "none", "marker": ".o^s"[k % 4]}
-                    label = f"measured, {measured(one['amplitude'])}"
+                    label = f"simulated, {measured(one['amplitude'])}"
                     shown = _shown(one[f"measured_{name}"])
                     own.plot(result["measured_frequency"], shown, ms=4.0, mfc="none", label=label, **look)
                 own.axvline(float(result["natural_frequency"]), color=GREY, lw=0.6, ls="--")
