@@ -96,6 +96,14 @@ def answer(page, kind, seconds=20.0):
             return head, arrays
 
 
+def test_a_studio_that_is_stopped_before_it_serves_ends_at_once():
+    studio = Studio(Shelf())
+    listening = studio.listen()
+    studio.stop()
+    asyncio.run(asyncio.wait_for(studio.serve(listening), 10.0))
+    assert listening.fileno() == -1
+
+
 def test_the_page_takes_the_token_and_binds_the_browser(server):
     status, headers, body = server.get(f"/?token={server.studio.token}")
     assert (status, b"gelcone studio" in body) == (200, True)

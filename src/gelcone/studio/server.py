@@ -63,6 +63,7 @@ class Studio:
     pages: set[Page] = field(default_factory=set)
     port: int = 0
     _server: _Server | None = None
+    _stopped: bool = False
 
     def __post_init__(self) -> None:
         self.pool = Pool(names=self.shelf.names)
@@ -120,7 +121,10 @@ class Studio:
         return Guard(Starlette(routes=routes), self)
 
     async def serve(self, listening: socket.socket) -> None:
-        """Serves until `stop`; then nothing of it is left."""
+        """Serves until `stop`, which may have come before; then nothing of it is left."""
+        if self._stopped:
+            listening.close()
+            return
         config = uvicorn.Config(
             self.app(),
             log_level="warning",
@@ -144,6 +148,7 @@ class Studio:
 
     def stop(self) -> None:
         """Ends all work at once, and the server with it. From another thread: by the loop's `call_soon_threadsafe`."""
+        self._stopped = True
         for page in list(self.pages):
             page.end()
         self.pool.close()
