@@ -60,6 +60,9 @@ def test_the_figure_has_a_column_for_each_motion_in_the_colour_of_its_regime():
     assert len(figure.axes) == 8
     settled = [axes.get_lines()[0].get_color() for axes in figure.axes[2:4]]
     assert settled == [REGIME_COLOURS[Regime.REST], REGIME_COLOURS[Regime.PERIODIC]]
+    for k, axes in enumerate(figure.axes[:4]):
+        name = "displacement" if k < 2 else "late_displacement"
+        np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), found[name][k % 2])
     titles = [axes.get_title(loc="left") for axes in figure.axes[:2]]
     assert titles[0].startswith("voltage 0.3\nrest\n")
     assert titles[1].startswith("voltage 0.9\nperiodic")

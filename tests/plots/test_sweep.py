@@ -141,3 +141,25 @@ def test_few_values_have_a_tick_each_on_the_bar_and_many_do_not():
     many = swept(dims, (9, 2), over | {"voltage": ("voltage", wide)})
     bar = next(axes for axes in sweep_figure(many).axes if axes.get_label() == "<colorbar>")
     assert len(bar.get_yticks()) < 17
+
+
+def test_each_gel_has_a_line_of_its_own():
+    gels = ["PVC-DBA 4:1", "PVC-DBA 6:1"]
+    data = swept(("material", "frequency"), (2, 3), {"material": ("material", gels), "frequency": ("frequency", X)})
+    stroke, _ = sweep_figure(data).axes
+    for name, values in zip(gels, data["stroke"].values, strict=True):
+        x, y = data_of(line(stroke, name))
+        np.testing.assert_array_equal(x, X[-x.size :])
+        np.testing.assert_array_equal(y, values[-x.size :])
+
+
+def test_over_three_parameters_each_panel_is_the_slice_that_its_title_names():
+    coords = {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y), "mass": ("mass", [1.0, 2.0])}
+    data = swept(("voltage", "damping_ratio", "mass"), (3, 2, 2), coords)
+    panels = [axes for axes in sweep_figure(data).axes if axes.get_label() != "<colorbar>"]
+    assert [axes.get_title(loc="left") for axes in panels] == ["mass 1", "mass 2"]
+    for k, axes in enumerate(panels):
+        values = cells_of(axes.collections[0])[2]
+        known = np.isfinite(values)
+        assert known.sum() >= 5
+        np.testing.assert_array_equal(values[known], data["stroke"].values[:, :, k].T[known])

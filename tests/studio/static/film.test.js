@@ -58,6 +58,7 @@ test("pictures are asked for one after the other, and what fails says so", () =>
   assert.equal(own.failed({ id: 2, message: "no such cone" }), true);
   assert.deepEqual(asked.slice(1), [["glance", { setting: { device: "cone" } }], ["glance", { setting: { preset: "base" } }]]);
   assert.deepEqual(own.tiles.map(({ note }) => note.textContent), ["a pump", "no such cone", "the base set"]);
+  assert.deepEqual([own.tiles[0].look.low, own.tiles[0].look.high], [0, 5]);
   own.turn();
   assert.ok(own.tiles[0].cone.context.calls.some((c) => c.name === "ellipse"));
   assert.ok(!own.tiles[1].cone.context.calls.some((c) => c.name === "ellipse"));

@@ -1,11 +1,12 @@
 // Map, sweep and envelope: cells in their places, clicks at their values, what is asked and when.
 import assert from "node:assert/strict";
 import test from "node:test";
-import { LIGHT, browser, draw, forget, near, texts, wait } from "./page.js";
+import { LIGHT, browser, draw, forget, near, recorder, texts, wait } from "./page.js";
 
 browser();
 const { GridPanels } = await import("../../../src/gelcone/studio/static/grids.js");
 const { Controls } = await import("../../../src/gelcone/studio/static/controls.js");
+const { hatch, sample } = await import("../../../src/gelcone/studio/static/work.js");
 
 const number = (name, value, low, high, unit = "", powers = { "": 0 }) => ({ name, label: name, group: "Drive", kind: "number", value, unit, low, high, powers, about: "", choices: [] });
 const VOLTS = { V: 0, kV: 3, mV: -3, MV: 6 }, HERTZ = { Hz: 0, kHz: 3, mHz: -3 };
@@ -305,6 +306,34 @@ test("the device's own drive is where its peak is, and is said to be inside or a
   assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V\)/);
   assert.match(panel.verdict(2, 1999), /inside the window \(up to 2000 V\)/);
   assert.match(panel.verdict(16, 1), /beyond what is examined/);
+});
+
+test("the device's own drive is in volts and hertz, whatever the units and the sign of the offset", () => {
+  const { panel, setting } = envelope();
+  setting.values = { voltage_amplitude: "800 V", voltage_offset: "-1 kV", frequency: "0.012 kHz" };
+  assert.ok(near(panel.own()[0], 12) && near(panel.own()[1], 1800));
+  setting.values = { voltage_amplitude: "0.8 kV", voltage_offset: "1000 V", frequency: "12 Hz" };
+  assert.ok(near(panel.own()[0], 12) && near(panel.own()[1], 1800));
+});
+
+test("the device's own drive in other units of its controls is the same", () => {
+  const { panel, controls } = envelope();
+  for (const [frequency, hertz] of [[{ unit: "kHz", value: 0.012 }, 12], [{ unit: "mHz", value: 700 }, 0.7]]) {
+    const other = { voltage_amplitude: { unit: "mV", value: 8e5 }, voltage_offset: { unit: "V", value: -1000 }, frequency };
+    controls.list = LIST.map((control) => ({ ...control, ...other[control.name] }));
+    assert.ok(near(panel.own()[0], hertz) && near(panel.own()[1], 1800));
+  }
+});
+
+test("the stripes of a kind in a legend run as the lines across its cells", () => {
+  for (const code of [2, 3, 4, 6, 98]) {
+    const g = recorder(), angles = [...sample("#000000", code).style.background.matchAll(/gradient\((\d+)deg/g)].map(([, angle]) => (Number(angle) * Math.PI) / 180);
+    hatch(g, [[code, 0, 0]], 1, 1);
+    const ends = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name)).map((c) => c.args);
+    const lines = ends.filter((_, k) => k % 2 === 0).map(([x, y], k) => [ends[2 * k + 1][0] - x, ends[2 * k + 1][1] - y]);
+    assert.equal(angles.length, lines.length);
+    for (const [dx, dy] of lines) assert.ok(angles.some((a) => Math.abs(dx * Math.sin(a) - dy * Math.cos(a)) < 1e-9), `kind ${code}`); // a stripe stands across its gradient
+  }
 });
 
 test("a hand over the envelope moves the drive: frequency, and both voltages in their proportion", () => {

@@ -153,3 +153,11 @@ test("a paragraph breaks between words and is centred", () => {
   assert.deepEqual(lines.map((c) => c.args), [["one two", 100, 42.5], ["three four", 100, 57.5]]);
   assert.ok(lines.every((c) => c.fillStyle === colours().soft));
 });
+
+test("the place under the pointer is read in the units of the axes, also of a logarithmic one", () => {
+  const p = plot(), at = (x, y) => { p.read({ clientX: 10 + p.X(x), clientY: 20 + p.Y(y) }); return p.reading.textContent; };
+  p.axes([0, 10], [-4, 2]);
+  assert.equal(at(2.5, 1.5), "2.5, 1.5");
+  p.axes([0, 10], [-4, 2], { yText: (v) => `10^${v}` });
+  assert.equal(at(2.5, 2), "2.5, 100");
+});

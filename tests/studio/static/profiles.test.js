@@ -39,3 +39,9 @@ test("without a table, beyond the top voltage and without a height there is none
   assert.strictEqual(profile("one", 10, 201), null);
   assert.strictEqual(profile("one", NaN, 0), null);
 });
+
+test("tables are held until there are too many, and then the oldest goes", () => {
+  const table = { height: [0, 10], top: [100, 200], radius: [5, 5], rise: [1, 1], stretch: [1, 1], wrinkled: [0, 0] };
+  for (let k = 0; k < 33; k++) add({ name: `more ${k}`, shares: [0], rings: 1 }, table);
+  assert.deepStrictEqual([0, 1, 31, 32].map((k) => profile(`more ${k}`, 5, 0) !== null), [false, true, true, true]);
+});

@@ -1,0 +1,45 @@
+"""The figure of a fitted device: readings next to their predictions, and each unknown's bar next to its name."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gelcone.plots.device_fit import device_fit_figure
+from gelcone.plots.style import BLUE, GREY, VERMILION
+from tests.plots.made_up import corners, result
+
+
+def test_readings_have_their_noise_and_bars_their_names():
+    fit = result(
+        {
+            "reading_test": ("reading", [0, 0, 0]),
+            "reading_name": ("reading", ["force"] * 3),
+            "reading_axis": ("reading", ["height (m)"] * 3),
+            "reading_unit": ("reading", ["N"] * 3),
+            "reading_along": ("reading", [0.01, 0.02, 0.015]),
+            "measured": ("reading", [1.0, 2.0, 1.4]),
+            "noise": ("reading", [0.1, 0.2, 0.3]),
+            "predicted": ("reading", [1.1, 2.2, 1.5]),
+            "left": ("unknown", [0.02, 0.9]),
+            "prior": ("unknown", [0.1, 1.0]),
+            "deviation": ("unknown", [0.25, 0.1]),
+        },
+        {"unknown": ("unknown", ["material.shear_modulus", "spring_rate"])},
+        attrs={"tests": json.dumps(["blocked force"]), "refused": 0, "title": "device fit: pump", "film": "taut"},
+    )
+    panel, bars, *_ = device_fit_figure(fit).axes
+    np.testing.assert_allclose(
+        corners(panel.collections[0]), [[0.01, 0.01, 0.9, 1.1], [0.02, 0.02, 1.8, 2.2], [0.015, 0.015, 1.1, 1.7]]
+    )
+    curves = [one.get_ydata().tolist() for one in panel.lines[1:]]
+    assert curves == [[1.1, 2.2], [1.5]]  # a curve for each rise of the height
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("height (m)", "N")
+    names = dict(zip(bars.get_yticks(), (text.get_text() for text in bars.get_yticklabels()), strict=True))
+    found = {names[bar.get_y() + bar.get_height() / 2]: bar.get_width() for bar in bars.patches}
+    assert found == pytest.approx({"shear_modulus": 0.2, "spring_rate": 0.9})
+    from matplotlib.colors import to_rgb
+
+    assert [bar.get_facecolor()[:3] for bar in bars.patches] == [to_rgb(BLUE), to_rgb(GREY)]
+    (far,) = (text for text in bars.texts if text.get_text() == "far from its prior")
+    assert (names[far.get_position()[1]], far.get_color()) == ("shear_modulus", VERMILION)
