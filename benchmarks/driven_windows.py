@@ -4,13 +4,13 @@
 
 Each device has a film of Gent's law as a membrane (a/b from 0.1 to 0.6, pre-stretches 1 to 1.8, half of them equal),
 a spring, and a drive of twice its static pull-in. `gelcone.envelope` recommends a peak voltage at two drive
-frequencies, 0.3 to 1.6 times the natural one. The motion is then integrated by the classical Runge-Kutta method with 400 steps a
-period, in which the film's force is interpolated in a dense table of states of one-dimensional finite elements
-(`gelcone.membrane.elements`). The fitted pieces that gelcone runs have no part in it, nor has its engine.
+frequencies, 0.3 to 1.6 times the natural one. The motion is then integrated by the classical Runge-Kutta method with
+400 steps a period, in which the film's force is interpolated in a dense table of states of one-dimensional finite
+elements (`gelcone.membrane.elements`). The fitted pieces that gelcone runs have no part in it, nor has its engine.
 
 A film has pulled in or is slack where the voltage exceeds the one at which the column of states of that height ends.
-Its hoop is slack where any ring is. At the recommended peak neither may happen that the envelope excludes, neither switched
-on from rest nor raised over 200 periods; at 1.05 times the limit that it reports from rest, that limit is to be met.
+Its hoop is slack where any ring is. At the recommended peak neither may happen that the envelope excludes, switched
+on from rest or raised over 200 periods; at 1.05 times the limit that it reports from rest, that limit is to be met.
 """
 
 from __future__ import annotations
