@@ -199,6 +199,16 @@ def test_operating_limits_are_those_of_the_envelope(operating):
     assert float(result["safe_peak_voltage"][0]) == pytest.approx(min(lowest, 1.2))
 
 
+def test_operating_limits_of_a_wrinkling_cone_have_the_pull_in_of_the_membrane():
+    model = ConeModel(film="wrinkling", voltage=0.5, voltage_bias=0.5, rest_height=0.6, damping_ratio=0.3)
+    found = operating_limits(model)
+    plane = gelcone.envelope(model, frequencies=[1.0, 1.1])
+    assert plane.pull_in_of == "membrane"
+    assert float(found.pull_in_voltage) == float(plane.static_limit_voltage.sel(static_limit="pull-in"))
+    assert float(found.driven_pull_in_voltage) == float(plane.limit_high.sel(driven_limit="pull-in")[0])
+    assert float(found.pull_in_voltage) < 0.95 * float(gelcone.limits(model).pull_in_voltage)  # the cone's
+
+
 def test_operating_limits_of_members_without_voltage_or_inside(operating):
     model, result = operating
     assert result["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OUTSIDE]

@@ -236,7 +236,7 @@ def operating_limits(
 ) -> xr.Dataset:
     """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
 
-    As `envelope` finds them from rest, up to twice the member's own peak voltage, but with the pull-in of the cone.
+    As `envelope` finds them from rest, up to twice the member's own peak voltage.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ _LIMITS = (
 
 def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
-    plane = Plane.of(model, threads)
+    plane = plane_of(model, threads)
     volts = peaks_of(model)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
