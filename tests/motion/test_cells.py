@@ -200,7 +200,7 @@ def test_operating_limits_are_those_of_the_envelope(operating):
 
 
 def test_operating_limits_of_a_wrinkling_cone_have_the_pull_in_of_the_membrane():
-    model = ConeModel(film="wrinkling", voltage=0.5, voltage_bias=0.5, rest_height=0.6, damping_ratio=0.3)
+    model = ConeModel(film="wrinkling", voltage=0.5, voltage_bias=0.5, rest_height=0.9, damping_ratio=0.3)
     found = operating_limits(model)
     plane = gelcone.envelope(model, frequencies=[1.0, 1.1])
     assert plane.pull_in_of == "membrane"
