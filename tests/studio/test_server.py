@@ -328,7 +328,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
         subject = server.studio.shelf.subject(Setting(**PUMP))
-        assert names == {"current", "power", f"pull-in of the {look.film_of(subject.model)}"}
+        assert names == {"current", "power", f"pull-in of the {look.film_of(subject.model)}, slowly"}
         marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
         # of another drive they are known, and come before it rests
@@ -425,7 +425,7 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
     with server.page() as page:
         snap = {"film": "wrinkling"}
         ask(page, "look", 1, side="a", setting={"device": "snap-cone", "values": {**snap, "initial_height": "2 mm"}})
-        while "pull-in of the cone" not in [
+        while "pull-in of the cone, slowly" not in [
             own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]
         ]:
             pass

@@ -31,11 +31,11 @@ QUANTITIES: Mapping[str, str] = {
     "current": "current",
     "power": "power",
     "field": "",
-    "pull-in of the cone": "voltage",
-    "pull-in of the membrane": "voltage",
+    "pull-in of the cone, slowly": "voltage",
+    "pull-in of the membrane, slowly": "voltage",
 }
 """The numbers in the order in which they are shown, and the quantity of those that have a unit."""
-PULL_INS = {film: f"pull-in of the {film}" for film in ("cone", "membrane")}
+PULL_INS = {film: f"pull-in of the {film}, slowly" for film in ("cone", "membrane")}
 MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's frequency", " at four times it")
 
 

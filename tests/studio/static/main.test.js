@@ -189,7 +189,7 @@ test("numbers come with the kind, others once the hand rests, and those of an ol
 
 test("a cone that stands for a membrane says so, and the pull-in of one film takes the place of the other's", () => {
   const said = () => $("badges").querySelector(".valid").textContent, shown = () => $("badges").querySelectorAll(".number").map((own) => own.textContent);
-  const pullIn = (film, text) => socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: `pull-in of the ${film}`, place: 6, text, value: 600, peak: 0.5 }] } });
+  const pullIn = (film, text) => socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: `pull-in of the ${film}, slowly`, place: 6, text, value: 600, peak: 0.5 }] } });
   answer();
   pullIn("cone", "2.49 kV");
   answer({ about: { ...ABOUT, stands: true } }, RUN(), { shares: [{ code: 0, share: 1 }] });
@@ -200,12 +200,12 @@ test("a cone that stands for a membrane says so, and the pull-in of one film tak
   answer({ about: { ...ABOUT, film_of: "membrane" } }, RUN(), { shares: [{ code: 0, share: 1 }] });
   assert.equal(said(), "the model holds: film taut throughout");
   pullIn("membrane", "2.14 kV");
-  assert.deepEqual(shown().filter((text) => text.startsWith("pull-in")), ["pull-in of the membrane 2.14 kV"]);
+  assert.deepEqual(shown().filter((text) => text.startsWith("pull-in")), ["pull-in of the membrane, slowly 2.14 kV"]);
 });
 
 test("a motion that pulls in plays once, holds at its end, and offers a lower voltage", () => {
   answer({}, { ...RUN(), x: Float32Array.of(10, 5, 1) }, { ended: "pulled in", seems: "the film pulls in after 100 ms" });
-  socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: "pull-in of the cone", place: 6, text: "600 V", value: 600, peak: 1.25 }] } });
+  socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: "pull-in of the cone, slowly", place: 6, text: "600 V", value: 600, peak: 1.25 }] } });
   $("scrub").value = "0"; $("scrub").oninput();
   $("play").click();
   for (let k = 0; k < 60; k++) { draw(); wait(50); }
