@@ -69,6 +69,9 @@ def test_gains_multiply_what_their_instrument_reads():
     with_gains, without = Variants(own, ["spring_rate"], np.ones((1, 1)), gains), alone(own)
     np.testing.assert_allclose(with_gains.predict(force), 1.1 * without.predict(force))
     np.testing.assert_allclose(with_gains.predict(stroke), 0.9 * without.predict(stroke))
+    meter = Variants(own, ["spring_rate"], np.ones((1, 1)), {"capacitance meter": np.array([1.2])})
+    held = {"height": np.array([0.01, 0.02]), "voltage": np.array([0.0, 500.0])}
+    np.testing.assert_allclose(meter.capacitance(**held), 1.2 * without.capacitance(**held))
 
 
 def test_beyond_pull_in_there_is_nothing():

@@ -1,5 +1,6 @@
 """What is made of the tests in a table: clocks, rates, repeats, temperatures."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,41 @@ def test_tests_at_another_temperature_are_left_out(vhb):
     assert by_id(tests)["701"].use == "fit"
     assert by_id(tests)["702"].use == "leave out"
     assert by_id(tests)["702"].notes[-1] == "at 50 degC, not at 20 degC as most: left out"
+
+
+@pytest.mark.parametrize(
+    ("heads", "factors"),
+    [
+        (("time (s)", "stress (Pa)", "temp (K)"), (1.0, 1.0, 0.0)),
+        (("time (min)", "stress (kPa)", "temp (degC)"), (1 / 60.0, 1e-3, -273.15)),
+        (("time (h)", "stress (MPa)", "temp (C)"), (1 / 3600.0, 1e-6, -273.15)),
+        (("time (ms)", "stress (kPa)", "temp (K)"), (1e3, 1e-3, 0.0)),
+        (("rate (1/s)", "stress (Pa)", "temp (K)"), (0.5, 1.0, 0.0)),
+        (("rate (%/s)", "stress (Pa)", "temp (K)"), (50.0, 1.0, 0.0)),
+        (("rate (1/min)", "stress (Pa)", "temp (K)"), (30.0, 1.0, 0.0)),
+    ],
+)
+def test_a_test_is_the_same_in_any_units(heads, factors, tmp_path):
+    """A stretch of 0.05 a second, or at that rate."""
+    stretch, stress = np.array([1.0, 1.1, 1.2, 1.3]), np.array([0.0, 5e3, 9e3, 12.5e3])
+    clock, size, zero = factors
+    first = (stretch - 1.0) / 0.05 * clock if heads[0].startswith("time") else np.full(4, 0.1 * clock)
+    rows = zip(first, stretch, size * stress, np.full(4, 300.0 + zero), strict=True)
+    text = f"{heads[0]},stretch,{heads[1]},{heads[2]}\n" + "\n".join(",".join(f"{v:.12g}" for v in row) for row in rows)
+    (tmp_path / "pull.csv").write_text(text + "\n")
+    (test,) = read_tests(tmp_path / "pull.csv").coupons
+    np.testing.assert_allclose(test.time, (stretch - 1.0) / 0.05, atol=1e-9)
+    np.testing.assert_allclose(test.stress, stress, atol=1e-9)
+    assert (test.kind, test.temperature) == ("loading", pytest.approx(300.0))
+
+
+def test_a_crowd_within_some_kelvin_counts_and_not_one_far_away(vhb):
+    test = by_id(vhb.coupons)["701"]
+    degrees = [20.0, 20.0, 40.0, 41.0, 42.0]
+    tests = [dataclasses.replace(test, name=f"test {k}", temperature=t + 273.15) for k, t in enumerate(degrees)]
+    chosen, found = same_temperature(tests)
+    assert 312.0 < chosen < 316.0
+    assert [own.use for own in found] == ["leave out"] * 2 + ["fit"] * 3
 
 
 def test_a_clock_that_starts_at_the_hold_stays_as_it_is(tmp_path):

@@ -8,10 +8,11 @@ import pytest
 
 import gelcone
 from gelcone.analyses.design import design_json, design_words, device_text
+from gelcone.devices.scales import carried_mass
 from gelcone.errors import InputError
 from gelcone.lab import design as designs
 from gelcone.lab.candidates import LIMITS, examine
-from gelcone.lab.wish import FIRST_WISH, read_wish
+from gelcone.lab.wish import FIRST_WISH, Objective, read_wish
 from tests.lab.certified import CERTIFIED
 from tests.lab.quick_design import quick_design
 
@@ -64,6 +65,50 @@ def test_limits_rest_and_frequency_are_those_of_the_analyses(pump):
     assert 1e3 * found.values["current"][0, 0] == pytest.approx(float(sheet["current"]), rel=0.02)
     force = gelcone.stroke_and_blocked_force(device, [1460.0])["blocked_force"]
     assert found.values["blocked_force"][0, 0] == pytest.approx(float(force[0]), rel=1e-8)
+
+
+def test_a_motion_at_twice_the_drive_is_damped_as_at_any_frequency(pump):
+    """Without an offset the force has twice the frequency alone; there the device resonates."""
+    device = pump.replace(voltage_offset=0.0, voltage_amplitude="300 V", spring_rate="15 N/m")
+    natural = examine(device, {"spring_rate": np.array([[15.0]])}, 1.25).values["natural_frequency"][0, 0]
+    device = device.replace(frequency=0.5 * float(natural))
+    stroke = examine(device, {"spring_rate": np.array([[15.0]])}, 1.25).values["stroke"][0, 0]
+    assert 1e3 * stroke == pytest.approx(float(gelcone.settled(device)["stroke"]), rel=0.03)
+
+
+def test_a_footprint_is_that_of_each_design(wish):
+    """Where the ring is free, it is not that of the middle of its bounds."""
+    text = WISH.replace('footprint = "60 mm"', 'footprint = "<= 60 mm"').replace(
+        "[free]", '[free]\nfilm_radius = "20 mm:60 mm"'
+    )
+    problem = designs.Problem(wish(text), 1)
+    at = problem.names.index("film_radius")
+    unit = np.full((2, len(problem.names)), 0.5)
+    unit[:, at] = [0.05, 0.95]
+    rows = problem.designs(unit)
+    found = problem.found(rows, np.zeros((1, len(problem.wish.tolerances))))
+    np.testing.assert_allclose(
+        problem.margins(found)["footprint"][:, 0], np.minimum(2.0 * rows[:, at] / 0.06 - 1.0, 1.0)
+    )
+    smallest = Objective("footprint", False)
+    np.testing.assert_allclose(problem.objective(rows, found, np.zeros(2), smallest), 2.0 * rows[:, at])
+
+
+def test_a_check_lowers_the_limit_by_what_the_envelope_found(wish, monkeypatch):
+    """The next search has the lowest limit at the voltage that the envelope recommends, without its margin."""
+    problem, looked = designs.Problem(wish(WISH), 1), []
+    unit = np.full(len(problem.names), 0.5)
+    found = problem.found(problem.designs(unit[None]), np.zeros((1, len(problem.wish.tolerances))))
+    limit = float(np.nanmin(found.limits[:, 0, 0]))
+    checked = designs.Checked(0.006, 0.005, 0.001, 0.8 * 0.7 * limit, "pull-in", "pull-in leaves too little")
+    monkeypatch.setattr(designs, "check", lambda wish, device: checked)
+    monkeypatch.setattr(
+        designs.Problem,
+        "search",
+        lambda own, *given: looked.append(own.pull_in) or (unit, np.zeros((1, unit.size)), 0.0),
+    )
+    designs.checked_row(problem, unit, np.zeros((1, unit.size)))
+    np.testing.assert_allclose(looked[0], 0.7, rtol=1e-9)
 
 
 def test_a_design_without_state_misses_all(pump):
@@ -160,6 +205,9 @@ def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
     again = designs.probability_of(designs.Problem(own), unit, 77)
     assert again[0] == pytest.approx(float(found["probability"][0]), abs=0.04)
     assert float(found["probability_low"][0]) < float(found["probability"][0]) < float(found["probability_high"][0])
+    natural = examine(device, {"moving_mass": np.array([[device.moving_mass]])}, 1.25).values["natural_frequency"][0, 0]
+    width = device.damping_coefficient / (2.0 * carried_mass(device.get)) / (2.0 * np.pi)
+    assert float(found["distance"][0]) == pytest.approx((natural - 10.0) / width, rel=1e-3)
 
 
 def _place(own, name, value):

@@ -106,6 +106,8 @@ def test_the_next_experiment_is_a_calibration_of_the_amplifier():
     ratio = float(after["predicted_spread"][0] / result["predicted_spread"][0])
     assert ratio == pytest.approx(ranked[0][1], rel=1e-3)
     assert dict(map(tuple, ranked))["four times the rows of: stroke over voltage"] > 0.95
+    for name, prior in whole.free.items():
+        assert f"{name} known to {50.0 * prior:.2g} %" in dict(map(tuple, ranked))  # half of its prior
 
 
 def test_the_promise_of_more_rows_is_kept():

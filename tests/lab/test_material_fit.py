@@ -146,6 +146,12 @@ def test_what_is_read_and_done_is_in_the_result(vhb):
     assert "vhb-dielectric.csv" in reading["decimals are written with commas"]
     assert reading["column 'vel' has no unit: taken as 1/s"] == ("vhb-loading-20C.csv", "vhb-cyclic-0kV.csv")
     assert list(vhb["test_use"].values).count("leave out") == 3
+    for k in range(vhb.sizes["test"]):
+        own = vhb.isel(sample=np.flatnonzero(vhb["sample_test"].values == k))
+        largest = float(vhb["largest_stress"][k])
+        for error, name in (("error", "predicted"), ("left_out_error", "left_out")):
+            gap = np.sqrt(np.mean((own[name] - own["stress"]).values ** 2)) / largest
+            np.testing.assert_allclose(vhb[error][k], gap, rtol=1e-9)
 
 
 def test_a_device_takes_the_table_as_it_is(vhb):
@@ -258,6 +264,7 @@ def test_tests_under_voltage_are_predicted_and_not_fitted():
     tests = Measured((*program(), test), (), ("made.csv",))
     result = fit_material(tests, {"relative_permittivity": 5.0}, laws=["yeoh"], branches=[2], draws=0)
     assert float(result["error"][-1]) < 2e-3
+    assert result["voltage"].values.tolist() == [0.0] * (result.sizes["test"] - 1) + [4000.0]
     thin = Coupon(**{**vars(test), "thickness": np.nan})
     tests = Measured((*program(), thin), (), ("made.csv",))
     result = fit_material(tests, {"relative_permittivity": 5.0}, laws=["yeoh"], branches=[2], draws=0)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gelcone
@@ -67,6 +68,21 @@ def test_what_is_measured_is_inside_outside_or_rests_on_assumed_numbers(page):
     words = page_words(found)
     assert "1 of 2 inside the interval of their prediction" in words
     assert "missing: breakdown" in words
+
+
+def test_a_measured_value_counts_with_its_own_deviation_and_half_of_a_variance_refuses(page):
+    first = page(PUMP + measured("stroke@1.5 kV", 1.0, "mm")).compared[0]
+    own = (first.high - first.predicted) / 1.96
+    for share, verdict in ((1.7, "inside"), (2.2, "outside")):
+        value = first.predicted
+        for _ in range(20):  # the deviation is a share of the value
+            value = first.predicted + share * np.hypot(own, 0.02 * value)
+        found = page(PUMP + measured("stroke@1.5 kV", 1e3 * value, "mm")).compared[0]
+        assert found.verdict == verdict
+    for deviation, refused in (("30 %", True), ("80 %", False)):  # of the spring, next to which the mass is assumed
+        text = PUMP.replace('kind = "derived"', f'kind = "derived", deviation = "{deviation}"')
+        verdict = page(text + measured("natural frequency@1 kV", 10.9, "Hz")).compared[0].verdict
+        assert verdict.startswith("not compared: it rests on assumed numbers (moving_mass") == refused
 
 
 @pytest.mark.parametrize(

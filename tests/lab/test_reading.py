@@ -48,6 +48,14 @@ def test_the_same_numbers_in_every_dress(quirk, tmp_path):
     np.testing.assert_allclose(test.stress, [0.0, 5e3, 9e3, 12.5e3])
 
 
+def test_rows_stand_on_their_lines_of_the_file(tmp_path):
+    text = "# a rig\nstretch,stress\n-,kPa\n1.0,0.0\n\n1.1,5.0\n% a pause\n1.2,9.0\n1.3,12.5\n"
+    table = read_table(written(tmp_path, text))
+    lines = text.splitlines()
+    own = [float(lines[number - 1].partition(",")[0]) for number in table.lines]
+    assert own == table.columns["stretch"].values.tolist()
+
+
 @pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
 def test_encodings(encoding, tmp_path):
     text = PLAIN.replace("stretch", "id,stretch").replace("\n1", "\n20\N{DEGREE SIGN}C,1")

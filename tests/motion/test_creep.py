@@ -81,6 +81,7 @@ def test_a_creeping_device_is_a_run_of_simulate_and_ends_relaxed():
     assert np.abs(static - float(one["equilibrium"])).min() < 1e-9
     assert float(one["end"]) == pytest.approx(float(one["equilibrium"]), rel=1e-4)
     assert float(one["begin"]) < float(one["end"])
+    assert float(one["begin"]) == float(one["displacement"][0])
     held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
     late = gelcone.simulate(held, times=[15.0, 20.0], tolerance=1e-10)["displacement"][-1]
     assert float(one["end"]) == pytest.approx(float(late), rel=1e-4)
@@ -114,6 +115,28 @@ def test_films_at_different_levels_have_different_laws():
     rows = zip(states[:, 0], volts, states[:, 2:4], strict=True)
     kinds = [int(model.film.state(x, v, list(y), model.numbers()).kind) for x, v, y in rows]
     assert kinds[0] != kinds[1]
+
+
+def test_voltages_between_the_thresholds_are_those_of_the_source(monkeypatch):
+    """Of a resistance and a leak the film has a part of the commanded voltage; the thresholds are the film's."""
+    film = TautCone(branches=1, prestretch_mode="equibiaxial")
+    beam = {"beam_stiffness": -0.6, "beam_cubic": 2.0, "beam_height": 1.0, "damping_ratio": 0.3}
+    branch = {"viscous_modulus_1": 1.0, "relaxation_time_1": 20.0, "series_resistance": 2.0, "leakage_time": 8.0}
+    model = ConeModel(film=film, bias=gelcone.BuckledBeam(), prestretch=1.2, **beam, **branch)
+    held = _Held(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance=1e-10, threads=None)
+    monkeypatch.setattr(_Held, "run", lambda own, levels, *given: (None, np.full(levels.size, np.inf)))
+    voltages, ends, highest = held.curve(10.0, None)
+    assert np.isinf(ends).all()
+    threshold = held.relaxed.lost.voltage
+    assert voltages.min() * 0.8 > threshold > voltages.min() * 0.7
+    assert highest == voltages.max()
+
+
+def test_a_voltage_above_that_at_once_pulls_in_at_once():
+    model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, damping_ratio=0.1, **FLAT)
+    held = _Held(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance=1e-10, threads=None)
+    _, ends = held.run(np.array([0.3, 0.95]), np.array([0.0, 0.5]), None)
+    assert ends.tolist() == [np.inf, 0.0]
 
 
 @pytest.mark.parametrize(

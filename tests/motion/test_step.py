@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone import InputError, Outcome
-from gelcone.motion.step import _measured
+from gelcone.motion.step import _duration, _measured
 
 PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
 
@@ -55,6 +55,12 @@ def test_a_resistance_slows_the_rise_and_a_film_that_creeps_drifts():
     creeping = gelcone.step(PUMP.replace(branch), ["1 kV"], duration="8 s")
     assert float(creeping["drift"][0]) > 0.001 > abs(float(plain["drift"][0]))
     assert float(creeping["end"][0]) < float(creeping["equilibrium"][0])
+
+
+@pytest.mark.parametrize(("damping", "slowest", "lasts"), [(0.2, 1.0, 40.0), (0.2, 30.0, 240.0), (4.0, 1.0, 8.0)])
+def test_a_run_lasts_eight_of_its_slowest_times(damping, slowest, lasts):
+    assert _duration(damping, slowest, None) == pytest.approx(lasts)
+    assert _duration(damping, slowest, 3.0) == 3.0
 
 
 def test_a_step_that_pulls_in_says_so():

@@ -9,6 +9,7 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion.linear import state_space
+from gelcone.motion.transfer import _amplitudes
 
 CERTIFIED = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["transfer"]
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
@@ -71,6 +72,22 @@ def test_a_large_signal_is_the_settled_motion():
     assert found["measured_gain"].item() == pytest.approx(float(settled["harmonic_amplitude"][0]) / 0.4, rel=1e-6)
     assert found["measured_phase"].item() == pytest.approx(float(settled["harmonic_phase"][0]), abs=1e-5)
     assert abs(found["measured_gain"].item() / found["gain"].item() - 1.0) > 0.01
+
+
+def test_about_a_leaking_film_all_is_as_about_its_own_voltage():
+    """A leak behind a resistance leaves the film a part of the bias, which an ideal source may have, too."""
+    plain = {"rest_height": 0.8, "hoop_prestretch": 1.4, "damping_ratio": 0.1}
+    behind = ConeModel(voltage_bias=0.6, series_resistance=1.0, leakage_time=4.0, **plain)
+    found = gelcone.transfer(behind, [1.0], amplitudes=0.0)
+    area = 1.0 + float(found["equilibrium"]) ** 2
+    own = ConeModel(voltage_bias=0.6 / (1.0 + area / 4.0), **plain)
+    alone = gelcone.transfer(own, [1.0], amplitudes=0.0)
+    assert float(found["equilibrium"]) == pytest.approx(float(alone["equilibrium"]), rel=1e-9)
+    assert float(found["natural_frequency"]) == pytest.approx(float(alone["natural_frequency"]), rel=1e-2)
+
+
+def test_signals_are_two_percent_of_the_bias_and_the_drive():
+    assert _amplitudes(ConeModel(voltage=0.3), -0.6).tolist() == pytest.approx([0.012, 0.3])
 
 
 def test_current_is_that_of_the_charge_and_of_the_leak():

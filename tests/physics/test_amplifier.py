@@ -6,12 +6,12 @@ import pytest
 from gelcone.devices.device import Device, find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.motion.linear import linear_response, small_signal_response
+from gelcone.motion.linear import linear_response, small_signal_response, state_space
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
-from gelcone.physics.circuit import Amplifier, IdealSource
+from gelcone.physics.circuit import ABSENT, ELECTRICS, Amplifier, IdealSource
 from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of
 
@@ -320,6 +320,30 @@ def test_exponents_with_a_late_permittivity_add_up_to_the_trace():
     found = lyapunov(ConeModel(**LATE, damping_ratio=0.1, series_resistance=0.4), (0.4, 0.0))
     assert found.sizes["exponent"] == 4
     assert abs(float(found["sum_residual"])) < 1e-9
+
+
+def test_the_gain_of_a_flat_film_is_that_of_its_linear_model():
+    """Filter, resistance, leak and a late permittivity; a small voltage does not raise a flat disc."""
+    numbers = {"filter_time": 0.2, "series_resistance": 0.4, "leakage_time": 5.0, **LATE, "rest_height": 0.0}
+    model = ConeModel(damping_ratio=0.1, **numbers)
+    found = state_space(model, outputs=("film_voltage",))
+    for omega in (0.0, 0.05, 0.7, 6.0):
+        inside = np.linalg.solve(1j * omega * np.eye(len(found.A)) - found.A, found.B)
+        linear = (found.C @ inside + found.D)[0, 0]
+        assert model.system.circuit.gain(omega, model.numbers()) == pytest.approx(linear, rel=1e-9)
+
+
+def test_a_number_that_stands_for_none_is_none():
+    nothing = {name: ABSENT.get(name, np.inf) for name in ELECTRICS}
+    assert set(ABSENT.values()) == {0.0}
+    assert set(ABSENT) == {"filter_time", "series_resistance", "dielectric_share"}
+    assert ConeModel(**nothing).system.circuit == IdealSource()
+
+
+def test_a_film_at_a_voltage_of_its_own_leaks_as_the_other_does():
+    takes = ("series_resistance", "leakage_time", "leakage_field")
+    assert Amplifier(takes).held == Amplifier(takes[1:])
+    assert Amplifier(takes[:1]).held == IdealSource()
 
 
 def test_a_late_permittivity_has_si_fields():

@@ -12,6 +12,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
+from gelcone.physics.drive import Pieced, Pieces
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import (
     WAVEFORMS,
@@ -76,6 +77,7 @@ EVERY = [
     Samples(interpolation="pchip", repeat=True),
     multisine(2, 9, 5),
     random_levels(7, 3),
+    Harmonics(((1, 1.0, 0.0), (1, 0.5, 2.0), (3, 0.2, 0.0))),
 ]
 
 
@@ -106,6 +108,43 @@ def test_peak_mean_square_and_rate_are_those_of_the_voltage(waveform):
     step = tau[1] - tau[0]
     rate = waveform.voltage_rate(middle, n)
     np.testing.assert_allclose(rate, (np.diff(voltage) / step)[:-1][smooth], atol=2e-3)
+
+
+@pytest.mark.parametrize("bias", [-0.4, -2.0])
+@pytest.mark.parametrize("waveform", EVERY, ids=lambda one: f"{one.name}")
+def test_the_peak_counts_an_offset_of_either_sign(waveform, bias):
+    n = numbers(waveform, bias)
+    voltage = waveform.voltage(np.linspace(0.0, float(waveform.period(n)), 20_001), n)
+    assert waveform.peak(n) == pytest.approx(np.abs(voltage).max(), rel=2e-3, abs=1e-12)
+
+
+def test_the_peak_of_a_cubic_may_lie_within_a_piece():
+    class Hump(Pieced):
+        """s - s^2/2 + s^3/15, which turns within its one piece."""
+
+        name = "hump"
+
+        def table(self, n):
+            return Pieces(np.zeros(1), np.array([[0.0, 1.0, -0.5, 1.0 / 15.0, 0.0]]))
+
+    hump = Hump()
+    n = numbers(hump, 0.1)
+    voltage = hump.voltage(np.linspace(0.0, float(hump.period(n)), 200_001)[:-1], n)
+    assert hump.peak(n) == pytest.approx(np.abs(voltage).max(), rel=1e-4)
+
+
+def test_a_multisine_has_the_peak_of_its_amplitude():
+    assert multisine(2, 9, 5).peak(numbers(multisine(2, 9, 5), 0.0) | {"voltage_bias": 0.0}) == pytest.approx(
+        1.3, rel=2e-3
+    )
+
+
+def test_a_run_shows_every_level_of_a_staircase():
+    levels = tuple(np.random.default_rng(0).permutation(40) / 40.0)
+    model = ConeModel(waveform=Staircase(levels, 0.1), voltage=0.5, damping_ratio=0.2)
+    shown = simulate(model, periods=1)["drive_voltage"].values
+    for level in levels:
+        assert np.abs(shown - 0.5 * level).min() < 1e-9
 
 
 @pytest.mark.parametrize("name", ["square", "ramp", "half_wave", "burst", "staircase"])

@@ -17,7 +17,10 @@ def test_the_force_on_a_load_is_the_blocked_force_at_rest_and_none_at_the_free_s
             "blocked_force": ("constant_voltage", [2.0]),
             "stroke": ("constant_voltage", [4.0]),
         },
-        {"constant_voltage": ("constant_voltage", [500.0]), "displacement": ("displacement_value", [0.0, 2.0, 6.0, 8.0])},
+        {
+            "constant_voltage": ("constant_voltage", [500.0]),
+            "displacement": ("displacement_value", [0.0, 2.0, 6.0, 8.0]),
+        },
         {"force": "N", "displacement": "mm", "constant_voltage": "V"},
     )
     axes = blank()

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from gelcone.plots.device_fit import device_fit_figure
 from gelcone.plots.style import BLUE, GREY, VERMILION
@@ -38,8 +39,7 @@ def test_readings_have_their_noise_and_bars_their_names():
     names = dict(zip(bars.get_yticks(), (text.get_text() for text in bars.get_yticklabels()), strict=True))
     found = {names[bar.get_y() + bar.get_height() / 2]: bar.get_width() for bar in bars.patches}
     assert found == pytest.approx({"shear_modulus": 0.2, "spring_rate": 0.9})
-    from matplotlib.colors import to_rgb
-
+    assert names[max(names)] == "shear_modulus"  # the first on top
     assert [bar.get_facecolor()[:3] for bar in bars.patches] == [to_rgb(BLUE), to_rgb(GREY)]
     (far,) = (text for text in bars.texts if text.get_text() == "far from its prior")
     assert (names[far.get_position()[1]], far.get_color()) == ("shear_modulus", VERMILION)

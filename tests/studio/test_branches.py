@@ -8,6 +8,7 @@ import gelcone
 from gelcone.atlas.branches import continuation
 from gelcone.devices.files import shipped_devices
 from gelcone.progress import Stopped, Watch, watching
+from gelcone.studio import branches
 from gelcone.studio.branches import _scale, follow_branches, follow_loci
 from gelcone.studio.grids import Axis, Source
 
@@ -35,6 +36,39 @@ def test_branches_of_a_device_pass_through_its_motion():
     assert found["value"][at] == 10.0
     assert found["section"][at] == pytest.approx(float(one["section"][0, 0]), rel=1e-6)
     assert found["stable"][at]
+
+
+@pytest.mark.parametrize(("symmetric", "resting"), [(0, 0), (1, 0), (0, 1)])
+def test_a_motion_that_is_not_its_own_mirror_image_has_one(symmetric, resting, monkeypatch):
+    """Lines and events of a made-up branch over a voltage in millivolts, of which the page shows volts."""
+    orbit = np.zeros((2, 8, 2))
+    orbit[:, ::4, 0] = [[0.1, 0.3], [0.2, 0.4]]
+    shown = xr.Dataset(
+        {
+            "value": (("branch", "point"), [[500.0, 700.0]], {"units": "mV"}),
+            "stable": (("branch", "point"), [[1, 0]]),
+            "orbit": (("branch", "point", "node", "state"), orbit[None]),
+            "nodes_per_repeat": ("branch", [4]),
+            "period": ("branch", [2]),
+            "symmetric": ("branch", [symmetric]),
+            "resting": ("branch", [resting]),
+            "event_kind": ("event", [0], {"flag_values": [0], "flag_meanings": "fold"}),
+            "event_value": ("event", [600.0]),
+            "event_branch": ("event", [0]),
+            "event_orbit": (("event", "node", "state"), orbit[:1]),
+        }
+    )
+    monkeypatch.setattr(continuation, "continue_branch", lambda *given, **options: shown)
+    monkeypatch.setattr(branches, "in_si", lambda result, subject: result)
+    monkeypatch.setattr(branches, "has_mirror", lambda result: True)
+    arrays = follow_branches(PUMP, Axis("voltage_amplitude", "V", np.linspace(0.5, 0.7, 3)))["arrays"]
+    images = 2 if not symmetric and not resting else 1
+    sections = [np.array(line) * sign for line in ([0.1, 0.2], [0.3, 0.4]) for sign in (1.0, -1.0)[:images]]
+    expected = np.concatenate([np.append(line, np.nan) for line in sections])
+    np.testing.assert_allclose(arrays["section"], expected)
+    np.testing.assert_allclose(arrays["value"], np.tile([0.5, 0.7, np.nan], 2 * images))
+    np.testing.assert_allclose(arrays["event_value"], [0.6, 0.6])
+    np.testing.assert_allclose(arrays["event_section"], [0.1, 0.3])
 
 
 def test_values_come_in_the_unit_of_their_axis():

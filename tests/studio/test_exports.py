@@ -9,6 +9,7 @@ import pytest
 import gelcone
 from gelcone.analyses.ask import arguments_of
 from gelcone.devices.files import shipped_devices
+from gelcone.register.analyses import find_analysis
 from gelcone.studio import exports
 from gelcone.studio.grids import Axis, Source
 from gelcone.studio.setting import Setting, Shelf, typed
@@ -73,6 +74,24 @@ def test_the_lines_give_an_analysis_what_the_command_gives_it(name, monkeypatch)
     monkeypatch.setattr(gelcone, "save", lambda result, path: None)
     exec(exports.lines(setting, wanted, shelf.called(setting)), {})
     assert given == arguments_of(wanted.analysis, shelf.subject(setting), wanted.given)
+
+
+@pytest.mark.parametrize("kind", SETTINGS)
+def test_a_map_on_the_page_is_uniform_and_leaves_out_what_it_sweeps(kind):
+    wanted = exports.Wanted.read("map", {}, AXES[kind, "map"])
+    setting = exports.fitting(SETTINGS[kind], wanted)
+    words = shlex.split(exports.command(setting, wanted, "own.toml"))
+    assert words[-3:] == ["--uniform", "--out", "results"]
+    assert "--uniform" not in exports.command(setting, exports.Wanted.read("regime", {}, ()), "own.toml")
+    swept = {axis.name for axis in AXES[kind, "map"]}
+    assert not swept & setting.values.keys()
+    assert setting.values.keys() == SETTINGS[kind].values.keys() - swept
+
+
+def test_a_result_without_a_start_has_neither_a_start_nor_what_it_sweeps():
+    wanted = exports.Wanted(find_analysis("static"), {}, ("voltage=0:1:3",))
+    setting = Setting(preset="base", values={"voltage": "1.04", "displacement": "0.9", "law": "gent"})
+    assert exports.fitting(setting, wanted).values == {"law": "gent"}
 
 
 @pytest.mark.slow

@@ -1,12 +1,15 @@
 """Cells of maps and strips are those of the command line, whoever computes them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import gelcone
-from gelcone import InputError
+from gelcone import InputError, Outcome
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
+from gelcone.studio import grids
 from gelcone.studio.controls import controls_of
 from gelcone.studio.grids import IMPOSSIBLE, PULLED_IN, Source, axis, even_tasks, kinds, thresholds
 
@@ -21,6 +24,18 @@ def test_cells_of_a_device_are_those_of_regime():
         assert found["regime"][k] == int(one.regime)
         assert found["high"][k] == float(one.highest)
         assert found["exponent"][k] == float(one.lyapunov[0])
+
+
+def test_only_a_film_that_pulls_in_has_that_kind(monkeypatch):
+    outcome = np.array([Outcome.OK, Outcome.PULLED_IN, Outcome.STRETCH_LIMIT, Outcome.STEP_LIMIT])
+    blank, one = np.zeros(4), np.full(4, int(gelcone.Regime.PERIODIC))
+    made = {"regime": ("", one), "lowest": ("", blank), "highest": ("", blank)}
+    made |= {"section": ("", np.zeros((4, 2, 2))), "lyapunov": ("", np.zeros((4, 2)))}
+    regime = SimpleNamespace(compute=lambda *given, **options: SimpleNamespace(outcome=outcome, variables=made))
+    monkeypatch.setattr(grids, "ANALYSES", {"regime": regime})
+    found = kinds(PUMP, {"frequency": ["9 Hz", "10 Hz", "11 Hz", "12 Hz"]})
+    left = int(gelcone.Regime.LEFT_THE_DOMAIN)
+    assert found["regime"].tolist() == [int(gelcone.Regime.PERIODIC), PULLED_IN, left, left]
 
 
 def test_any_field_of_a_device_is_an_axis_and_what_cannot_be_built_says_so():

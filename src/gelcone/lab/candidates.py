@@ -73,6 +73,7 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
             "current": np.abs(motion.current).max(axis=1) * scale("current"),
             "natural_frequency": motion.natural * scale("frequency"),
             "rest_height": rest[:, 0] * scale("length"),
+            "footprint": np.broadcast_to(2.0 * np.asarray(members_of.film_radius), members.shape),
             "blocked_force": system.film.voltage_force(rest[:, 0], peak**2, [], members.numbers()) * scale("force"),
         }
         failing = _failing(system, n, own, harder)

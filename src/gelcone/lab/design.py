@@ -106,7 +106,7 @@ class Problem:
         margins = {}
         for name, least, bound in self.wish.requirements:
             own = bound * (1.0 + (-RELAXED if least else RELAXED) * (name == self.relaxed))
-            value = self.value(found, name)
+            value = found.values[name]
             margins[name] = 1.0 - value / own if least else value / own - 1.0
         highest = (1.0 - self.wish.margin) * (1.0 + RELAXED * (self.relaxed == "limits")) * self.pull_in
         for name, limit in zip(LIMITS, found.limits, strict=True):
@@ -115,25 +115,16 @@ class Problem:
             margins["swing beyond the film's limits"] = found.failing
         return {name: np.where(np.isnan(margin), 1.0, np.minimum(margin, 1.0)) for name, margin in margins.items()}
 
-    def value(self, found: Found, name: str) -> Array:
-        """A number of designs by name."""
-        if name == "footprint":
-            return np.full_like(found.values["stroke"], 2.0 * float(self.device.film_radius))
-        return found.values[name]
-
     def objective(self, designs: Array, found: Found, worst: Array, which: Objective) -> Array:
         """An objective of designs, the smaller the better; ``worst``: margin under draws, in place of a probability."""
         if which.name == "probability":
             return worst
         if which.name in found.values:
             value = found.values[which.name][:, 0]
-        elif which.name == "footprint" and "film_radius" in self.names:
-            value = 2.0 * designs[:, self.names.index("film_radius")]
         elif which.name in self.names:
             value = designs[:, self.names.index(which.name)]
         else:
-            fixed = self.device.film_radius * 2.0 if which.name == "footprint" else self.device.get(which.name)
-            value = np.full(len(designs), float(fixed))
+            value = np.full(len(designs), float(self.device.get(which.name)))
         return -value if which.largest else value
 
     def robust(self, margins: Mapping[str, Array]) -> Array:

@@ -416,3 +416,10 @@ def test_exponents_of_a_wrinkling_film_add_up_to_the_mean_trace():
     found = lyapunov(model_of(case).replace(film="wrinkling"), case["start"], budget=2000.0, tolerance=1e-10)
     assert abs(float(found["sum_residual"])) < 1e-8
     assert found["lyapunov"].size == 4
+
+
+def test_the_slowest_creep_of_a_soft_film_is_slower_than_its_slowest_relaxation():
+    """A weight on an element of springs 1 and g and a dashpot g tau creeps with (1 + g) tau; so does the film flat."""
+    model = ConeModel(film=TautCone(branches=2), **{"viscous_modulus_1": 3.0, "relaxation_time_1": 2.0})
+    two = model.replace(viscous_modulus_2=0.5, relaxation_time_2=5.0)
+    assert float(two.members().time_constant[0]) == pytest.approx(8.0)

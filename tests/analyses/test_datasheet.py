@@ -1,0 +1,49 @@
+"""The lines of a data sheet: names of its rows, values in the units in which they read well, and the first limit."""
+
+import pytest
+import xarray as xr
+
+from gelcone.devices.scales import MEASURES
+from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows, sized
+
+VOLTS = {"units": "V", "quantity": "voltage"}
+
+
+@pytest.mark.parametrize("quantity", [name for name, own in MEASURES.items() if own.unit in ("N", "m", "W", "V", "A")])
+def test_a_number_is_the_same_in_the_unit_in_which_it_reads_well(quantity):
+    own = MEASURES[quantity]
+    shown = sized(xr.DataArray(0.0125 * own.per_unit, attrs={"units": own.shown, "quantity": quantity}))
+    assert shown in ("12.5 mN", "12.5 mm", "12.5 mW", "12.5 mV", "12.5 mA", "12.5 mVA")
+
+
+def test_rows_have_the_names_of_their_numbers():
+    sheet = xr.Dataset(
+        {name: ("constant_voltage", [0.0, float(k)]) for k, name in enumerate(SHEET_ROWS, start=1)},
+        {"constant_voltage": ("constant_voltage", [0.0, 500.0], VOLTS)},
+    )
+    rows = dict(sheet_rows(sheet))
+    assert rows["constant voltage"] == ["500 V"]
+    values = list(SHEET_ROWS)
+    for words, name in (
+        ("blocked force", "blocked_force"),
+        ("  half width at half power", "half_width"),
+        ("coupling factor, squared", "coupling"),
+        ("power over moving mass", "mass_power"),
+        ("rise time of a small step", "rise_time"),
+    ):
+        assert rows[words] == [f"{values.index(name) + 1}"]
+
+
+@pytest.mark.parametrize(
+    ("first", "words"), [("driven pull-in", "pull-in of the drive"), ("pull-in", "pull-in on a slow ramp")]
+)
+def test_the_first_limit_is_that_of_the_drive_or_of_a_ramp(first, words):
+    names = ("pull_in_voltage", "first_limit_voltage", "safe_peak_voltage", "dielectric_breakdown_voltage")
+    numbers = zip(names, (3000.0, 1800.0, 1500.0, float("nan")), strict=True)
+    sheet = xr.Dataset({name: ((), value, VOLTS) for name, value in numbers}, attrs={"first_limit": first})
+    assert sheet_limits(sheet) == [
+        "pull-in under constant voltage: 3 kV",
+        f"first limit: {words}, at a peak of 1.8 kV",
+        "below every limit: peaks up to 1.5 kV",
+        "dielectric strength: unknown, breakdown is not accounted for",
+    ]

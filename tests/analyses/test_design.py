@@ -1,0 +1,39 @@
+"""The text of designs: limits and what binds under their own names, and the side of the resonance."""
+
+import json
+
+from gelcone.analyses.design import design_words, device_text
+from tests.plots.made_up import result
+
+
+def test_a_design_names_its_limit_and_what_binds_it():
+    designs = result(
+        {
+            "stroke": ("design", [5.1]), "membrane_stroke": ("design", [4.8]), "peak_voltage": ("design", [1500.0]),
+            "apparent_power": ("design", [3.2]), "recommended": ("design", [1600.0]), "probability": ("design", [0.96]),
+            "probability_low": ("design", [0.95]), "probability_high": ("design", [0.97]),
+            "distance": ("design", [-2.5]),
+            "relaxed": ("design", [0.12]), "spring_rate": ("design", [15.0]),
+            "first_limit": ("design", ["pull-in on a ramp"]), "binds": ("design", ["stroke"]),
+        },
+        {"design": ("design", [1])},
+        {"spring_rate": "N/m"},
+        {
+            "title": "designs: pump", "frequency": 10.0, "margin": 0.2, "free": json.dumps(["spring_rate"]),
+            "left_out": "[]", "nominal_probability": 0.4, "devices": json.dumps(["a device"]),
+        },
+    )  # fmt: skip
+    text = design_words(designs)
+    assert "96.0% (95.0% to 97.0%)" in text
+    assert "pull-in on a ramp, 1600 V recommended" in text
+    assert "design 1: spring_rate 15 N/m" in text
+    assert "natural frequency 2.5 half widths below that of the drive; bound by stroke" in text
+    assert "weakening that by 10 % improves the first objective by 12%" in text
+    assert text.endswith("meets all in 40.0% of the devices within them")
+    said = device_text(designs, 0).splitlines()
+    assert said[1] == "# settled stroke 5.1 mm at 10 Hz (4.8 mm as a membrane), 3.2 mVA"
+    assert said[3:5] == [
+        "# first limit: pull-in on a ramp; recommended up to 1600 V, 20% below it",
+        "# bound by stroke",
+    ]
+    assert said[-1] == "a device"
