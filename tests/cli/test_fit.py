@@ -144,6 +144,17 @@ def test_a_fit_that_chi2_refuses_is_marked_and_ends_with_1(pump, tmp_path, undra
     code, out, err = pump(*swept)
     assert code == 0, err
     assert len(result(out)["drawn_damping_coefficient"]) == 64
+    code, again, err = pump("limits", "fitted/device.toml", "--samples", "fitted/draws.nc", "--json")
+    assert code == 0, err
+    assert result(again)["drawn_damping_coefficient"] == result(out)["drawn_damping_coefficient"]
+    assert result(again)["onset_voltage"] == result(out)["onset_voltage"]
+    for command in (("limits", "fitted/device.toml"), ("sweep", "fitted/device.toml", "--analysis", "limits")):
+        code, _, err = pump(*command, "--samples", "pump.toml")
+        assert (code, err.count("\n")) == (2, 1)
+        assert "pump.toml: is not a table of draws; give a file that ends with .csv or .nc" in err
+    for name, words in (("damping_coefficient", "it already, with its correlations"), ("spring_rate", "all that is")):
+        _, _, err = pump(*swept[:4], "--samples", "fitted/draws.nc", "--uncertain", f"{name}=1:2")
+        assert f"--samples fitted/draws.nc and --uncertain {name}: the samples hold {words}" in err
 
 
 @pytest.mark.parametrize(
@@ -162,7 +173,7 @@ def test_a_fit_that_chi2_refuses_is_marked_and_ends_with_1(pump, tmp_path, undra
         ),
         (
             ["pump.toml", "--data", "pump-tests.toml", *FREE, "--plan", "--films", "taut,wrinkling"],
-            "a plan is that of one film",
+            "--films: a plan is that of one structure; give one",
         ),
     ],
 )

@@ -88,8 +88,53 @@ def test_fields_that_cannot_be_fitted():
         field_value(own, "sprig_rate")
     with pytest.raises(InputError, match="--free beam_rate: is not set; a field that is fitted must have one value"):
         field_value(own, "beam_rate")
-    with pytest.raises(InputError, match="takes a device with one film and an ideal source"):
-        alone(own.replace(second_film="taut"))
+    for changes in ({"second_film": "taut", "second_drive": "opposite"}, {"circuit": "charge"}):
+        with pytest.raises(
+            InputError, match="takes a source of voltage, the same on both films; leave circuit and second"
+        ):
+            alone(own.replace(changes))
+
+
+CREEP = {"material.viscous_modulus_1": 2000.0, "material.relaxation_time_1": 0.02}
+STATES = {
+    "creep": CREEP,
+    "slack creep": {**CREEP, "hoop_prestretch": 1.0},
+    "amplifier": {"circuit": "amplifier"},
+    "creep, amplifier": {**CREEP, "circuit": "amplifier"},
+    "double": {"second_film": "wrinkling"},
+}
+
+
+@pytest.mark.parametrize("kind", STATES)
+def test_with_states_of_films_and_circuits_responses_ring_downs_and_series_are_those_of_the_analyses(kind):
+    own = gelcone.find_device("biased-pump").replace(
+        {**STATES[kind], "voltage_offset": 1e3, "voltage_amplitude": 60.0, "frequency": 8.0, "film": "wrinkling"}
+    )
+    variants = alone(own)
+    found = variants.response(np.array([1e3]), np.array([60.0]), np.array([8.0]))[0]
+    assert 2e3 * np.hypot(*found) == pytest.approx(float(gelcone.settled(own)["stroke"]), rel=2e-3)
+    swing = np.linalg.eigvals(gelcone.state_space(own, voltage=0.0).A)
+    swing = swing[np.argmax(swing.imag)]
+    np.testing.assert_allclose(variants.ring_down()[0], [swing.imag / (2.0 * np.pi), -swing.real], rtol=1e-5)
+    natural = np.linalg.eigvals(gelcone.state_space(own, voltage=1e3).A).imag.max() / (2.0 * np.pi)
+    if not own.to_model().system.planar:
+        assert variants.natural_frequency(1e3)[0] == pytest.approx(natural, rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["creep", "amplifier"])
+def test_a_series_is_the_run_of_a_recorded_drive(kind, tmp_path):
+    own = gelcone.find_device("biased-pump").replace({**STATES[kind], "film": "taut"})
+    time, volts = np.linspace(0.0, 0.2, 41), 900.0 * np.minimum(np.linspace(0.0, 2.0, 41), 1.0)
+    rows = "\n".join(f"{t:.17g},{v:.17g}" for t, v in zip(time, volts, strict=True))
+    (tmp_path / "drive.csv").write_text(f"time (s),voltage (V)\n{rows}\n")
+    run = gelcone.simulate(gelcone.recorded(own, tmp_path / "drive.csv"), times=time.tolist())
+    stroke, current = np.split(alone(own).series(time + 7.0, volts, ("stroke", "current"))[0], 2)
+    measured = 1e-3 * (run["displacement"] - run["displacement"][0]).values
+    np.testing.assert_allclose(stroke, measured, atol=1e-7 * np.abs(measured).max())
+    known = 1e-3 * run["current"].values
+    inside = [k for k in range(1, 40) if k != 20]  # where the slope of the voltage does not jump
+    np.testing.assert_allclose(current[inside], known[inside], rtol=1e-6, atol=1e-6 * np.abs(known).max())
+    assert np.abs(current).max() > 1e-6
 
 
 FILMS = ["taut", "wrinkling", "membrane"]
@@ -119,8 +164,3 @@ def test_a_stroke_under_a_load_is_that_of_a_device_with_a_constant_force():
     for load, stroke in zip((0.0, 0.03), found, strict=True):
         pulled = own.replace(constant_force=-load) if load else own
         assert 1e3 * stroke == pytest.approx(float(gelcone.static(pulled, [1.5e3])["stroke"][0]), rel=1e-6)
-
-
-def test_a_film_that_creeps_is_refused():
-    with pytest.raises(InputError, match="takes a film that does not creep"):
-        alone(gelcone.find_device("biased-pump").replace(film="taut", material="VHB 4910"))

@@ -8,8 +8,16 @@ import pytest
 
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError
-from gelcone.lab.bench import Variants
-from gelcone.lab.device import fit_device, fitted_device, fitted_draws, plan_device, read_free, read_predictions
+from gelcone.lab.bench import DeviceTest, Variants
+from gelcone.lab.device import (
+    _with_loss,
+    fit_device,
+    fitted_device,
+    fitted_draws,
+    plan_device,
+    read_free,
+    read_predictions,
+)
 from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of, profiled
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
@@ -189,6 +197,91 @@ def test_intervals_cover_on_made_up_pumps():
     assert 0.88 <= np.mean(inside) <= 1.0
 
 
+@pytest.fixture(scope="module")
+def lossy():
+    """Readings of a pump with damper and branch, at three biases, and the pump as drawn, without a branch."""
+    drawn = gelcone.find_device("biased-pump").replace(film="taut", damping_coefficient=5e-3)
+    true = drawn.replace({"material.viscous_modulus_1": 1500.0, "material.relaxation_time_1": 0.02})
+    frequency, planned = np.linspace(9.0, 14.0, 7), []
+    for volts in (500.0, 1000.0, 1500.0):
+        commanded = {"voltage_offset": np.full(7, volts), "voltage_amplitude": np.full(7, 60.0), "frequency": frequency}
+        columns = {name: np.zeros(7) for name in ("in_phase", "quadrature")}
+        noise = {name: np.full(7, 1e-5) for name in columns}
+        planned.append(DeviceTest(f"at {volts:g} V", "frequency response", commanded, columns, noise))
+    whole = Problem(true, {"damping_coefficient": 1.0}, tuple(planned), {"laser": 0.01, "amplifier": 0.01})
+    readings = whole.predict(np.zeros((1, 3)))[0] + 1e-5 * np.random.default_rng(4).standard_normal(42)
+    return true, drawn, DeviceTests(with_readings(whole.tests, readings), whole.gains)
+
+
+def test_a_loss_is_found_by_what_contains_damper_and_branch(lossy):
+    true, drawn, tests = lossy
+    free = {"damping_coefficient": 1.0, "material.relative_permittivity": 0.05, "spring_rate": 0.03}
+    result = fit_device(drawn, tests, free, losses=["damper", "both"], predict=["natural frequency@1.2 kV"])
+    assert result.attrs["chosen"] == "taut film, loss both"
+    assert float(np.diff(result["structure_objective"].values)[0]) < -30.0
+    assert not result.attrs["refused"]
+    off = np.log([1500.0 / 823.33, 0.02 * 2.0 * np.pi * drawn.frequency])
+    found = result.sel(unknown=["material.viscous_modulus_1", "material.relaxation_time_1"])
+    assert (np.abs(found["deviation"].values - off) < 2.5 * found["left"].values).all()
+    assert (found["left"].values < 0.6).all()
+    known = Variants(true, ["spring_rate"], np.ones((1, 1)), {}).natural_frequency(1200.0)[0]
+    assert abs(float(result["predicted_value"][0]) - known) < 2.5 * float(result["predicted_spread"][0])
+    device = fitted_device(result)
+    assert device.material.branches == 1
+    assert {"material.viscous_modulus_1", "damping_coefficient"} < set(fitted_draws(result).data_vars)
+
+
+def test_losses_change_device_and_free_fields(lossy):
+    true, drawn, tests = lossy
+    problem = Problem(*_with_loss(true, {"spring_rate": 0.03}, "damper"), tests.tests, tests.gains)
+    assert (problem.device.material.branches, list(problem.free)) == (0, ["spring_rate", "damping_coefficient"])
+    own, free = _with_loss(drawn, {"damping_coefficient": 0.5}, "branch")
+    assert (own.damping_coefficient, list(free)) == (0.0, ["material.viscous_modulus_1", "material.relaxation_time_1"])
+    own, free = _with_loss(true, {"damping_coefficient": 0.5}, "both")
+    assert (own.material.viscous_modulus_1, free["damping_coefficient"]) == (1500.0, 0.5)
+    with pytest.raises(InputError, match="'friction' is not a structure of the loss; known: damper, branch, both"):
+        fit_device(drawn, tests, {"spring_rate": 0.03}, losses=["friction"])
+    with pytest.raises(InputError, match="--loss: needs damping_coefficient in place of a damping that changes"):
+        plan_device(
+            drawn.replace(damping_coefficient=None, quality_factor=9.0), tests, {"spring_rate": 0.03}, loss="both"
+        )
+
+
+def test_a_series_is_fitted(tmp_path):
+    """Stroke and current of a step, thinned; the fit finds a mass that is 5 % off."""
+    own = gelcone.find_device("biased-pump").replace(film="taut")
+    time = np.linspace(0.0, 0.6, 1201)
+    volts = np.minimum(1000.0 * time / 0.05, 1000.0)
+    true = Variants(own.replace(moving_mass=1.05 * own.moving_mass), ["spring_rate"], np.ones((1, 1)), {})
+    stroke, current = np.split(true.series(time, volts, ("stroke", "current"))[0], 2)
+    rows = zip(time[::3], volts[::3], 1e3 * stroke, 1e6 * current, strict=True)
+    text = "\n".join(",".join(f"{value:.9g}" for value in row) for row in rows)
+    (tmp_path / "run.csv").write_text(f"time (s),voltage (V),stroke (mm),current (uA)\n{text}\n")
+    (tmp_path / "list.toml").write_text(
+        '[[test]]\nkind = "series"\nfile = "run.csv"\nnoise = {stroke = "10 um", current = "10 nA"}\n'
+    )
+    tests = read_device_tests(tmp_path / "list.toml")
+    assert (tests.tests[0].name, tests.tests[0].values.size) == ("series, run.csv", 802)
+    result = fit_device(own, tests, {"moving_mass": 0.2, "damping_coefficient": 1.0})
+    assert np.exp(float(result["deviation"][0])) == pytest.approx(1.05, rel=2e-3)
+    assert set(result["reading_axis"].values) == {"time (s)"}
+    assert gelcone.plot(result).axes[0].get_xlabel() == "time (s)"
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("0,1,1\n1,2,1\n1,3,1", "the time 1 s follows 1 s; times must rise"),
+        ("0,100,1", "has 1 times; a series takes 2 to"),
+    ],
+)
+def test_times_that_cannot_be_followed_are_refused(rows, message, tmp_path):
+    (tmp_path / "run.csv").write_text(f"time (s),voltage (V),stroke (mm)\n{rows}\n")
+    (tmp_path / "list.toml").write_text('[[test]]\nkind = "series"\nfile = "run.csv"\nnoise = "10 um"\n')
+    with pytest.raises(InputError, match=message):
+        read_device_tests(tmp_path / "list.toml")
+
+
 def with_readings(tests, values):
     found, at = [], 0
     for test in tests:
@@ -218,7 +311,13 @@ def test_the_example_is_the_certified_case():
     for found, own in zip(tests.tests, problem(TAUT, "taut").tests, strict=True):
         np.testing.assert_allclose(found.values, own.values, rtol=1e-3, atol=1e-9)
         np.testing.assert_allclose(found.deviations, own.deviations, rtol=1e-3)
-    assert tests.gains == {"load cell": 0.02, "laser": 0.01, "capacitance meter": 0.01, "amplifier": 0.01}
+    assert tests.gains == {
+        "load cell": 0.02,
+        "laser": 0.01,
+        "capacitance meter": 0.01,
+        "ammeter": 0.01,
+        "amplifier": 0.01,
+    }
     assert tests.measured
 
 

@@ -41,8 +41,8 @@ def device_plan_words(result: xr.Dataset, device: Device) -> str:
 def device_fit_words(result: xr.Dataset, device: Device) -> str:
     """The fit as text; what is not to be relied on says so first."""
     attrs = result.attrs
-    lines = [f"{device.name}: fitted to {attrs['readings']} readings, {attrs['film']} film", verdict(result)]
-    lines += [*_film_lines(result), *_unknown_lines(result, device), *_learnt_lines(result)]
+    lines = [f"{device.name}: fitted to {attrs['readings']} readings, {attrs['chosen']}", verdict(result)]
+    lines += [*_structure_lines(result), *_unknown_lines(result, device), *_learnt_lines(result)]
     return "\n".join([*lines, *_left_out_lines(result), *_prediction_lines(result), *_next_lines(result)])
 
 
@@ -70,20 +70,18 @@ def verdict(result: xr.Dataset) -> str:
     return f"{size} (p = {attrs['p_value']:.2g}): the structure is not refused"
 
 
-def _film_lines(result: xr.Dataset) -> list[str]:
-    refused = [
-        f"film {film}: {reason.partition(':')[0]}" for film, reason in json.loads(result.attrs["impossible"]).items()
-    ]
-    if result.sizes["film"] < 2:
+def _structure_lines(result: xr.Dataset) -> list[str]:
+    impossible = json.loads(result.attrs["impossible"])
+    refused = [f"structure {name}: {reason.partition(':')[0]}" for name, reason in impossible.items()]
+    if result.sizes["structure"] < 2:
         return refused
-    rows = [(float(result["film_objective"][k]), str(film)) for k, film in enumerate(result["film"].values)]
-    lines = [
-        *refused,
-        "films compared, chi2 with priors: " + ", ".join(f"{film} {value:.4g}" for value, film in sorted(rows)),
-    ]
-    (first, best), (second, other) = sorted(rows)[:2]
-    if second - first < UNDECIDED:
-        lines.append(f"these tests cannot tell {best} from {other}")
+    rows = zip(result["structure_objective"].values.tolist(), result["structure"].values, strict=True)
+    ranked = sorted((value, str(name)) for value, name in rows)
+    every = "; ".join(f"{name} {value:.4g}" for value, name in ranked)
+    lines = [*refused, f"structures compared, chi2 with priors: {every}"]
+    alike = [name for value, name in ranked[1:] if value - ranked[0][0] < UNDECIDED]
+    if alike:
+        lines.append(f"these tests cannot tell {ranked[0][1]} from {' or '.join(alike)}")
     return lines
 
 

@@ -40,7 +40,23 @@ def read_draws(
         return draw(spread, count, method=method, seed=seed, indices=wanted) if spread else {}
     if len(texts) > 1:
         raise InputError(f"--uncertain {tables[0]}: a table holds all uncertain parameters; give it alone")
-    path = Path(tables[0])
+    return _of_table(Path(tables[0]), subject)
+
+
+def read_samples(path: Path, uncertain: Sequence[str], subject: Subject) -> dict[str, Array]:
+    """The draws of a file, all that is uncertain with its correlations; `InputError` beside ``--uncertain``."""
+    draws = _of_table(path, subject)
+    for text in uncertain:
+        name = text.partition("=")[0].strip()
+        held = "hold it already, with its correlations" if name in draws else "hold all that is uncertain"
+        raise InputError(f"--samples {path} and --uncertain {name}: the samples {held}; leave one out")
+    return draws
+
+
+def _of_table(path: Path, subject: Subject) -> dict[str, Array]:
+    """The draws of a table."""
+    if path.suffix not in TABLES:
+        raise InputError(f"{path}: is not a table of draws; give a file that ends with {' or '.join(TABLES)}")
     columns = _of_csv(path) if path.suffix == ".csv" else _of_netcdf(path)
     return {name: read_drawn(f"{path}: {name}", name, *column, subject) for name, column in columns.items()}
 

@@ -17,6 +17,7 @@ from gelcone.cli.options import (
     option_parameters,
     output_parameters,
     over_parameter,
+    samples_parameter,
     subject_of,
     subject_parameters,
 )
@@ -38,7 +39,8 @@ def command_of(analysis: Analysis) -> click.Command:
         device = click.Argument(["words"], nargs=-1, metavar=" ".join(["[DEVICE]", *analysis.arguments.values()]))
     options = option_parameters(analysis.options.values())
     drive = drive_parameters() if analysis.takes in ("model", "device") else []
-    params = [device, *subject, *drive, *over_parameter(analysis), *options, *output_parameters()]
+    samples = [samples_parameter()] if analysis.swept and analysis.takes == "model" else []
+    params = [device, *subject, *drive, *over_parameter(analysis), *options, *samples, *output_parameters()]
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
 
 
@@ -75,8 +77,12 @@ def run(
     """Reads what was typed, runs the analysis and delivers its result, drawn by ``draw``."""
     if analysis.arguments:
         typed |= _in_places(analysis, typed.pop("words"))
-    subject = subject_of(typed)
+    subject, samples = subject_of(typed), typed.pop("samples", None)
     given = {name: value for name, value in typed.items() if value is not None}
+    if samples is not None:
+        from gelcone.cli.grids import run_samples
+
+        return run_samples(analysis, subject, samples, given, out=out, force=force, as_json=as_json)
     arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
     with progress_bar(analysis.command) as progress:

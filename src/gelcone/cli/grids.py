@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from gelcone.analyses.answer import bare_answer, check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
-from gelcone.analyses.draws import read_draws
+from gelcone.analyses.draws import read_draws, read_samples
 from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import DEFAULT_INITIAL, Subject
 from gelcone.atlas.maps import ALSO, TITLE, with_quantity
@@ -27,6 +27,7 @@ from gelcone.cli.options import (
     option_parameters,
     output_parameters,
     over_parameter,
+    samples_parameter,
     subject_of,
     subject_parameters,
 )
@@ -170,6 +171,7 @@ def sweep_command() -> click.Command:
             help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
             "may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be correlated.",
         ),
+        samples_parameter(),
         click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
         click.Option(
             ["--method"], default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube."
@@ -203,6 +205,7 @@ def run_sweep(
     *,
     over: tuple[str, ...],
     uncertain: tuple[str, ...],
+    samples: Path | None,
     count: int,
     method: Any,
     indices: bool,
@@ -215,16 +218,25 @@ def run_sweep(
     """Reads the sweep, or takes that of a store, and runs it."""
     output, how = _take(typed, OUTPUT), _take(typed, _RUN)
     kept, workers = one_store(how["store"], resume), read_workers(how)
-    if resume is not None and from_store(resume, bool(over or uncertain)):
+    if resume is not None and from_store(resume, bool(over or uncertain or samples)):
         wanted = stored(resume)
     else:
         subject = subject_of(typed).alone("sweep")
         found = find_analysis(analysis.replace("-", "_"))
         wanted_indices = indices and found.name == "regime"
-        draws = read_draws(uncertain, subject, count=count, method=method, seed=seed, indices=wanted_indices)
+        if samples is not None:
+            draws = read_samples(samples, uncertain, subject)
+        else:
+            draws = read_draws(uncertain, subject, count=count, method=method, seed=seed, indices=wanted_indices)
         plan = _plan(found, subject, subject.over(over), draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
     return run(SWEEP, wanted, kept, resume is not None, workers, output)
+
+
+def run_samples(analysis: Analysis, subject: Subject, samples: Path, typed: dict[str, Any], **output: Any) -> int:
+    """Runs an analysis of every draw of a file of samples, and delivers the sweep."""
+    plan = _plan(analysis, subject.alone(analysis.command), {}, read_samples(samples, (), subject), typed)
+    return run(SWEEP, Sweep(subject, plan, analysis.name, None, ()), None, False, None, output)
 
 
 def run(

@@ -61,6 +61,10 @@ def fit_command() -> click.Command:
         click.Option(["--plan"], is_flag=True, help="Of a device: what the tests can tell, without fitting."),
         click.Option(["--films"], metavar="NAMES", help="Of a device: films to compare, of taut,wrinkling,membrane."),
         click.Option(
+            ["--loss"], metavar="NAMES",
+            help="Of a device: losses to compare, of damper,branch,both: damper, Maxwell branch of the film, or both.",
+        ),
+        click.Option(
             ["--profile"], multiple=True, metavar="FIELD",
             help="Of a device: a free field or gain whose interval is also that of the profile; may be repeated.",
         ),
@@ -76,7 +80,7 @@ def fit_command() -> click.Command:
 
 OF_MATERIALS = {"laws": None, "branches": None, "flow": "log", "draws": 60, "seed": 0}
 """Options of a material's fit, and their defaults."""
-OF_DEVICES = {"free": (), "plan": False, "films": None, "predict": (), "profile": ()}
+OF_DEVICES = {"free": (), "plan": False, "films": None, "loss": None, "predict": (), "profile": ()}
 """Options of a device's fit."""
 
 
@@ -162,15 +166,18 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
     if len(data) > 1:
         raise InputError("--data: of a device is one list of tests; put all into one tests.toml")
     tests, free = read_device_tests(data[0]), read_free(options["free"], device)
-    films, plan = _words(options["films"]), options["plan"]
+    films, losses, plan = _words(options["films"]), _words(options["loss"]), options["plan"]
     places = output.places(PLAN_FILES if plan else DEVICE_FILES)
     if plan:
-        if films is not None and len(films) > 1:
-            raise InputError("--films: a plan is that of one film; give one")
-        result = plan_device(device, tests, free, predict=options["predict"], film=films[0] if films else None)
+        for name, given in (("films", films), ("loss", losses)):
+            if given is not None and len(given) > 1:
+                raise InputError(f"--{name}: a plan is that of one structure; give one")
+        one = {"film": films[0] if films else None, "loss": losses[0] if losses else None}
+        result = plan_device(device, tests, free, predict=options["predict"], **one)
         words = device_plan_words(result, device)
     else:
-        result = fit_device(device, tests, free, predict=options["predict"], films=films, profile=options["profile"])
+        asked = {name: options[name] for name in ("predict", "profile")}
+        result = fit_device(device, tests, free, films=films, losses=losses, **asked)
         words = device_fit_words(result, device)
     writers: list[Any] = []
     if places:

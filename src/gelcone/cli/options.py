@@ -79,6 +79,14 @@ def drive_parameters() -> list[click.Parameter]:
     ]
 
 
+def samples_parameter() -> click.Parameter:
+    """--samples."""
+    return click.Option(
+        ["--samples"], type=PLACE, metavar="FILE",
+        help="Do this for every draw of a table, as a fit writes it (draws.nc; or .csv), with its correlations.",
+    )  # fmt: skip
+
+
 def output_parameters() -> list[click.Parameter]:
     """--out, --force and --json."""
     return [

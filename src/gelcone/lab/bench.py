@@ -2,7 +2,8 @@
 
 A response is that of one-harmonic balance: mean, sine and cosine of the displacement that balance the mean, sine and
 cosine of the forces over a period. It holds at the amplitude of the test and across the borders of a film, where a
-linear response jumps. All predictions are made for many variants of a device at once.
+linear response jumps. Statics are those of films that have crept and of circuits that have settled; responses,
+ring-downs and series follow the states of both. All predictions are made for many variants of a device at once.
 """
 
 from __future__ import annotations
@@ -14,16 +15,32 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.device import Device
+from gelcone.devices.recorded import needed
 from gelcone.errors import InputError
+from gelcone.lab.periodic import (
+    BASIS,
+    LONGEST_STEP,
+    NEWTON_STEPS,
+    PHASES,
+    WEIGHTS,
+    balanced,
+    linear_motion,
+    small_motion,
+    solved,
+)
+from gelcone.motion.flow import integrate
 from gelcone.physics.members import Members
+from gelcone.physics.waveforms import Samples
 from gelcone.quantity import Array
 
-PHASES = 16
-"""Phases of a period at which forces are balanced."""
-NEWTON_STEPS = 40
 SAME = 1e-13
 """A Newton step of this size, over the length b - a, ends the search for a balance."""
-LONGEST_STEP = 0.1
+SIDE = 1e-9
+"""How far to both sides of a corner of the voltage the current is taken, over the length of a series."""
+MOST_READ = 500
+"""Readings of a series that are compared, evenly among all."""
+TOLERANCE = 1e-12
+"""Relative error of a step of a series, so small that differences between variants are those of their fields."""
 LOAD_SHARES = (0.25, 0.5, 0.75, 1.0)
 """Shares of a load, and of a squared voltage, through which a balance is followed."""
 
@@ -52,12 +69,16 @@ KINDS: Mapping[str, Kind] = {
     "stroke over load": Kind({"load": "N", "voltage": "V"}, {"stroke": Reading("m", "laser")}),
     "capacitance": Kind({"height": "m", "voltage": "V"}, {"capacitance": Reading("F", "capacitance meter")}),
     "ring-down": Kind({}, {"frequency": Reading("Hz", ""), "decay": Reading("1/s", "")}),
+    "series": Kind(
+        {"time": "s", "voltage": "V"}, {"stroke": Reading("m", "laser"), "current": Reading("A", "ammeter")}
+    ),
 }
 """Kinds of tests on a device. A response is in_phase sin + quadrature cos where the voltage is a sine; a load pulls the
-disc down, and its stroke is that from where it hangs without voltage."""
+disc down, and its stroke is that from where it hangs without voltage. A series begins at rest without voltage, and may
+read one of its two."""
 AMPLIFIER = "amplifier"
 """The instrument whose gain multiplies all commanded voltages."""
-INSTRUMENTS = ("load cell", "laser", "capacitance meter", AMPLIFIER)
+INSTRUMENTS = ("load cell", "laser", "capacitance meter", "ammeter", AMPLIFIER)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,17 +98,27 @@ class DeviceTest:
     @property
     def values(self) -> Array:
         """All readings in a row."""
-        return np.concatenate([self.read[name] for name in KINDS[self.kind].read])
+        return np.concatenate(list(self.read.values()))
 
     @property
     def deviations(self) -> Array:
         """The noise of all readings in a row."""
-        return np.concatenate([self.noise[name] for name in KINDS[self.kind].read])
+        return np.concatenate([self.noise[name] for name in self.read])
 
     @property
     def instruments(self) -> list[str]:
         """The instrument of every reading in a row."""
-        return [own.instrument for name, own in KINDS[self.kind].read.items() for _ in self.read[name]]
+        return [KINDS[self.kind].read[name].instrument for name, values in self.read.items() for _ in values]
+
+    @property
+    def units(self) -> list[str]:
+        """The SI unit of every reading in a row."""
+        return [KINDS[self.kind].read[name].unit for name, values in self.read.items() for _ in values]
+
+
+def rows_read(rows: int) -> slice:
+    """The rows of a series whose readings are compared."""
+    return slice(None, None, -(-rows // MOST_READ))
 
 
 class Variants:
@@ -110,12 +141,12 @@ class Variants:
         changed: dict[str, Any] = {name: nominal[name] * factors[:, k] for k, name in enumerate(fields)}
         if not changed:
             changed = {"moving_mass": np.full(len(factors), float(device.moving_mass))}
-        self.device = device.replace_quietly(changed)
+        self.device = device.replace_quietly(changed | {"waveform": "sine"})
         members = self.device.to_model().members()
-        if len(members.system.films) > 1 or members.system.circuit.states:
-            raise InputError("fit: takes a device with one film and an ideal source; leave second_film and circuit out")
-        if members.system.film.states:
-            raise InputError("fit: takes a film that does not creep; leave the viscous branches of the material out")
+        if any(film.drive == "opposite" for film in members.system.films) or members.system.circuit.name == "charge":
+            raise InputError(
+                "fit: takes a source of voltage, the same on both films; leave circuit and second_film out"
+            )
         self.members: Members = members
         self.gains = {name: gains.get(name, np.ones(len(factors)))[:, None] for name in INSTRUMENTS}
         self.damping = np.broadcast_to(members.values["damping_ratio"], members.shape)[:, None]
@@ -134,8 +165,12 @@ class Variants:
         return np.asarray(force), np.asarray(slope)
 
     def volts(self, commanded: Array) -> Array:
-        """The dimensionless voltage on the film, (variants, rows), of a commanded one in V."""
+        """The dimensionless voltage of the source, (variants, rows), of a commanded one in V."""
         return self.gains[AMPLIFIER] * np.asarray(commanded, dtype=float) / self.scale("voltage")
+
+    def squared(self, commanded: Array) -> Array:
+        """The squared voltage on the film once the circuit has settled, (variants, rows)."""
+        return np.asarray((np.abs(self.members.system.circuit.gain(0.0, self.n)) * self.volts(commanded)) ** 2)
 
     @property
     def rest(self) -> Array:
@@ -182,31 +217,33 @@ class Variants:
             return self.loaded_stroke(**test.set, key=test)
         if test.kind == "capacitance":
             return self.capacitance(**test.set)
+        if test.kind == "series":
+            return self.series(**test.set, names=tuple(test.read))
         return self.response(**test.set, key=test) if test.kind == "frequency response" else self.ring_down()
 
     def blocked_force(self, height: Array, voltage: Array) -> Array:
         """Force that holds the disc at heights under voltages."""
         x = np.asarray(height) / self.scale("length")
-        found = self.force(x, self.volts(voltage) ** 2)[0] * self.scale("force")
+        found = self.force(x, self.squared(voltage))[0] * self.scale("force")
         return found * self.gains["load cell"]
 
     def stroke(self, voltage: Array, key: Any = None) -> Array:
         """Stroke from the rest on a slow ramp to voltages, from the lowest to the highest; ``key`` names the states."""
-        volts, count = self.volts(np.abs(voltage)), len(voltage)
+        squared, count = self.squared(voltage), len(voltage)
         places = self._start(key, self.members.size)
         if places is not None:
-            places = self._balanced(places, volts**2)
+            places = self._balanced(places, squared)
         else:
             x, places = self.rest, np.full((self.members.size, count), np.nan)
             for k in np.argsort(np.abs(voltage)):
-                x = self._balanced(x, volts[:, k : k + 1] ** 2)
+                x = self._balanced(x, squared[:, k : k + 1])
                 places[:, k : k + 1] = x
         self._states[key] = places
         return (places - self.rest) * self.scale("length") * self.gains["laser"]
 
     def loaded_stroke(self, load: Array, voltage: Array, key: Any = None) -> Array:
         """Stroke under loads that pull the disc down, from where it hangs without voltage; ``key`` names the states."""
-        pull, squared = np.asarray(load) / self.scale("force"), self.volts(voltage) ** 2
+        pull, squared = np.asarray(load) / self.scale("force"), self.squared(voltage)
         start = self._start(key, self.members.size)
         if start is None:
             hanging = np.broadcast_to(self.rest, pull.shape)
@@ -220,16 +257,30 @@ class Variants:
         self._states[key] = np.stack([hanging, lifted], axis=-1)
         return (lifted - hanging) * self.scale("length") * self.gains["laser"]
 
+    def natural_frequency(self, voltage: float) -> Array:
+        """Natural frequency about the rest under a constant voltage, (variants,); with the states of films and circuits
+        the frequency at which the disc swings."""
+        at, frequency = np.array([voltage]), self.scale("frequency")[:, 0]
+        x = self.rest[:, 0] + (self.stroke(at) / (self.scale("length") * self.gains["laser"]))[:, 0]
+        if self.members.system.planar:
+            with np.errstate(invalid="ignore"):
+                return np.asarray(np.sqrt(self.force(x[:, None], self.squared(at))[1][:, 0]) * frequency)
+        return small_motion(self.members, x, self.volts(at)[:, 0])[0] * frequency
+
     def capacitance(self, height: Array, voltage: Array) -> Array:
-        """Capacitance, charge over voltage, of the film held at heights under voltages."""
-        x, squared = np.asarray(height) / self.scale("length"), self.volts(voltage) ** 2
+        """Capacitance, charge over voltage, of all films of the source, held at heights under voltages."""
+        x, squared = np.asarray(height) / self.scale("length"), self.squared(voltage)
+        films = [film for film in self.members.system.films if film.drive in (None, "same")]
         with np.errstate(all="ignore"):
-            found = self.members.system.film.capacitance(x, squared, [], self.n)
+            found = sum(film.capacitance(x, squared, [], self.n) for film in films)
         return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
 
     def ring_down(self) -> Array:
         """Frequency and decay of small motions about the rest."""
         rate = 2.0 * np.pi * self.scale("frequency")
+        if not self.members.system.planar:
+            swing, decay = small_motion(self.members, self.rest[:, 0], np.zeros(self.members.size))
+            return np.concatenate([rate * swing[:, None] / (2.0 * np.pi), rate * decay[:, None]], axis=1)
         slope = self.force(self.rest, 0.0)[1]
         with np.errstate(invalid="ignore"):
             swing = np.sqrt(slope - self.damping**2)
@@ -241,19 +292,66 @@ class Variants:
         offset, amplitude = (np.broadcast_to(one, (self.members.size, len(frequency))) for one in (offset, amplitude))
         omega = np.asarray(frequency) / self.scale("frequency")
         start = self._start(key, self.members.size)
-        found = self._balance(
-            offset, amplitude, omega, self._linear(offset, amplitude, omega) if start is None else start
-        )
+        if not self.members.system.planar:
+            found = self._with_states(offset, amplitude, omega, start)
+        else:
+            found = self._balance(
+                offset, amplitude, omega, self._linear(offset, amplitude, omega) if start is None else start
+            )
         self._states[key] = found
+        disc = found if self.members.system.planar else found[..., 0, :]
         size = (self.scale("length") * self.gains["laser"])[..., None]
-        return np.concatenate(list(np.moveaxis((size * found)[..., 1:], -1, 0)), axis=1)
+        return np.concatenate(list(np.moveaxis((size * disc)[..., 1:], -1, 0)), axis=1)
+
+    def _with_states(self, offset: Array, amplitude: Array, omega: Array, start: Array | None) -> Array:
+        """Mean, sine and cosine of all states, (variants, rows, states, 3)."""
+        variant = np.repeat(np.arange(self.members.size), omega.shape[1])
+        driven = {"voltage_bias": offset, "voltage": amplitude, "drive_frequency": omega}
+        members = self.members.take(variant).replace(**{name: value.ravel() for name, value in driven.items()})
+        if start is None:
+            gain, n = self.members.system.circuit.gain, self.n
+            mean = np.abs(gain(0.0, n) * offset) ** 2 + 0.5 * np.abs(gain(omega, n) * amplitude) ** 2
+            start = linear_motion(members, self._raised(mean).ravel())
+        found = balanced(members, np.reshape(start, (members.size, *np.shape(start)[-2:])))
+        return found.reshape(*offset.shape, *found.shape[1:])
+
+    def _raised(self, squared: Array) -> Array:
+        """The balance on the way from the rest to squared voltages, (variants, rows)."""
+        x = np.broadcast_to(self.rest, squared.shape)
+        for share in LOAD_SHARES:
+            x = self._balanced(x, share * squared)
+        return x
+
+    def _under(self, time: Array, voltage: Array) -> Members:
+        """The variants under a recorded voltage."""
+        kept, peak = needed(time, voltage), float(np.abs(voltage).max()) or 1.0
+        drive = Samples(tuple((time[kept] / time[-1]).tolist()), tuple((voltage[kept] / peak).tolist()))
+        amplitude = peak * self.gains[AMPLIFIER][:, 0]
+        changes = {
+            "waveform": drive,
+            "voltage_amplitude": amplitude,
+            "voltage_offset": 0.0,
+            "frequency": 1.0 / time[-1],
+        }
+        return self.device.replace_quietly(changes).to_model().members()
+
+    def series(self, time: Array, voltage: Array, names: Sequence[str] = ("stroke",)) -> Array:
+        """Stroke and current at times of a run that begins at rest without voltage, under voltages on straight lines
+        between those that are given."""
+        own = self._under(time - time[0], voltage)
+        at = (time - time[0])[rows_read(len(time))] / self.scale("time")
+        with np.errstate(all="ignore"):
+            start = own.start_states(np.concatenate([self.rest, np.zeros_like(self.rest)], axis=1))
+            states = integrate(own, start, at, tolerance=TOLERANCE).states
+            z, found = list(np.moveaxis(states, -1, 0)), {}
+            if "current" in names:
+                found["current"] = _currents(own, at, z) * self.scale("current") * self.gains["ammeter"]
+        found["stroke"] = (z[0] - self.rest) * self.scale("length") * self.gains["laser"]
+        return np.concatenate([found[name] for name in names], axis=1)
 
     def _balance(self, offset: Array, amplitude: Array, omega: Array, start: Array) -> Array:
         """Mean, sine and cosine, (variants, rows, 3), that balance the forces; NaN where Newton's method fails."""
-        phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
-        basis = np.stack([np.ones(PHASES), np.sin(phase), np.cos(phase)])
-        weights = np.stack([np.ones(PHASES), 2.0 * np.sin(phase), 2.0 * np.cos(phase)]) / PHASES
-        squared = ((offset[..., None] + amplitude[..., None] * basis[1]) ** 2).reshape(-1, PHASES)
+        squared = ((offset[..., None] + amplitude[..., None] * BASIS[1]) ** 2).reshape(-1, PHASES)
         damping = (2.0 * self.damping * omega).ravel()
         inertia = np.zeros((omega.size, 3, 3))
         inertia[:, 1, 1] = inertia[:, 2, 2] = -(omega.ravel() ** 2)
@@ -264,10 +362,10 @@ class Variants:
         size = np.full(len(c), np.nan)
         for _ in range(NEWTON_STEPS):
             own = {name: value[variant[moving], None] for name, value in n.items()}
-            force, slope = self.force(c[moving] @ basis, squared[moving], own)
-            left = force @ weights.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
-            matrix = np.einsum("ip,rp,jp->rij", weights, slope, basis) + inertia[moving]
-            step = _solved(matrix, left)
+            force, slope = self.force(c[moving] @ BASIS, squared[moving], own)
+            left = force @ WEIGHTS.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
+            matrix = np.einsum("ip,rp,jp->rij", WEIGHTS, slope, BASIS) + inertia[moving]
+            step = solved(matrix, left)
             size[moving] = np.abs(step).max(axis=-1)
             c[moving] -= step * np.minimum(1.0, LONGEST_STEP / np.maximum(size[moving], 1e-300))[:, None]
             moving = moving[size[moving] > 1e-12]
@@ -277,16 +375,23 @@ class Variants:
 
     def _linear(self, offset: Array, amplitude: Array, omega: Array) -> Array:
         """The linear response as a start: rest under the mean square of the voltage, and its first harmonic."""
-        x = np.broadcast_to(self.rest, offset.shape)
         mean = offset**2 + 0.5 * amplitude**2
-        for share in (0.25, 0.5, 0.75, 1.0):
-            x = self._balanced(x, share * mean)
+        x = self._raised(mean)
         here, slope = self.force(x, mean)
         with np.errstate(invalid="ignore", divide="ignore"):
             gain = (here - self.force(x, mean * (1.0 + 1e-6))[0]) / (1e-6 * mean)
         with np.errstate(invalid="ignore"):
             motion = gain * 2.0 * offset * amplitude / (slope - omega**2 + 2j * self.damping * omega)
         return np.stack([x, motion.real, motion.imag], axis=-1)
+
+
+def _currents(members: Members, times: Array, z: list[Array]) -> Array:
+    """Currents into the first film: where the slope of the voltage jumps, the mean of both sides."""
+    n, step = members.numbers(trailing=1), SIDE * times[..., -1:]
+    sides = [
+        members.system.currents(np.clip(times + own, step, times[..., -1:] - step), z, n)[0] for own in (-step, step)
+    ]
+    return np.asarray(0.5 * (sides[0] + sides[1]))
 
 
 def _rest(device: Device) -> Array:
@@ -308,12 +413,3 @@ def field_value(device: Device, name: str) -> float:
         shown = "not set" if value is None else f"{np.asarray(value).tolist()}"
         raise InputError(f"--free {name}: is {shown}; a field that is fitted must have one value greater than 0")
     return float(value)
-
-
-def _solved(matrix: Array, right: Array) -> Array:
-    """Solutions of small linear systems, NaN where one is not finite or singular."""
-    good: Any = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
-    good &= np.abs(np.linalg.det(np.where(good[..., None, None], matrix, np.eye(matrix.shape[-1])))) > 0.0
-    found = np.full(right.shape, np.nan)
-    found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
-    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import warnings
 from collections.abc import Mapping, Sequence
@@ -14,8 +15,9 @@ from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.units import FieldError, parse
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
-from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value
+from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value, rows_read
 from gelcone.lab.device_fit import (
+    REFUSED,
     STEP,
     WIDE,
     FittedDevice,
@@ -36,8 +38,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FILMS = ("taut", "wrinkling", "membrane")
-REFUSED = 0.01
-"""A chi2 that is larger with less probability than this refuses the structure."""
+LOSSES = ("damper", "branch", "both")
+"""Structures of the loss: a linear damper, a Maxwell branch of the film, or both."""
+BRANCH = ("material.viscous_modulus_1", "material.relaxation_time_1")
+BRANCH_SHARE, ANY = 0.1, 1.0
+"""Modulus of a branch that is tried, over the shear modulus, and the prior of what a structure adds: a factor of e."""
 DRAWS = 64
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
@@ -99,6 +104,7 @@ def plan_device(
     *,
     predict: Sequence[str] = (),
     film: str | None = None,
+    loss: str | None = None,
 ) -> xr.Dataset:
     """What tests can tell of the fields of a device, before any of them is made.
 
@@ -109,6 +115,7 @@ def plan_device(
     free : field, also a dotted one -> relative standard deviation of its prior.
     predict : predictions such as ``"stroke@1.5 kV"``, ``"natural frequency@1 kV"`` and ``"pull-in"``.
     film : ``"taut"``, ``"wrinkling"`` or ``"membrane"``. Default the device's.
+    loss : ``"damper"``, ``"branch"`` or ``"both"``, as in `fit_device`. Default the device's.
 
     Returns
     -------
@@ -131,7 +138,7 @@ def plan_device(
     >>> f"the mass will be known to {plan.left.item():.2%}, before to {plan.prior.item():.0%}"
     'the mass will be known to 0.35%, before to 10%'
     """
-    problem = _problem(device, tests, free, film)
+    problem = _problem(device, tests, free, film, loss)
     plan = plan_of(problem)
     asked = read_predictions(predict)
     result = _unknowns(plan.names, plan.priors, plan.left, np.zeros(plan.priors.size))
@@ -148,6 +155,7 @@ def fit_device(
     *,
     predict: Sequence[str] = (),
     films: Sequence[str] | None = None,
+    losses: Sequence[str] | None = None,
     profile: Sequence[str] = (),
 ) -> xr.Dataset:
     """Fit the fields of a device to its own measurements.
@@ -156,6 +164,10 @@ def fit_device(
     ----------
     device, tests, free, predict : as in `plan_device`, with all readings measured.
     films : films to compare, of ``"taut"``, ``"wrinkling"`` and ``"membrane"``. Default the device's.
+    losses : structures of the loss to compare: ``"damper"``, a linear damper and a film that does not creep;
+        ``"branch"``, a Maxwell branch of the film and no damper; ``"both"``. A branch that the device has not begins
+        with a tenth of the shear modulus and the period of the drive over 2 pi; what is not among ``free`` of damper
+        and branch is free within a factor of e. Default the device's.
     profile : unknowns whose 95 % interval is also that of the profile likelihood, ``profile_low`` and ``profile_high``
         as logarithms, right where the objective is not a parabola. Default none.
 
@@ -163,7 +175,7 @@ def fit_device(
     -------
     Dataset of `plan_device` about the best film at the fitted fields, with the ``deviation`` of each unknown from its
     nominal value, as a logarithm; all readings with ``predicted`` ones; each test predicted from the others; and the
-    objective of each film. Its attributes hold chi2, its p-value and the fitted device. Where chi2 refuses the
+    objective of each ``structure``. Its attributes hold chi2, its p-value and the fitted device. Where chi2 refuses the
     structure, ``refused`` is 1, and standard deviations are multiplied by the root of chi2 over the number of readings.
 
     Raises
@@ -185,9 +197,12 @@ def fit_device(
     """
     if not tests.measured:
         raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
-    chosen: list[Any] = [None] if films is None else list(dict.fromkeys(films))
-    fitted, impossible = _fitted([_checked(_problem(device, tests, free, film)) for film in chosen])
-    best = min(fitted, key=lambda one: one.objective)
+    chosen = itertools.product(
+        [None] if films is None else dict.fromkeys(films), [None] if losses is None else dict.fromkeys(losses)
+    )
+    problems = {_structure(device, *pair): _checked(_problem(device, tests, free, *pair)) for pair in chosen}
+    fitted, impossible = _fitted(problems)
+    structure, best = min(fitted.items(), key=lambda one: one[1].objective)
     refused = best.p_value < REFUSED
     wider = float(np.sqrt(best.chi2 / best.problem.values.size)) if refused else 1.0
     covariance = best.covariance * wider**2
@@ -203,6 +218,7 @@ def fit_device(
     return result.assign_attrs(predicted.attrs).assign_attrs(
         title=f"device fit: {device.name}",
         film=str(best.problem.device.film),
+        chosen=structure,
         chi2=best.chi2,
         p_value=best.p_value,
         refused=int(refused),
@@ -213,15 +229,15 @@ def fit_device(
     )
 
 
-def _fitted(problems: Sequence[Problem]) -> tuple[list[FittedDevice], dict[str, str]]:
-    """The fit of each structure, and of those without a state at a measured value the reason, by film; `InputError`
-    where none has one."""
-    found, impossible = [], {}
-    for problem in problems:
+def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], dict[str, str]]:
+    """The fit of each structure, and of those without a state at a measured value the reason; `InputError` where none
+    has one."""
+    found, impossible = {}, {}
+    for structure, problem in problems.items():
         try:
-            found.append(fit_problem(problem))
+            found[structure] = fit_problem(problem)
         except NoStateError as error:
-            impossible[str(problem.device.film)] = str(error)
+            impossible[structure] = str(error)
     if not found:
         raise InputError(next(iter(impossible.values())))
     return found, impossible
@@ -323,11 +339,42 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
 # --- what is asked ----------------------------------------------------------------------------------------------------
 
 
-def _problem(device: Device, tests: DeviceTests, free: Mapping[str, float], film: str | None) -> Problem:
+def _structure(device: Device, film: str | None, loss: str | None) -> str:
+    """The name of a structure."""
+    return f"{film or device.film} film" + (f", loss {loss}" if loss else "")
+
+
+def _problem(
+    device: Device, tests: DeviceTests, free: Mapping[str, float], film: str | None, loss: str | None = None
+) -> Problem:
     if film is not None and film not in FILMS:
         raise unknown_name("film that can be fitted", str(film), FILMS)
     own = device if film is None or film == device.film else device.replace_quietly(film=film)
+    own, free = (own, dict(free)) if loss is None else _with_loss(own, free, loss)
     return Problem(own, dict(free), tests.tests, dict(tests.gains))
+
+
+def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[Device, dict[str, float]]:
+    """A device with another structure of its loss, and its free fields."""
+    if loss not in LOSSES:
+        raise unknown_name("structure of the loss", str(loss)[:60], LOSSES)
+    if device.damping_coefficient is None:
+        raise InputError("--loss: needs damping_coefficient in place of a damping that changes with other fields")
+    branches = {
+        name: None for name in device.swept_fields() if name.startswith(("material.viscous_", "material.relax"))
+    }
+    changes: dict[str, Any] = {}
+    if loss == "damper":
+        changes = branches
+    elif not device.material.branches:
+        modulus = BRANCH_SHARE * float(device.material.shear_modulus)
+        changes = dict(zip(BRANCH, (modulus, 1.0 / (2.0 * np.pi * float(device.frequency))), strict=True))
+    if loss == "branch":
+        changes |= {"damping_coefficient": 0.0}
+    own = device.replace_quietly(changes)
+    fields = ["damping_coefficient", *branches]
+    added = {name: ANY for name in fields if own.get(name) and name not in free}
+    return own, {name: prior for name, prior in {**free, **added}.items() if name not in fields or own.get(name)}
 
 
 def _checked(problem: Problem) -> Problem:
@@ -436,14 +483,11 @@ def predicted_values(problem: Problem, logs: Array, asked: Asked) -> Array:
         return np.where(np.isfinite(volts), volts, np.nan)
     if asked.kind == "stroke":
         return variants.stroke(np.array([asked.voltage]))[:, 0]
-    squared = variants.volts(np.array([asked.voltage])) ** 2
-    if asked.kind == "blocked force":
-        added = variants.force(variants.rest, 0.0)[0] - variants.force(variants.rest, squared)[0]
-        return (added * variants.scale("force"))[:, 0]
-    reached = variants.rest + variants.stroke(np.array([asked.voltage])) / variants.scale("length")
-    slope = variants.force(reached, squared)[1]
-    with np.errstate(invalid="ignore"):
-        return (np.sqrt(slope) * variants.scale("frequency"))[:, 0]
+    if asked.kind == "natural frequency":
+        return variants.natural_frequency(asked.voltage)
+    squared = variants.squared(np.array([asked.voltage]))
+    added = variants.force(variants.rest, 0.0)[0] - variants.force(variants.rest, squared)[0]
+    return np.asarray((added * variants.scale("force"))[:, 0])
 
 
 def _readings(best: FittedDevice) -> xr.Dataset:
@@ -451,10 +495,10 @@ def _readings(best: FittedDevice) -> xr.Dataset:
     import xarray as xr
 
     tests = best.problem.tests
-    names = [name for test in tests for name in KINDS[test.kind].read for _ in test.read[name]]
-    along = [value for test in tests for _ in KINDS[test.kind].read for value in _along(test)[0]]
+    names = [name for test in tests for name, values in test.read.items() for _ in values]
+    along = [value for test in tests for _ in test.read for value in _along(test)[0]]
     axes = [_along(test)[1] for test in tests for _ in test.values]
-    units = [own.unit for test in tests for name, own in KINDS[test.kind].read.items() for _ in test.read[name]]
+    units = [unit for test in tests for unit in test.units]
     own = np.repeat(np.arange(len(tests)), [test.values.size for test in tests])
     return xr.Dataset(dataset.columns("reading", {
         "reading_test": (own, "number of its test", "count"),
@@ -471,14 +515,16 @@ def _readings(best: FittedDevice) -> xr.Dataset:
 def _along(test: DeviceTest) -> tuple[Array, str]:
     """What a test is drawn over, with its name: the first of what is set that varies, else the number of the row."""
     rows = len(next(iter(test.read.values())))
+    if test.kind == "series":
+        return test.set["time"][rows_read(len(test.set["time"]))], "time (s)"
     for name in ("frequency", "height", "load", "voltage"):
         if name in test.set and np.ptp(test.set[name]):
             return test.set[name], f"{name} ({KINDS[test.kind].set[name]})"
     return np.arange(rows, dtype=float), "row"
 
 
-def _others(best: FittedDevice, fitted: Sequence[FittedDevice]) -> xr.Dataset:
-    """Each test predicted from the others, and the objective of each film."""
+def _others(best: FittedDevice, fitted: Mapping[str, FittedDevice]) -> xr.Dataset:
+    """Each test predicted from the others, and the objective of each structure."""
     import xarray as xr
 
     out = left_out(best)
@@ -487,10 +533,9 @@ def _others(best: FittedDevice, fitted: Sequence[FittedDevice]) -> xr.Dataset:
         "left_out_points": ([one.points for one in out], "number of its readings", "count"),
         "left_out_p_value": ([one.p_value for one in out], "probability of a larger one", "share"),
     }) if out else {}  # fmt: skip
-    films = dataset.columns("film", {
-        "film_objective": ([one.objective for one in fitted], "chi2 with priors and gains", "share"),
-        "film_p_value": ([one.p_value for one in fitted], "probability of a larger chi2", "share"),
+    structures = dataset.columns("structure", {
+        "structure_objective": ([one.objective for one in fitted.values()], "chi2 with priors and gains", "share"),
+        "structure_p_value": ([one.p_value for one in fitted.values()], "probability of a larger chi2", "share"),
     })  # fmt: skip
-    names = [str(one.problem.device.film) for one in fitted]
-    coords: dict[str, Any] = {"film": names} | ({"test": [one.name for one in out]} if out else {})
-    return xr.Dataset({**tests, **films}, coords=coords)
+    coords: dict[str, Any] = {"structure": list(fitted)} | ({"test": [one.name for one in out]} if out else {})
+    return xr.Dataset({**tests, **structures}, coords=coords)

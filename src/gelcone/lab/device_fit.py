@@ -27,11 +27,14 @@ WIDE = 10.0
 CLIFF = 100.0
 """Residual, over the noise, where a variant has no equilibrium at a measured voltage."""
 RESPONSES_FIRST = 50.0
-"""Factor on the noise of responses in the first stage of a fit, which a sharp peak would trap."""
+SWINGING = ("frequency response", "series")
+"""Factor on the noise of these in the first stage of a fit, which a sharp peak, or a phase, would trap."""
 STARTS, SPREAD = 3, 0.7
 """Starts of a fit where the film can turn slack, and their spread in units of the priors."""
 ROUGH, FINE = 1e-3, 1e-9
 """Relative tolerances of a fit from each start, and from the best of what they led to."""
+REFUSED = 0.01
+"""A chi2 that is larger with less probability than this refuses the structure."""
 MOST_FREE = 24
 LEARNT = 1.0
 """A direction, in units of the priors, with a larger singular value is learnt from the tests."""
@@ -290,15 +293,15 @@ class FittedDevice(NamedTuple):
 
 def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
     """Fit the free fields: responses at first with wide noise, then all; from several starts where the film can turn
-    slack, or from ``start``. Raises `InputError` where the device has no state at measured voltages whatever its fields
-    within the priors."""
+    slack, or roughly from a ``start`` that is near. Raises `InputError` where the device has no state at measured
+    voltages whatever its fields within the priors."""
     starts = _starts(problem) if start is None else [start]
-    kinds = [RESPONSES_FIRST if test.kind == "frequency response" else 1.0 for test in problem.tests]
+    kinds = [RESPONSES_FIRST if test.kind in SWINGING else 1.0 for test in problem.tests]
     wide = problem.noise * np.repeat(kinds, [test.values.size for test in problem.tests])
     if start is None:
-        starts = [_least(problem, _least(problem, own, wide, ROUGH), problem.noise, ROUGH) for own in starts]
+        starts = _rough(problem, starts, wide)
     best = min(starts, key=lambda own: float(np.sum(_residuals(problem, own, problem.noise) ** 2)))
-    logs = _least(problem, best, problem.noise, FINE)
+    logs = _least(problem, best, problem.noise, FINE if start is None else ROUGH)
     predicted, slopes = problem.slopes(logs)
     lost = ~np.isfinite(predicted)
     if lost.any():
@@ -312,6 +315,20 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
         float(np.sum(((predicted - problem.values) / problem.noise) ** 2)),
         float(np.sum(_residuals(problem, logs, problem.noise) ** 2)),
     )
+
+
+def _rough(problem: Problem, starts: Sequence[Array], wide: Array) -> list[Array]:
+    """Rough fits from starts; where films or circuits have states, which costs, no further one than it takes for a chi2
+    that does not refuse."""
+    from scipy.stats import chi2
+
+    found, patient = [], problem.device.to_model().system.planar
+    enough = float(chi2.isf(REFUSED, problem.values.size))
+    for own in starts:
+        found.append(_least(problem, _least(problem, own, wide, ROUGH), problem.noise, ROUGH))
+        if not patient and float(np.sum(_residuals(problem, found[-1], problem.noise) ** 2)) < enough:
+            break
+    return found
 
 
 def _without_state(problem: Problem, lost: Any) -> str:
@@ -337,7 +354,8 @@ def _peaks(test: DeviceTest) -> Array:
     """The largest voltage of each row of a test."""
     volts = [np.abs(values) for name, values in test.set.items() if "voltage" in name]
     rows = len(next(iter(test.read.values())))
-    return np.broadcast_to(np.sum(volts, axis=0) if volts else 0.0, rows)
+    peaks = np.sum(volts, axis=0) if volts else 0.0
+    return np.broadcast_to(np.max(peaks) if test.kind == "series" else peaks, rows)
 
 
 def _starts(problem: Problem) -> list[Array]:

@@ -11,15 +11,21 @@ import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, FieldError, parse
 from gelcone.errors import InputError, unknown_name
-from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest
+from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import KILO
 from gelcone.lab.measured import listed_tables, place_of
 from gelcone.lab.reading import Table, read_table
+from gelcone.physics.waveforms import MOST_PIECES
 from gelcone.quantity import Array
 
-GAINS: Mapping[str, float] = {"load cell": 0.02, "laser": 0.01, "capacitance meter": 0.01, "amplifier": 0.01}
+GAINS: Mapping[str, float] = {
+    "load cell": 0.02,
+    "laser": 0.01,
+    "capacitance meter": 0.01,
+    "ammeter": 0.01,
+    "amplifier": 0.01,
+}
 """Standard deviation of the gain of each instrument where the list states none."""
-SAMPLE_NOISE = "noise"
 _NEAR = {
     "height": ("height", "h", "position", "z"),
     "voltage": ("voltage", "u", "v", "hv"),
@@ -33,6 +39,8 @@ _NEAR = {
     "amplitude": ("amplitude",),
     "phase": ("phase",),
     "decay": ("decay",),
+    "time": ("time", "t"),
+    "current": ("current", "i"),
     "voltage_offset": ("offset", "voltage offset"),
     "voltage_amplitude": ("voltage amplitude",),
 }
@@ -62,7 +70,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
         ``noise``, one text such as ``"1 mN"`` or a table by reading; and for what is set and read a column of its
         ``file``, ``"F, mN"``, or the number itself, or a list of numbers. Readings that are left out are planned. A
         table ``[instruments]`` states the standard deviation of the gain of ``load_cell``, ``laser``,
-        ``capacitance_meter`` and ``amplifier``.
+        ``capacitance_meter``, ``ammeter`` and ``amplifier``.
 
     Returns
     -------
@@ -146,17 +154,33 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
         if len(values) not in (1, rows):
             raise InputError(f"{where}: {name} has {len(values)} values and others {rows}; give one for each row")
         numbers[name] = np.broadcast_to(values, rows)
-    missing = np.full(rows, np.nan)
-    read = {name: numbers.get(name, missing) for name in own.read}
-    deviation = {name: np.full(rows, _noise(where, name, reading.unit, noise)) for name, reading in own.read.items()}
+    missing, wanted = np.full(rows, np.nan), list(own.read)
     name = where.rpartition(", ")[2] if table is None else table.file
-    return DeviceTest(f"{kind}, {name}", kind, {name: numbers[name] for name in own.set}, read, deviation)
+    if kind == "series":
+        _check_times(where, numbers["time"])
+        wanted = [one for one in wanted if one in numbers] or wanted[:1]
+        kept = rows_read(rows)
+        numbers |= {one: numbers.get(one, missing)[kept] for one in wanted}
+        missing = missing[kept]
+        name += f", {missing.size} of {rows} rows" * (missing.size < rows)
+    read = {one: numbers.get(one, missing) for one in wanted}
+    deviation = {one: np.full(missing.size, _noise(where, one, own.read[one].unit, noise)) for one in wanted}
+    return DeviceTest(f"{kind}, {name}", kind, {one: numbers[one] for one in own.set}, read, deviation)
+
+
+def _check_times(where: str, times: Array) -> None:
+    """`InputError` for times that do not rise, or are more than a run may have."""
+    if not 2 <= times.size <= MOST_PIECES:
+        raise InputError(f"{where}: has {times.size} times; a series takes 2 to {MOST_PIECES}")
+    if (wrong := np.flatnonzero(np.diff(times) <= 0.0)).size:
+        before, after = times[wrong[0] : wrong[0] + 2]
+        raise InputError(f"{where}: the time {after:g} s follows {before:g} s; times must rise")
 
 
 def _noise(where: str, name: str, unit: str, given: Any) -> float:
     """The standard deviation of a reading."""
     value = given.get(name) if isinstance(given, Mapping) else given
-    example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s", "F": "1 pF"}[unit]
+    example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s", "F": "1 pF", "A": "1 uA"}[unit]
     if value is None:
         raise InputError(f'{where}: the noise of {name} is missing; give noise = "{example}", or a table by reading')
     return _parsed(where, f"noise of {name}", value, unit, above=0.0)

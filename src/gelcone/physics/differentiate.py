@@ -140,7 +140,9 @@ def _root(node: Node, values: Mapping[int, Any]) -> Any:
     def residual(y: Any) -> Any:
         return evaluated([equation], {**values, node.index: y})[0]
 
-    (slope,) = derivatives([equation], node)
+    if node.index not in node.graph.root_slopes:
+        (node.graph.root_slopes[node.index],) = derivatives([equation], node)
+    slope = node.graph.root_slopes[node.index]
     return newton(residual, lambda y: evaluated([slope], {**values, node.index: y})[0], first)
 
 

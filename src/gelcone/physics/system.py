@@ -364,6 +364,13 @@ class ConeSystem:
         flat = self._values(leaves, [slope for row in rows for slope in row], tau, z, n)
         return [flat[i * len(rows[0]) : (i + 1) * len(rows[0])] for i in range(len(rows))]
 
+    def rates_and_slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> tuple[list[Any], list[list[Any]]]:
+        """Rates of change with their `slopes`, of numbers or arrays."""
+        leaves, rows = _rates_and_slopes_of(self)
+        flat, size = self._values(leaves, [node for row in rows for node in row], tau, z, n), len(rows[0])
+        found = [flat[i * size : (i + 1) * size] for i in range(len(rows))]
+        return [row[0] for row in found], [row[1:] for row in found]
+
     def _values(
         self, leaves: Mapping[str, Node], nodes: Sequence[Node], tau: Any, z: Sequence[Any], n: Numbers
     ) -> list[Any]:
@@ -704,6 +711,14 @@ def _slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
     """The leaves of a graph, and in it what `ConeSystem.slopes` gives."""
     graph, leaves, time, z, n = _leaves(system)
     return leaves, jacobian([graph.node(rate) for rate in system.rates(time, z, n, graph)], [time, *z])
+
+
+@lru_cache(maxsize=64)
+def _rates_and_slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
+    """The leaves of a graph, and in it each rate in front of its slopes."""
+    graph, leaves, time, z, n = _leaves(system)
+    rates = [graph.node(rate) for rate in system.rates(time, z, n, graph)]
+    return leaves, [[rate, *row] for rate, row in zip(rates, jacobian(rates, [time, *z]), strict=True)]
 
 
 @lru_cache(maxsize=64)

@@ -89,6 +89,7 @@ class Graph:
         self.equations: dict[int, Node] = {}
         self.guesses: dict[int, Node] = {}
         self._orders: dict[tuple[int, ...], list[Node]] = {}
+        self.root_slopes: dict[int, Node] = {}
         self.time: Node = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
@@ -127,8 +128,9 @@ class Graph:
         """``value`` itself if it is a node, else the constant; or a leaf that holds an array, which NumPy evaluates."""
         if isinstance(value, Node):
             return value
-        if np.ndim(value):  # the leaf keeps the array, so that its identity stays its own
-            return self._intern("array", (), value, False, (id(value),))
+        if np.ndim(value):
+            own = np.asarray(value)
+            return self._intern("array", (), value, False, (own.shape, str(own.dtype), own.tobytes()))
         return self.constant(value)
 
     # --- arithmetic ----------------------------------------------------------------------------------------------

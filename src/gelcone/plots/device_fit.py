@@ -41,13 +41,16 @@ def device_fit_figure(result: xr.Dataset) -> Figure:
         for axes in panels[len(names) + 1 :]:
             axes.set_visible(False)
         mark = ": refused by chi2, not to be relied on" if result.attrs["refused"] else ""
-        figure.suptitle(f"{result.attrs['title']}, {result.attrs['film']} film{mark}", fontsize=9.0)
+        figure.suptitle(f"{result.attrs['title']}, {result.attrs['chosen']}{mark}", fontsize=9.0)
 
     return styled(7.4, 0.6 + 2.3 * rows, draw)
 
 
 def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
-    """Measured readings with their noise, and the fitted device as lines."""
+    """Measured readings with their noise, and the fitted device as lines; of a single row the shares of fitted ones."""
+    if len(np.unique(own["reading_along"])) == 1:
+        draw_row(own, name, axes)
+        return
     kinds = list(dict.fromkeys(map(str, own["reading_name"].values)))
     for colour, kind in zip(CYCLE, kinds, strict=False):
         one = own.isel(reading=np.flatnonzero(own["reading_name"].values == kind))
@@ -55,13 +58,27 @@ def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
         noise, label = one["noise"].values, kind.replace("_", " ")
         axes.errorbar(x, one["measured"].values, noise, color=colour, fmt=".", ms=4.0, lw=0.6, label=label)
         for part in _rising(x):
-            axes.plot(x[part], one["predicted"].values[part], color=colour, marker="_" if len(x) == 1 else None)
+            axes.plot(x[part], one["predicted"].values[part], color=colour)
     axes.set_title(name, fontsize=8.0)
     axes.legend(fontsize=7.0)
     axes.tick_params(labelsize=7.0)
     units = dict.fromkeys(map(str, own["reading_unit"].values))
     axes.set_ylabel(", ".join(units), fontsize=7.0)
     axes.set_xlabel(str(own["reading_axis"].values[0]), fontsize=7.0)
+
+
+def draw_row(own: xr.Dataset, name: str, axes: Axes) -> None:
+    """Readings of different units, each over the fitted one."""
+    fitted, places = own["predicted"].values, np.arange(own.sizes["reading"])
+    share, noise = own["measured"].values / fitted, own["noise"].values / np.abs(fitted)
+    axes.errorbar(places, share, noise, color=BLUE, fmt=".", ms=4.0, lw=0.6)
+    axes.axhline(1.0, color=BLUE)
+    shown = zip(own["reading_name"].values, own["measured"].values, own["reading_unit"].values, strict=True)
+    axes.set_xticks(places, [f"{str(read).replace('_', ' ')}\n{value:.4g} {unit}" for read, value, unit in shown])
+    axes.set_xlim(-0.6, places[-1] + 0.6)
+    axes.set_title(name, fontsize=8.0)
+    axes.tick_params(labelsize=7.0)
+    axes.set_ylabel("measured over fitted", fontsize=7.0)
 
 
 def _rising(x: np.ndarray) -> list[slice]:

@@ -1,0 +1,105 @@
+"""Small and periodic motions of many devices at once, with the states of their films and circuits.
+
+One-harmonic balance: mean, sine and cosine of every state balance those of its rate under a sine, at the amplitude of
+the voltage. Derivatives are those of the traced equation of motion, by quadrature over a period.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+PHASES = 16
+"""Phases of a period at which forces, or rates, are balanced."""
+NEWTON_STEPS, LONGEST_STEP, SMALLEST_STEP = 40, 0.1, 1e-12
+"""Newton steps of a balance, the longest of a displacement, and the size at which no further is taken."""
+BALANCED = 1e-8
+"""A last step larger than this is no balance."""
+PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
+BASIS = np.stack([np.ones(PHASES), np.sin(PHASE), np.cos(PHASE)])
+WEIGHTS = np.stack([np.ones(PHASES), 2.0 * np.sin(PHASE), 2.0 * np.cos(PHASE)]) / PHASES
+"""Mean, sine and cosine over a period, and the weights that find them."""
+RATE = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""The derivative of mean, sine and cosine by the phase."""
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """Solutions of small linear systems, NaN where one is not finite or singular."""
+    good: Any = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
+    good &= np.abs(np.linalg.det(np.where(good[..., None, None], matrix, np.eye(matrix.shape[-1])))) > 0.0
+    found = np.full(right.shape, np.nan, dtype=np.result_type(matrix, right))
+    found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
+    return found
+
+
+def at_rest(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
+    """All states, (members, states), of discs held at x under constant commands until films and circuits have settled,
+    and the derivatives of their rates, (members, states, states)."""
+    still = members.replace(voltage=0.0, voltage_bias=voltage)
+    z = still.start_states(np.stack([x, np.zeros_like(x)], axis=1))
+    for _ in range(NEWTON_STEPS):
+        rates, slopes = _rates(still, np.zeros(len(z)), z)
+        step = solved(slopes[:, 2:, 3:], rates[:, 2:])
+        z[:, 2:] -= step
+        if not np.nanmax(np.abs(step), initial=0.0) > SMALLEST_STEP:
+            break
+    return z, slopes[..., 1:]
+
+
+def _rates(members: Members, tau: Array, z: Array) -> tuple[Array, Array]:
+    """Rates of states (members, ..., states), and their derivatives by time and states, (..., states, 1 + states)."""
+    n = members.numbers(trailing=tau.ndim - 1)
+    rates, slopes = members.system.rates_and_slopes(tau, list(np.moveaxis(z, -1, 0)), n)
+    rows = [[np.broadcast_to(one, tau.shape) for one in row] for row in slopes]
+    return np.stack([np.broadcast_to(rate, tau.shape) for rate in rates], axis=-1), np.moveaxis(
+        np.array(rows, dtype=float), (0, 1), (-2, -1)
+    )
+
+
+def small_motion(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
+    """Angular frequency and decay of small motions about rests x under voltages, (members,); NaN where none swings."""
+    found = np.full((2, members.size), np.nan)
+    slopes = at_rest(members, x, voltage)[1]
+    for k in np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2))):
+        values = np.linalg.eigvals(slopes[k])
+        fastest = values[np.argmax(values.imag)]
+        if fastest.imag > 0.0:
+            found[:, k] = fastest.imag, -fastest.real
+    return found[0], found[1]
+
+
+def linear_motion(members: Members, x: Array) -> Array:
+    """Mean, sine and cosine of all states, (members, states, 3), linear about a place x, as a start for `balanced`."""
+    z, slopes = at_rest(members, x, members.values["voltage_bias"])
+    omega, size = members.values["drive_frequency"], z.shape[1]
+    stirred = _rates(members, np.zeros(len(z)), z)[1][..., 0] / omega[:, None]
+    moved = solved(1j * omega[:, None, None] * np.eye(size) - slopes, stirred)
+    return np.stack([z, moved.real, moved.imag], axis=-1)
+
+
+def balanced(members: Members, start: Array) -> Array:
+    """Mean, sine and cosine of all states, (members, states, 3), of the motion under a sine; NaN where Newton's method
+    fails from the start."""
+    c, count = start.copy(), start.shape[1]
+    size = np.full(len(c), np.nan)
+    moving = np.flatnonzero(np.isfinite(c).all(axis=(1, 2)))
+    for _ in range(NEWTON_STEPS):
+        if not moving.size:
+            break
+        own = members if moving.size == members.size else members.take(moving)
+        omega = own.values["drive_frequency"]
+        rates, slopes = _rates(own, PHASE / omega[:, None], np.moveaxis(c[moving] @ BASIS, 1, 2))
+        turned = omega[:, None, None, None, None] * np.einsum("ij,kl->ikjl", np.eye(count), RATE)
+        left = np.einsum("rpi,kp->rik", rates, WEIGHTS) - omega[:, None, None] * (c[moving] @ RATE.T)
+        matrix = np.einsum("kp,rpij,lp->rikjl", WEIGHTS, slopes[..., 1:], BASIS, optimize=True) - turned
+        rows = (len(moving), 3 * count)
+        step = solved(matrix.reshape(*rows, 3 * count), left.reshape(rows)).reshape(left.shape)
+        size[moving] = np.abs(step).max(axis=(1, 2))
+        longest = np.maximum(np.abs(step[:, 0]).max(axis=1), 1e-300)
+        c[moving] -= step * np.minimum(1.0, LONGEST_STEP / longest)[:, None, None]
+        moving = moving[size[moving] > SMALLEST_STEP]
+    return np.where(size[:, None, None] < BALANCED, c, np.nan)
