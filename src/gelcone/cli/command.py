@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -14,6 +13,7 @@ from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, arguments_of
 from gelcone.cli.options import (
     drive_parameters,
+    help_of,
     option_parameters,
     output_parameters,
     over_parameter,
@@ -25,7 +25,6 @@ from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import device_words, plain
 from gelcone.errors import InputError
 from gelcone.plots import plot
-from gelcone.register.analyses import ANALYSES
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
@@ -53,16 +52,6 @@ def _in_places(analysis: Analysis, words: tuple[str, ...]) -> dict[str, str | No
         return dict(zip(["device", *places], words, strict=True))
     form = " ".join(["[DEVICE]", *analysis.arguments.values()])
     raise InputError(f"{analysis.command}: takes {form}, not {len(words)} words: {' '.join(words) or 'none'}")
-
-
-def help_of(analysis: Analysis) -> str:
-    """What an analysis does, and examples: the docstring of a function of one model begins with it."""
-    if analysis.takes in ("plan", "store") or analysis.name == "map":
-        text = ANALYSES.summaries[analysis.name]
-    else:
-        text = inspect.cleandoc(analysis.call.__doc__ or "").split("\n\n")[0].replace("`", "")
-    examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
-    return f"{text}\n\n\b\n{examples}" if examples else text
 
 
 def run(

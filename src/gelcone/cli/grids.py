@@ -19,11 +19,11 @@ from gelcone.atlas.maps import ALSO, TITLE, with_quantity
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
-from gelcone.cli.command import help_of
 from gelcone.cli.lists import list_devices
 from gelcone.cli.options import (
     OUTPUT,
     PLACE,
+    help_of,
     option_parameters,
     output_parameters,
     over_parameter,

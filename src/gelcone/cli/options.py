@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import click
 
 from gelcone.analyses.request import Subject, read_subject
 from gelcone.errors import InputError
+from gelcone.register.analyses import ANALYSES
 from gelcone.register.analysis import Analysis, Option
 
 SUBJECT = ("device", "preset", "film", "settings", "initial")
@@ -77,6 +79,16 @@ def drive_parameters() -> list[click.Parameter]:
             ["--drive-interpolation"], metavar="linear|pchip", help="Between its samples. Default straight lines."
         ),
     ]
+
+
+def help_of(analysis: Analysis) -> str:
+    """What an analysis does, and examples: the docstring of a function of one model begins with it."""
+    if analysis.takes in ("plan", "store") or analysis.name == "map":
+        text = ANALYSES.summaries[analysis.name]
+    else:
+        text = inspect.cleandoc(analysis.call.__doc__ or "").split("\n\n")[0].replace("`", "")
+    examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
+    return f"{text}\n\n\b\n{examples}" if examples else text
 
 
 def samples_parameter() -> click.Parameter:
