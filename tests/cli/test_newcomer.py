@@ -80,6 +80,26 @@ def check(command, command_line, folder):
     assert gelcone.model_of(result).system == gelcone.find_device(folder / "mine.toml").to_model().system
 
 
+@pytest.mark.parametrize(
+    ("typed", "following"),
+    [
+        (["first.toml"], "gelcone simulate first.toml"),
+        (["--wish", "first.toml"], "gelcone design first.toml --out designs"),
+    ],
+)
+def test_a_first_file_names_the_command_that_takes_it(typed, following, command_line):
+    code, out, err = command_line("init", *typed)
+    assert (code, err) == (0, "")
+    assert out == f"wrote first.toml: change its numbers, then `{following}`\n"
+
+
+@pytest.mark.parametrize("option", [["--drive-scale", "2"], ["--drive-repeat"], ["--drive-interpolation", "pchip"]])
+def test_an_option_of_a_recording_needs_one_and_is_named_as_it_is_typed(option, command_line):
+    code, out, err = command_line("simulate", "biased-pump", *option)
+    assert (code, out) == (2, "")
+    assert err == f"Error: {option[0]}: there is no --drive; name a CSV file\n"
+
+
 def test_a_first_file_is_not_overwritten(command_line, device_file):
     before = device_file.read_text(encoding="utf-8")
     code, _, err = command_line("init", "mine.toml")

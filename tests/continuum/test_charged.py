@@ -79,6 +79,7 @@ def test_the_membrane_pulls_in_far_earlier_than_the_cone(x, v):
     assert np.sqrt(found.end) == pytest.approx(v, rel=0.01)
     assert 0.0 < found.error < 1e-3 * found.end
     last = found.points[-1]
+    assert last.squared == pytest.approx(found.end - found.error, rel=1e-12)  # the bracket begins there
     assert firmness(film, last, last.squared) < 0.1 < firmness(film, start, 0.0)
 
 

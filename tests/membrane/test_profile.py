@@ -47,6 +47,12 @@ def test_shape_is_held_at_both_ends_and_the_volume_of_every_ring_is_unchanged():
     np.testing.assert_allclose(found.thickness * found.l1 * found.width, 1.0, rtol=1e-14)
 
 
+def test_the_largest_field_of_a_state_is_that_of_its_rings():
+    for state in CERTIFIED[1:6]:
+        own, at, found = rings(state)
+        assert float(own.measures(at).field[0]) == pytest.approx(float(found.field.max()), rel=2e-5)
+
+
 def test_wrinkles_hold_what_the_hoop_is_too_long_by():
     """At x .75, v .5 disc and rim are wrinkled and rings between are not; at .5, .6 all are."""
     _, _, partly = rings(CERTIFIED[3])

@@ -1,6 +1,7 @@
 """Columns of states, the limits of films, and the numbers that are fitted to them."""
 
 import json
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.table import names, table
+from gelcone.physics.film import membrane_charge
 from gelcone.physics.laws import LAWS
 
 LAW = LAWS["gent"]
@@ -166,3 +168,52 @@ def test_usual_films_are_known_well_enough_to_be_made(film):
 def test_a_film_that_localises_nowhere_is_refused_in_words():
     with pytest.raises(InputError, match="no voltage is found at which this film localises"):
         table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)
+
+
+class _Keyed(Exception):
+    """Ends the making of a table once its key is known."""
+
+
+def key_of(monkeypatch, module, make):
+    """The parts and the sources under which the disk cache would hold what ``make`` makes."""
+    found = []
+
+    def caught(kind, parts, make, sources):
+        found[:] = repr(parts), disk_cache.digest_of(sources), sources
+        raise _Keyed
+
+    monkeypatch.setattr(module.disk_cache, "made", caught)
+    with pytest.raises(_Keyed):
+        make()
+    return found
+
+
+@dataclass(frozen=True)
+class Stiffer(type(LAW)):
+    """A law of which two differ by what they hold."""
+
+    share: float = 1.0
+
+
+def test_each_thing_on_which_a_table_depends_is_in_its_key(monkeypatch):
+    def key(law, names=("a",), row=(0.2, 1.0, 1.0, 50.0)):
+        return key_of(monkeypatch, made, lambda: made._made.__wrapped__(law, names, row))
+
+    others = [key(Stiffer(2.0)), key(Stiffer(), ("b",)), key(Stiffer(), row=(0.2, 1.0, 1.0, 50.1))]
+    first, _, sources = key(Stiffer())
+    assert len({first, *(other[0] for other in others)}) == 4
+    assert Path(made.__file__).parent in sources
+    assert Stiffer in sources
+
+
+def test_the_key_of_a_charge_holds_the_sources_of_both_its_formulas(monkeypatch):
+    row = np.zeros(2).tobytes()
+    sources = key_of(
+        monkeypatch, membrane_charge, lambda: membrane_charge._made.__wrapped__(None, ("a", "b"), row, Stiffer())
+    )[2]
+    assert {Path(membrane_charge.__file__).parent, Path(force.__file__).parent, Stiffer} <= set(sources)
+
+
+def test_films_share_a_table_where_they_differ_by_rounding_alone():
+    assert made.rounded(1.0 + 1e-15) == made.rounded(1.0)
+    assert made.rounded(1.0 + 1e-9) != made.rounded(1.0)

@@ -83,6 +83,24 @@ def test_what_is_largest_is_that_of_the_rings(cells):
     np.testing.assert_allclose(one["thickness"] * one["meridional_stretch"] * one["hoop_stretch"], 1.0, rtol=1e-12)
 
 
+def test_the_wrinkled_share_is_that_of_areas(cells):
+    """Wrinkled next to the disc and next to the rim: rings of the mounted film, as rotation weighs them."""
+    one = cells.sel(height=0.75, constant_voltage=0.5)
+    square, slack = one["mounted_radius"].values ** 2, one["wrinkle_excess"].values > 1e-9
+    first, last = np.flatnonzero(~slack)[[0, -1]]
+    assert 0 < first < last < slack.size - 1
+    wrinkled = square[first] - square[0] + square[-1] - square[last]
+    assert float(one["wrinkled_share"]) == pytest.approx(wrinkled / (square[-1] - square[0]), abs=0.02)
+
+
+def test_at_disc_and_rim_a_taut_hoop_has_its_own_prestretch():
+    found = gelcone.film(gelcone.find_device("biased-pump"), ["14 mm"], ["0 V"]).isel(height=0, constant_voltage=0)
+    np.testing.assert_allclose(found["hoop_stretch"][[0, -1]], 1.4, rtol=1e-9)
+    assert (found["meridional_stretch"] > 1.1).all()
+    volume = found["thickness"] * found["meridional_stretch"] * found["hoop_stretch"]
+    np.testing.assert_allclose(volume, volume[0], rtol=1e-12)
+
+
 def test_without_a_height_the_disc_rests_as_on_a_slow_ramp():
     found = gelcone.film(MODEL, voltage=[0.0, 0.3, 0.5])
     ramp = gelcone.stroke_and_blocked_force(MODEL, [0.0, 0.3, 0.5])

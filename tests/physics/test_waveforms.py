@@ -120,12 +120,12 @@ def test_the_peak_counts_an_offset_of_either_sign(waveform, bias):
 
 def test_the_peak_of_a_cubic_may_lie_within_a_piece():
     class Hump(Pieced):
-        """s - s^2/2 + s^3/15, which turns within its one piece."""
+        """s - s^2/10 - s^3/200, which turns within its one piece."""
 
         name = "hump"
 
         def table(self, n):
-            return Pieces(np.zeros(1), np.array([[0.0, 1.0, -0.5, 1.0 / 15.0, 0.0]]))
+            return Pieces(np.zeros(1), np.array([[0.0, 1.0, -0.1, -0.005, 0.0]]))
 
     hump = Hump()
     n = numbers(hump, 0.1)
@@ -144,7 +144,7 @@ def test_a_run_shows_every_level_of_a_staircase():
     model = ConeModel(waveform=Staircase(levels, 0.1), voltage=0.5, damping_ratio=0.2)
     shown = simulate(model, periods=1)["drive_voltage"].values
     for level in levels:
-        assert np.abs(shown - 0.5 * level).min() < 1e-9
+        assert (np.abs(shown - 0.5 * level) < 1e-9).sum() >= 10
 
 
 @pytest.mark.parametrize("name", ["square", "ramp", "half_wave", "burst", "staircase"])

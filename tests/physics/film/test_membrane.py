@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from gelcone import ConeModel, InputError
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.membrane.table import NEVER
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
@@ -113,6 +114,13 @@ def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
     t = film.capacitance(x, V, [], n) ** 0.5  # A = B = G = 1
     stress = (1.0 - t**-3.0) / (t * (1.0 - (2.0 * t + t**-2.0 - 3.0) / 50.0))
     assert stress == pytest.approx(V, rel=1e-9)
+
+
+def test_a_film_that_never_pulls_in_has_no_highest_voltage():
+    film, n = film_of(*MADE[0])
+    never = {**n, "slack_limit": NEVER, "cut_squared": 1.0}
+    assert film.highest_squared(0.5, never) == np.inf
+    assert np.isfinite(film.highest_squared(0.5, n))
 
 
 def test_the_kinds_follow_each_other_as_the_voltage_rises():

@@ -86,6 +86,7 @@ def test_curves_that_are_not_known_are_left_out_where_a_hand_waits_and_named(mon
     film, voltage = members.system.films[0], np.array([[0.1, 0.2]])
     expected = pull_in.over_pull_in(film, members.values, x, voltage)
     assert expected is not None
+    np.testing.assert_array_equal(pull_in.over_pull_in(film, members.values, x, -voltage), expected)
     monkeypatch.setattr(pull_in, "_curves", {})
     with pull_in.known_curves() as missing:
         assert pull_in.over_pull_in(film, members.values, x, voltage) is None
