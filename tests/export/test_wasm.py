@@ -116,3 +116,11 @@ def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
     with pytest.raises(MissingDependency, match=r"pip install .gelcone\[platforms\]"):
         gelcone.export(device(film="taut"), tmp_path / "pump.wasm")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_clang_without_its_builtins_is_no_compiler(tmp_path, monkeypatch):
+    clang = tmp_path / "clang"
+    for printed, whole in (("/nowhere/libclang_rt.builtins-wasm32.a", False), (__file__, True)):
+        clang.write_text(f"#!/bin/sh\necho {printed}\n")
+        clang.chmod(0o755)
+        assert wasm._has_builtins((str(clang), "--target=wasm32-wasi")) is whole

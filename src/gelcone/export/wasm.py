@@ -61,13 +61,21 @@ def find_compiler() -> list[str]:
     """The command of a compiler for WebAssembly; `MissingDependency` without one."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-mexec-model=reactor"]
-    if shutil.which("clang") and _SYSTEM.is_dir():
+    target = ("clang", "--target=wasm32-wasi")
+    if shutil.which("clang") and shutil.which("wasm-ld") and _SYSTEM.is_dir() and _has_builtins(target):
         linked = ("-nostartfiles", "-Wl,--no-entry", "-Wl,-z,stack-size=1048576")
-        return ["clang", "--target=wasm32-wasi", "-isystem", str(_SYSTEM), *linked]
+        return [*target, "-isystem", str(_SYSTEM), *linked]
     raise MissingDependency(
         "WebAssembly needs a compiler: pip install 'gelcone[platforms]', or on Debian apt install clang lld wasi-libc "
-        "libclang-rt-14-dev-wasm32"
+        "libclang-rt-dev-wasm32"
     )
+
+
+def _has_builtins(target: tuple[str, ...]) -> bool:
+    """Whether clang has the functions that it calls in compiled code, which Debian packs by themselves."""
+    command = [*target, "-rtlib=compiler-rt", "-print-libgcc-file-name"]
+    named = subprocess.run(command, capture_output=True, text=True, check=False)
+    return named.returncode == 0 and Path(named.stdout.strip()).is_file()
 
 
 def _compiled(exported: Exported) -> bytes:
