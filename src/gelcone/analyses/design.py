@@ -28,9 +28,10 @@ def design_words(result: xr.Dataset) -> str:
     lines += [_row(result.isel(design=k)) for k in range(count)]
     lines += [line for k in range(count) for line in _about(result.isel(design=k), json.loads(attrs["free"]))]
     lines += [f"left out: {reason}" for reason in json.loads(attrs["left_out"])]
-    if np.isfinite(attrs["nominal_probability"]):
-        share = attrs["nominal_probability"]
-        lines.append(f"the design that is best without tolerances meets all in {share:.1%} of the devices within them")
+    traps = json.loads(attrs["nominal_probabilities"])
+    if traps:
+        every = ", ".join(f"{share:.1%} (best {name})" for name, share in traps.items())
+        lines.append(f"without tolerances the best designs meet all in {every} of the devices within them")
     return "\n".join(lines)
 
 
@@ -70,7 +71,7 @@ def _short(value: Any) -> float:
 def design_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of designs."""
     found = result_json(result, ())
-    for name in ("objectives", "free", "left_out"):
+    for name in ("objectives", "free", "left_out", "nominal_probabilities"):
         found[name] = json.loads(found[name])
     found["devices"] = [device.parameters() for device in designed_devices(result)]
     return found

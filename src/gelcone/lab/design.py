@@ -395,7 +395,9 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
     the ``probability`` that a device within the tolerances meets all, of 4,096 new draws, with its 95 % interval; the
     ``first_limit`` and the ``recommended`` highest peak voltage; the ``distance`` of the natural frequency from that of
     the drive in half widths of the resonance; what ``binds``, and by what share the first objective falls where that
-    is 10 % weaker (``relaxed``). Designs that the settled motion or the envelope refuse are left out; the attribute
+    is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest probability of the designs that
+    are best in an objective where nothing is uncertain, ``nominal_probabilities`` those by objective. Designs that the
+    settled motion or the envelope refuse are left out; the attribute
     ``left_out`` says why. `gelcone.designed_devices` gives the devices.
 
     Raises
@@ -451,8 +453,7 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
             counted(0.4 / len(found))
         scores = np.array([[objective_of(r.problem, r.unit, one) for one in wish.objectives] for r in rows])
         rows = [rows[k] for k in np.argsort(scores[:, -1])[::-1] if not dominated(scores)[k]]
-        trap = _trap(wish, seed) if wish.tolerances else np.nan
-        result = _labelled(wish, rows, seed, trap)
+        result = _labelled(wish, rows, seed, traps(wish, seed) if wish.tolerances else {})
     counted.finish()
     return result
 
@@ -495,11 +496,16 @@ def quiet_input() -> Iterator[None]:
         yield
 
 
-def _trap(wish: Wish, seed: int) -> float:
-    """The probability of the design that is best where nothing is uncertain."""
-    alone = Problem(wish, 1, seed)
-    unit, _, fitness = alone.search(wish.objectives[0], generations=TRAP)
-    return probability_of(alone, unit, seed + 1)[0] if feasible(fitness) else np.nan
+def traps(wish: Wish, seed: int) -> dict[str, float]:
+    """The probability of the design that is best where nothing is uncertain, by objective; without those that no free
+    field moves."""
+    alone, found = Problem(wish, 1, seed), {}
+    for objective in wish.objectives:
+        unit, _, fitness = alone.search(objective, generations=TRAP)
+        start = objective_of(alone, np.full(len(alone.names), 0.5), objective)
+        if feasible(fitness) and fitness != start:
+            found[objective.name] = probability_of(alone, unit, seed + 1)[0]
+    return found
 
 
 _NUMBERS = {
@@ -516,7 +522,7 @@ _NUMBERS = {
 }
 
 
-def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: float) -> xr.Dataset:
+def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, float]) -> xr.Dataset:
     """The designs that hold as a Dataset."""
     import xarray as xr
 
@@ -568,7 +574,8 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: float) -> xr.Dat
             "margin": wish.margin,
             "confidence": wish.confidence,
             "frequency": float(wish.device.frequency),
-            "nominal_probability": trap,
+            "nominal_probability": min(trap.values(), default=np.nan),
+            "nominal_probabilities": json.dumps(trap),
             "left_out": json.dumps(left),
             "devices": json.dumps(
                 [row.device.replace_quietly(name=f"{wish.name} {k}").to_toml() for k, row in enumerate(good, 1)]
