@@ -32,6 +32,20 @@ def test_heights_at_which_a_film_with_rims_falls_slack(meridional, hoop, ratio, 
         assert slack_voltage(gel, ratio, np.array([height]))[0] == pytest.approx(share * flat, rel=2e-3)
 
 
+@pytest.mark.parametrize("excess", [1e-6, 1e-4, 1e-3, 0.01, 0.03])
+@pytest.mark.parametrize(("stretch", "ratio"), [(1.3, 0.3), (1.78, 0.47)])
+def test_a_hoop_stretched_a_little_more_changes_little(stretch, ratio, excess):
+    """Its rims are longer than the film: it is in tension at all heights, up to voltages near those of equal ones."""
+    x = np.array([0.01, 0.1, 0.3])
+    gel, equal = gel_of(stretch, stretch * (1.0 + excess)), gel_of(stretch, stretch)
+    assert slack_height(gel, ratio, 0.0) == 0.0
+    if equal.A < equal.hump():  # else it localises first
+        own, other = (slack_voltage(each, ratio, x) for each in (gel, equal))
+        np.testing.assert_allclose(own, other, rtol=4.0 * excess + 0.05)
+    film = Elements(gel, ratio, 60)
+    assert (film.measures(film.unloaded(x)).force > 0.0).all()
+
+
 @pytest.mark.parametrize(("meridional", "hoop", "ratio"), [(1.1, 1.4, 0.267), (1.0, 1.5, 0.2), (1.1, 1.3, 0.5)])
 def test_the_force_of_the_elements_vanishes_there(meridional, hoop, ratio):
     """The square root of the force falls to zero linearly with the voltage (section 3 of the specification)."""

@@ -9,13 +9,15 @@ A slack film pulls in at the maximum of the voltage that takes the stress over t
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from gelcone.membrane.columns import longest
 from gelcone.membrane.gel import Array, Gel
 
-STEPS = 40
-"""Of the fourth-order Runge-Kutta rule, across a rim."""
+STEP, LONGEST_RIM = 0.02, 6.0
+"""Of ln R, across a rim; and the longest rim that is looked for."""
 VOLTAGES = 240
 """At which the heights of a film with rims are computed; between them they are interpolated."""
 
@@ -52,7 +54,7 @@ def slack_limit(gel: Gel) -> float:
         return limit
     V = np.linspace(0.0, limit, VOLTAGES)
     t = gel.natural_stretch(V)
-    edge = np.maximum(*(_edge(gel, V, t, outer)[1] for outer in (True, False)))
+    edge = np.fmax(*(_edge(gel, V, t, outer)[1] for outer in (True, False)))
     with np.errstate(invalid="ignore"):
         left = longest(gel, V) - edge
     lost = np.flatnonzero(left <= 0.0)
@@ -75,30 +77,45 @@ def _between_rims(gel: Gel, ratio: float, V: Array) -> Array:
 
 def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
     """ln R of the edge of a rim over that of its end without tension, where l1 = (t/A)^(1/2) and l2 = (t/B)^(1/2); and
-    l1 at the edge.
+    l1 at the edge. Infinity and NaN for a rim of more than `LONGEST_RIM`, longer than any film.
 
     In the plane the hoop length changes as dl2/ds = +-l1 - l2, s = ln R, with the sign of the meridian's direction, and
-    the tensions are in balance: dT1/ds = +-T2 - T1. The edge is held, l2 = 1.
+    the tensions are in balance: dT1/ds = +-T2 - T1. The edge is held, l2 = 1. Where the pre-stretches are nearly equal
+    l2 hardly changes at first, so that s is integrated over, and l2 in the last step alone.
     """
     direction = 1.0 if outer else -1.0
     held = np.zeros(V.shape, bool)
 
-    def rates(l1: Array, l2: Array) -> tuple[Array, Array]:
+    def rates(place: Array) -> Array:
+        """Of s, l1 and l2, from the end without tension to the edge."""
+        _, l1, l2 = place
         ring = gel.ring(l1, l2, V, held, l2 * l2)
         turn = direction * l1 - l2
         along = (direction * ring.hoop - ring.meridional - ring.coupling * turn) / ring.firmness
-        return along / turn, 1.0 / turn
+        return direction * np.array([np.ones_like(l1), along, turn])
 
-    l2 = np.sqrt(t / gel.B)
-    l1, s, h = np.sqrt(t / gel.A), np.zeros(V.shape), (1.0 - l2) / STEPS
-    for _ in range(STEPS):
-        first = rates(l1, l2)
-        second = rates(l1 + 0.5 * h * first[0], l2 + 0.5 * h)
-        third = rates(l1 + 0.5 * h * second[0], l2 + 0.5 * h)
-        fourth = rates(l1 + h * third[0], l2 + h)
-        l1, s = (
-            value + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-            for value, a, b, c, d in zip((l1, s), first, second, third, fourth, strict=True)
-        )
-        l2 = l2 + h
-    return s, l1
+    def by_hoop(place: Array) -> Array:
+        found = rates(place)
+        return np.asarray(found / found[2])
+
+    place = np.array([np.zeros(V.shape), np.sqrt(t / gel.A), np.sqrt(t / gel.B)])
+    edge = np.full((2, *V.shape), [[direction * np.inf], [np.nan]])
+    with np.errstate(all="ignore"):
+        for _ in range(int(LONGEST_RIM / STEP)):
+            after = _stepped(rates, place, np.full(V.shape, STEP))
+            arrives = np.isnan(edge[1]) & (after[2] >= 1.0)
+            if arrives.any():
+                edge[:, arrives] = _stepped(by_hoop, place, 1.0 - place[2])[:2, arrives]
+            if not np.isnan(edge[1]).any():
+                break
+            place = after
+    return edge[0], edge[1]
+
+
+def _stepped(rates: Callable[[Array], Array], place: Array, h: Array) -> Array:
+    """After a step of the fourth-order Runge-Kutta rule."""
+    first = rates(place)
+    second = rates(place + 0.5 * h * first)
+    third = rates(place + 0.5 * h * second)
+    fourth = rates(place + h * third)
+    return np.asarray(place + h / 6.0 * (first + 2.0 * second + 2.0 * third + fourth))
