@@ -118,7 +118,7 @@ def follow_starts(
     if not rows.size:
         return rows
     together = np.maximum(longest / (STARTS - 1), duration)
-    search.advance(rows, slice(0, 2), duration, 0.2, compared=True)
+    search.begin(rows, duration, 0.2)
     going = search.follow(search.under_way(rows), duration, np.minimum(together, longest), 0.1)
     chaotic = rows[np.isfinite(nearby.apart[rows]) | np.isin(rows, going)]
     search.advance(chaotic, slice(1, STARTS), duration, 0.1)

@@ -3,7 +3,8 @@
 A motion may have settled when its last points return, forcing period after forcing period; it has when Newton's method
 finds a cycle there that attracts (`gelcone.motion.attractor.cycle`). How near to that cycle it was at earlier times
 says when it arrived, and from starts nearby, when they came apart. All analyses of settled motions search so, in rounds
-of one ``transient`` and, where it did not suffice, of twice the time so far, up to ``patience``.
+of one ``transient`` and, where it did not suffice, of twice the time so far, up to ``patience``. Where states that
+components add need far longer than the disc, the drift is followed (`gelcone.motion.attractor.drift`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import SMALLEST_SIZE, Cycles, find_cycles
+from gelcone.motion.attractor.drift import drifted
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import alike
 from gelcone.physics.members import Members
@@ -26,6 +28,8 @@ from gelcone.quantity import Array
 DECAY_TIMES = 20.0
 LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
+SLOW = 2.0
+"""States are slow that need more than this times as long as the disc to settle."""
 SHORTEST_TRANSIENT = 200.0
 PATIENCE, PATIENCE_PERIODS, PATIENCE_TRANSIENTS = 1e5, 300, 5
 """Time, forcing periods and default transients for which motions are followed by default: the longest of the three."""
@@ -63,9 +67,13 @@ def default_transient(members: Members) -> Array:
     20 times the slowest decay that is known - 1/zeta, for which 5,000 will do, and the time constants of the states
     that components add -, and at least 30 forcing periods and 200.
     """
+    return np.maximum(_transient_of_the_disc(members), DECAY_TIMES * members.time_constant)
+
+
+def _transient_of_the_disc(members: Members) -> Array:
+    """`default_transient` without the states that components add."""
     damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
     decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), LONGEST_DECAY)
-    decay = np.maximum(decay, DECAY_TIMES * members.time_constant)
     return np.maximum(np.maximum(FEWEST_REPEATS * members.forcing_period, decay), SHORTEST_TRANSIENT)
 
 
@@ -92,13 +100,15 @@ class Returns:
     """Where some motions went; arrays (members, ...).
 
     ``final`` states (members, N); the ``outcome``; the ``period`` on which they have settled, in forcing periods (0:
-    none); when they were last ``away`` from it, since the beginning; ``lowest`` and ``highest`` (members, 2 N) of the
-    states at the two `PHASES` over that period; and ``gap``, the least distance of a return over the size.
+    none), and ``drift``, the same also of those that drift meanwhile; when they were last ``away`` from it, since the
+    beginning; ``lowest`` and ``highest`` (members, 2 N) of the states at the two `PHASES` over that period; and
+    ``gap``, the least distance of a return over the size.
     """
 
     final: Array
     outcome: npt.NDArray[np.int8]
     period: npt.NDArray[np.int64]
+    drift: npt.NDArray[np.int64]
     away: Array
     lowest: Array
     highest: Array
@@ -110,6 +120,7 @@ class Returns:
         return cls(
             np.full((count, states), np.nan),
             np.zeros(count, dtype=np.int8),
+            np.zeros(count, dtype=np.int64),
             np.zeros(count, dtype=np.int64),
             np.full(count, np.inf),
             np.full((count, 2 * states), np.nan),
@@ -143,6 +154,9 @@ def follow(
         found.final[rows], found.outcome[rows] = run.states[:, -1], run.outcome
         dense = points[:, -min(WINDOW, points.shape[1]) :]
         found.period[rows], found.gap[rows] = period_of(dense)
+        if not members.system.planar:  # what drifts evenly changes alike from each return to the next
+            drift, _ = period_of(np.diff(dense, axis=1), size=np.abs(dense).max(axis=(1, 2)))
+            found.drift[rows] = np.where(found.period[rows] > 0, found.period[rows], drift)
         _describe(found, rows, points, times)
         apart[rows] = _separation(points, times, abreast)
     return found, apart
@@ -164,15 +178,18 @@ def _groups(
             yield rows, np.concatenate([spread, ends], axis=1)
 
 
-def period_of(points: Array, tolerance: float = RETURN, fewest: int = LAGS) -> tuple[npt.NDArray[np.int64], Array]:
+def period_of(
+    points: Array, tolerance: float = RETURN, fewest: int = LAGS, size: Array | None = None
+) -> tuple[npt.NDArray[np.int64], Array]:
     """Smallest number of periods (members,) after which the last points return, 0 if none; and the least distance.
 
-    ``points`` (members, periods, coordinates) in a row. Distances are shares of the motion's size. Of two points that
-    number of periods apart at least the ``fewest`` last, and all of a period, have to agree to the ``tolerance``.
+    ``points`` (members, periods, coordinates) in a row. Distances are shares of the motion's ``size`` (members,), the
+    largest coordinate unless it is given. Of two points that number of periods apart at least the ``fewest`` last, and
+    all of a period, have to agree to the ``tolerance``.
     """
     count, length = points.shape[:2]
     with np.errstate(invalid="ignore"):
-        scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
+        scale = np.maximum(np.abs(points).max(axis=(1, 2)) if size is None else size, SMALLEST_SIZE)
         longest = min(LONGEST_PERIOD, length // 2)
         last = np.abs(points[:, -1:] - points[:, -1 - longest : -1][:, ::-1]).max(axis=2) / scale[:, None]
     period, gap = np.zeros(count, dtype=np.int64), np.full(count, np.inf)
@@ -228,14 +245,15 @@ class Starts:
 
     ``state`` (members, starts, N) now, at phase 0; the time ``followed``; ``ended``, the time at which a start had
     settled (infinite: not yet), on a cycle of ``period`` forcing periods between ``lowest`` and ``highest`` (both of
-    the states at two phases of the drive); the ``outcome``; the ``gap`` of its return. ``apart`` (members,) is when
-    chaos had pulled the starts apart.
+    the states at two phases of the drive); ``drift``, the forcing periods after which it nearly returns; the
+    ``outcome``; the ``gap`` of its return. ``apart`` (members,) is when chaos had pulled the starts apart.
     """
 
     state: Array
     followed: Array
     ended: Array
     period: npt.NDArray[np.int64]
+    drift: npt.NDArray[np.int64]
     lowest: Array
     highest: Array
     outcome: npt.NDArray[np.int8]
@@ -255,6 +273,7 @@ class Starts:
             followed=np.zeros(shape),
             ended=np.full(shape, np.inf),
             period=np.zeros(shape, dtype=np.int64),
+            drift=np.zeros(shape, dtype=np.int64),
             lowest=np.full((*shape, 2 * size), np.nan),
             highest=np.full((*shape, 2 * size), np.nan),
             outcome=np.zeros(shape, dtype=np.int8),
@@ -286,15 +305,16 @@ class Starts:
         row, column, repeats = part[going], columns[going], left[going].astype(np.int64)
         if not row.size:
             return
-        some = members.take(row)
+        some, before = members.take(row), self.followed[row, column]
         run, apart = follow(some, self.state[row, column], repeats, abreast=abreast, **flow_options)
         settled = run.period > 0
-        self.ended[row, column] = np.where(settled, self.followed[row, column] + run.away, np.inf)
+        self.ended[row, column] = np.where(settled, before + run.away, np.inf)
         self.followed[row, column] += repeats * some.forcing_period
         self.state[row, column], self.outcome[row, column] = run.final, run.outcome
-        self.period[row, column], self.gap[row, column] = run.period, run.gap
+        self.period[row, column], self.drift[row, column] = run.period, run.drift
+        self.gap[row, column] = run.gap
         self.lowest[row, column], self.highest[row, column] = run.lowest, run.highest
-        np.minimum.at(self.apart, row, apart)
+        np.minimum.at(self.apart, row, before + apart)
 
 
 class Search:
@@ -329,6 +349,40 @@ class Search:
             if part.size:
                 progress = weighted(self.progress, share * part.size / rows.size)
                 self.starts.advance(self.members, part, starts, until, compared=compared, progress=progress, **options)
+
+    def begin(self, rows: npt.NDArray[np.intp], duration: Array, share: float) -> None:
+        """Follows the members' own starts and the first nearby, side by side, to the time ``duration`` (members,).
+
+        Slow states are not waited for where the motion returns but for their drift: it is followed to its end.
+        """
+        disc = _transient_of_the_disc(self.members)
+        slow = SLOW * disc < np.minimum(default_transient(self.members), duration)
+        until = np.where(slow, disc, duration)
+        rounds = 1 + doublings(until[rows], duration[rows])
+        for _ in range(rounds):
+            self.advance(rows, slice(0, 2), until, share / rounds, compared=True)
+            rows, lost = self._drifting(rows[until[rows] < duration[rows]])
+            if not rows.size:
+                break
+            until = np.minimum(2.0 * until, duration)
+            until[lost] = duration[lost]
+
+    def _drifting(self, rows: npt.NDArray[np.intp]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Takes the ``rows`` to where their drift ends; those that have to be followed, and those of them whose drift
+        does not end on a cycle that attracts."""
+        starts = self.starts
+        starts.ended[rows, :2] = np.inf  # the slowest drift looks settled
+        together = np.isinf(starts.apart[rows]) & (starts.outcome[rows, :2] == Outcome.OK).all(axis=1)
+        steady = rows[together & (starts.drift[rows, 0] > 0)]
+        part, period = self.members.take(steady), starts.drift[steady, 0]
+        point, time = drifted(part, starts.state[steady, 0], period, **self.exact)
+        there = np.isfinite(point).all(axis=1)
+        cycles = find_cycles(part, point, np.where(there, period, 0), **self.exact)
+        at, there = steady[cycles.attracting], cycles.attracting
+        starts.state[at, :2], starts.period[at, :2] = cycles.point[there, None], cycles.period[there, None]
+        starts.followed[at, :2] += time[there, None]
+        starts.ended[at, :2] = starts.followed[at, :2]
+        return np.setdiff1d(rows[starts.outcome[rows, 0] == Outcome.OK], at), np.setdiff1d(steady, at)
 
     def under_way(self, rows: npt.NDArray[np.intp], start: npt.NDArray[np.intp] | int = 0) -> npt.NDArray[np.intp]:
         """Those of ``rows`` of which a start has neither arrived nor stopped: slow, or chaotic. The start stands for
@@ -379,7 +433,7 @@ def search(
     found = Search(members, Starts.at(states, 2), counted, **flow_options)
     duration, rows = transient_of(members, transient), np.arange(members.size)
     if rows.size:
-        found.advance(rows, slice(0, 2), duration, 0.5, compared=True)
+        found.begin(rows, duration, 0.5)
         going, longest = found.under_way(rows), patience_of(members, patience)
         if patience is None:
             chaotic = np.isfinite(found.starts.apart)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -43,8 +44,12 @@ class EngineBackend:
             program = _program(members.system, job.keep, job.tolerance)
         system, states, start, times = members.system, job.states0[run], job.start[run], job.times[run]
         numbers = members.own_numbers
+        switches = switches_at(system, start, states, numbers)
+        if _pulled_in(job, run, switches):
+            self.run(job, threads=threads, progress=progress, watch=watch)
+            return
         raw = program.run(
-            numbers | switches_at(system, start, states, numbers),
+            numbers | switches,
             states,
             start,
             times,
@@ -59,6 +64,18 @@ class EngineBackend:
         if watch is not None and watch.stop.is_set():
             raise Stopped
         _store(job, run, members, raw, smallest)
+
+
+def _pulled_in(job: Job, run: npt.NDArray[np.intp], switches: Mapping[str, Array]) -> bool:
+    """Whether some of the members that would ``run`` begin where a film has pulled in; they end there."""
+    before = job.runs.copy()
+    for film, border in job.members.system.borders:
+        gone = run[np.isnan(switches.get(border.switch or "", np.zeros(run.size)))]
+        job.runs[gone], job.result.outcome[gone] = False, Outcome.PULLED_IN
+        job.result.end_times[gone], job.result.end_states[gone] = job.start[gone], job.states0[gone]
+        if film is not None:
+            job.result.pull_in[gone, film] = FilmPullIn.MINIMUM
+    return bool((job.runs != before).any())
 
 
 @lru_cache(maxsize=MOST_PROGRAMS)

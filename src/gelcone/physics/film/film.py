@@ -125,7 +125,7 @@ class Film(Component):
         return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
-        """The switches of its borders at the start of a motion, 1 or -1."""
+        """The switches of its borders at the start of a motion, 1 or -1; NaN where the film has pulled in."""
         return {}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:

@@ -389,7 +389,8 @@ class WrinklingCone(TautCone):
         if self.branches and y:
             m, width = self.creeping.solved(1.0 + xx, squared, y, n)
             tight, narrow = np.where(m <= 1.0 + xx, 1.0, -1.0), np.where(width <= 1.0, 1.0, -1.0)
-            return {"meridian_held": tight, "width_held": narrow}
+            gone = np.isnan(m) | np.isnan(width)
+            return {"meridian_held": np.where(gone, np.nan, tight), "width_held": np.where(gone, np.nan, narrow)}
         with np.errstate(all="ignore"):
             _, _, held, pulls = self._at(xx, squared, n, np)
         gone = self._gone(xx, squared, n)
