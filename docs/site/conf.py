@@ -88,6 +88,7 @@ nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
 autodoc_typehints = "none"
+autodoc_preserve_defaults = True  # `xp=np`, not where NumPy lies
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 default_role = "code"

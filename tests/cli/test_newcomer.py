@@ -186,3 +186,23 @@ def refusal(text):
     except gelcone.InputError as error:
         return str(error)
     return ""
+
+
+@pytest.mark.parametrize(
+    ("topic", "meaning"),
+    [("film_thickness", "thickness of the film as mounted"), ("shear-modulus", "small-strain shear")],
+)
+def test_help_explains_a_field(command_line, topic, meaning):
+    code, out, _ = command_line("help", topic)
+    assert code == 0
+    assert meaning in out
+
+
+def test_an_answer_tells_what_is_not_usual():
+    device = gelcone.find_device("biased-pump").replace(
+        prestretch=1.2, meridional_prestretch=None, hoop_prestretch=None, prestretch_mode="equibiaxial",
+        waveform="triangle", film="taut", material=gelcone.Material(shear_modulus=8e3, relative_permittivity=5, law="yeoh"),
+    )  # fmt: skip
+    told = gelcone.settled(device).gelcone.words()
+    for words in ("prestretch 1.2", "prestretch_mode equibiaxial", "law yeoh", "waveform triangle"):
+        assert words in " ".join(told.split())

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from gelcone.physics import statics
 from gelcone.physics.balance import (
     SEARCH_RANGE,
     PullIn,
+    _film_lost,
     along_ramp,
     equilibria_of,
     losses_of,
@@ -339,3 +341,14 @@ def test_a_pitchfork_from_which_the_disc_jumps_is_a_jump_of_single_and_double_co
         assert (jump.kind, jump.before) == (PullIn.PITCHFORK, pytest.approx(0.0, abs=1e-9))
         assert jump.voltage == pytest.approx(math.sqrt(squared), rel=1e-6)
         assert abs(jump.after) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_film_is_lost_where_the_voltage_turns_steep() -> None:
+    """Beyond pull-in v^2 rises 1e16 times as fast as before it: no pole."""
+    lost = 2.2787552613198194
+
+    def excess(x: np.ndarray) -> np.ndarray:
+        return np.where(x < lost, x - lost, 1e16 * (x - lost))
+
+    balance = SimpleNamespace(film_fails=True, excess=excess, segments={1: [(1.3, 3.0)]})
+    assert _film_lost(balance, balance.segments[1][0], None) == pytest.approx(lost, rel=4e-16)

@@ -239,3 +239,12 @@ def test_several_biases_are_as_slow_as_the_slowest():
 
     both = Together((Slow(), ConstantForce()))
     assert float(both.time_constant({})) == 7.0
+
+
+def test_a_bias_whose_slope_is_not_that_of_its_force_is_refused():
+    class Leaning(CubicBias):
+        def force(self, x, y, n, xp=np):
+            return n["bias_stiffness"] * x, 2.0 * n["bias_stiffness"]
+
+    with pytest.raises(InputError, match=r"slope of its force, at a displacement: it is 3.9 at -1.5, and must be 2.7"):
+        ConeModel(bias=Together((LinearSpring(), Leaning())))

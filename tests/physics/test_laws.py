@@ -381,3 +381,49 @@ def test_a_result_of_an_own_law_comes_back_from_its_file(tmp_path):
     assert again.system == FUNG.system
     assert again.parameters() == FUNG.parameters()
     assert FUNG.parameters()["law"] == f"{__name__}:Fung"
+
+
+class TwiceAsStiff(Fung):
+    def response(self, strain, n, xp=np):
+        return 2.0 * xp.exp(n["fung_b"] * strain)
+
+
+class WrongSlope(Fung):
+    def response_slope(self, strain, n, xp=np):
+        return xp.exp(n["fung_b"] * strain)
+
+
+class StifferFromTheStart(Fung):
+    def energy(self, strain, n, xp=np):
+        return 1.5 * super().energy(strain, n, xp)
+
+    def response(self, strain, n, xp=np):
+        return 1.5 * super().response(strain, n, xp)
+
+    def response_slope(self, strain, n, xp=np):
+        return 1.5 * super().response_slope(strain, n, xp)
+
+
+class OfNumPy(Fung):
+    def energy(self, strain, n, xp=np):
+        return (np.exp(n["fung_b"] * strain) - 1.0) / (2.0 * n["fung_b"])
+
+
+class Hyperbolic(Fung):
+    def energy(self, strain, n, xp=np):
+        return xp.sinh(strain)
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (TwiceAsStiff(), "fung: response, twice .* it is 2 at 0, and must be 1; correct"),
+        (WrongSlope(), "response_slope, .* it is 1 at 0, and must be 0.4"),
+        (StifferFromTheStart(), "response at zero strain, .* it is 1.5 at 0, and must be 1"),
+        (OfNumPy(), "cannot be differentiated and compiled .*; take .* xp.exp, .* not those of NumPy"),
+        (Hyperbolic(), "cannot be differentiated and compiled .*sinh"),
+    ],
+)
+def test_a_law_whose_formulas_contradict_one_another_is_refused(law, words):
+    with pytest.raises(InputError, match=words):
+        ConeModel(law=law)

@@ -58,15 +58,16 @@ def _write(text: str, file: Path) -> None:
 def help_command() -> click.Command:
     """`gelcone help`."""
     text = """Explain a subject: `device` lists the fields of a device, `units` the units, `glossary` the terms of
-    figures and tables; or one of these terms; or a command.
+    figures and tables; or one of these fields or terms; or a command.
 
     \b
     gelcone help device
+    gelcone help film_thickness
     gelcone help glossary
     gelcone help pull-in
     gelcone help simulate
     """
-    form = "[device|units|glossary|TERM|COMMAND]"
+    form = "[device|FIELD|units|glossary|TERM|COMMAND]"
     params: list[click.Parameter] = [click.Argument(["topic"], required=False, metavar=form)]
     return click.Command("help", params=params, callback=explain, help=text)
 
@@ -91,6 +92,8 @@ def explain(*, topic: str | None) -> None:
         click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
     elif (term := glossary.find_term(topic)) is not None:
         click.echo(glossary.explain(term))
+    elif (field := _field(topic)) is not None:
+        click.echo(field)
     else:
         name = topic.replace("_", "-")
         command = group.command.get_command(group, name)
@@ -98,3 +101,11 @@ def explain(*, topic: str | None) -> None:
             commands = group.command.list_commands(group)
             raise unknown_name("subject of help", topic, [*TOPICS, *commands, *glossary.GLOSSARY])
         click.echo(command.get_help(click.Context(command, info_name=name, parent=group)))
+
+
+def _field(topic: str) -> str | None:
+    """The help on a field of a device, or None."""
+    from gelcone.devices.device import Device
+    from gelcone.devices.template import field_help
+
+    return field_help(Device.fields, topic.replace("-", "_"))

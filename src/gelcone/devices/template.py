@@ -169,6 +169,13 @@ def field_table(fields: Mapping[str, Field]) -> str:
     return "\n".join(lines)
 
 
+def field_help(fields: Mapping[str, Field], name: str) -> str | None:
+    """The lines of `field_table` on one field of a device, or of its material; None for another name."""
+    own = fields | {f"material.{one}": field for one, field in Material.fields.items()}
+    found = name if name in own else f"material.{name}"
+    return "\n".join(line[2:] for line in _rows(found, own[found])) if found in own else None
+
+
 def _rows(name: str, field: Field) -> list[str]:
     terms = [term for term in _terms(field) if not term.startswith("SI unit")]
     kind = {"": "text", "1": "number"}.get(field.unit, field.unit)
@@ -176,16 +183,22 @@ def _rows(name: str, field: Field) -> list[str]:
 
 
 def told_fields(device: Record, swept: Collection[str] = ()) -> list[str]:
-    """``name value unit`` of every number of a device that is set and not swept, and the gel."""
+    """``name value unit`` of every number of a device that is set and not swept, the gel, its law where it is not the
+    usual one, and all else that is chosen."""
     told = []
     for name, value in device:
-        field = device.fields[name]
-        if name in swept or value is None or np.ndim(value):
+        field = device.fields.get(name)
+        if field is None or name in swept or value is None or np.ndim(value):
             continue
         if field.unit and not (value == 0.0 and field.default == 0.0):
             told.append(f"{name} {format_si(value, field.unit)}")
         elif isinstance(value, Material):
             told.append(f"{name} {value.name}")
+            law = value.plain("law", value.law)
+            if law != value.fields["law"].default:
+                told.append(f"law {law}")
+        elif isinstance(value, str) and name not in ("name", "film") and value != field.default:
+            told.append(f"{name} {value}")
     return told
 
 

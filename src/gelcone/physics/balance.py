@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.physics.bracket import sign_change, sign_changes
+from gelcone.physics.bracket import rise, sign_change, sign_changes
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
@@ -399,7 +399,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
     if not over.size:
         return float(x[-1]) if segment is balance.segments[-1 if x[-1] < 0.0 else 1][-1] else None
     k = int(over[0])
-    return float(x[0]) if k == 0 else sign_change(balance.excess, x[k - 1], x[k])
+    return float(x[0]) if k == 0 else float(rise(balance.excess, x[k - 1], x[k]))
 
 
 def losses_of(balance: StaticBalance, rest: float) -> list[Loss]:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.physics.component import Component, Numbers, State
+from gelcone.physics.component import Component, Numbers, State, same_formula
+from gelcone.physics.differentiate import derivative
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Quantity
 
@@ -40,6 +41,17 @@ class Bias(Component):
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """Force at the displacement x and its derivative by x; ``y`` are the bias's own states, empty where it has
         none and in statics, which ask for the force once they have settled."""
+
+    def prove(self) -> None:
+        """Compare the second number of `force` with the derivative of the first, at the parameters' defaults."""
+        n, x = self.numbers(self.complete({})), np.linspace(-1.5, 1.5, 9)
+        same_formula(
+            self,
+            "slope of its force, at a displacement",
+            x,
+            self.force(x, [], n)[1],
+            lambda: derivative(lambda at, xp: self.force(at, [], n, xp)[0], x),
+        )
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the bias's own states."""

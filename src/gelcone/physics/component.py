@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import Any, ClassVar, TypeVar
+
+import numpy as np
 
 from gelcone import permission
 from gelcone.errors import InputError, unknown_name
@@ -22,6 +24,8 @@ from gelcone.quantity import Quantity
 
 Numbers = Mapping[str, Any]
 """What the formulas take, by name: floats, arrays, symbols or expressions."""
+FUNCTIONS = ("sin", "cos", "exp", "log", "log1p", "sqrt")
+"""The functions of the namespace ``xp``."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,10 @@ class Component(ABC):
     def number_names(self) -> tuple[str, ...]:
         """The names of `numbers`, in their order."""
         return tuple(self.numbers(self.complete({})))
+
+    def prove(self) -> None:
+        """Raise `InputError` where the formulas contradict one another or cannot be compiled; asked once of each
+        component that is given. Default: nothing is known that could be compared."""
 
     def time_constant(self, n: Numbers) -> Any:
         """Slowest time constant of the states that it adds, which a motion takes 20 of to settle. Default 0: none."""
@@ -168,12 +176,42 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
 
 
 def find_component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -> C:
-    """A component, from itself or from its record; `InputError` for what is neither."""
-    if isinstance(given, base):
-        return given
+    """A component, from itself or from its record; `InputError` for what is neither, and where its formulas contradict
+    one another."""
     if isinstance(given, str | Mapping):
-        return from_record(kind, given, shipped, base)
+        given = from_record(kind, given, shipped, base)
+    if isinstance(given, base):
+        _proved(given)
+        return given
     raise InputError(f"{kind} = {given!r}: must be a {kind} or the name of one: {', '.join(shipped)}")
+
+
+_PROVEN: set[tuple[type[Component], str]] = set()
+
+
+def _proved(component: Component) -> None:
+    key = type(component), repr(component)
+    if key not in _PROVEN:
+        component.prove()
+        _PROVEN.add(key)
+
+
+def same_formula(component: Component, what: str, at: Any, stated: Any, true: Callable[[], Any]) -> None:
+    """Raise `InputError` where a formula, ``stated`` at the places ``at``, is not what another one says, ``true``."""
+    place = f"{component.name}: {what}"
+    try:
+        with np.errstate(all="ignore"):
+            expected = np.broadcast_to(true(), np.shape(at))
+    except (TypeError, AttributeError) as error:
+        raise InputError(
+            f"{place}: a formula cannot be differentiated and compiled ({error}); take arithmetic, powers and the "
+            f"functions of its argument xp ({', '.join(f'xp.{name}' for name in FUNCTIONS)}), not those of NumPy"
+        ) from None
+    differs = ~np.isclose(stated, expected, rtol=1e-6, atol=1e-9) & np.isfinite(expected)
+    if differs.any():
+        k = int(np.argmax(differs))
+        one = float(np.broadcast_to(stated, np.shape(at))[k])
+        raise InputError(f"{place}: it is {one:.6g} at {at[k]:.3g}, and must be {expected[k]:.6g}; correct its formula")
 
 
 def _fields(component: Any) -> tuple[Any, ...]:

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.physics.component import Component, Numbers
+from gelcone.physics.component import Component, Numbers, same_formula
+from gelcone.physics.differentiate import derivative
 from gelcone.quantity import Quantity
 
 
@@ -24,6 +25,9 @@ class StrainEnergyLaw(Component):
     * `response` - 2 dW/dI1 per mu, 1 at zero strain;
     * `response_slope` - the derivative of `response` with respect to I1;
     * `strain_limit` - the I1 - 3 that the film cannot reach. Default infinity.
+
+    The functions of ``xp`` are ``sin``, ``cos``, ``exp``, ``log``, ``log1p`` and ``sqrt``. A law whose response or slope
+    is not that of its energy is refused.
 
     `compliance`, `stiffening` and `film_stiffness` follow from these; override them where a cheaper closed form exists,
     as `Gent` does. `numbers` turns the parameters into what the formulas take (default: the parameters themselves).
@@ -47,6 +51,33 @@ class StrainEnergyLaw(Component):
     @abstractmethod
     def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         """Derivative of the response by I1."""
+
+    def prove(self) -> None:
+        """Compare response and slope with the derivatives of the energy, at the parameters' defaults."""
+        n = self.numbers(self.complete({}))
+        strain = np.linspace(0.0, 0.9, 10) * np.minimum(self.strain_limit(n), 4.0)
+        response, slope = self.response(strain, n), self.response_slope(strain, n)
+        same_formula(
+            self,
+            "response, twice the derivative of the energy by I1, at a strain I1 - 3",
+            strain,
+            response,
+            lambda: 2.0 * derivative(lambda at, xp: self.energy(at, n, xp), strain),
+        )
+        same_formula(
+            self,
+            "response_slope, the derivative of the response by I1, at a strain I1 - 3",
+            strain,
+            slope,
+            lambda: derivative(lambda at, xp: self.response(at, n, xp), strain),
+        )
+        same_formula(
+            self,
+            "response at zero strain, over which the shear modulus is that of small strains",
+            strain[:1],
+            response if np.ndim(response) == 0 else response[:1],
+            lambda: 1.0,
+        )
 
     def compliance(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         """1 over the response, which stays finite at a stretch limit."""
