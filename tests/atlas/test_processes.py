@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,6 +51,15 @@ def test_processes_give_the_same_bits_also_when_one_dies_and_none_is_left(monkey
     xr.testing.assert_identical(result.drop_attrs(deep=False), alone.drop_attrs(deep=False))
     steps = [json.loads(found.attrs["totals"])["integrator_steps"] for found in (result, alone)]
     assert steps[0] == steps[1] > 0
+
+
+@pytest.mark.parametrize(("code", "words"), [(-9, " by signal 9"), (3, " with code 3"), (None, "")])
+def test_how_a_process_ended_is_said(code, words, monkeypatch):
+    ended = SimpleNamespace(pid=7, poll=lambda: code, wait=lambda seconds: code, kill=lambda: None)
+    monkeypatch.setattr(module, "_start", lambda: ended)
+    monkeypatch.setattr(module, "_close", lambda process: None)
+    with pytest.warns(LostWorker, match=f"^process 7 ended{words}; another takes over its task$"):
+        module.Process()._restart()
 
 
 def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeypatch):

@@ -18,7 +18,7 @@ from gelcone.atlas import cluster, record, store, workers
 from gelcone.atlas import sweep as module
 from gelcone.atlas.frequency import frequency
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.record import Tally, show, stored_sweep
+from gelcone.atlas.record import Tally, plan_record, show, stored_sweep
 from gelcone.atlas.store import Status
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
@@ -26,7 +26,7 @@ from gelcone.errors import InputError, LostWorker
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
-from gelcone.register.analyses import sweepable
+from gelcone.register.analyses import find_analysis, sweepable
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 100.0, "budget": 300.0, "patience": 100.0}
@@ -599,3 +599,19 @@ def test_a_store_of_a_device_is_in_its_units(tmp_path):
     again = gelcone.sweep(plan, "settled", store=tmp_path / "s.zarr", resume=True)
     xr.testing.assert_equal(again.drop_vars("status"), found.drop_vars("status"))
     xr.testing.assert_equal(gelcone.show(tmp_path / "s.zarr")["stroke"], found["stroke"])
+
+
+def test_each_thing_that_decides_the_numbers_is_in_the_record_of_a_store():
+    regime, plan = find_analysis("regime"), gelcone.Plan(ConeModel(), {"voltage": [0.4, 0.8]}, options=QUICK)
+
+    def of(coarsest=None, keep=(), **changes):
+        return json.dumps(plan_record(replace(plan, **changes), regime, coarsest, keep))
+
+    others = [
+        of(8), of(None, ("section",)), of(model=ConeModel(damping_ratio=0.2)), of(initial=(0.5, 0.0)),
+        of(over={"voltage": np.array([0.4, 0.9])}), of(draws={"prestretch": np.array([0.9, 1.1])}),
+        of(options={**QUICK, "budget": 99.0}),
+    ]  # fmt: skip
+    assert len({of(), *others}) == 1 + len(others)
+    shown = gelcone.sweep(gelcone.Plan(ConeModel(), {"voltage": [0.4, 0.5]}, (0.5, 0.1)), "limits")
+    assert json.loads(shown.attrs["options"])["initial"] == [0.5, 0.1]

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
+import operator
+import re
 import subprocess
 from itertools import pairwise
 
@@ -11,10 +14,11 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError
+from gelcone.export import c99
 from gelcone.export.compiler import find_compiler
 from gelcone.export.public import c_name
 from gelcone.export.reference import Reference
-from gelcone.export.sources import Exported
+from gelcone.export.sources import Exported, example
 from gelcone.motion.flow import smallest_step
 from tests.export.instance import STRICT, Instance, compiled, device
 from tests.toys import TurningBias, VoltageBehindResistor
@@ -386,6 +390,48 @@ def test_a_test_program_notices_other_numbers(tmp_path):
     command = [*find_compiler(), *STRICT, "-O1", "test.c", "pump.c", "-lm", "-o", "test"]
     subprocess.run(command, cwd=tmp_path / "pump", check=True)
     assert subprocess.run(["./test"], cwd=tmp_path / "pump", capture_output=True, check=False).returncode == 1
+
+
+def test_the_example_commands_the_drive_of_the_device():
+    own = device(film="taut").replace(voltage_offset="0.7 kV", voltage_amplitude="0.4 kV", frequency="9 Hz")
+    text = example(Exported(own, "pump", False, 1e-7))
+    drives = re.findall(r"700\.0 \+ 400\.0 \* (\w+)\(turn \* 9\.0 \* ", text)
+    assert drives
+    assert set(drives) == {"sin"}
+
+
+@pytest.mark.parametrize("name", ["biased-pump", "paper-table1"])
+def test_what_does_not_follow_from_a_parameter_does_not_change_with_it(name):
+    """A free field may change only those numbers that are computed anew from it."""
+    own = gelcone.find_device(name).replace(film="taut")
+    exported = Exported(own, "pump", False, 1e-7)
+    before, nodes = exported.numbers(), exported.parameters.nodes
+    assert (
+        not {"prestretch", "meridional_prestretch", "hoop_prestretch", "disc_radius"}
+        & exported.parameters.values.keys()
+    )
+    for field, value in exported.parameters.values.items():
+        if field == "dielectric_strength" or not value:
+            continue
+        model = own.replace_quietly({field: 1.01 * value}).to_model()
+        after = model.system.numbers_of({name: np.asarray(one, float) for name, one in model.values.items()})
+        for number in set(exported.program.used) & before.keys() - nodes.keys():
+            if number in after:
+                assert float(np.ravel(after[number])[0]) == pytest.approx(before[number], rel=1e-12), (field, number)
+
+
+def test_relations_hold_of_what_is_not_a_number_as_they_do_in_the_program():
+    """Ordered ones are false where one side is NaN, unordered ones true."""
+    python = {name: text.replace("!(", "not (").replace("||", "or") for name, text in c99._COMPARED.items()}
+    right = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge}
+    for a, b in itertools.product([1.0, 2.0, np.nan], repeat=2):
+        nan = bool(np.isnan(a) or np.isnan(b))
+        for name, own in right.items():
+            assert eval(python[f"o{name}"].format("a", "b")) == (own(a, b) and not nan)
+            assert eval(python[f"u{name}"].format("a", "b")) == (own(a, b) or nan)
+        assert eval(python["uno"].format("a", "b")) == nan
+        assert eval(python["oeq"].format("a", "b")) == (a == b)
+        assert eval(python["une"].format("a", "b")) == (a != b)
 
 
 @pytest.mark.parametrize(

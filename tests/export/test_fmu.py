@@ -17,9 +17,10 @@ from fmpy.validation import validate_fmu
 
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError, MissingDependency
+from gelcone.export import fmu
 from gelcone.export.compiler import find_compiler
-from gelcone.export.fmu import PLATFORMS
-from gelcone.export.sources import Exported
+from gelcone.export.fmu import PLATFORMS, UNITS
+from gelcone.export.sources import RATE, Exported
 from tests.export.instance import device
 from tests.export.test_c import WRINKLING
 
@@ -357,3 +358,60 @@ def test_rates_are_those_of_the_states_that_were_set_last(fmus, tmp_path):
         np.testing.assert_allclose(list(rate), right(0.0, state, voltage=0.0), rtol=1e-12)
     fmu.terminate()
     fmu.freeInstance()
+
+
+# --- units and machines by themselves ---------------------------------------------------------------------------------
+
+
+def exponents(name):
+    """Those of a name that is made of other units: ``N s/m``, ``V/m^2``."""
+    over, _, under = name.partition("/")
+    found = np.zeros(4)
+    for part, sign in ((over, 1), (under, -1)):
+        for own in part.split():
+            base, _, power = own.partition("^")
+            found += sign * int(power or 1) * np.array(UNITS[base])
+    return found
+
+
+def test_a_unit_that_is_made_of_others_has_their_exponents():
+    made = [name for name in UNITS if "/" in name or " " in name]
+    assert len(made) > 5
+    for name in made:
+        np.testing.assert_array_equal(UNITS[name], exponents(name), err_msg=name)
+    for name, of in (
+        ("Pa", "N/m^2"),
+        ("J", "N m"),
+        ("W", "J/s"),
+        ("V", "W/A"),
+        ("C", "A s"),
+        ("F", "C/V"),
+        ("ohm", "V/A"),
+    ):
+        np.testing.assert_array_equal(UNITS[name], exponents(of), err_msg=name)
+
+
+def test_the_unit_of_a_rate_is_that_of_its_state_over_a_second():
+    """Also of a charge that follows late and of the voltages of an amplifier."""
+    late = {"material.dielectric_share": 0.3, "material.dielectric_time": "0.1 s"}
+    own = device(film="taut").replace({**late, "filter_frequency": "200 Hz", "series_resistance": "1 MOhm"})
+    variables = {one.name: one for one in Exported(own, "late", False, 1e-7).variables}
+    rates = [one for one in variables.values() if one.kind == "rate"]
+    assert {one.name for one in rates} == {f"{one.name}{RATE}" for one in variables.values() if one.kind == "state"}
+    assert "C" in {one.unit for one in variables.values() if one.kind == "state"}
+    for one in rates:
+        state = variables[one.name.removesuffix(RATE)]
+        assert one.unit in UNITS  # or the description has no such unit
+        np.testing.assert_array_equal(exponents(one.unit), np.array(UNITS[state.unit]) - UNITS["s"], err_msg=one.name)
+    assert {fmu._attributes(one, 0)["variability"] for one in variables.values() if one.kind == "parameter"} == {
+        "tunable"
+    }
+
+
+def test_libraries_have_the_ending_of_their_machine():
+    endings = {"linux": ".so", "windows": ".dll", "macos": ".dylib"}
+    for name, machine in PLATFORMS.items():
+        system = name.partition("-")[0]
+        assert machine.ending == endings[system]
+        assert system in machine.target
+        assert ("aarch64" in machine.target) == ("aarch64" in machine.third) == name.endswith("-arm")

@@ -110,6 +110,17 @@ def test_a_title_stays_text(tmp_path):
         gelcone.export(own, tmp_path / "pump.wasm")
 
 
+@pytest.mark.parametrize(("offset", "begin", "most"), [("-1.2 kV", 1200, 2400), ("0 V", 0, 600)])
+def test_the_slider_of_the_page_reaches_beyond_the_peak_of_the_drive(tmp_path, monkeypatch, offset, begin, most):
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
+    own = device(film="taut").replace(voltage_offset=offset, voltage_amplitude="0.4 kV")
+    gelcone.export(own, tmp_path / "pump.wasm")
+    page = (tmp_path / "pump.html").read_text(encoding="utf-8")
+    (slider,) = (part for part in page.split("<") if part.startswith("input") and "range" in part)
+    assert f'max="{most}"' in slider
+    assert f'value="{begin}"' in slider
+
+
 def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(wasm.importlib.util, "find_spec", lambda _: None)
     monkeypatch.setattr(wasm.shutil, "which", lambda _: None)

@@ -2,14 +2,16 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError
-from gelcone.lab.bench import DeviceTest, Variants
+from gelcone.lab.bench import KINDS, DeviceTest, Variants
 from gelcone.lab.device import (
+    _readings,
     _with_loss,
     fit_device,
     fitted_device,
@@ -336,6 +338,20 @@ def test_amplitude_and_phase_and_planned_points(tmp_path):
     assert np.isfinite(plan_device(pump, tests, {"spring_rate": 0.03})["left"]).all()
     with pytest.raises(InputError, match="a test has no readings; measure them, or ask for the plan"):
         fit_device(pump, tests, {"spring_rate": 0.03})
+
+
+def test_readings_are_drawn_over_what_was_set_in_si():
+    """The first of what varies: heights in metres, volts, hertz; else the numbers of the rows."""
+    whole = problem(TAUT, "taut")
+    found = _readings(SimpleNamespace(problem=whole, predicted=whole.values))
+    for k, test in enumerate(whole.tests):
+        own = found.isel(reading=np.flatnonzero(found["reading_test"].values == k))
+        (words,) = set(own["reading_axis"].values)
+        name, count = words.partition(" (")[0], len(test.read)
+        values = np.arange(own.sizes["reading"] // count) if name == "row" else test.set[name]
+        np.testing.assert_array_equal(own["reading_along"], np.tile(values, count))
+        assert words == "row" or words == f"{name} ({KINDS[test.kind].set[name]})"
+        np.testing.assert_array_equal(own["measured"], test.values)
 
 
 LISTS = {

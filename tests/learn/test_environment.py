@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.integrate import solve_ivp
 import gelcone
 from gelcone.errors import InputError, MissingDependency
 from gelcone.export.sources import _kinds
+from gelcone.learn.episodes import Pool
 from tests.export.instance import device
 from tests.export.test_c import WRINKLING
 
@@ -199,6 +201,30 @@ def test_the_default_heights_are_those_that_the_device_can_hold(taut):
     np.testing.assert_allclose(1e3 * np.array([task.lowest, task.highest]), static.displacement.values)
     linear = gelcone.state_space(taut, voltage=0.0)
     assert 1.0 / task.radian == pytest.approx(np.sqrt(-linear.A[1, 0]))
+
+
+def test_behind_a_leak_the_highest_height_is_that_of_the_voltage_that_is_left(taut):
+    behind = taut.replace_quietly({"series_resistance": "100 MOhm", "material.resistivity": 2e7})
+    model = behind.to_model()
+    gain = abs(complex(model.system.circuit.gain(0.0, model.numbers())))
+    assert gain < 0.9
+    task = gelcone.environment(behind, most="1 kV").episodes.task
+    held = gelcone.stroke_and_blocked_force(behind, [0.0, 1e3 * gain]).displacement.values
+    np.testing.assert_allclose(1e3 * np.array([task.lowest, task.highest]), held)
+
+
+def test_films_are_known_where_all_of_them_are():
+    """Lowest and highest displacement of two films, in metres."""
+    ends = [(-1.0, 2.0, None), (-0.5, 3.0, None)]
+    films = [SimpleNamespace(reach=lambda n, own=own: own) for own in ends]
+    pool = SimpleNamespace(
+        system=SimpleNamespace(films=films),
+        members=SimpleNamespace(numbers_at=lambda k: k),
+        size=2,
+        length=np.array([0.01, 0.02]),
+    )
+    low, high = Pool.reach.func(pool)
+    np.testing.assert_allclose([low, high], [[-0.005, -0.01], [0.02, 0.04]])
 
 
 # --- where it ends ----------------------------------------------------------------------------------------------------
