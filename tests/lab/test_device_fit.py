@@ -14,6 +14,7 @@ from gelcone.lab.device import (
     _readings,
     _with_loss,
     fit_device,
+    fitted_band,
     fitted_device,
     fitted_draws,
     plan_device,
@@ -160,7 +161,8 @@ def test_where_chi2_refuses_deviations_are_wider():
 def test_draws_are_correlated_as_the_fit_leaves_them():
     """Their stroke spreads as the fit predicts; independent draws would spread a natural frequency far more."""
     whole = problem(TAUT, "taut")
-    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=["stroke@2.15 kV"])
+    asked = ["stroke@2.15 kV", "stroke@1.5 kV"]
+    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=asked)
     draws = fitted_draws(result, 400, seed=1)
     device, names = fitted_device(result), list(whole.free)
 
@@ -174,6 +176,12 @@ def test_draws_are_correlated_as_the_fit_leaves_them():
     assert stroke == pytest.approx(expected, rel=0.2)
     rng = np.random.default_rng(0)
     alone = spread(np.stack([rng.permutation(column) for column in table.T], axis=1))
+    volts, height, low, high = np.loadtxt(fitted_band(result).splitlines(), delimiter=",", skiprows=1).T
+    rest = float(Variants(device, names, np.ones((1, len(names))), {}).rest[0, 0] * device.scales.length)
+    own = Variants(device, names, np.ones((1, len(names))), {})
+    np.testing.assert_allclose(height, 1e3 * (rest + own.stroke(volts)[0]), rtol=1e-5)
+    assert volts[-1] == result.attrs["highest_voltage"] > 1500.0
+    assert np.interp(1500.0, volts, high - low) == pytest.approx(3920.0 * float(result["predicted_spread"][1]), rel=0.4)
     assert alone[0] > 2.0 * stroke
     assert alone[1] > 4.0 * frequency
     assert {draws[name].attrs["units"] for name in names} >= {"Pa", "m", "N/m"}

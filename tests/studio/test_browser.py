@@ -1,6 +1,7 @@
 """The page in a real browser; skipped where there is none."""
 
 import asyncio
+import json
 import threading
 import time
 
@@ -354,6 +355,24 @@ def test_a_device_file_is_opened(page, tmp_path):
     page.wait("document.querySelector('[data-name=frequency] input').value === '9 Hz'")
     page.wait("document.querySelector('#subject').selectedOptions[0].textContent === 'my own pump'")
     assert "file=" in page.js("location.hash")
+
+
+DROP = """(() => { const data = new DataTransfer();
+  for (const [name, text] of %s) data.items.add(new File([text], name));
+  dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true })); return location.hash; })()"""
+
+
+def test_measured_curves_are_dropped_on_the_page_and_put_away(page):
+    band = "voltage (V),stroke (mm),stroke low (mm),stroke high (mm)\n0,0,0,0\n1000,1,0.9,1.1\n"
+    bad = "time (ms),stroke\n1,2\n3,4\n"
+    page.js(DROP % json.dumps([["run.csv", "time (ms),stroke (mm)\n0,0\n9,1\n"], ["bad.csv", bad], ["band.csv", band]]))
+    page.wait("studio.looks.measured?.length === 2 && document.querySelector('#statics.shown') && true")
+    notice = page.js("document.querySelector('#notices').textContent")
+    assert 'bad.csv: line 1: column "stroke": has no unit; write stroke (m, cm, mm)' in notice
+    assert page.js("[...studio.looks.measured[1].high]") == [0, 1.1]
+    assert "csv" not in page.js("location.hash")
+    page.click("#unmeasure")
+    page.wait("!studio.looks.measured.length && document.querySelector('#unmeasure').hidden")
 
 
 def test_dark_and_light(page):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FILES = ("material.toml", "fit.nc", "fit.png")
-DEVICE_FILES = ("fit.nc", "fit.png", "device.toml", "draws.nc")
+DEVICE_FILES = ("fit.nc", "fit.png", "device.toml", "draws.nc", "band.csv")
 PLAN_FILES = ("plan.nc", "plan.png")
 REMEDY = "give a TOML file with a table [material]"
 
@@ -157,7 +157,7 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
     """Plans or fits a device; 1 where chi2 refuses the structure."""
     from gelcone.analyses.device_fit import device_fit_json, device_fit_words, device_plan_words
     from gelcone.devices.device import find_device
-    from gelcone.lab.device import fit_device, fitted_device, fitted_draws, plan_device, read_free
+    from gelcone.lab.device import fit_device, fitted_band, fitted_device, fitted_draws, plan_device, read_free
     from gelcone.lab.device_tests import read_device_tests
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
@@ -184,7 +184,7 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
         writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
         if not plan:
             draws = partial(write_netcdf, fitted_draws(result))
-            writers += [partial(_write, fitted_device(result).to_toml()), draws]
+            writers += [partial(_write, fitted_device(result).to_toml()), draws, partial(_write, fitted_band(result))]
     output.deliver(words, device_fit_json(result), places, writers)
     return int(result.attrs.get("refused", 0))
 

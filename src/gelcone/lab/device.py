@@ -44,6 +44,8 @@ BRANCH = ("material.viscous_modulus_1", "material.relaxation_time_1")
 BRANCH_SHARE, ANY = 0.1, 1.0
 """Modulus of a branch that is tried, over the shear modulus, and the prior of what a structure adds: a factor of e."""
 DRAWS = 64
+BAND_DRAWS, BAND_VOLTAGES = 200, 61
+"""Draws and voltages of the band over a ramp."""
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
@@ -214,6 +216,7 @@ def fit_device(
     if profile:
         result = result.assign(_profiles(best, profile))
     predicted = _predicted(best.problem, best.logs, covariance, read_predictions(predict))
+    commanded = [values for test in tests.tests for name, values in test.set.items() if name.startswith("voltage")]
     result = result.merge(predicted).merge(_readings(best)).merge(_others(best, fitted))
     return result.assign_attrs(predicted.attrs).assign_attrs(
         title=f"device fit: {device.name}",
@@ -223,6 +226,7 @@ def fit_device(
         p_value=best.p_value,
         refused=int(refused),
         device=device.name,
+        highest_voltage=max(float(np.abs(v).max()) for v in commanded) if commanded else 0.0,
         fitted=best.device.to_toml(),
         impossible=json.dumps(impossible),
         **_about(best.problem),
@@ -334,6 +338,31 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     }
     attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}
     return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
+
+
+def fitted_band(result: xr.Dataset, count: int = BAND_DRAWS) -> str:
+    """The height of a fitted device over a slow voltage ramp with its 95 % interval, as a CSV table: of draws
+    correlated as the fit leaves them, without those that have no state. The ramp ends at the peak of the drive, or at
+    the highest voltage of the tests."""
+    device, draws = fitted_device(result), fitted_draws(result, count)
+    names = list(map(str, draws.data_vars))
+    factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)
+    variants = Variants(device, names, np.concatenate([np.ones((1, len(names))), factors]), {})
+    peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude or 0.0)
+    volts = np.linspace(0.0, max(peak, float(result.attrs["highest_voltage"])), BAND_VOLTAGES)
+    heights = 1e3 * (variants.rest * variants.scale("length") + variants.stroke(volts))
+    low, high = _quantiles(heights[1:])
+    rows = zip(volts, heights[0], low, high, strict=True)
+    lines = [",".join(f"{value:.6g}" for value in row) for row in rows if np.isfinite(row).all()]
+    return "\n".join(["voltage (V),height (mm),height low (mm),height high (mm)", *lines, ""])
+
+
+def _quantiles(values: Array) -> Array:
+    """The ends of the 95 % interval over the first axis; NaN where not even half have a value."""
+    known = np.where(np.isfinite(values).mean(axis=0) >= 0.5, values, np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a voltage beyond pull-in has none
+        return np.asarray(np.nanquantile(known, [0.025, 0.975], axis=0))
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import { Controls, format, icon, make, say, typeset } from "./controls.js";
 import { Gallery } from "./gallery.js";
 import { GridPanels } from "./grids.js";
 import { Link, newAddress, tokenOf } from "./link.js";
+import { LARGEST, readMeasured, withMeasured } from "./measured.js";
 import { portraitPanel, spectrumPanel, staticsPanel, timePanel } from "./panels.js";
 import { extent } from "./plot.js";
 import { heightAt, sceneOf, settledOf } from "./scene.js";
@@ -21,7 +22,7 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
 const SLOW = 400; // ms after which a look that has no answer is said to be computed, and the picture faded
-const LARGEST_FILE = 30000, MOST_NOTICES = 3;
+const LARGEST_FILE = 30000, MOST_NOTICES = 3, MOST_OPENED = 6;
 const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
 const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
@@ -272,12 +273,33 @@ $("subject").onchange = () => {
 };
 $("browse").onclick = () => hello && gallery.show(hello);
 $("open").onclick = () => $("file").click();
-$("file").onchange = async () => {
-  const [file] = $("file").files;
-  $("file").value = "";
-  if (file.size > LARGEST_FILE) return notice(`${file.name}: has more than ${LARGEST_FILE} characters, and is no device file.`);
-  choose({ file: await file.text() });
-};
+$("file").onchange = () => { const files = [...$("file").files]; $("file").value = ""; opened(files); };
+$("unmeasure").onclick = () => { looks.measured = []; measuredShown(); };
+addEventListener("dragover", (event) => { if ([.../** @type {any} */ (event).dataTransfer.types].includes("Files")) event.preventDefault(); });
+addEventListener("drop", (event) => { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); });
+
+// A device file in the place of the device shown; a measured curve over what is computed.
+async function opened(files) {
+  for (const file of files.slice(0, MOST_OPENED)) {
+    if (!/\.toml$/i.test(file.name)) {
+      try {
+        if (file.size > LARGEST) throw new Error(`${file.name}: has more than ${LARGEST} characters; export fewer rows`);
+        looks.measured = withMeasured(looks.measured, readMeasured(file.name, await file.text()));
+      } catch (error) { notice(error.message); }
+      measuredShown();
+    } else if (file.size > LARGEST_FILE) notice(`${file.name}: has more than ${LARGEST_FILE} characters, and is no device file.`);
+    else choose({ file: await file.text() });
+  }
+}
+
+function measuredShown() {
+  $("unmeasure").hidden = !looks.measured?.length;
+  if (looks.measured?.length) {
+    const place = looks.measured.at(-1).over === "time" ? ["top", "time"] : ["left", "statics"];
+    if (state[place[0]] !== place[1]) { tab(place[0], place[1]); keep(true); sides().forEach((side) => look(side)); }
+  }
+  repaint();
+}
 $("reset-all").onclick = () => change(Object.fromEntries(Object.keys(setting().values).map((name) => [name, null])));
 $("compare").onclick = () => {
   if (state.b) { state.a = setting(); good.a = good[state.side]; state.b = null; forget("b"); state.side = "a"; look("a", true); }

@@ -1,6 +1,7 @@
 // The plots that follow every look: over time, phase portrait, spectrum, statics.
 import { colours } from "./colours.js";
 import { format } from "./controls.js";
+import { drawMeasured, rangesOf, shownOver } from "./measured.js";
 import { Plot, Range, extent } from "./plot.js";
 import { sceneOf } from "./scene.js";
 
@@ -25,11 +26,14 @@ export function timePanel(host, looks, clock) {
       const sides = sidesOf(looks).filter(([look]) => look.t), shown = sides.map(([look, ...rest]) => [sceneOf(look, looks.motion), ...rest]);
       if (!shown.length) return;
       const [look] = sides[0], { axes } = look.about, end = Math.max(...shown.map(([own]) => own.t.at(-1)));
-      const x = [0, end], y = height.fit(extent(...shown.map(([own]) => own.x)));
+      const measured = shownOver(looks, "time", look.x[0]);
+      const x = [0, end], y = height.fit(extent(...shown.map(([own]) => own.x), ...rangesOf(measured)));
       p.axes(x, volts.fit(extent(...shown.map(([own]) => own.v))), { from: 1 - VOLTAGE_SHARE, xLabel: shown[0][0] === look ? axes.time : `${axes.time} of the settled motion`, yLabel: axes.voltage });
       for (const [own, colour, side] of shown) p.line(own.t, own.v, { colour, width: 1, sorted: true, alpha: 0.85, dash: LONG_DASHES[side] });
+      for (const own of measured) if (own.volts) p.points(own.along, own.volts, { colour: colours().ink, size: 1.5 });
       p.axes(x, y, { to: 1 - VOLTAGE_SHARE - 0.06, xTicks: false, yLabel: axes.displacement });
       for (const [own, colour, side] of shown) p.line(own.t, own.x, { colour, sorted: true, alpha: shown.length > 1 ? 0.8 : 1, dash: LONG_DASHES[side] });
+      drawMeasured(p, measured);
       states(p, shown[0][0]);
       for (const [own] of sides) if (sceneOf(own, looks.motion) === own) ended(p, own, own.t);
       const { shown: periods, cut } = look.words;
@@ -161,7 +165,9 @@ export function staticsPanel(host, looks, clock) {
       const { axes } = shown[0][0].about, c = colours();
       const most = Math.max(...shown.map(([look]) => Math.max(...look.statics.swing.map(Math.abs), ...Object.values(look.statics.marks)))) * 1.15;
       const near = shown.flatMap(([look]) => [...look.statics.x].filter((_, i) => look.statics.voltage[i] <= most));
-      p.axes(volts.fit([0, most]), heights.fit(extent(near, ...shown.map(([look]) => look.x ?? []))), { xLabel: axes.constant, yLabel: axes.displacement });
+      const measured = shownOver(looks, "voltage", restOf(shown[0][0].statics));
+      const top = Math.max(most, ...measured.map((own) => extent(own.along)[1]));
+      p.axes(volts.fit([0, top]), heights.fit(extent(near, ...shown.map(([look]) => look.x ?? []), ...rangesOf(measured))), { xLabel: axes.constant, yLabel: axes.displacement });
       for (const [look, colour] of shown) {
         const { voltage, x, stable, marks, swing } = look.statics;
         if (look.extent) {
@@ -183,9 +189,17 @@ export function staticsPanel(host, looks, clock) {
           p.label(name === "pull_in" ? `pull-in of the ${look.about.film_of}` : name, p.X(v) - 4, p.top + 9 + 14 * row++, { align: "right" });
         }
       }
+      drawMeasured(p, measured);
     },
     over(p) {
       dots(p, looks, clock, (state, look) => (look.statics ? [p.X(Math.abs(state.v)), p.Y(state.x)] : null));
     },
   });
+}
+
+// The height at the lowest voltage at which the disc is stable.
+function restOf({ voltage, x, stable }) {
+  let best = -1;
+  for (let i = 0; i < x.length; i++) if (stable[i] && Number.isFinite(x[i]) && (best < 0 || voltage[i] < voltage[best])) best = i;
+  return best < 0 ? NaN : x[best];
 }

@@ -1,0 +1,68 @@
+// Measured curves: what is read of a file, what is refused in one line, and where it is drawn.
+import assert from "node:assert/strict";
+import test from "node:test";
+import { LIGHT, browser, near, texts } from "./page.js";
+
+browser();
+const from = (name) => import(`../../../src/gelcone/studio/static/${name}.js`);
+const { LARGEST, readMeasured, shownOver, withMeasured } = await from("measured"), { staticsPanel, timePanel } = await from("panels");
+const AXES = { time: "time (ms)", displacement: "height (mm)", velocity: "velocity (m/s)", voltage: "voltage (V)", constant: "constant voltage (V)" };
+const ABOUT = { axes: AXES, si: true, film_of: "cone" };
+const LOOK = { about: ABOUT, words: { ended: "", period: 20, shares: [] }, t: Float32Array.of(0, 10, 20), x: Float32Array.of(12, 14, 12), u: Float32Array.of(0, 0, 0), v: Float32Array.of(0, 100, 0), film: Uint8Array.of(0, 0, 0),
+  statics: { voltage: Float32Array.of(0, 500, 1000), x: Float32Array.of(12, 13, 15), stable: Uint8Array.of(1, 1, 1), marks: {}, swing: [0, 500] } };
+
+test("separators, decimal commas, a byte order mark and units in either line are read", () => {
+  const texts = ["time (s),height (mm)\n0.001,5\n0.002,6e0\n", "\ufefftime (s);height (mm)\n0,001;5\n0,002;6\n", "Time [ms]\tdisplacement / m\r\n1\t0.005\r\n2\t0.006\r\n", "# note\n\"time\",\"height\"\n(ms),(um)\n1,5000\n2,6000\n"];
+  for (const text of texts) {
+    const own = readMeasured("a.csv", text);
+    assert.ok(own.over === "time" && near(own.along[0], 1, 1e-12) && near(own.along[1], 2, 1e-12) && near(own.values[1], 6, 1e-12), text);
+  }
+  const both = readMeasured("b.csv", "t (ms),U (kV),stroke (mm),temperature\n0,1,2,x\n1,1.5,3,\n");
+  assert.deepEqual([both.from, [...both.volts], [...both.values]], ["stroke", [1000, 1500], [2, 3]]);
+});
+
+test("what is wrong is refused in one line that names the file", () => {
+  const cases = [
+    ["", "needs a line of names"], ["time (ms)\n1\n2\n", "names one column"], ["time,height (mm)\n1,2\n3,4\n", "has no unit; write time (s, ms, us)"], ["time (V),height (mm)\n1,2\n3,4\n", '"V" is not its unit'],
+    ["a,b\n1,2\n3,4\n", "needs a column time"], ["time (ms),height (mm)\n1,2,3\n3,4\n", "line 2: has 3 values, the first line 2; with decimal commas"], ["time (ms),height (mm)\n1,2\n3,x\n", 'line 3: "x" is not a number'],
+    ["time (ms),height (mm)\n2,2\n1,4\n", "its times go back"], ["time (ms),height (mm),height low (mm)\n1,2,3\n2,4,5\n", "a band needs two columns"], ["time (ms),height (mm),stroke (mm),height (mm)\n1,2,3,4\n2,4,5,6\n", "two columns hold height"],
+    ["time (ms),height (mm)\n1,1e99\n2,3\n", "1e99 is too large"], ["a\0b", "is not a text"], ["x".repeat(LARGEST + 1), "has more than"], [`time (ms),height (mm)\n${"1,2\n".repeat(20010)}`, "more than 20000 rows"], [`${"a,".repeat(40)}\n1\n2\n`, "give at most 32"],
+    ["time (ms),height (mm)\nNaN,1\n1,2\n2,3\n", "line 2"], ["__proto__ (ms),constructor (mm)\n1,2\n2,3\n", "needs a column time"],
+  ];
+  for (const [text, words] of cases) assert.throws(() => readMeasured("a.csv", text), (error) => error.message.startsWith("a.csv: ") && error.message.includes(words) && !error.message.includes("\n") && error.message.length < 300, words);
+});
+
+test("200 damaged files are read or refused in one line", () => {
+  const good = "time (ms);voltage (kV);height (mm);height low (mm);height high (mm)\n0;0;1,5;1;2\n1;0,5;2;1,5;3\n2;1;3;2,5;4\n", odd = "\0;,\"\n\r\t()[]/e-+.#é\ufeff9 <";
+  let seed = 7, refused = 0;
+  const next = (n) => { seed = (seed * 1103515245 + 12345) % 2147483648; return seed % n; };
+  for (let k = 0; k < 200; k++) {
+    let text = good;
+    for (let c = 0; c <= k % 5; c++) { const at = next(text.length); text = text.slice(0, at) + odd[next(odd.length)] + text.slice(at + next(3)); }
+    try {
+      const own = readMeasured("f.csv", text);
+      assert.ok(own.values.every(Number.isFinite) && own.values.length === own.along.length);
+    } catch (error) { refused++; assert.match(error.message, /^f\.csv: [^\n\r]{5,240}$/); }
+  }
+  assert.ok(refused > 60);
+});
+
+const panel = (make, looks) => { const p = make(document.createElement("div"), { active: "a", a: LOOK, ...looks }, { time: () => null, state: () => null }); p.redraw(); return p; };
+
+test("strokes stand on the computed rest, a band between its ends, and nothing without units", () => {
+  const stroke = readMeasured("s.csv", "voltage (kV),stroke (mm),stroke low (mm),stroke high (mm)\n0,0,0,0\n0.5,1,0.5,1.5\n"), heights = readMeasured("h.csv", "time (s),height (mm)\n7,12\n7.01,13.5\n");
+  const p = panel(staticsPanel, { measured: [stroke, heights] }), band = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.fillStyle === LIGHT.ink && c.globalAlpha === 0.22).map((c) => c.args);
+  assert.ok(band.length === 4 && near(band[1][0], p.X(500), 1e-3) && near(band[1][1], p.Y(13.5), 1e-3) && near(band[2][1], p.Y(12.5), 1e-3));
+  assert.ok(texts(p.context).includes("s.csv") && !texts(p.context).includes("h.csv"));
+  const time = panel(timePanel, { measured: [stroke, heights] });
+  const points = time.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
+  assert.ok(near(points[1][0], time.X(10), 1e-3) && near(points[1][1], time.Y(13.5), 1e-3) && texts(time.context).includes("h.csv"));
+  assert.deepEqual(shownOver({ active: "a", a: { about: { si: false } }, measured: [stroke] }, "voltage", 1), []);
+});
+
+test("a file takes the place of one of its name, and the oldest goes", () => {
+  let all;
+  for (let k = 0; k < 8; k++) all = withMeasured(all, { name: `${k}` });
+  assert.deepEqual(all.map((own) => own.name), ["2", "3", "4", "5", "6", "7"]);
+  assert.equal(withMeasured(all, { name: "4" }).at(-1).name, "4");
+});
