@@ -199,9 +199,10 @@ def test_help_explains_a_field(command_line, topic, meaning):
 
 
 def test_an_answer_tells_what_is_not_usual():
+    gel = gelcone.Material(shear_modulus=8e3, relative_permittivity=5, law="yeoh")
     device = gelcone.find_device("biased-pump").replace(
         prestretch=1.2, meridional_prestretch=None, hoop_prestretch=None, prestretch_mode="equibiaxial",
-        waveform="triangle", film="taut", material=gelcone.Material(shear_modulus=8e3, relative_permittivity=5, law="yeoh"),
+        waveform="triangle", film="taut", material=gel,
     )  # fmt: skip
     told = gelcone.settled(device).gelcone.words()
     for words in ("prestretch 1.2", "prestretch_mode equibiaxial", "law yeoh", "waveform triangle"):

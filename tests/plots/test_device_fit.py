@@ -27,7 +27,7 @@ def test_readings_have_their_noise_and_bars_their_names():
             "deviation": ("unknown", [0.25, 0.1]),
         },
         {"unknown": ("unknown", ["material.shear_modulus", "spring_rate"])},
-        attrs={"tests": json.dumps(["blocked force"]), "refused": 0, "title": "device fit: pump", "film": "taut"},
+        attrs={"tests": json.dumps(["blocked force"]), "refused": 0, "title": "device fit: pump", "chosen": "taut"},
     )
     panel, bars, *_ = device_fit_figure(fit).axes
     np.testing.assert_allclose(
@@ -35,7 +35,8 @@ def test_readings_have_their_noise_and_bars_their_names():
     )
     curves = [one.get_ydata().tolist() for one in panel.lines[1:]]
     assert curves == [[1.1, 2.2], [1.5]]  # a curve for each rise of the height
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("height (m)", "N")
+    assert panel.get_xlabel() == "height"
+    assert (panel.xaxis.get_major_formatter()(0.02), panel.yaxis.get_major_formatter()(1.5)) == ("20 mm", "1.5 N")
     names = dict(zip(bars.get_yticks(), (text.get_text() for text in bars.get_yticklabels()), strict=True))
     found = {names[bar.get_y() + bar.get_height() / 2]: bar.get_width() for bar in bars.patches}
     assert found == pytest.approx({"shear_modulus": 0.2, "spring_rate": 0.9})

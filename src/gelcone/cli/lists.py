@@ -61,8 +61,8 @@ def list_materials(*, as_json: bool) -> None:
             + f", relative permittivity {material.relative_permittivity:.3g}"
             + (f", creeps: {creeps} Maxwell branches" if creeps else "")
         )
-    sources = sorted({source for material in materials.values() for source in material.sources.values()})
-    click.echo("\n".join(["sources:", *(f"  {source}" for source in sources)]))
+        for field, source in material.sources.items():
+            click.echo(f"  {field}: {source}")
 
 
 def device_source(name: str) -> str:

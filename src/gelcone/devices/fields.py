@@ -83,7 +83,8 @@ class DeviceFields(Record):
     )
     prestretch: Any = Field(
         "pre-stretch of the mounted film, along the hoop (radial mode) or in both directions (equibiaxial); in place "
-        "of meridional_prestretch and hoop_prestretch", "1", default=None, unset="1 (none)", typical=(0.5, 4.0), near=("pre_stretch", "stretch", "lambda_p"),
+        "of meridional_prestretch and hoop_prestretch", "1", default=None,
+        unset="1 (none)", typical=(0.5, 4.0), near=("pre_stretch", "stretch", "lambda_p"),
         above=0.0, example=1.2,
     )  # fmt: skip
     prestretch_mode: Any = Field(

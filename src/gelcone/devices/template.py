@@ -171,7 +171,7 @@ def field_table(fields: Mapping[str, Field]) -> str:
 
 def field_help(fields: Mapping[str, Field], name: str) -> str | None:
     """The lines of `field_table` on one field of a device, or of its material; None for another name."""
-    own = fields | {f"material.{one}": field for one, field in Material.fields.items()}
+    own = {**fields, **{f"material.{one}": field for one, field in Material.fields.items()}}
     found = name if name in own else f"material.{name}"
     return "\n".join(line[2:] for line in _rows(found, own[found])) if found in own else None
 

@@ -93,7 +93,7 @@ class Component(ABC):
         """The names of `numbers`, in their order."""
         return tuple(self.numbers(self.complete({})))
 
-    def prove(self) -> None:
+    def prove(self) -> None:  # noqa: B027, not every component has formulas to compare
         """Raise `InputError` where the formulas contradict one another or cannot be compiled; asked once of each
         component that is given. Default: nothing is known that could be compared."""
 

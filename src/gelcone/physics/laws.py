@@ -26,8 +26,8 @@ class StrainEnergyLaw(Component):
     * `response_slope` - the derivative of `response` with respect to I1;
     * `strain_limit` - the I1 - 3 that the film cannot reach. Default infinity.
 
-    The functions of ``xp`` are ``sin``, ``cos``, ``exp``, ``log``, ``log1p`` and ``sqrt``. A law whose response or slope
-    is not that of its energy is refused.
+    The functions of ``xp`` are ``sin``, ``cos``, ``exp``, ``log``, ``log1p`` and ``sqrt``. A law whose response or
+    slope is not that of its energy is refused.
 
     `compliance`, `stiffening` and `film_stiffness` follow from these; override them where a cheaper closed form exists,
     as `Gent` does. `numbers` turns the parameters into what the formulas take (default: the parameters themselves).

@@ -13,6 +13,7 @@ from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, styled
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 COLUMNS = 2
@@ -63,8 +64,20 @@ def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
     axes.legend(fontsize=7.0)
     axes.tick_params(labelsize=7.0)
     units = dict.fromkeys(map(str, own["reading_unit"].values))
-    axes.set_ylabel(", ".join(units), fontsize=7.0)
-    axes.set_xlabel(str(own["reading_axis"].values[0]), fontsize=7.0)
+    along, _, unit = str(own["reading_axis"].values[0]).rstrip(")").partition(" (")
+    in_prefixes(axes.xaxis, along, unit)
+    in_prefixes(axes.yaxis, "", ", ".join(units))
+
+
+def in_prefixes(axis: Axis, name: str, unit: str) -> None:
+    """Label an axis of SI numbers; lengths, forces, voltages and capacitances have ticks such as 0.2 mm."""
+    from matplotlib.ticker import EngFormatter
+
+    if unit in ("m", "N", "V", "F"):
+        axis.set_major_formatter(EngFormatter(unit))
+    else:
+        name = f"{name} ({unit})" if name and unit else name or unit
+    axis.set_label_text(name, fontsize=7.0)
 
 
 def draw_row(own: xr.Dataset, name: str, axes: Axes) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 8
 MOST_CURVES = 6
+LABEL_WIDTH = 20
+"""Most letters of a line of a label: a panel is not higher."""
 MOST_NUMBERS = 6
 """Most values of one variable that are written out."""
 
@@ -57,13 +60,17 @@ def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
 
 def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Axes) -> None:
     """One variable over the axis, a curve for each of its first few other entries."""
+    from matplotlib.ticker import MaxNLocator
+
     axis = axis_of(result, along)
     if axis is None:
         return
     rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
     for colour, row in zip(CYCLE, rows.T, strict=False):
         axes.plot(axis.values, row, color=colour, marker=".", ms=3.0)
-    axes.set_ylabel(axis_label(variable, str(variable.name).replace("_", " ")))
+    if axis.dtype.kind in "iu":
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name).replace("_", " ")), LABEL_WIDTH)))
 
 
 def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:

@@ -32,7 +32,7 @@ REACH = 0.2
 SETTLED = 1e-6
 """What is left of the drift, over the motion's size, where the linear map has forgotten where it began."""
 GROWTH = 10.0
-"""A deviation that grows by more than this times what the slowest state forgets in the same time is no drift."""
+"""A deviation that grows by more than this times what the slowest state forgets in the same time is not a drift."""
 MOST_DOUBLINGS = 50
 FEWEST_PERIODS = 4
 """Where fewer repetitions of the map at once are too many, a step gains nothing."""
