@@ -486,3 +486,13 @@ def test_a_creeping_film_that_no_voltage_pulls_in_says_so():
     words = runs.creep_words(shown, Subject(device.to_model(), device))
     assert "no constant voltage pulls the film in, at once or in the long run" in words
     assert "never is held" not in words
+
+
+def test_statics_and_limits_say_when_they_are_those_of_a_film_that_has_not_crept():
+    creeps = gelcone.ConeModel(rest_height=0.4, viscous_modulus_1=0.5)
+    for words, analysis in ((statics.static_words, gelcone.static), (tables.table_words, gelcone.limits)):
+        said = [
+            any("at once" in line for line in text_of(words, analysis(model, at_once=at_once), model))
+            for model, at_once in ((creeps, True), (creeps, False), (BASE, True))
+        ]
+        assert said == [True, False, False]

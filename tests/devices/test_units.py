@@ -180,6 +180,12 @@ OHMS = [unit for unit in WORTH if unit.lower().endswith("ohm")]
 WORTH |= {f"{ohm} {length}": WORTH[ohm] * WORTH[length] for ohm in OHMS for length in ("m", "cm")}
 
 
+def test_long_times_are_given_in_minutes_and_hours():
+    assert [parse("duration", given, "s") for given in ("90 min", "1.5h", "2e1 min")] == [5400.0, 5400.0, 1200.0]
+    with pytest.raises(FieldError, match="min is a unit of time, not of length"):
+        parse("field", "3 min", "m")
+
+
 @pytest.mark.parametrize(("si", "unit"), [(si, unit) for si, unit in ALL_UNITS if unit])
 def test_every_unit_is_worth_what_its_prefixes_say(si, unit):
     assert parse("field", f"3 {unit}", si) == pytest.approx(3.0 * WORTH[re.sub("[\u00b5\u03bc]", "u", unit)], rel=1e-15)

@@ -262,6 +262,13 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     return [*lines, *(f"  {film}" for film in films if film)]
 
 
+def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:
+    """A line for statics of a film that has had no time to creep."""
+    creeps = any(film.states for film in subject.model.system.films)
+    at_once = creeps and json.loads(result.attrs.get("options", "{}")).get("at_once")
+    return ["  at once, before it has crept"] if at_once else []
+
+
 def outcome_lines(result: xr.Dataset) -> list[str]:
     """How many runs did not end well, and what to do about them."""
     codes = result["outcome"].values.ravel()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.answer import heading, outcome_lines
+from gelcone.analyses.answer import heading, outcome_lines, state_lines
 from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
 from gelcone.words import FAILINGS, event_label, measured, members_of, shortened, strength_in_words, unit_of
@@ -28,9 +27,7 @@ def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, An
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
-    lines = heading(subject) + outcome_lines(shown)
-    if json.loads(shown.attrs["options"]).get("at_once") and any(film.states for film in subject.model.system.films):
-        lines.append("  at once, before it has crept")
+    lines = heading(subject) + state_lines(shown, subject) + outcome_lines(shown)
     members = members_of(shown)
     if len(members) == 1:
         return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))

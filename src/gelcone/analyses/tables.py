@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gelcone.analyses.answer import heading, member_lines, outcome_lines
+from gelcone.analyses.answer import heading, member_lines, outcome_lines, state_lines
 from gelcone.codes import Outcome
 from gelcone.words import event_label, measured, validity_in_words
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def table_words(shown: xr.Dataset, subject: Subject) -> str:
     """A line for each number, or for each member of an ensemble."""
-    lines = [*heading(subject), *outcome_lines(shown)]
+    lines = [*heading(subject), *state_lines(shown, subject), *outcome_lines(shown)]
     if shown["outcome"].dims:
         return "\n".join(
             [*lines, *member_lines(shown, lambda member: "; ".join(_rows(member))), *validity_in_words(shown)]

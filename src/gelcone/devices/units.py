@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any
 
@@ -43,18 +43,20 @@ class FieldError(InputError):
 
 @dataclass(frozen=True)
 class Dimension:
-    """A dimension: its name, its units as powers of ten of the SI unit, and an example of a value."""
+    """A dimension: its name, its units as powers of ten of the SI unit, an example of a value, the units that are
+    written, and those units that are not powers of ten, in SI."""
 
     name: str
     powers: Mapping[str, int]
     example: str
     shown: tuple[str, ...]
+    factors: Mapping[str, int] = field(default_factory=dict)
 
     def accepted(self, unit: str, example: str) -> str:
         """What a value may look like, for messages."""
         if unit == "1":
             return f"give a plain number such as {example}"
-        units = ", ".join(u for u in self.powers if u.isascii())
+        units = ", ".join(u for u in (*self.powers, *self.factors) if u.isascii())
         return f"give a number in {unit} or a string such as '{example}' (units {units})"
 
 
@@ -72,7 +74,7 @@ DIMENSIONS: dict[str, Dimension] = {
     "1": _dimension("pure number", "1.2", {"": 0}),
     "m": _dimension("length", "50 mm", {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9}, ("m", "mm", "um", "nm")),
     "kg": _dimension("mass", "20 g", {"kg": 0, "g": -3, "mg": -6}),
-    "s": _dimension("time", "5 ms", {"s": 0, "ms": -3, "us": -6}),
+    "s": replace(_dimension("time", "5 ms", {"s": 0, "ms": -3, "us": -6}), factors={"min": 60, "h": 3600}),
     "Hz": _dimension("frequency", "8 Hz", {"Hz": 0, "kHz": 3, "mHz": -3}),
     "V": _dimension("voltage", "1.2 kV", {"V": 0, "kV": 3, "mV": -3, "MV": 6}),
     "Pa": _dimension("pressure", "20 kPa", {"Pa": 0, "kPa": 3, "MPa": 6}),
@@ -146,10 +148,12 @@ def _parse_text(text: str, unit: str, dimension: Dimension) -> float | str:
     if given in dimension.powers:
         # moving the decimal exponent rounds once: "0.3 mm" is exactly the double nearest to 0.0003
         return float(f"{digits}e{exponent + dimension.powers[given]}")
+    if given in dimension.factors:
+        return float(f"{digits}e{exponent}") * dimension.factors[given]
     if not given:
         return "has no unit"
     for other in DIMENSIONS.values():
-        if given in other.powers:
+        if given in other.powers or given in other.factors:
             return f"{given} is a unit of {other.name}, not of {dimension.name}"
     return f"{given!r} is not a unit of {dimension.name}"
 
