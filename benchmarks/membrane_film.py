@@ -27,7 +27,7 @@ from gelcone.physics.laws import LAWS
 SEED = 20261123
 FINE = 250
 HEIGHTS = 8
-HIGHEST = 2.0
+LOWEST, HIGHEST = 0.03, 2.0
 STEPS = 7
 LEAST = 0.1
 
@@ -45,9 +45,7 @@ def random_film(rng: np.random.Generator) -> tuple[Gel, float, str]:
 
 def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator) -> tuple[float, float]:
     """The largest error as it is stated, and that of forces that are not weak over themselves."""
-    begin, high = n["begin_squared"] ** 0.5, min(HIGHEST, n["reach_squared"] ** 0.5)
-    low = min(begin + 0.03, 0.5 * (begin + high))
-    x = np.sort(rng.uniform(low, high, HEIGHTS))
+    x = np.sort(rng.uniform(LOWEST, min(HIGHEST, n["reach_squared"] ** 0.5), HEIGHTS))
     near = x * x < n["cut_squared"]
     with np.errstate(invalid="ignore"):
         end = np.where(near, force.tension(x * x, 0.0, n), force.pull_in(x * x, n))
@@ -57,7 +55,8 @@ def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator
     own, first = found.measures.force, np.fmax(found.first[found.column], weak)
     at = x[found.column]
     pulls = [force.pull(piece, at * at, found.V, n).k for piece in force.PIECES]
-    wrong = np.abs(np.where(near[found.column], *pulls) * at - own)
+    held = np.where(at * at < n["begin_squared"], 0.0, np.where(near[found.column], *pulls) * at)
+    wrong = np.abs(held - own)
     inside = end[found.column] >= found.V
     strong = inside & (own > LEAST * first)
     return float(np.max(wrong[inside] / (own + LEAST * first)[inside])), float(np.max(wrong[strong] / own[strong]))
