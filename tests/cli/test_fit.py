@@ -182,3 +182,14 @@ def test_what_is_wrong_with_a_device_is_said_in_one_line(typed, message, pump):
     assert (code, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_samples_without_axes_are_said_as_median_and_interval(command_line, tmp_path):
+    (tmp_path / "draws.csv").write_text("film_thickness [mm]\n0.19\n0.20\n0.21\n")
+    code, out, err = command_line("limits", "biased-pump", "--film", "wrinkling", "--samples", "draws.csv")
+    assert code == 0, err
+    pump = gelcone.find_device("biased-pump").replace(film="wrinkling")
+    middle = float(gelcone.limits(pump.replace(film_thickness="0.2 mm"))["pull_in_voltage"])
+    (line,) = (line for line in out.splitlines() if "95 % within" in line)
+    assert f": {middle / 1e3:.4g} kV, 95 % within " in line
+    assert float(line.partition("within ")[2].split()[0]) < float(line.partition(" to ")[2].split()[0])

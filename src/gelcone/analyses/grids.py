@@ -26,6 +26,7 @@ from gelcone.words import (
     rate_unit,
     regime_counts,
     shortened,
+    sized,
     unit_of,
     validity_in_words,
     with_error,
@@ -137,7 +138,25 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
         from gelcone.atlas.tolerances import tolerances
 
         lines += tolerance_lines(tolerances(shown))
+    elif shown["status"].dims == ("draw",):
+        lines += _spread_lines(_known(shown))
     return "\n".join(lines)
+
+
+def _spread_lines(known: xr.Dataset) -> list[str]:
+    """Median and 95 % interval of each number over the draws, and in how many it has no value."""
+    lines = []
+    for name, own in known.data_vars.items():
+        if own.dims != ("cell",) or own.dtype.kind != "f" or str(name).endswith("_error"):
+            continue
+        finite = own.isel(cell=np.isfinite(own.values))
+        if not finite.size:
+            continue
+        low, middle, high = (sized(finite.quantile(share, keep_attrs=True)) for share in (0.025, 0.5, 0.975))
+        lost = own.size - finite.size
+        none = f"; none in {lost} of {own.size} draws" if lost else ""
+        lines.append(f"{own.attrs.get('long_name', name)}: {middle}, 95 % within {low} to {high}{none}")
+    return lines
 
 
 def tolerance_lines(found: xr.Dataset) -> list[str]:
