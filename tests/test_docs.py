@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.cli import COMMANDS, group
@@ -76,6 +77,10 @@ def prepared(tmp_path_factory):
     (folder / "wish.toml").write_text(FIRST_WISH.format(file="wish.toml"))
     (folder / "designs").mkdir()
     gelcone.save(pump, folder / "designs" / "design-1.toml")
+    (folder / "fitted").mkdir()
+    gelcone.save(pump, folder / "fitted" / "device.toml")
+    draws = xr.Dataset({"spring_rate": ("draw", [14.0, 15.0, 16.0], {"units": "N/m"})})
+    gelcone.save(draws, folder / "fitted" / "draws.nc")
     shutil.copytree(ROOT / "docs" / "measured", folder / "docs" / "measured")
     (folder / "results").mkdir()
     gelcone.save(gelcone.simulate(pump, times=[0.0, 1e-3]), folder / "results" / "simulate.nc")
@@ -110,6 +115,7 @@ def dry(monkeypatch, prepared):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there
         monkeypatch.setattr(f"gelcone.{place}.check_folder", lambda *_: None)
+    monkeypatch.setattr("gelcone.cli.lab.check_writable", lambda *_, **__: None)
     monkeypatch.setattr("gelcone.cli.grids.plain", lambda call: begin)
     monkeypatch.setattr("gelcone.files.write_whole", begin)
     monkeypatch.chdir(prepared)
