@@ -21,6 +21,7 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
         {
             "title": "designs: pump", "gelcone_version": gelcone.__version__,
             "frequency": 10.0, "margin": 0.2, "confidence": 0.9, "nominal_probability": 0.4,
+                "nominal_probabilities": '{"apparent_power": 0.4}',
             "free": '["spring_rate"]', "objectives": '["apparent_power"]', "left_out": "[]",
             "devices": json.dumps([device.to_toml() for device in devices]),
         },

@@ -88,7 +88,7 @@ def test_the_page_runs_and_comes_to_rest_where_a_slow_ramp_ends(tmp_path):
     gelcone.export(own, tmp_path / "pump.wasm")
     server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=tmp_path))
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    said = "(document.getElementById('said') || document.head).textContent"
+    said = "(document.getElementById('said')?.textContent ?? '')"
     with closing(server.socket), browser.Browser() as found:
         found.page.go(f"http://127.0.0.1:{server.server_port}/pump.html")
         found.page.wait(f"parseFloat({said}.split(', ')[1]) > 1.0 || {said}.includes('ended')", 20.0)

@@ -104,6 +104,20 @@ def test_a_studio_that_is_stopped_before_it_serves_ends_at_once():
     assert listening.fileno() == -1
 
 
+def test_a_studio_that_has_ended_takes_no_connection_though_a_process_has_its_socket():
+    studio = Studio(Shelf())
+    listening = studio.listen()
+    with closing(listening.dup()):
+
+        async def main():
+            asyncio.get_running_loop().call_later(0.2, studio.stop)
+            await studio.serve(listening)
+
+        asyncio.run(main())
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection(("127.0.0.1", studio.port), timeout=5.0)
+
+
 def test_the_page_takes_the_token_and_binds_the_browser(server):
     status, headers, body = server.get(f"/?token={server.studio.token}")
     assert (status, b"gelcone studio" in body) == (200, True)

@@ -256,6 +256,9 @@ class _Server(uvicorn.Server):
         return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        for listening in sockets or []:
+            with suppress(OSError):  # a process that is being started has it open, too, for a moment
+                listening.shutdown(socket.SHUT_RDWR)
         for server in self.servers:
             server.close()
         for connection in list(self.server_state.connections):
