@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel
+from gelcone.cli import COMMANDS, SECTIONS
 from tests.answers import answer, result
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
@@ -377,6 +379,14 @@ def test_help_and_version(run):
         assert (code, err) == (0, "")
         assert out.startswith("Usage: gelcone")
     assert run("--version")[1] == f"gelcone, version {gelcone.__version__}\n"
+
+
+def test_help_lists_every_command_once_under_what_one_asks(command_line):
+    assert sorted(" ".join(SECTIONS.values()).split()) == sorted(COMMANDS)
+    _, out, _ = command_line("--help")
+    listed = re.findall(r"^  ([a-z-]+) +[A-Z]", out[out.index(f"{next(iter(SECTIONS))}:") :], flags=re.MULTILINE)
+    assert sorted(listed) == sorted(COMMANDS)
+    assert all(f"\n{title}:\n" in out for title in SECTIONS)
 
 
 HEAVY = {"llvmlite", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "netCDF4"}

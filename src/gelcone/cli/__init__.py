@@ -42,6 +42,18 @@ COMMANDS = {
     **{name: summary for name, (summary, _) in OWN_COMMANDS.items()},
 }
 
+SECTIONS = {
+    "Begin": "init devices materials help studio",
+    "How it moves": "simulate step creep transfer settled frequency extrema section spectrum triptych",
+    "Periodic or chaotic": "regime lyapunov basin tongues bifurcation continue locus",
+    "Force, stroke and limits": "static film limits operating-limits envelope drive datasheet",
+    "Many parameters": "map sweep show",
+    "Measured data and design": "fit measured design",
+    "Other tools, and checks": "export paper validate",
+}
+"""The commands in the order in which help lists them, by what one asks."""
+WIDEST_NAME = max(map(len, COMMANDS))
+
 
 class LazyGroup(click.Group):
     """Lists every command without importing what it needs."""
@@ -72,8 +84,9 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        for title, names in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(WIDEST_NAME), COMMANDS[name]) for name in names.split()])
 
 
 @click.group(cls=LazyGroup, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
