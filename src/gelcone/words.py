@@ -134,13 +134,15 @@ def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
     return [(words, [sized(shown[name][k]) for k in range(count)]) for name, words in rows.items()]
 
 
-def sized(variable: xr.DataArray) -> str:
+def sized(variable: xr.DataArray, digits: int = 4) -> str:
     """A single number with the unit in which it reads well."""
     measure = MEASURES.get(str(variable.attrs.get("quantity")))
     value = float(variable)
     if measure is None or measure.unit not in DIMENSIONS or unit_of(variable) != f" {measure.shown}":
-        return measured(variable)
-    return format_si(value / measure.per_unit, measure.unit) if math.isfinite(value) else missing(value, variable)
+        return measured(variable, digits)
+    return (
+        format_si(value / measure.per_unit, measure.unit, digits) if math.isfinite(value) else missing(value, variable)
+    )
 
 
 def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:

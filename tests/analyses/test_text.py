@@ -135,6 +135,18 @@ def test_a_time_response_says_its_ranges_and_where_a_film_pulls_in():
     assert not [line for line in lines if line.strip().startswith("error")]
 
 
+def test_the_settled_motion_of_a_device_in_words():
+    device = gelcone.find_device("biased-pump").replace(film="wrinkling", voltage_amplitude="20 V")
+    subject, found = Subject(device.to_model(), device), gelcone.settled(device)
+    lines = tables.table_words(found, subject).splitlines()
+    assert "the disc is at rest: no" in lines
+    assert found.power.units == "mW"
+    assert f"mean power that the source gives: {1e3 * float(found.power):.5g} uW" in lines
+    assert line_with(lines, "share of the").startswith("film (share of the time): taut")  # of all its states
+    still = gelcone.settled(device.replace(voltage_amplitude=0.0))
+    assert "the disc is at rest: yes" in tables.table_words(still, subject).splitlines()
+
+
 def test_a_table_has_a_line_for_every_number_and_says_what_is_not_reached():
     model = find_preset("spring").model.replace(voltage=0.1)
     found = gelcone.operating_limits(model)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from gelcone.analyses.answer import heading, member_lines, outcome_lines, state_lines
 from gelcone.codes import Outcome
-from gelcone.words import event_label, measured, validity_in_words
+from gelcone.words import event_label, measured, sized, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
+
+DIGITS = 5
+SMALL = 1e-2
+"""A number below this in its usual unit has one in which it reads better."""
+YES = "1 if "
+"""With this a label begins whose number is 1 for yes and 0 for no."""
+FILM_STATES = r"validity_|(second_)?film_state_"
+"""Names of numbers which a line of their own says of a single device, for an ensemble their mean."""
 
 
 def table_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -21,20 +30,24 @@ def table_words(shown: xr.Dataset, subject: Subject) -> str:
         return "\n".join(
             [*lines, *member_lines(shown, lambda member: "; ".join(_rows(member))), *validity_in_words(shown)]
         )
-    return "\n".join([*lines, *_rows(shown), *validity_in_words(shown)])
+    return "\n".join([*lines, *_rows(shown, FILM_STATES), *validity_in_words(shown)])
 
 
-def _rows(member: xr.Dataset) -> list[str]:
-    """A line for each number of one member."""
+def _rows(member: xr.Dataset, apart: str = r"validity_") -> list[str]:
+    """A line for each number of one member but those whose names match ``apart``."""
     if int(member["outcome"]) != Outcome.OK:
         return ["failed"]
     return [
-        f"{variable.attrs['long_name']}: {_value(variable)}"
+        f"{variable.attrs['long_name'].removeprefix(YES)}: {_value(variable)}"
         for name, variable in member.data_vars.items()
-        if not variable.dims and name != "outcome" and not str(name).startswith("validity_")
+        if not variable.dims and name != "outcome" and not re.match(apart, str(name))
     ]
 
 
 def _value(variable: xr.DataArray) -> str:
-    """A number with its unit; the meaning of a code."""
-    return event_label(variable) if "flag_meanings" in variable.attrs else measured(variable, 5)
+    """A number with its unit; the meaning of a code; yes or no."""
+    if "flag_meanings" in variable.attrs:
+        return event_label(variable)
+    if variable.attrs["long_name"].startswith(YES):
+        return "yes" if variable else "no"
+    return sized(variable, DIGITS) if 0.0 < abs(float(variable)) < SMALL else measured(variable, DIGITS)
