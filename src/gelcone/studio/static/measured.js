@@ -3,8 +3,8 @@ import { colours } from "./colours.js";
 
 export const LARGEST = 2_000_000; // characters of a file
 const MOST_ROWS = 20000, MOST_COLUMNS = 32, MOST_FILES = 6, LONGEST = 60;
-/** @type {Record<string, [string, Record<string, number>]>} what a column holds by its name, and factors from its units to those of the axes */
 const MM = { m: 1e3, cm: 10, mm: 1, um: 1e-3, "µm": 1e-3, "μm": 1e-3 };
+/** @type {Record<string, [string, Record<string, number>]>} what a column holds by its name, and factors from its units to those of the axes */
 const COLUMNS = {
   time: ["time", { s: 1e3, ms: 1, us: 1e-3, "µs": 1e-3, "μs": 1e-3 }], t: ["time", { s: 1e3, ms: 1, us: 1e-3, "µs": 1e-3, "μs": 1e-3 }],
   voltage: ["voltage", { V: 1, kV: 1e3 }], u: ["voltage", { V: 1, kV: 1e3 }],
@@ -21,7 +21,7 @@ export function readMeasured(name, text) {
   const no = (reason) => { throw new Error(`${name}: ${reason}`); };
   if (text.length > LARGEST) no(`has more than ${LARGEST} characters; export fewer rows`);
   if (text.includes("\0")) no("is not a text; export CSV");
-  const lines = text.replace(/^\ufeff/, "").split(/\r\n|\n|\r/).map((line, k) => [k + 1, line]).filter(([, line]) => line.trim() && !line.startsWith("#"));
+  const lines = text.replace(/^\ufeff/, "").split(/\r\n|\n|\r/).map((line, k) => /** @type {[number, string]} */ ([k + 1, line])).filter(([, line]) => line.trim() && !line.startsWith("#"));
   if (lines.length < 3) no("needs a line of names with units, such as time (ms),height (mm), and two rows of numbers");
   if (lines.length > MOST_ROWS + 2) no(`has more than ${MOST_ROWS} rows; export fewer`);
   const head = String(lines[0][1]), mark = [";", "\t", ","].find((own) => head.includes(own));
