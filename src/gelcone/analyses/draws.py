@@ -44,7 +44,7 @@ def read_draws(
 
 
 def read_samples(path: Path, uncertain: Sequence[str], subject: Subject) -> dict[str, Array]:
-    """The draws of a file, all that is uncertain with its correlations; `InputError` beside ``--uncertain``."""
+    """The draws of a file with their correlations; `InputError` where ``--uncertain`` is given, too."""
     draws = _of_table(path, subject)
     for text in uncertain:
         name = text.partition("=")[0].strip()
