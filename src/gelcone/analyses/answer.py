@@ -259,7 +259,9 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
             abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
-    return [*lines, *(f"  {film}" for film in films if film)]
+    for film in filter(None, films):
+        lines += textwrap.wrap(film, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
+    return lines
 
 
 def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:

@@ -15,7 +15,7 @@ from gelcone.devices.scales import Scales, carried_mass
 from gelcone.devices.units import FieldError
 from gelcone.physics.bias import Bias, Together
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.taut import GelFilm, TautCone
+from gelcone.physics.film.gel import BranchedFilm, GelFilm
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import find_bias
 from gelcone.physics.statics import balances_of, rest_displacements, switched_off
@@ -80,12 +80,12 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         if (value := device.get(field)) is not None
     }
     own = component_of("film", film)
-    if (count := device.material.branches) and not isinstance(own, TautCone):
+    if (count := device.material.branches) and not isinstance(own, BranchedFilm):
         raise FieldError(
             "material.viscous_modulus_1",
-            f"material.viscous_modulus_1: the film {own.name!r} does not creep; set film = wrinkling or taut",
+            f"material.viscous_modulus_1: the film {own.name!r} does not creep; set film = membrane, wrinkling or taut",
         )
-    if isinstance(own, TautCone) and (count or own.branches):
+    if isinstance(own, BranchedFilm) and (count or own.branches):
         gel_s = {"branches": count, "flow": device.material.flow or "log"} if count else {}
         own = film = dataclasses.replace(own, rested="raised", **gel_s)  # a device has crept where it waits
     if "radius_ratio" in own.parameters:

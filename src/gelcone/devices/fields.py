@@ -11,7 +11,7 @@ import numpy as np
 from gelcone.devices.materials import Material
 from gelcone.devices.record import Field, Record
 from gelcone.devices.scales import Scales
-from gelcone.physics.film.taut import PRESTRETCH_MODES
+from gelcone.physics.film.gel import PRESTRETCH_MODES
 from gelcone.physics.film.wrinkling import PULL_IN
 from gelcone.physics.placed import DRIVES
 from gelcone.physics.records import FILMS

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from gelcone.devices.fields import GEL, SECOND_PRESTRETCHES, DeviceFields
 from gelcone.devices.parts import PARTS, component_of, own_fields
 from gelcone.physics.component import Component
-from gelcone.physics.film.taut import PRESTRETCHES
+from gelcone.physics.film.gel import PRESTRETCHES
 from gelcone.physics.model import PARAMETERS
 
 

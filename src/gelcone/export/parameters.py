@@ -20,7 +20,7 @@ from gelcone.devices.record import Field
 from gelcone.devices.scales import MEASURES, Scales, carried_mass
 from gelcone.errors import InputError
 from gelcone.physics.component import Component
-from gelcone.physics.film.taut import GelFilm
+from gelcone.physics.film.gel import GelFilm
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.trace import Graph, Node, ordered

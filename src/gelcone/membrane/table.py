@@ -14,6 +14,8 @@ from gelcone.membrane.columns import LIMIT_SHARE, LOWEST_GRID, Columns, columns,
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.force import ALONE, CURVE, END, KINK, LENGTH, MAIN, SCALE
 from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.mean_length import NAMES as MEAN_LENGTH
+from gelcone.membrane.mean_length import fitted as fitted_mean_length
 from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
 
 NODES, CHECKS = {"near": 16, "far": 26}, {"near": 9, "far": 11}
@@ -143,6 +145,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
         "reach_squared": reach,
         "flat_voltage": flat,
     }
+    film.numbers |= fitted_mean_length(film.elements, begin, reach)
     ends = {"near": (begin, cut), "far": (max(cut, 0.0), reach)}
     for piece, (low, high) in ends.items():
         if low < high:
@@ -163,7 +166,7 @@ def names() -> tuple[str, ...]:
     """Of all numbers of a table, sorted."""
     own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
-    own += [*force.END_NAMES] + [f"flat_area_{i}" for i in range(FLAT + 1)]
+    own += [*force.END_NAMES, *MEAN_LENGTH] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
         for what in force.shapes(piece):
             own += list(force.names(piece, what).ravel())

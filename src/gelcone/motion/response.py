@@ -336,10 +336,10 @@ def _variables(
         residual = supplied - dissipated - (mechanical + stored - (mechanical + stored)[:, :1])
         power_in = powers["source"]
     else:
-        # of a film whose charge no program knows: the first law, which holds where the film keeps its energy
-        known = np.nan if any(film.states for film in system.films) else 0.0
-        supplied = work["motion"] + stored - stored[:, :1] + lost + known
-        residual = work["motion"] - (dissipated - lost) - (mechanical - mechanical[:, :1]) + known
+        # of a film whose charge no program knows well: the first law; NaN where the film's energy is not known
+        flowed = work.get("film", 0.0)
+        supplied = work["motion"] + stored - stored[:, :1] + flowed + lost
+        residual = work["motion"] - work["damper"] - (mechanical - mechanical[:, :1]) + 0.0 * stored
     if len(losses) > 1 or lost.any():
         series |= {f"{cause}_dissipation": work[cause] for cause in losses}
     if lost.any():

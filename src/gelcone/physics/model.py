@@ -21,7 +21,8 @@ from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import Waveform
 from gelcone.physics.film.branches import branches_of
 from gelcone.physics.film.film import Film
-from gelcone.physics.film.taut import PRESTRETCHES, GelFilm, TautCone, check_prestretch_mode
+from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
@@ -68,7 +69,7 @@ class ConeModel(Ensemble):
         ``radius_ratio`` = a/b (default 0.2).
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
-    branches : number of Maxwell branches, 0 to 3, of a cone that creeps: ``viscous_modulus_k``, over the long-term
+    branches : number of Maxwell branches, 0 to 3, of a film that creeps: ``viscous_modulus_k``, over the long-term
         shear modulus, ``relaxation_time_k`` and ``viscous_limit_k`` belong to each. Default: as many as have a number.
     flow : the branches' rule, ``"log"`` (default) or ``"linear"``; ``flow_exponent``, odd, and ``flow_stress`` make
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
@@ -243,7 +244,7 @@ def _film(
         chosen["branches"] = count
     for name, value in chosen.items():
         if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
-            takes = "wrinkling" if name == "pull_in" else "wrinkling or taut"
+            takes = "wrinkling" if name == "pull_in" else "membrane, wrinkling or taut"
             raise InputError(
                 f"{name}: the film {found.name!r} does not take it; take the film {takes}, or leave it out"
             )
@@ -273,7 +274,7 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
     film = given if isinstance(given, Film) else _film(given, None, None)
     if isinstance(film, GelFilm) and isinstance(first, GelFilm):
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
-    if isinstance(film, TautCone) and isinstance(first, TautCone) and first.branches:
+    if isinstance(film, BranchedFilm) and isinstance(first, BranchedFilm) and first.branches:
         film = with_fields(
             film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent", "rested")}
         )

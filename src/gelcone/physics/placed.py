@@ -19,7 +19,7 @@ import numpy as np
 from gelcone.errors import unknown_name
 from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
-from gelcone.physics.film.taut import PRESTRETCHES
+from gelcone.physics.film.gel import PRESTRETCHES
 from gelcone.quantity import Array, Quantity
 
 PREFIX = "second_"

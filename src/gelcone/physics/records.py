@@ -9,8 +9,9 @@ from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import find_component, to_record
 from gelcone.physics.film.film import Film
+from gelcone.physics.film.gel import GelFilm
 from gelcone.physics.film.membrane import MembraneFilm
-from gelcone.physics.film.taut import GelFilm, TautCone
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.system import ConeSystem

@@ -426,14 +426,17 @@ class ConeSystem:
         the disc's damping takes; where the charge of all films is known in a program, the ``"source"``; and where there
         are such losses those of ``"film"`` and, with the source, of ``"resistor"`` and ``"leak"``.
 
-        The source is left out where all that it gives moves the disc or is stored and a charge is not proportional to
-        the voltage: the current of a crumpled film grows beyond all bounds as it pulls in, and the first law does not.
+        The source is left out where the circuit loses nothing and a charge is known by a fit alone, or not proportional
+        to the voltage while all that the source gives moves the disc or is stored: the current of a crumpled film grows
+        beyond all bounds as it pulls in, and the first law does not.
         """
         lossy = any(film.film.dissipates for film in self.films)
         losses = self.circuit.losses
         simple = all(film.film.linear_charge for film in self.films)
         own = ["film"] if lossy else []
-        if not all(film.film.traced_charge for film in self.films) or not (simple or lossy or losses):
+        fitted = any(film.film.fitted_charge for film in self.films)
+        exact = not fitted and (simple or lossy)
+        if not all(film.film.traced_charge for film in self.films) or not (exact or losses):
             return ("motion", "damper", *own)
         return ("motion", "damper", "source", *own, *losses)
 

@@ -17,7 +17,7 @@ from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import Component
-from gelcone.physics.film.taut import PRESTRETCH_MODES, TautCone
+from gelcone.physics.film.gel import PRESTRETCH_MODES, BranchedFilm
 from gelcone.physics.laws import LAWS
 from gelcone.physics.records import FILMS, bias_record
 from gelcone.physics.waveforms import WAVEFORMS
@@ -144,7 +144,7 @@ def _of_device(device: Device) -> list[Control]:
             # a length of 0 has the device's own size for a range
             usual = shown[name] if shown[name] or about.unit != "m" else device.film_radius
             found.append(_of_field(name, about, value, usual, shown[name]))
-    creeps = isinstance(component_of("film", device.film), TautCone)
+    creeps = isinstance(component_of("film", device.film), BranchedFilm)
     gels = [name for name, gel in load_materials().items() if creeps or not gel.branches]
     found.append(_choice("material", device.material.name, GEL, gels))
     return _in_groups(found)

@@ -17,6 +17,7 @@ import numpy as np
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film, FilmState
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import rest_displacements
@@ -94,14 +95,14 @@ class FilmAtOnce(Film):
         return self.film.unreachable(n)
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        if not isinstance(self.film, WrinklingCone):
+        if not isinstance(self.film, WrinklingCone | MembraneFilm):
             return super().highest_squared(x, n)
         return self.film.creeping.highest_squared(x, self.held(n), n)
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
         """That of a taut or another film whose force is linear in V, or of one that wrinkles, which no voltage makes
         push: a negative ``pull`` takes a V that rises too steeply to be reached."""
-        if not isinstance(self.film, WrinklingCone):
+        if not isinstance(self.film, WrinklingCone | MembraneFilm):
             return super().balancing(x, pull, n)
         found = self.film.creeping.balancing(x, np.maximum(pull, 0.0), self.held(n), n)
         return found - STEEP * np.minimum(pull, 0.0)

@@ -155,6 +155,15 @@ class Branches:
         """The sum of the moduli."""
         return sum(n[f"viscous_modulus_{k}"] for k in range(1, self.count + 1))
 
+    def free_length(self, y: list[Any], xp: Any = np) -> Any:
+        """The longest m at which a branch of a film with n = 1 carries nothing along it."""
+        found: Any = 0.0
+        for k in range(self.count):
+            own = self._own(k, y)
+            free = 1.0 / (own[0] * xp.sqrt(own[1])) if self.flow == "log" else xp.sqrt(own[2] / own[0])
+            found = xp.maximum(found, free)
+        return found
+
     # --- one branch --------------------------------------------------------------------------------------------------
 
     def _own(self, k: int, y: list[Any]) -> list[Any]:

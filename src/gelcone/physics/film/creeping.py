@@ -243,11 +243,6 @@ class Creeping:
         found = _free_end_of(self.film, names, rows.tobytes(), rows.shape[1])
         return found[0].reshape(arrays[0].shape), found[1].reshape(arrays[0].shape)
 
-    def at_lengths(self, of: Any, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        """A formula ``of(m, n, y, numbers)`` of the branches at the lengths of the film."""
-        m, width, _, _ = self.lengths(1.0 + x * x, squared, y, n, xp)
-        return of(m, width, y, n)
-
     # --- borders -----------------------------------------------------------------------------------------------------
 
     @property

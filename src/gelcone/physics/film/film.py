@@ -97,6 +97,8 @@ class Film(Component):
     traced_charge: ClassVar[bool] = False
     """Whether `capacitance` runs in a program too. A circuit that uses the charge needs that, and so does an energy
     balance that does not rest on the film's own energy; the current then follows from it."""
+    fitted_charge: ClassVar[bool] = False
+    """Whether a program knows the charge by a fit alone: behind an ideal source the balance rests on the energy."""
     kinds: tuple[str, ...] = ()
     """The states between which it changes, by name: those whose shares of time results carry."""
 

@@ -27,17 +27,18 @@ from gelcone.codes import FilmPullIn, Outcome
 from gelcone.membrane import force as formulas
 from gelcone.membrane.gel import MOST_STRETCHED, Gel
 from gelcone.membrane.made import numbers_of, refusal
+from gelcone.membrane.mean_length import mean_length
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.membrane.table import names as table_names
 from gelcone.physics.bracket import RESOLVED, rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
+from gelcone.physics.film.creeping_membrane import CreepingMembrane
 from gelcone.physics.film.film import Border, FilmState, TracedState
-from gelcone.physics.film.taut import RADIUS_RATIO, GelFilm, check_prestretch_mode
+from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm
 from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
 from gelcone.physics.implicit import known, root, traced
-from gelcone.physics.laws import LAWS, StrainEnergyLaw
-from gelcone.quantity import Array, Quantity
+from gelcone.quantity import Array
 
 KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
 """The states of the film: all hoops in tension, some, none; and without tension."""
@@ -50,29 +51,22 @@ POINTS = 16
 
 
 @dataclass(frozen=True)
-class MembraneFilm(GelFilm):
+class MembraneFilm(BranchedFilm):
     """The membrane that wrinkles.
 
     Parameters
     ----------
     law : a strain-energy law. Default Gent.
     prestretch_mode : ``"radial"`` or ``"equibiaxial"``, as for the taut cone.
+    branches, flow, flow_exponent, rested : its Maxwell branches, as for the taut cone; in a reduced form, see
+        `gelcone.physics.film.creeping_membrane`.
     """
-
-    law: StrainEnergyLaw = LAWS["gent"]
-    prestretch_mode: str = "radial"
 
     name = "membrane"
     ending = Outcome.STRETCH_LIMIT
     kinds = KINDS
     traced_charge = True
-
-    def __post_init__(self) -> None:
-        check_prestretch_mode(self.prestretch_mode)
-
-    @property
-    def parameters(self) -> Mapping[str, Quantity]:
-        return dict(super().parameters) | RADIUS_RATIO
+    fitted_charge = True
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         own = dict(given)
@@ -88,7 +82,12 @@ class MembraneFilm(GelFilm):
         charges = membrane_charge.numbers_of(self._area_of, own, table, self.law)
         even = np.where(own["A"] >= own["B"], 1.0, 0.0)
         more = {"radius_ratio": parameters["radius_ratio"], "even_slack": even}
-        return own | table | charges | dict.fromkeys(SWITCHES, 1.0) | more
+        return own | table | charges | dict.fromkeys(self.switch_names, 1.0) | more | self.viscous.numbers(parameters)
+
+    @property
+    def switch_names(self) -> tuple[str, ...]:
+        """The switches of its borders."""
+        return (*SWITCHES, "in_tension") if self.branches else SWITCHES
 
     @property
     def number_names(self) -> tuple[str, ...]:
@@ -97,30 +96,67 @@ class MembraneFilm(GelFilm):
             *self._ring.number_names,
             *table_names(),
             *membrane_charge.names(),
-            *SWITCHES,
+            *self.switch_names,
             "radius_ratio",
             "even_slack",
+            *self.viscous.numbers({name: q.default for name, q in self.viscous.parameters.items()}),
         )
         return tuple(dict.fromkeys(names))
 
     def _area_of(self, n: Numbers) -> membrane_charge.Area:
         """The capacitance of one film over s and V."""
-        return lambda s, V: np.asarray(self._integrals(np.sqrt(s), V, n)[1])
+        return lambda s, V: np.asarray(self._integrals(s, V, n)[1])
+
+    # --- branches ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def creeping(self) -> CreepingMembrane:
+        """The formulas of a film with branches, away from statics."""
+        return CreepingMembrane(self)
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        if not self.branches or self.rested == "flat":
+            return super().starts(x, n)
+        s = np.maximum(np.square(x), n["mean_begin"])  # below, the film without voltage is loose
+        return self.viscous.relaxed(mean_length(s, n)[0], 1.0)
+
+    def branch_lengths(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        return self.creeping.lengths(x, squared, y, n, xp)
+
+    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        if not (self.branches and y):
+            return super().overstretched(x, y, n)
+        return self.viscous.limit_share(mean_length(np.square(x), n)[0], 1.0, y, n) >= 1.0
+
+    def _place(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """The squared height at which the film hangs: that of the disc, unless branches hold it loose."""
+        s = x * x
+        return self.creeping.place(s, squared, y, n, xp)[0] if self.branches and y else s
 
     # --- force -------------------------------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x k and its slope; 0 where the film is slack, NaN where it has pulled in."""
-        s = x * x
+        if self.branches and y:
+            force, slope = self.creeping.force(x, squared, y, n, xp)
+        else:
+            s = x * x
+            own, pulls = self.relaxed_pull(s, squared, n, xp)
+            force, slope = x * (pulls * own.k), pulls * (own.k + 2.0 * s * own.by_s)
+        if traced(xp):
+            return force, slope
+        gone = self._gone(self._place(x, squared, y, n), squared, n)
+        return np.where(gone, np.nan, force)[()], np.where(gone, np.nan, slope)[()]
+
+    def relaxed_pull(self, s: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[formulas.Pull, Any]:
+        """The force of the film whose branches have relaxed, and 1 where it is in tension, else 0."""
         if traced(xp):
             pulls = 0.5 + 0.5 * n["pulls"]
-            if known(pulls) == 0.0:
-                return 0.0 * x, 0.0 * x
-            own = self._pull(s, squared, n)
-            return x * (pulls * own.k), pulls * (own.k + 2.0 * s * own.by_s)
-        own, slack, gone = self._at(s, squared, n)
-        k, by_s = (np.where(gone, np.nan, np.where(slack, 0.0, value)) for value in (own.k, own.by_s))
-        return (x * k)[()], (k + 2.0 * s * by_s)[()]
+            none = 0.0 * s
+            slack = formulas.Pull(none, none, none, none, none, none, none, none)
+            return (slack if known(pulls) == 0.0 else self._pull(s, squared, n)), pulls
+        own, slack, _ = self._at(s, squared, n)
+        return own._replace(k=np.where(slack, 0.0, own.k), by_s=np.where(slack, 0.0, own.by_s)), 1.0
 
     def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
         """In a program, by its switches."""
@@ -160,6 +196,7 @@ class MembraneFilm(GelFilm):
         """``pulls`` tells a film in tension from a slack one, ``near`` heights below the cut from those above,
         ``rim_taut`` whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the film."""
         return (
+            *((self.creeping.border,) if self.branches else ()),
             Border(self._slack_border, "pulls", divides=True),
             Border(self._cut_border, "near", divides=True),
             Border(self._rim_border, "rim_taut", divides=True),
@@ -171,22 +208,23 @@ class MembraneFilm(GelFilm):
         near = 0.5 + 0.5 * n["near"]
         if known(near) == 0.0:
             return 1.0 + 0.0 * x
-        return near * (n["pulls"] * formulas.tension(x * x, squared, n)) + (1.0 - near)
+        s = self._place(x, squared, y, n, xp)
+        return near * (n["pulls"] * formulas.tension(s, squared, n)) + (1.0 - near)
 
     def _cut_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return n["near"] * (n["cut_squared"] - x * x)
+        return n["near"] * (n["cut_squared"] - self._place(x, squared, y, n, xp))
 
     def _rim_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return self._hoop_border("rim", "rim_taut", x, squared, n)
+        return self._hoop_border("rim", "rim_taut", self._place(x, squared, y, n, xp), squared, n)
 
     def _whole_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return self._hoop_border("whole", "any_taut", x, squared, n)
+        return self._hoop_border("whole", "any_taut", self._place(x, squared, y, n, xp), squared, n)
 
-    def _hoop_border(self, which: str, switch: str, x: Any, squared: Any, n: Numbers) -> Any:
+    def _hoop_border(self, which: str, switch: str, s: Any, squared: Any, n: Numbers) -> Any:
         pulls = 0.5 + 0.5 * n["pulls"]
         if known(pulls) == 0.0:
-            return 1.0 + 0.0 * x
-        return (1.0 - pulls) - pulls * (n[switch] * getattr(self._pull(x * x, squared, n), which))
+            return 1.0 + 0.0 * s
+        return (1.0 - pulls) - pulls * (n[switch] * getattr(self._pull(s, squared, n), which))
 
     def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         near, pulls = 0.5 + 0.5 * n["near"], 0.5 + 0.5 * n["pulls"]
@@ -194,29 +232,32 @@ class MembraneFilm(GelFilm):
         if known(near) == 1.0:
             return pulls + (1.0 - pulls) * slack
         # a slack film does not come above the cut, below which there is no curve of localisation
-        s = (1.0 - near) * (x * x) + near * n["reach_squared"]
+        s = (1.0 - near) * self._place(x, squared, y, n, xp) + near * n["reach_squared"]
         above = pulls * (formulas.pull_in(s, n, xp) - squared) - (1.0 - pulls)
         return near * (pulls + (1.0 - pulls) * slack) + (1.0 - near) * above
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
-        own, slack, _ = self._at(np.square(x), squared, n, formulas.spot)
+        s = self._place(x, squared, y, n)
+        own, slack, _ = self._at(s, squared, n, formulas.spot)
 
         def sign(positive: Any) -> Any:
             return np.where(positive, 1.0, -1.0)
 
-        return {
+        found = {
             "pulls": sign(~slack),
-            "near": sign(np.square(x) < n["cut_squared"]),
+            "near": sign(s < n["cut_squared"]),
             "rim_taut": sign(own.rim <= 0.0),
             "any_taut": sign(own.whole <= 0.0),
         }
+        return found | ({"in_tension": sign(s <= np.square(x))} if self.branches else {})
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
         place = np.arange(dwell.shape[1])
-        pulls, rim, some = (
-            (place >> list(switches).index(name)) & 1 == 0 for name in ("pulls", "rim_taut", "any_taut")
+        pulls, rim, some, tense = (
+            (place >> list(switches).index(name)) & 1 == 0
+            for name in ("pulls", "rim_taut", "any_taut", "in_tension" if self.branches else "pulls")
         )
-        places = [pulls & rim & some, pulls & ~rim & some, pulls & ~some, ~pulls]
+        places = [pulls & rim & some & tense, pulls & ~rim & some & tense, tense & ~(pulls & some), ~tense]
         return np.stack([dwell[:, which].sum(axis=1) for which in places], axis=1)
 
     def pull_in_kind(self, switches: Numbers) -> Any:
@@ -248,7 +289,11 @@ class MembraneFilm(GelFilm):
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         """That of the innermost ring, and of the height."""
         own = self.state(x, voltage, y, n) if state is None else state
-        return np.fmax(super().limit_share(x, voltage, y, n), own.limit_share)
+        found = np.fmax(super().limit_share(x, voltage, y, n), own.limit_share)
+        if not (self.branches and y):
+            return found
+        lengths = self.branch_lengths(np.asarray(x), np.square(voltage), y, n)
+        return np.fmax(found, self.viscous.limit_share(*lengths, y, n))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
         """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
@@ -298,19 +343,22 @@ class MembraneFilm(GelFilm):
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Energy of film and field less the charge times the voltage, plus V/2: so it is 0 where no ring moves."""
-        return self._integrals(x, squared, n)[0] + 0.5 * squared
+        own = self._integrals(self._place(np.asarray(x), squared, y, n), squared, n)[0] + 0.5 * squared
+        if not (self.branches and y):
+            return own
+        return own + self.viscous.energy(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Mean square of the deformed over the mounted area; in a program by `membrane_charge`."""
         if not traced(xp):
-            return self._integrals(x, squared, n)[1]
+            return self._integrals(self._place(np.asarray(x), squared, y, n), squared, n)[1]
         pulls, near = 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
         if known(pulls) == 0.0:
             return self._slack_area(squared, pulls, n, xp)
-        behind = 0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]
+        behind, s = (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]), self._place(x, squared, y, n, xp)
         shares = {"near": near, "far": 1.0 - near}
         parts = {piece: share for piece, share in shares.items() if known(share) != 0.0}
-        own = [share * membrane_charge.capacitance(piece, x * x, squared, n, behind) for piece, share in parts.items()]
+        own = [share * membrane_charge.capacitance(piece, s, squared, n, behind) for piece, share in parts.items()]
         found = sum(own[1:], own[0])
         return found if known(pulls) == 1.0 else pulls * found + (1.0 - pulls) * self._slack_area(squared, pulls, n, xp)
 
@@ -335,9 +383,9 @@ class MembraneFilm(GelFilm):
         name = f"length of a slack film at {[xp.node(value).index for value in (squared, share, n['G'])]}"
         return root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
 
-    def _integrals(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+    def _integrals(self, s: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Energy and area."""
-        s, V = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
+        s, V = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             energy, area = self._without_tension(V, n)
             for piece, low, high in self._parts(s, V, n):
@@ -421,7 +469,8 @@ class MembraneFilm(GelFilm):
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Beside the disc, where the meridian is stretched most, but for the field, which is the largest anywhere; NaN
         where the film has pulled in."""
-        s, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.square(voltage))
+        s = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n)
+        s, squared = np.broadcast_arrays(s, np.square(voltage))
         own, slack, gone = self._at(s, squared, n, formulas.spot)
         with np.errstate(all="ignore"):
             disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=own.u, q=own.q, n=n))
@@ -431,12 +480,19 @@ class MembraneFilm(GelFilm):
             state = self._ring.state_of_lengths(m, width, np.broadcast_to(voltage, s.shape), n)
             field = np.where(slack, state.true_field, np.abs(voltage) * np.sqrt(np.maximum(largest, 1.0)))
             some = np.where(own.rim <= 0.0, 0, np.where(own.whole <= 0.0, 1, 2))
+            kind = np.where(slack, 3, some)
+        if self.branches and y:
+            along, across = self.viscous.stresses(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
+            stresses = state.meridional_stress + along, state.hoop_stress + across
+            meridional, hoop = (np.where(np.isnan(stress), np.nan, np.maximum(stress, 0.0)) for stress in stresses)
+            state = state._replace(meridional_stress=meridional, hoop_stress=hoop)
+            kind = np.where(s > np.square(x), 3, np.where(slack, 2, some))
         found = FilmState(*(np.where(gone, np.nan, values)[()] for values in state._replace(true_field=field)))
-        return found._replace(kind=np.where(gone, -1, np.where(slack, 3, some)))
+        return found._replace(kind=np.where(gone, -1, kind))
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
         """Next to the disc, where its hoop takes the natural width if it is slack; the field is the largest one."""
-        s, pulls, near = x * x, 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
+        s, pulls, near = self._place(x, squared, y, n, xp), 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
         share, disc, largest = s / n["reach_squared"], 1.0, 1.0
         if known(pulls) != 0.0:
             for piece, part in {"near": near, "far": 1.0 - near}.items():
@@ -449,7 +505,12 @@ class MembraneFilm(GelFilm):
             t = self._slack_stretch(squared, 1.0 - pulls, n, xp)
             disc, width = (pulls * own + (1.0 - pulls) * (t / n[name]) for own, name in ((disc, "A"), (width, "B")))
             largest = pulls * largest + (1.0 - pulls) * (disc * width)
-        ring = self.traced_ring(disc, width, squared, n, xp)
+        more: tuple[Any, Any] = (0.0, 0.0)
+        if self.branches and y:
+            lengths = mean_length(s, n)[0], 1.0
+            more = self.viscous.stresses(*lengths, y, n)
+            share = xp.maximum(share, self.viscous.limit_share(*lengths, y, n, xp))
+        ring = self.traced_ring(disc, width, squared, n, xp, more)
         stresses = {name: xp.maximum(getattr(ring, name), 0.0) for name in ("meridional_stress", "hoop_stress")}
         field = squared * xp.maximum(largest, 1.0) if known(pulls) != 0.0 else ring.field_squared
         return ring._replace(**stresses, field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
@@ -469,7 +530,9 @@ class MembraneFilm(GelFilm):
         return xp.maximum(root(xp, name, residual, (m, squared), first), 1.0)
 
     def describe(self) -> str:
-        return "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
+        own = "membrane film: wrinkles where it would be compressed, and localises first at its innermost ring"
+        reduced = " on one mean length of the film; it pulls in where the relaxed film does, early for a short time"
+        return own + self.viscous.words + (reduced if self.branches else "")
 
 
 def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:

@@ -42,12 +42,11 @@ from gelcone.membrane.gel import MOST_STRETCHED
 from gelcone.membrane.table import NEVER
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
-from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.creeping import UNREACHED, Creeping
 from gelcone.physics.film.film import Border, Film, FilmState, TracedState
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
-from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
 STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
@@ -104,16 +103,11 @@ class WrinklingCone(TautCone):
         that tangent maps and exponents across it lack the jump.
     """
 
-    law: StrainEnergyLaw = LAWS["gent"]
-    prestretch_mode: str = "radial"
-    branches: int = 0
-    flow: str = "log"
-    flow_exponent: int = 1
-    rested: str = "flat"
     pull_in: str = "first"
 
     name = "wrinkling"
     linear_charge = False
+    held_width = False
 
     @property
     def traced_charge(self) -> bool:  # type: ignore[override]
@@ -126,11 +120,6 @@ class WrinklingCone(TautCone):
             raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
         if self.branches and self.goes_on:
             raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
-
-    @cached_property
-    def viscous(self) -> Branches:
-        """The Maxwell branches."""
-        return Branches(self.branches, self.flow, self.flow_exponent, taut=False)
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         if not self.branches or self.rested == "flat":
@@ -516,20 +505,8 @@ class WrinklingCone(TautCone):
             return self.lengths(x, squared, n)
         return self.creeping.solved(1.0 + np.square(x), squared, y, n)
 
-    def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        if not self.branches:
-            return []
-        found: list[Any] = self.creeping.at_lengths(self.viscous.rates, x, squared, y, n, xp)
-        return found
-
-    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        if not self.branches:
-            return 0.0
-        return self.creeping.at_lengths(self.viscous.dissipation, x, squared, y, n, xp)
-
-    @property
-    def dissipates(self) -> bool:
-        return self.branches > 0 or type(self).dissipation is not WrinklingCone.dissipation
+    def branch_lengths(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        return self.creeping.lengths(1.0 + x * x, squared, y, n, xp)[:2]
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
         if not (self.branches and y):

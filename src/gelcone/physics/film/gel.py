@@ -1,0 +1,172 @@
+"""Films of a gel: their strain-energy law, pre-stretches and Maxwell branches.
+
+With the meridional and hoop pre-stretches lm and lh the numbers of a film are A = lm^2, B = lh^2 and G = 1/(A B).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.physics.component import Numbers, State
+from gelcone.physics.film.branches import RESTED, Branches
+from gelcone.physics.film.film import Film, FilmState, TracedState
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
+from gelcone.quantity import Quantity
+
+PRESTRETCH_MODES = ("radial", "equibiaxial")
+PRESTRETCHES = {
+    "prestretch": Quantity("lp", "pre-stretch of the film, see prestretch_mode", 1.0, positive=True),
+    "meridional_prestretch": Quantity("lm", "meridional pre-stretch, given directly", 1.0, positive=True),
+    "hoop_prestretch": Quantity("lh", "hoop pre-stretch, given directly", 1.0, positive=True),
+}
+
+
+RADIUS_RATIO = {"radius_ratio": Quantity("a/b", "radius of the disc over that of the ring", 0.2, positive=True)}
+
+
+class GelFilm(Film):
+    """A film with a strain-energy law and pre-stretches; its numbers are A, B, G and those of the law."""
+
+    law: StrainEnergyLaw
+    prestretch_mode: str
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return PRESTRETCHES | dict(self.law.parameters)
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Either ``prestretch`` or the two direct ones, of which one left out is 1; and the law's own."""
+        given = {name: value for name, value in given.items() if value is not None or name not in PRESTRETCHES}
+        direct = given.keys() & {"meridional_prestretch", "hoop_prestretch"}
+        if direct and "prestretch" in given:
+            raise InputError(
+                "prestretch and meridional_prestretch/hoop_prestretch are both given; give one or the other"
+            )
+        names = ("meridional_prestretch", "hoop_prestretch") if direct else ("prestretch",)
+        stretches = {name: PRESTRETCHES[name].check(name, given.get(name, 1.0)) for name in names}
+        return stretches | self.law.complete(given)
+
+    def stretches(self, parameters: Numbers) -> tuple[Any, Any]:
+        """Meridional and hoop pre-stretch lm, lh."""
+        if "prestretch" not in parameters:
+            return parameters["meridional_prestretch"], parameters["hoop_prestretch"]
+        both = parameters["prestretch"]
+        return (both if self.prestretch_mode == "equibiaxial" else 1.0), both
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        lm, lh = self.stretches(parameters)
+        A, B = np.square(lm), np.square(lh)
+        return {"A": A, "B": B, "G": 1.0 / (A * B)} | self.law.numbers(parameters)
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """A: that of the film at large displacements."""
+        return n["A"]
+
+    def cone_strain(self, x: Any, n: Numbers) -> Any:
+        """I1 - 3 of the homogeneous cone."""
+        q = 1.0 + x * x
+        return n["A"] * q + n["B"] + n["G"] / q - 3.0
+
+    def cone_state(self, q: Any, voltage: Any, n: Numbers) -> FilmState:
+        """Stretches and true stresses where the squared slant is q."""
+        invariant = n["A"] * q + n["B"] + n["G"] / q - 3.0
+        response, squared = self.law.response(invariant, n), voltage * voltage
+        l1, l2 = np.sqrt(n["A"] * q), np.sqrt(n["B"]) + 0.0 * q
+        l3 = 1.0 / (l1 * l2)
+        return FilmState(
+            meridional_stretch=l1,
+            hoop_stretch=l2,
+            thickness_stretch=l3,
+            meridional_stress=(l1 * l1 - l3 * l3) * response - squared * q,
+            hoop_stress=(l2 * l2 - l3 * l3) * response - squared * q,
+            true_field=np.abs(voltage) * np.sqrt(q),
+            limit_share=invariant / self.law.strain_limit(n),
+        )
+
+    def traced_ring(
+        self, m: Any, width: Any, squared: Any, n: Numbers, xp: Any, more: tuple[Any, Any] = (0.0, 0.0)
+    ) -> TracedState:
+        """A ring of the squared lengths m and ``width`` over the mounted ones; ``more`` are stresses besides the
+        law's."""
+        meridian, hoop, thin = n["A"] * m, n["B"] * width, n["G"] / (m * width)
+        strain = meridian + hoop + thin - 3.0
+        response, field = self.law.response(strain, n, xp), squared * (m * width)
+        along, across = (meridian - thin) * response - field + more[0], (hoop - thin) * response - field + more[1]
+        return TracedState(along, across, field, strain / self.law.strain_limit(n))
+
+
+def check_prestretch_mode(mode: str) -> None:
+    """`InputError` unless it is one of `PRESTRETCH_MODES`."""
+    if mode not in PRESTRETCH_MODES:
+        raise unknown_name("prestretch_mode", str(mode), PRESTRETCH_MODES)
+
+
+@dataclass(frozen=True)
+class BranchedFilm(GelFilm):
+    """A film of a gel whose Maxwell branches have states.
+
+    Its branches have the fields of `TautCone`; ``held_width`` says that their hoop is held at its mounted length.
+    """
+
+    law: StrainEnergyLaw = LAWS["gent"]
+    prestretch_mode: str = "radial"
+    branches: int = 0
+    flow: str = "log"
+    flow_exponent: int = 1
+    rested: str = "flat"
+
+    held_width: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_prestretch_mode(self.prestretch_mode)
+        Branches(self.branches, self.flow, self.flow_exponent, taut=self.held_width)
+        if self.rested not in RESTED:
+            raise unknown_name("rested", str(self.rested), RESTED)
+
+    @cached_property
+    def viscous(self) -> Branches:
+        """The Maxwell branches."""
+        return Branches(self.branches, self.flow, self.flow_exponent, taut=self.held_width)
+
+    @property
+    def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The states of the branches."""
+        return self.viscous.states
+
+    @abstractmethod
+    def branch_lengths(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
+        """The squared lengths m along the meridian and n across it, over the mounted ones, to which branches with the
+        states ``y`` are stretched."""
+
+    def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        return self.viscous.rates(*self.branch_lengths(x, squared, y, n, xp), y, n) if self.branches else []
+
+    def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return self.viscous.dissipation(*self.branch_lengths(x, squared, y, n, xp), y, n) if self.branches else 0.0
+
+    @property
+    def dissipates(self) -> bool:
+        return self.branches > 0 or type(self).dissipation is not BranchedFilm.dissipation
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        return dict(super().parameters) | RADIUS_RATIO | dict(self.viscous.parameters)
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Those of the gel and of the branches."""
+        own = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
+        return super().complete(given) | own
+
+    def time_constant(self, n: Numbers) -> Any:
+        return self.viscous.time_constant(n) if self.branches else 0.0
+
+    def stiffness_scale(self, n: Numbers) -> Any:
+        """A, of the film at large displacements, and the moduli of its branches before they relax."""
+        return super().stiffness_scale(n) + self.viscous.modulus(n) if self.branches else super().stiffness_scale(n)
