@@ -9,7 +9,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 
@@ -17,6 +17,8 @@ VARIABLE = "GELCONE_CACHE"
 """Environment variable that names another cache folder; empty for none."""
 MEMBRANES = "membranes"
 """The kind of the tables of membranes, which take seconds to make."""
+CHARGES = "membrane charges"
+"""The kind of their capacitances, made after them."""
 MOST_BYTES = 64 * 2**20
 """Bound of each kind of entry; those used longest ago are removed first."""
 _MAGIC = b"gelcone cache 2\n"
@@ -60,17 +62,26 @@ def unmade_refused() -> Iterator[None]:
         _thread.refuses = before
 
 
-_listeners: list[Callable[[str], None]] = []
+Listener = Callable[[str], AbstractContextManager[object]]
+"""Takes the kind of content that the cache does not hold; the content is made within the context that it gives."""
+_listeners: list[Listener] = []
 
 
 @contextmanager
-def heard(listener: Callable[[str], None]) -> Iterator[None]:
-    """Within, ``listener`` is called with the kind of each content that the cache does not hold, before it is made."""
+def heard(listener: Listener) -> Iterator[None]:
+    """Within, also in other threads, ``listener`` hears of what is made; of several listeners the last one alone."""
     _listeners.append(listener)
     try:
         yield
     finally:
         _listeners.remove(listener)
+
+
+def making(kind: str) -> AbstractContextManager[object]:
+    """The context in which content of a kind is made, here or in a worker of this process."""
+    for listener in _listeners[-1:]:
+        return listener(kind)
+    return nullcontext()
 
 
 def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) -> bytes:
@@ -84,9 +95,8 @@ def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) 
     if content is None:
         if key and folder(kind) is not None and getattr(_thread, "refuses", False):
             raise Unmade(kind)
-        for listener in tuple(_listeners):
-            listener(kind)
-        content = make()
+        with making(kind):
+            content = make()
         write(kind, key, content)
     return content
 

@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone import disk_cache
 from gelcone.atlas import processes as module
 from gelcone.atlas import sweep as sweeping
 from gelcone.atlas.plan import Plan
@@ -72,6 +75,28 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
         with pytest.warns(LostWorker, match=r"process \d+ ended"), ended:
             next(one.run(os._exit, [3]))
     assert len(team) == 3
+
+
+def test_what_a_process_makes_is_heard_here(monkeypatch):
+    monkeypatch.setenv(disk_cache.VARIABLE, "")
+    heard = []
+
+    @contextmanager
+    def hear(kind):
+        heard.append(f"{kind} begins")
+        try:
+            yield
+        finally:
+            heard.append(f"{kind} ends")
+
+    make = partial(disk_cache.made, make=bytes, sources=())
+    with disk_cache.heard(hear), processes(1)() as one:
+        assert next(one.run(partial(make, "code"), [7])) == (b"", 0)
+        assert heard == ["code begins", "code ends"]
+        heard.clear()
+        with pytest.warns(LostWorker), pytest.raises(InputError):
+            next(one.run(partial(disk_cache.made, "code", make=os.abort, sources=()), [7]))
+        assert heard == ["code begins", "code ends"] * 2
 
 
 def test_what_the_script_defines_is_done_by_threads(monkeypatch):

@@ -11,11 +11,14 @@ import pytest
 import gelcone
 from gelcone import disk_cache
 from gelcone.atlas.record import Tally
-from gelcone.cli import output
+from gelcone.cli import output, waiting
+from gelcone.membrane import made as films
+from gelcone.physics.film import membrane_charge
 
 
 def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
-    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
     with output.progress_lines("static") as report:
         time.sleep(0.12)
         report(0.25)
@@ -29,7 +32,8 @@ def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
 
 
 def test_a_sweep_is_reported_before_its_first_cell(monkeypatch, capsys):
-    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
     with output.tally_shown("sweep") as show:
         time.sleep(0.12)
         show(Tally(8, asked=8, computed=2, seconds=1.0))
@@ -53,7 +57,8 @@ def test_a_bar_on_a_terminal_moves_without_news(shown, monkeypatch):
 @pytest.mark.parametrize("shown", ["progress_lines", "tally_shown"])
 def test_a_line_says_that_membranes_are_made_and_programs_compiled(shown, monkeypatch, capsys, tmp_path):
     monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
 
     def slowly():
         time.sleep(0.12)
@@ -66,8 +71,52 @@ def test_a_line_says_that_membranes_are_made_and_programs_compiled(shown, monkey
         time.sleep(0.12)
         disk_cache.made(disk_cache.MEMBRANES, 1, slowly, (Path(__file__),))
     names = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
-    films = [f"map, making membrane {k}" for k in (1, 2)]
-    assert list(dict.fromkeys(names)) == ["map, compiling", *films, "map"]
+    membranes = [f"map, making membrane {k}" for k in (1, 2)]
+    assert list(dict.fromkeys(names)) == ["map, compiling", *membranes, "map"]
+
+
+def test_what_two_threads_make_is_named_until_both_have_it():
+    names = []
+    with waiting.preparing("map", names.append), disk_cache.making("code"):
+        with disk_cache.making("code"):
+            pass
+        assert names == ["map, compiling"] * 2
+    assert names[2:] == ["map"]
+
+
+def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    with waiting.said_before("map"), output.progress_lines("map"), disk_cache.making("code"):
+        time.sleep(0.08)
+    assert capsys.readouterr().err.splitlines() == ["map, compiling: 0 % after 0 s"]
+
+
+ASKED = {
+    "map": ("--over", "voltage_amplitude=100 V:200 V:2", "--over", "frequency=5 Hz:6 Hz:2"),
+    "sweep": ("--over", "voltage_amplitude=100 V,200 V", "--analysis", "limits"),
+    "bifurcation": ("--over", "voltage_amplitude=100 V:200 V:2", "--sweeps", "none"),
+    "continue": (),
+    "simulate": ("--periods", "1"),
+}
+
+
+@pytest.mark.parametrize("command", ASKED)
+def test_a_command_says_what_it_makes_from_its_start(command, command_line, monkeypatch):
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    made = disk_cache.made
+
+    def slowly(kind, *given):
+        with disk_cache.making(kind):
+            time.sleep(0.2)
+        return made(kind, *given)
+
+    monkeypatch.setattr(disk_cache, "made", slowly)
+    films._made.cache_clear()
+    membrane_charge._made.cache_clear()
+    words = ("voltage_amplitude", "100 V", "120 V", "--checks", "2") if command == "continue" else ()
+    code, _, said = command_line(command, "biased-pump", *words, *ASKED[command])
+    assert code == 0
+    assert said.splitlines()[0] == f"{command}, making membrane 1: 0 s"
 
 
 @pytest.mark.parametrize("work", ["static", "bifurcation", "simulate"])

@@ -20,9 +20,10 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import IO, Any
 
+from gelcone import disk_cache
 from gelcone.atlas.workers import Answer, Task, Team, Workers, as_they_come, threads, watched
 from gelcone.errors import InputError, LostWorker
 from gelcone.motion.flow import available_threads
@@ -140,13 +141,13 @@ class Process:
         self._process = _start()
 
     def do(self, function: bytes, task: Any, report: Callable[[float], None]) -> Any:
-        """The answer to a task; raises what it raised. The shares of the work that it reports go to ``report``."""
+        """The answer to a task; raises what it raised. The shares of the work that it reports go to ``report``, and
+        what it makes is heard as if it were made here, see `gelcone.disk_cache.heard`."""
         for _ in range(DEATHS):
             try:
                 pickle.dump(pickle.dumps((function, task)), _pipe(self._process.stdin))
                 _pipe(self._process.stdin).flush()
-                while isinstance(message := pickle.load(_pipe(self._process.stdout)), float):
-                    report(message)
+                message = self._heard(report)
             except (EOFError, OSError, ValueError, pickle.UnpicklingError):  # it has ended, or its pipes are closed
                 self._restart()
                 continue
@@ -158,6 +159,19 @@ class Process:
             f"a task ended {DEATHS} processes, one after the other: they may run out of memory; start fewer with "
             "--workers. What the store holds is safe: continue with --resume"
         )
+
+    def _heard(self, report: Callable[[float], None]) -> Any:
+        """The answer of the process; before it come shares of the work, and texts: kinds of content of which it begins
+        to make one, and empty ones where it ends."""
+        with ExitStack() as making:
+            while not isinstance(message := pickle.load(_pipe(self._process.stdout)), tuple):
+                if isinstance(message, float):
+                    report(message)
+                elif message:
+                    making.enter_context(disk_cache.making(message))
+                else:
+                    making.close()
+        return message
 
     def _restart(self) -> None:
         with self._lock:
@@ -221,7 +235,7 @@ def serve() -> None:
     os.dup2(2, 1)
     tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(given, tasks), daemon=True).start()
-    with suppress(KeyboardInterrupt):
+    with suppress(KeyboardInterrupt), disk_cache.heard(_passed_on):
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         while True:
             answer = _answer(tasks.get())
@@ -238,6 +252,16 @@ def report(share: float, *, last: bool = False) -> None:
         if _pending and (last or time.monotonic() - _told >= REPORT_EVERY):
             _send(pickle.dumps(_pending))
             _pending, _told = 0.0, time.monotonic()
+
+
+@contextmanager
+def _passed_on(kind: str) -> Iterator[None]:
+    """Says when content of a kind begins to be made, and when it is there."""
+    with _reporting:
+        _send(pickle.dumps(kind))
+    yield
+    with _reporting:
+        _send(pickle.dumps(""))
 
 
 def _send(message: bytes) -> None:

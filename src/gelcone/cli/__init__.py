@@ -9,6 +9,7 @@ from typing import NoReturn
 import click
 
 from gelcone._version import __version__
+from gelcone.cli.waiting import said_before
 from gelcone.register import analyses
 
 OWN_COMMANDS = {
@@ -52,6 +53,8 @@ SECTIONS = {
     "Other tools, and checks": "export paper validate",
 }
 """The commands in the order in which help lists them, by what one asks."""
+QUIET = ("studio", "paper")
+"""Commands that say themselves, in their own way, what one waits for."""
 WIDEST_NAME = max(map(len, COMMANDS))
 
 
@@ -102,6 +105,8 @@ def group(context: click.Context) -> None:
     """
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
+    elif context.invoked_subcommand not in QUIET:
+        context.with_resource(said_before(context.invoked_subcommand))
 
 
 def main() -> None:

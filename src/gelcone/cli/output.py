@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -14,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone import disk_cache
 from gelcone.analyses.answer import answer_json, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
+from gelcone.cli.waiting import BAR_SECONDS, logging, preparing, ticking
 from gelcone.codes import Outcome
 from gelcone.plots import plot
 
@@ -26,11 +25,6 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.request import Subject
     from gelcone.atlas.record import Tally
-
-BAR_SECONDS = 1.0
-"""Time after which a bar on a terminal is drawn again, whether or not there is news."""
-LOG_SECONDS = 20.0
-"""Time between two lines about a run that is not watched on a terminal."""
 
 
 def deliver(
@@ -74,13 +68,8 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
 
     form = "{l_bar}{bar}| {elapsed}<{remaining}"
     bar = tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5, smoothing=0.0)
-    with bar, preparing(label, bar.set_description_str) as computing, ticking(bar.refresh, BAR_SECONDS):
-
-        def report(share: float) -> None:
-            computing()
-            bar.update(share)
-
-        yield report
+    with bar, preparing(label, bar.set_description_str), ticking(bar.refresh, BAR_SECONDS):
+        yield bar.update
 
 
 @contextmanager
@@ -97,54 +86,13 @@ def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
         left = f", {spent * (1.0 / done - 1.0):.0f} s left" if 0.0 < done < 1.0 else ""
         click.echo(f"{now}: {100.0 * done:.0f} % after {spent:.0f} s{left}", err=True)
 
-    with preparing(label, name) as computing, ticking(say, LOG_SECONDS):
+    with preparing(label, name), logging(say):
 
         def report(share: float) -> None:
             nonlocal done
-            computing()
             done += share
 
         yield report
-
-
-@contextmanager
-def preparing(label: str, name: Callable[[str], object]) -> Iterator[Callable[[], None]]:
-    """Calls ``name`` with the label of a progress line while membranes are made or programs compiled, which takes
-    seconds each and moves no progress. Yields a function that says that something is computed again."""
-    films, making = 0, False
-
-    def hear(kind: str) -> None:
-        nonlocal films, making
-        making = True
-        films += kind == disk_cache.MEMBRANES
-        name(f"{label}, making membrane {films}" if kind == disk_cache.MEMBRANES else f"{label}, compiling")
-
-    def computing() -> None:
-        nonlocal making
-        if making:
-            making = False
-            name(label)
-
-    with disk_cache.heard(hear):
-        yield computing
-
-
-@contextmanager
-def ticking(say: Callable[[], object], seconds: float) -> Iterator[None]:
-    """Calls ``say`` every so often during other work, however long that takes without a report of its own."""
-    stop = threading.Event()
-
-    def tick() -> None:
-        while not stop.wait(seconds):
-            say()
-
-    thread = threading.Thread(target=tick, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join()
 
 
 @contextmanager
@@ -159,22 +107,16 @@ def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
             click.echo(f"{now[-1]}: {text}", err=True)
 
         now = deque([label], maxlen=1)
-        with preparing(label, now.append) as computing, ticking(say, LOG_SECONDS):
-
-            def keep(tally: Tally) -> None:
-                computing()
-                known.append(tally)
-
-            yield keep
+        with preparing(label, now.append), logging(say):
+            yield known.append
         return
     from tqdm import tqdm
 
     form = "{l_bar}{bar}| {n_fmt}/{total_fmt} cells [{elapsed}<{remaining}, {rate_fmt}{postfix}]"
     bar = tqdm(desc=label, leave=False, bar_format=form, unit="cells", delay=0.5, smoothing=0.0)
-    with bar, preparing(label, bar.set_description_str) as computing, ticking(bar.refresh, BAR_SECONDS):
+    with bar, preparing(label, bar.set_description_str), ticking(bar.refresh, BAR_SECONDS):
 
         def show(tally: Tally) -> None:
-            computing()
             bar.total, bar.n, bar.initial = tally.asked, tally.computed, tally.found
             bar.set_postfix_str(_chaotic(tally), refresh=False)
             bar.refresh()

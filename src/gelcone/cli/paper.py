@@ -13,7 +13,8 @@ import click
 
 from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import json_parameter
-from gelcone.cli.output import BAR_SECONDS, print_json, ticking
+from gelcone.cli.output import print_json
+from gelcone.cli.waiting import BAR_SECONDS, ticking
 
 if TYPE_CHECKING:
     from gelcone.paper.report import JudgedClaim

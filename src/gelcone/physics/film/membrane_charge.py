@@ -24,7 +24,7 @@ from gelcone.membrane import made, table
 from gelcone.physics.component import Numbers
 from gelcone.quantity import Array
 
-KIND = "membrane charges"
+KIND = disk_cache.CHARGES
 PARTS = {"main": (10, 8), "rim": (5, 4), "whole": (5, 4)}
 """Degrees in u and q."""
 HEIGHTS, VOLTAGES = 40, 32
