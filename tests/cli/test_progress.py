@@ -84,6 +84,13 @@ def test_what_two_threads_make_is_named_until_both_have_it():
     assert names[2:] == ["map"]
 
 
+def test_a_membrane_of_the_cache_whose_charge_is_new_is_the_first():
+    names = []
+    with waiting.preparing("map", names.append), disk_cache.making(disk_cache.CHARGES):
+        pass
+    assert names == ["map, making membrane 1", "map"]
+
+
 def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):
     monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
     with waiting.said_before("map"), output.progress_lines("map"), disk_cache.making("code"):

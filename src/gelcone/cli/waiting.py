@@ -45,7 +45,7 @@ def preparing(label: str, name: Callable[[str], object]) -> Iterator[None]:
 
 
 def _making(kind: str, films: int) -> str:
-    return f"making membrane {films}" if kind in (disk_cache.MEMBRANES, disk_cache.CHARGES) else "compiling"
+    return f"making membrane {max(films, 1)}" if kind in (disk_cache.MEMBRANES, disk_cache.CHARGES) else "compiling"
 
 
 @contextmanager
