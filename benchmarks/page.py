@@ -1,6 +1,8 @@
 """The numbers of the page Benchmarks: runs the benchmarks below and writes what they print to docs/benchmarks.txt.
 
-python benchmarks/page.py      (some minutes; on a busy machine what threads and processes gain is left out)
+python benchmarks/page.py [NAME.py ...]      (some minutes; by default all, and what others printed stays)
+
+What threads, processes and workers gain is left out on a busy machine, which it does not tell.
 """
 
 from __future__ import annotations
@@ -16,7 +18,12 @@ from pathlib import Path
 import gelcone
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNS = (("engine.py", "3"), ("cells.py", "41", "33", "--turns", "1"))
+RUNS = {
+    "engine.py": ("3",),
+    "peak.py": ("80",),
+    "cells.py": ("41", "33", "--turns", "1"),
+    "cluster.py": ("21", "17", "--turns", "5"),
+}
 QUIET = 0.3
 """Load of a machine on which threads and processes can be compared."""
 
@@ -29,24 +36,41 @@ def processor() -> str:
 
 
 def without_scaling(text: str) -> str:
-    """What a benchmark printed without what threads and processes gain, which a busy machine does not tell."""
+    """What a benchmark printed without what threads, processes and workers gain, which a busy machine does not tell."""
     lines = [line for line in text.splitlines() if "over one:" not in line]
     return re.sub(r"; two threads [\d.]+", "", "\n".join(lines))
 
 
-def main() -> None:
-    """Run one benchmark after the other."""
+def sections(text: str) -> dict[str, str]:
+    """What the page holds, by the name of the benchmark that printed it."""
+    parts = re.split(r"^(?=\$ python benchmarks/)", text, flags=re.MULTILINE)[1:]
+    return {part.split()[2].removeprefix("benchmarks/"): part.strip() for part in parts}
+
+
+def printed_by(name: str) -> str:
+    """The command of a benchmark, the machine and the day, and what it prints."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-    busy = f", a load of {load:.1f} when it began: scaling is left out" if load > QUIET else ""
-    text = [f"gelcone {gelcone.__version__}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}"]
-    text += [f"{processor()}, {os.cpu_count()} cores{busy}", ""]
-    for name, *arguments in RUNS:
-        command = [sys.executable, str(ROOT / "benchmarks" / name), *arguments]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        printed = without_scaling(done.stdout) if busy else done.stdout.rstrip()
-        text += [f"$ python benchmarks/{name} {' '.join(arguments)}", printed, ""]
-    (ROOT / "docs" / "benchmarks.txt").write_text("\n".join(text), encoding="utf-8")
+    busy = f", a load of {load:.0f} by other work when it began" if load > QUIET else ""
+    command = [sys.executable, str(ROOT / "benchmarks" / name), *RUNS[name]]
+    done = subprocess.run(command, capture_output=True, text=True, check=True).stdout.rstrip()
+    lines = [
+        f"$ python benchmarks/{name} {' '.join(RUNS[name])}",
+        f"gelcone {gelcone.__version__}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
+        f"{processor()}, {os.cpu_count()} cores{busy}",
+        without_scaling(done) if busy else done,
+    ]
+    return "\n".join(lines)
+
+
+def main(names: list[str]) -> None:
+    """Run one benchmark after the other."""
+    page = ROOT / "docs" / "benchmarks.txt"
+    known = sections(page.read_text(encoding="utf-8"))
+    for name in names or RUNS:
+        known[name] = printed_by(name)
+    text = "\n\n".join(known[name] for name in RUNS if name in known)
+    page.write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

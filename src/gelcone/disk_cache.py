@@ -78,7 +78,7 @@ def heard(listener: Listener) -> Iterator[None]:
 
 
 def making(kind: str) -> AbstractContextManager[object]:
-    """The context in which content of a kind is made, here or in a worker of this process."""
+    """The context in which content of a kind is made, here or in a worker, or what else takes as long as compiling."""
     for listener in _listeners[-1:]:
         return listener(kind)
     return nullcontext()

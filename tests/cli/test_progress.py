@@ -2,6 +2,7 @@
 
 import io
 import re
+import sys
 import time
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import gelcone
 from gelcone import disk_cache
 from gelcone.atlas.record import Tally
 from gelcone.cli import output, waiting
+from gelcone.export.compiler import compile_library
 from gelcone.membrane import made as films
 from gelcone.physics.film import membrane_charge
 
@@ -89,6 +91,13 @@ def test_a_membrane_of_the_cache_whose_charge_is_new_is_the_first():
     with waiting.preparing("map", names.append), disk_cache.making(disk_cache.CHARGES):
         pass
     assert names == ["map, making membrane 1", "map"]
+
+
+def test_an_export_says_that_it_compiles(tmp_path):
+    names = []
+    with waiting.preparing("export", names.append):
+        compile_library([sys.executable, "-c", "pass"], tmp_path / "pump.c", tmp_path / "pump.so")
+    assert names == ["export, compiling", "export"]
 
 
 def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):

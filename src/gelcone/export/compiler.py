@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from gelcone import disk_cache
 from gelcone.errors import InputError, MissingDependency
 
 FLAGS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden", "-shared")
@@ -35,7 +36,8 @@ def compile_library(compiler: list[str], source: Path, library: Path) -> None:
     """Make a shared library of one source; `InputError` with the compiler's first line where it fails."""
     flags = [flag for flag in FLAGS if not (flag == "-fPIC" and any("windows" in word for word in compiler))]
     command = [*compiler, *flags, "-o", str(library), str(source), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    with disk_cache.making("library"):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         first = (done.stderr.strip().splitlines() or ["no message"])[0]
         raise InputError(

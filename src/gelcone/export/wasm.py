@@ -12,6 +12,7 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
+from gelcone import disk_cache
 from gelcone._version import __version__
 from gelcone.errors import InputError, MissingDependency
 from gelcone.export.sources import Exported, filled, in_comment, sources
@@ -85,7 +86,8 @@ def _compiled(exported: Exported) -> bytes:
         for name, text in (sources(exported) | {"wasm.c": filled("wasm.c", exported.name, {})}).items():
             Path(folder, name).write_text(text, encoding="utf-8")
         command = [*compiler, *FLAGS, "-o", "module.wasm", "wasm.c", "-lm"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        with disk_cache.making("module"):
+            done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             first = (done.stderr.strip().splitlines() or ["no message"])[0]
             raise InputError(f"{compiler[0]}: does not make WebAssembly of the source ({first}); install ziglang")
