@@ -360,6 +360,17 @@ def test_a_law_with_an_exponential_runs_in_the_compiled_program():
     assert float(result["supplied_energy"][-1]) > 0.01
 
 
+def test_a_law_whose_response_exceeds_all_numbers_is_asked_for_its_limit():
+    class Walled(Fung):
+        def strain_limit(self, n):
+            return 20.0 / np.asarray(n["fung_b"])
+
+    model = FUNG.replace(film="wrinkling", fung_b=0.1, rest_height=1.1)
+    with pytest.raises(InputError, match=r"law = fung: its response .* \|x\| = 1000,.* a strain_limit"):
+        gelcone.limits(model)
+    assert gelcone.limits(model.replace(law=Walled())).pull_in_voltage > model.voltage
+
+
 def test_a_law_with_an_exponential_has_tangents():
     pytest.importorskip("heyoka")
     from gelcone.motion.flow import integrate

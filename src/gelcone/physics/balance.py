@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.errors import InputError
 from gelcone.physics.bracket import rise, sign_change, sign_changes
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
@@ -251,11 +252,21 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
     x, signs = x[np.abs(signs) > 0.0], signs[np.abs(signs) > 0.0]  # a film may have no state next to the flat one
     turns = np.flatnonzero(signs[:-1] != signs[1:])
     # where the film has no state a fold only parts the stretches: its exact place does not matter
-    exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)
-    return [
-        sign_change(balance.turning, x[i], x[i + 1]) if held else 0.5 * float(x[i] + x[i + 1])
-        for i, held in zip(turns, exists, strict=True)
-    ]
+    with np.errstate(all="ignore"):
+        exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)
+    try:
+        return [
+            sign_change(balance.turning, x[i], x[i + 1]) if held else 0.5 * float(x[i] + x[i + 1])
+            for i, held in zip(turns, exists, strict=True)
+        ]
+    except ArithmeticError as lost:
+        law = getattr(balance.system.film, "law", None)
+        if balance.wall or law is None:
+            raise
+        raise InputError(
+            f"law = {law.name}: its response exceeds all numbers up to |x| = {balance.highest:g}, where equilibria are "
+            "searched; give the law a strain_limit, the I1 - 3 at which the film is as stiff as a wall"
+        ) from lost
 
 
 def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
