@@ -100,7 +100,7 @@ html_theme_options = {
     "navbar_align": "left",
     "show_toc_level": 2,
     "header_links_before_dropdown": 7,
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": {"**": ["page-toc"], "validation": []},  # whose tables are wide
     "use_edit_page_button": False,
     "show_prev_next": False,
 }

@@ -16,6 +16,8 @@ sys.path.insert(0, str(DOCS / "site"))
 
 import pages  # noqa: E402
 
+WIDEST = 78
+"""Characters of a line of code that a page of 1280 pixels shows."""
 LONGEST = 1500
 """Words of a page that is written by hand."""
 
@@ -46,6 +48,7 @@ def test_every_command_has_a_page_with_its_help(generated):
     for name in COMMANDS:
         page = generated[f"reference/commands/{name}.md"]
         assert f"Usage: gelcone {name}" in page
+        assert not re.search(r"`?gelcone\.\w+\.\w+", page), f"{name}: its help names what is internal"
         assert f"commands/{name}\n" in generated["reference/commands.md"]
 
 
@@ -118,5 +121,6 @@ def test_code_of_the_tutorials_is_python():
     for path in (DOCS / "tutorials").glob("*.md"):
         for cell in re.findall(r"```\{code-cell\}\n(.*?)```", path.read_text(encoding="utf-8"), flags=re.DOTALL):
             compile(cell, path.name, "exec")
+            assert max(map(len, cell.splitlines())) <= WIDEST, f"{path.name}: a line is cut on the page"
             found += 1
     assert found >= 15

@@ -56,9 +56,8 @@ def regime(
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    transient : time after which the motion is first examined; default by damping, drive and slow states
-        (`gelcone.motion.attractor.search.default_transient`). Where a film creeps so slowly that this is long, the
-        drift is followed by the map over the forcing period instead (`gelcone.motion.attractor.drift`).
+    transient : time after which the motion is first examined; default by damping, drive and slow states. Where a film
+        creeps so slowly that this is long, the drift is followed by the map over the forcing period instead.
     patience : time for which a damped motion that does not settle is followed before it is called chaotic, and all
         starts next to it together. Default 100,000, or 300 forcing periods where those are longer.
     budget : longest averaging time of the exponents. Default 20,000.
