@@ -1,11 +1,20 @@
 """The page of a data sheet: forces on a load, and the limit that comes first in another colour than the others."""
 
 import numpy as np
+import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
-from gelcone.plots.datasheet import limit_bars, over_displacement, over_voltage
+from gelcone.plots.datasheet import (
+    MOST_COLUMNS,
+    limit_bars,
+    over_displacement,
+    over_frequency,
+    over_voltage,
+    write_table,
+)
 from gelcone.plots.style import BLUE, VERMILION
+from gelcone.words import SHEET_DRIVE, SHEET_ROWS
 from tests.plots.made_up import blank, corners, data_of, line, result
 
 
@@ -29,6 +38,74 @@ def test_the_force_on_a_load_is_the_blocked_force_at_rest_and_none_at_the_free_s
     dots = {one.get_marker(): data_of(one).ravel().tolist() for one in axes.lines if one.get_marker() in "oD"}
     assert dots == {"o": [2.0, 2.0], "D": [6.0, 0.0]}
     np.testing.assert_array_equal(corners(axes.collections[0]), [[2.0, 6.0, 0.0, 2.0]])
+
+
+def written(axes):
+    """Lines of a table from the top: the texts of each from the left."""
+    lines = {}
+    for text in axes.texts:
+        x, y = text.get_position()
+        lines.setdefault(round(y, 6), []).append((x, text.get_text()))
+    return [[text for _, text in sorted(lines[y])] for y in sorted(lines, reverse=True)]
+
+
+@pytest.mark.parametrize("volts", [[0.0, 500.0], [0.0, 100.0, 200.0, 300.0, 400.0, 500.0]])
+def test_each_column_of_the_table_is_the_sheet_at_the_voltage_on_its_top(volts):
+    """Every number of the made-up sheet is another; the first voltage above 0 and the last one are shown."""
+    volts = np.array(volts)
+    numbers = {name: 1e4 * (k + 1) + volts for k, name in enumerate(SHEET_ROWS)}
+    single = {"rest_displacement": 1.5, "pull_in_voltage": 9e5} | {name: 8e5 + k for k, name in enumerate(SHEET_DRIVE)}
+    limits = {"first_limit_voltage": 7e5, "safe_peak_voltage": 6e5, "dielectric_breakdown_voltage": np.nan}
+    sheet = result(
+        {name: ("constant_voltage", values) for name, values in numbers.items()}
+        | {name: ((), value) for name, value in (single | limits).items()},
+        {"constant_voltage": ("constant_voltage", volts)},
+        {"constant_voltage": "V"},
+        {"first_limit": "driven hoop slack", "device": "pump"},
+    )
+    axes = blank()
+    write_table(sheet, axes)
+    top, head, *rows = [line for line in written(axes) if line != ["data sheet, computed"]]
+    assert top == ["pump"]
+    shown = np.array([float(text.removesuffix(" V")) for text in head[1:]])
+    assert (len(shown), shown[-1]) == (min(volts.size - 1, MOST_COLUMNS), volts[-1])
+    assert shown[0] == volts[1]
+    assert (np.diff(shown) > 0.0).all()
+    table = {line[0]: [float(text) for text in line[1:]] for line in rows[: len(SHEET_ROWS)]}
+    for name, words in SHEET_ROWS.items():
+        at = [numbers[name][volts == own][0] for own in shown]
+        np.testing.assert_allclose(table[words], at, rtol=1e-3)
+    pairs = [line[k : k + 2] for line in rows[len(SHEET_ROWS) :] for k in range(0, len(line) - 1, 2)]
+    found = {words: float(text) for words, text in pairs}
+    wanted = {"rest height": 1.5, "stiffness at rest": numbers["stiffness_at_rest"][0]}
+    assert found == pytest.approx(wanted | {words: single[name] for name, words in SHEET_DRIVE.items()}, rel=1e-3)
+    ends = [line[0] for line in rows if len(line) == 1]
+    assert ends == [
+        "pull-in under constant voltage: 9e+05",
+        "first limit: hoop slack of the drive, at a peak of 7e+05",
+        "below every limit: peaks up to 6e+05",
+        "dielectric strength: unknown, breakdown is not accounted for",
+    ]
+    axes = blank()
+    write_table(sheet.assign_attrs(first_limit="pull in"), axes)
+    assert ["first limit: pull in on a slow ramp, at a peak of 7e+05"] in written(axes)
+
+
+def test_the_response_about_each_voltage_that_is_held_is_named_by_it():
+    sheet = result(
+        {"gain": (("constant_voltage", "drive_frequency"), [[1.0, 3.0], [np.nan, np.nan], [1.0, 2.0]])},
+        {
+            "constant_voltage": ("constant_voltage", [0.0, 300.0, 500.0]),
+            "drive_frequency": ("drive_frequency", [1.0, 9.0]),
+        },
+        {"constant_voltage": "V", "drive_frequency": "Hz"},
+    )
+    axes = blank()
+    over_frequency(sheet, axes)
+    curves = {one.get_label(): list(one.get_ydata()) for one in axes.lines}
+    half = curves.pop("half power")
+    assert curves == {"about 0 V": [1.0, 3.0], "about 500 V": [1.0, 2.0]}
+    assert half == pytest.approx([np.sqrt(0.5)] * 2)
 
 
 def test_stroke_and_blocked_force_have_their_own_axes_and_units():

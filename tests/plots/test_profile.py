@@ -1,9 +1,12 @@
 """The picture of a membrane: a second film hangs from above, and the dielectric strength is that of the shares."""
 
 import numpy as np
+import pytest
 
-from gelcone.plots.profile import cone_profile, fields
-from tests.plots.made_up import blank, result
+from gelcone.plots.profile import cone_profile, fields, profile_figure
+from tests.plots.made_up import blank, data_of, line, result
+
+RINGS = ("ring_radius", "ring_height", "true_field", "meridional_stretch", "hoop_stretch")
 
 
 def profile():
@@ -38,3 +41,31 @@ def test_the_strength_is_the_largest_field_over_its_share():
     fields(profile(), [(0, 0)], "", axes)
     (dotted,) = (one for one in axes.lines if one.get_linestyle() == ":")
     assert dotted.get_ydata()[0] == 25.0
+
+
+@pytest.mark.parametrize(("heights", "volts"), [(3, 1), (1, 3), (2, 3)])
+def test_the_capacitance_is_drawn_where_height_and_voltage_both_vary(heights, volts):
+    """Each state has numbers of its own, and each curve is that of the state or voltage that its label names."""
+    cell, ring = ("height", "constant_voltage"), ("height", "constant_voltage", "ring")
+    own = 1.0 + np.arange(heights * volts, dtype=float).reshape(heights, volts)
+    rings = own[..., None] * [1.0, 0.5]
+    found = result(
+        {"held": (cell, 0.0 * own), "capacitance": (cell, 100.0 * own), "largest_field": (cell, own)}
+        | {"breakdown_share": (cell, 0.0 * own), "displacement": (cell, 10.0 * own), "outcome": ((), 0)}
+        | {"mounted_radius": ("ring", [8.0, 30.0]), "wrinkle_excess": (ring, 0.0 * rings)}
+        | {name: (ring, (k + 2.0) * rings) for k, name in enumerate(RINGS)},
+        {
+            "height": ("height", np.arange(heights) + 0.5),
+            "constant_voltage": ("constant_voltage", 300.0 * np.arange(volts)),
+        },
+        {"displacement": "mm", "constant_voltage": "V", "capacitance": "pF", "height": "mm"},
+    )
+    figure = profile_figure(found)
+    panels = {axes.get_ylabel(): axes for axes in figure.axes}
+    for i, k in np.ndindex(heights, volts):
+        curve = line(panels["stretch (dashed: hoop)"], f"{10.0 * own[i, k]:g} mm, {300.0 * k:g} V")
+        np.testing.assert_array_equal(curve.get_ydata(), found["meridional_stretch"][i, k])
+    assert ("capacitance (pF)" in panels) == (heights > 1 and volts > 1)
+    for k in range(volts if heights > 1 and volts > 1 else 0):
+        curve = line(panels["capacitance (pF)"], f"{300.0 * k:g} V")
+        np.testing.assert_array_equal(data_of(curve), [found["height"], 100.0 * own[:, k]])

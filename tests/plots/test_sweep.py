@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone import InputError
+from gelcone.plots.map import map_figure
 from gelcone.plots.style import BLUE
 from gelcone.plots.sweep import WIDEST, probability_figure, sweep_figure
 from tests.plots.made_up import cells_of, data_of, line, result
+from tests.plots.test_map import cells
 
 X, Y = np.array([0.0, 1.0, 2.0]), np.array([10.0, 20.0])
 
@@ -163,3 +166,22 @@ def test_over_three_parameters_each_panel_is_the_slice_that_its_title_names():
         known = np.isfinite(values)
         assert known.sum() >= 5
         np.testing.assert_array_equal(values[known], data["stroke"].values[:, :, k].T[known])
+
+
+def test_maps_of_regimes_over_three_parameters_are_those_of_their_slices():
+    """Panels, and the legend, which names what is drawn in any of them and nothing else."""
+    own = [cells(), cells(regime=np.zeros((3, 2), int), doubtful=np.array([[0, 0], [0, 0], [0, 1]]))]
+    both = xr.concat(own, "mass").transpose("voltage", "prestretch", "mass", ...).assign_coords(mass=[1.0, 2.0])
+    both["status"] = both["outcome"] * 0 + 1
+    drawn = sweep_figure(both)
+    named = []
+    for k, one in enumerate(own):
+        figure = map_figure(one)
+        alone = figure.axes[1]
+        for mine, right in zip(drawn.axes[k].collections, alone.collections, strict=True):
+            np.testing.assert_array_equal(*(np.ma.filled(c.get_array(), -1) for c in (mine, right)))
+        np.testing.assert_array_equal(data_of(drawn.axes[k].lines[0]), data_of(alone.lines[0]))
+        named += [text.get_text() for text in alone.get_legend().get_texts()]
+        legend = sweep_figure(both.isel(mass=[k])).legends[0]
+        assert [text.get_text() for text in legend.get_texts()] == named[len(named) - len(legend.get_texts()) :]
+    assert {text.get_text() for text in drawn.legends[0].get_texts()} == set(named)

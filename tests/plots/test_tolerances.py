@@ -3,6 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.container import ErrorbarContainer
 
 from gelcone.atlas.tolerances import tolerances
 from gelcone.atlas.uncertain import Uniform, draw
@@ -51,6 +52,29 @@ def test_risks_are_bars_with_their_intervals():
     assert "without a long run 1.56 %" in figure.axes[0].get_title(loc="left")
 
 
+def intervals(axes):
+    """Ends of the error bars of each set of bars: (place, low, high)."""
+    bars = [one for one in axes.containers if isinstance(one, ErrorbarContainer)]
+    return [[(y, *sorted((x0, x1))) for (x0, y), (x1, _) in bar.lines[2][0].get_segments()] for bar in bars]
+
+
+def test_each_bar_of_the_error_runs_from_the_lower_to_the_upper_end():
+    """The intervals of small shares are not symmetric: an exchange of their ends shows."""
+    regime = np.where(np.arange(len(TWO["a"])) < 3, int(Regime.CHAOTIC), int(Regime.PERIODIC))
+    study = made_up(regime=regime)
+    _, risks, tornado = any_figure(study).axes
+    found = tolerances(study)
+    known = np.flatnonzero(np.isfinite(found["probability"].values))
+    wanted = [(k, float(found["low"][k]), float(found["high"][k])) for k in known]
+    (shown,) = intervals(risks)
+    np.testing.assert_allclose(shown, wanted, atol=1e-12)
+    assert any(abs(low + high - 2.0 * float(found["probability"][k])) > 0.01 for k, low, high in wanted)
+    order = np.argsort(found["total_order"].sel(end="value").values)
+    for shown, name in zip(intervals(tornado), ("total_order", "first_order"), strict=True):
+        ends = [found[name].sel(end=end).values[order] for end in ("low", "high")]
+        np.testing.assert_allclose(shown, np.column_stack([[0, 1], *ends]), atol=1e-12)
+
+
 def test_rest_is_named_and_not_drawn_as_a_density():
     count = len(TWO["a"])
     regime = np.full(count, int(Regime.REST))
@@ -65,6 +89,11 @@ def test_along_a_parameter_quantiles_are_a_band_and_risks_are_lines():
     upper, lower = any_figure(study).axes
     found = tolerances(study)
     np.testing.assert_allclose(upper.lines[0].get_ydata(), found["stroke"].sel(quantile=0.5))
+    x, y = upper.collections[0].get_paths()[0].vertices.T
+    for k, at in enumerate((1.0, 2.0, 3.0)):
+        ends = [float(found["stroke"].sel(quantile=q)[k]) for q in (0.05, 0.95)]
+        np.testing.assert_allclose([y[x == at].min(), y[x == at].max()], ends)
+    np.testing.assert_allclose(lower.lines[1].get_ydata(), found["probability"].sel(risk="chaos"))
     assert [line.get_label() for line in lower.lines] == ["pull-in", "chaos"]
 
 
