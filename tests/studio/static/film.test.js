@@ -75,3 +75,31 @@ test("a click chooses and closes, and a closed gallery asks and draws no more", 
   own.turn();
   assert.equal(own.tiles[0].cone.context.calls.length, before);
 });
+
+test("a film draws its pictures until its time has passed, and ends as one file; without a recorder there is none", async () => {
+  const made = [], said = [], steps = [], drawn = [0];
+  let now = 5000;
+  globalThis.performance.now = () => now;
+  const own = globalThis.setInterval, clear = globalThis.clearInterval;
+  globalThis.setInterval = (does) => steps.push(does);
+  globalThis.clearInterval = (number) => { steps[number - 1] = null; };
+  const pictures = { canvas: { captureStream: (rate) => ({ rate }) }, draw: () => { drawn[0] += 1; } };
+  assert.equal(filmed(pictures, 2, () => {}), null);
+  globalThis.MediaRecorder = class {
+    constructor(stream, options) { Object.assign(this, { stream, options, state: "inactive" }); made.push(this); }
+    static isTypeSupported(type) { return type.endsWith("vp8"); }
+    start() { this.state = "recording"; }
+    stop() { this.state = "inactive"; this.ondataavailable({ data: "end" }); this.onstop(); }
+  };
+  const film = filmed(pictures, 2, (passed) => said.push(passed));
+  made[0].ondataavailable({ data: "begin" });
+  for (; now <= 7100 && steps[0]; now += 100) steps[0]();
+  assert.equal(await (await film).text(), "beginend");
+  assert.deepEqual([said[0], said.at(-1), drawn[0], steps[0]], [0, 2, 21, null]);
+  assert.match(made[0].options.mimeType, /vp8/);
+  const failing = filmed(pictures, 2, () => {});
+  made[1].onerror();
+  await assert.rejects(failing, /could not record/);
+  Object.assign(globalThis, { setInterval: own, clearInterval: clear });
+  delete globalThis.MediaRecorder;
+});

@@ -359,3 +359,20 @@ test("an envelope of another proportion, or another body, is computed again", ()
   assert.deepEqual(asked.slice(-2).map(([kind]) => kind), ["cancel", "envelope"]);
   assert.equal(panel.volts("voltage_amplitude"), 1600);
 });
+
+test("an arrow key moves the setting along its axis, the opposite one back, and others leave the page's keys alone", () => {
+  for (const [kind, { canvas, gone, controls, setting }] of [["map", setUp("map")], ["strip", setUp("strip")], ["envelope", envelope()]]) {
+    const now = (name) => controls.value(name, setting.values), names = ["voltage_amplitude", "frequency"];
+    const key = (name) => { let held = false; canvas.onkeydown({ key: name, preventDefault() { held = true; } }); return held; };
+    const across = kind === "envelope" ? "frequency" : "voltage_amplitude", up = names.find((name) => name !== across);
+    for (const [more, less, name, other] of [["ArrowRight", "ArrowLeft", across, up], ...(kind === "strip" ? [] : [["ArrowUp", "ArrowDown", up, across]])]) {
+      const before = [now(name), now(other)];
+      assert.ok(key(more) && now(name) > before[0] && near(now(other), before[1], 1e-3), `${kind} ${more}`);
+      assert.ok(key(less) && near(now(name), before[0], 1e-3), `${kind} ${less}`);
+      const step = now(name) - (key(less), now(name));
+      assert.ok(step > 0.0 && key(more) && near(now(name), before[0], 1e-3), `${kind} ${less}`);
+    }
+    const count = gone.length;
+    assert.ok(!key("Tab") && gone.length === count, kind);
+  }
+});

@@ -74,6 +74,42 @@ test("the evidence follows, with the section, and belongs to its look alone", ()
   assert.equal(studio.looks.b, undefined);
 });
 
+test("each kind of motion has its name and colour, and all but rest and periodic ones wander", () => {
+  const { id } = last("look"), badge = () => $("badges").querySelector(".kind");
+  for (const [regime, { name, colour }] of HELLO.regimes.entries()) {
+    socket.give({ kind: "kind", id, side: "a", words: { regime, lines: [name], extent: [9, 21] } }, {});
+    assert.deepEqual([badge().textContent.toLowerCase(), badge().style.background, studio.looks.a.wanders], [name, colour, regime > 1]);
+  }
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 1, lines: ["periodic, period 1"], extent: [9, 21] } }, {});
+});
+
+test("what is shown, the settled motion or the run, is pressed, is drawn, and stands in the address", () => {
+  const { id } = last("look"), buttons = document.querySelectorAll("#motion button"), cone = $("cone").getContext();
+  const settled = { ot: Float32Array.of(0, 50, 100), ox: Float32Array.of(33, 44, 33), ou: Float32Array.of(0, 0, 0), ov: Float32Array.of(1, 2, 1), ofilm: Uint8Array.of(0, 0, 0), px: Float32Array.of(33), pu: Float32Array.of(0) };
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 1, lines: ["periodic, period 1"], extent: [33, 44] } }, settled);
+  for (const [motion, height] of [["start", "20 mm"], ["settled", "44 mm"]]) {
+    buttons.find((b) => b.dataset.motion === motion).click();
+    assert.deepEqual(buttons.map((b) => b.getAttribute("aria-pressed")), buttons.map((b) => String(b.dataset.motion === motion)));
+    $("scrub").value = motion === "start" ? "500" : String(1000 * (50 / (20 * 100))); $("scrub").oninput();
+    forget(cone); draw(); wait(300);
+    assert.ok(texts(cone).includes(height), `${motion}: ${texts(cone)}`);
+    assert.equal(/motion=start/.test(location.hash), motion === "start");
+  }
+  $("scrub").value = "500"; $("scrub").oninput();
+});
+
+test("of the tabs of a panel one can be reached by the keyboard: the selected one, whose view is shown", () => {
+  for (const panel of document.querySelectorAll(".panel[data-place]")) {
+    const tabs = panel.querySelectorAll('[role="tab"]'), first = tabs.find((t) => t.getAttribute("aria-selected") === "true");
+    for (const chosen of [...tabs.filter((t) => !t.hidden), first]) {
+      chosen.click();
+      assert.deepEqual(tabs.map((t) => [t.getAttribute("aria-selected"), t.tabIndex]), tabs.map((t) => [String(t === chosen), t === chosen ? 0 : -1]));
+      assert.deepEqual(panel.querySelectorAll(".view").filter((v) => v.classList.has("shown")).map((v) => v.dataset.view), [chosen.dataset.tab]);
+    }
+  }
+  answer();
+});
+
 test("tabs ask for what they show, and its answer is drawn there", () => {
   document.querySelector('[data-tab="spectrum"]').click();
   assert.deepEqual(last("look").panels, ["spectrum"]);
@@ -343,6 +379,19 @@ test("a link is copied, a lost connection is said, and comes back", async () => 
   Socket.all.at(-1).open();
   assert.ok($("lost").hidden);
   assert.equal(Socket.all.at(-1).sent[0].kind, "hello");
+});
+
+test("the address of a studio that was started anew is taken where it is one, and what is shown stays", () => {
+  const hash = location.hash, count = Socket.all.length;
+  const give = (text) => { $("address").value = text; $("address").onchange(); };
+  give("nonsense");
+  assert.equal(Socket.all.length, count);
+  assert.match($("toast").textContent, /not an address/);
+  give("http://127.0.0.1:9/?token=other");
+  wait(300);
+  assert.match(Socket.all.at(-1).url, /token=other/);
+  assert.deepEqual([location.hash, $("address").value], [hash, ""]);
+  Socket.all.at(-1).open();
 });
 
 test("an address that cannot be shown falls back, with a sentence for each part of it", () => {

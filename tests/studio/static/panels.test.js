@@ -251,6 +251,13 @@ test("all that moves stays in the picture, whatever the sizes", () => {
   }
 });
 
+test("the plane of a second film stays in the picture, wherever it is", () => {
+  for (const second of [80, 15, -15, -80]) {
+    const { own } = cone([{ about: { ...ABOUT, second } }]), whole = { about: { ...ABOUT, second }, low: 0, high: 20 }, scale = own.scale(whole), ground = own.ground(whole, 480, scale);
+    for (const z of [0, 20, second]) assert.ok(ground - z * scale > 0 && ground - z * scale < 480, `${second}: ${z}`);
+  }
+});
+
 test("what acts on the disc is drawn, and nothing else", () => {
   const count = (bias) => cone([{ about: { ...ABOUT, bias } }]).g.calls.filter((c) => c.strokeStyle === LIGHT.edge && c.name === "lineTo").length;
   const none = count("none");

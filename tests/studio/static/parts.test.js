@@ -166,6 +166,31 @@ test("controls stand in their groups, of which one is open", () => {
   assert.deepEqual([own.open, names(), own.groups.parts.map((e) => e.getAttribute("aria-selected"))], ["Start", ["release_height"], ["false", "false", "true"]]);
 });
 
+const tree = (e) => [e.tagName, e.className, e.hidden, e.id ?? "", e.title ?? "", e.value ?? "", e.placeholder ?? "", e.own, e.attributes, e.parts.map(tree)];
+const OTHER = { label: "Other", group: "Start", kind: "choice", value: 9, unit: "kV", low: 2, high: 12, powers: { kV: 3 }, about: "other words", choices: ["one", "two"] };
+
+test("after any change of their list controls are those of a page that shows the new list first", () => {
+  for (const [name, value] of Object.entries(OTHER)) {
+    for (const k of [0, 2]) {
+      const list = LIST.map((c, at) => (at === k ? { ...c, [name]: value, ...(name === "kind" && { value: "one", choices: OTHER.choices }) } : c));
+      const { own, root } = controls(), open = own.open;
+      own.show(list, {});
+      const again = tree(root), fresh = controls();
+      fresh.own.show([], {}); fresh.own.open = open; fresh.own.show(list, {});
+      assert.deepEqual(again, tree(fresh.root), name);
+    }
+  }
+});
+
+test("of the tabs one can be reached by the keyboard, the selected one, and it names what is open", () => {
+  const { own } = controls(), tabs = () => own.groups.parts.map((e) => [e.textContent, e.getAttribute("aria-selected"), e.tabIndex]);
+  for (const name of ["Gel", "Start", "Body"]) {
+    own.groups.parts.find((e) => e.textContent === name).click();
+    assert.deepEqual(tabs(), ["Body", "Gel", "Start"].map((one) => [one, String(one === name), one === name ? 0 : -1]));
+    assert.equal(document.getElementById(own.group.getAttribute("aria-labelledby")).textContent, name);
+  }
+});
+
 // --- the player ------------------------------------------------------------------------------------------------------
 
 const RUN = () => ({ t: Float32Array.of(0, 10, 20, 30, 40), x: Float32Array.of(0, 2, 4, 2, 0), u: Float32Array.of(1, 1, -1, -1, 1), v: Float32Array.of(0, 100, 0, -100, 0), film: Uint8Array.of(0, 1, 2, 3, 4), words: { period: 20, shares: [] }, about: { si: true } });
@@ -244,6 +269,19 @@ test("the slider goes through the whole run and holds it", () => {
   own.at = 30; own.tell(1e6);
   assert.deepEqual([own.scrub.value, own.output.textContent], ["750", "30 ms"]);
   assert.equal(clock({}).time(), null);
+});
+
+test("a place of the run is gone to and held, none before its begin or after its end", () => {
+  let woken = 0;
+  const own = clock({ a: RUN() });
+  own.wakes = () => { woken += 1; };
+  for (const [to, at] of [[25, 25], [-3, 0], [400, 40]]) {
+    own.playing = true; own.goTo(to);
+    assert.deepEqual([own.at, own.playing, own.play.getAttribute("aria-label")], [at, false, "Play"]);
+  }
+  assert.equal(woken, 3);
+  own.play.click(); // from its end it begins anew
+  assert.deepEqual([own.at, own.playing, own.play.getAttribute("aria-label")], [0, true, "Pause"]);
 });
 
 // --- words -----------------------------------------------------------------------------------------------------------
