@@ -189,6 +189,9 @@ def test_what_is_seen_and_earned_follows_from_the_motion(taut):
     own = vector.episodes
     np.testing.assert_allclose(own.voltage, 1000.0 * np.sqrt([0.5, 0.75]))
     np.testing.assert_allclose(seen[:, 0], (own.displacement - 12e-3) / 2e-3, rtol=1e-6)
+    speed = own._run.states[:, 1] * taut.scales.velocity
+    np.testing.assert_allclose(seen[:, 1], speed / (2e-3 / own.task.radian), rtol=1e-6)
+    assert (np.abs(speed) > 0.0).all()
     np.testing.assert_allclose(seen[:, 2], (own.target - 12e-3) / 2e-3, rtol=1e-6)
     np.testing.assert_allclose(seen[:, 3], own.voltage / 1000.0, rtol=1e-6)
     np.testing.assert_allclose(reward, -np.abs(own.displacement - own.target) / 2e-3)
@@ -267,6 +270,23 @@ def test_breakdown_terminates_where_the_true_field_is_the_strength(taut):
     state = model.film_state(own.displacement[0] / s.length, own.voltage[0] / s.voltage)
     field = float(state.true_field) * s.field
     assert field == pytest.approx(strength, rel=1e-6)
+
+
+@pytest.mark.parametrize("side", ["_low", "_high"])
+def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
+    """The range is moved so that the second of two equal devices lies beyond one of its ends, in the last step of the
+    first one's episode."""
+    vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), most="1 kV")
+    vector.reset(seed=0)
+    own = vector.episodes
+    getattr(own, side)[1] = own.displacement[1] + (1e-3 if side == "_low" else -1e-3)
+    own._age[0] = own.task.steps - 1
+    _, reward, terminated, truncated, info = vector.step(np.full((2, 1), -1.0))
+    assert terminated.tolist() == [False, True]
+    assert truncated.tolist() == [True, False]
+    assert info["ended"].tolist() == ["", "stretch_limit"]
+    assert info["_ended"].tolist() == [False, True]
+    assert reward[1] == 1 - own.task.steps - 1.0
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
