@@ -13,7 +13,9 @@ from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome, Regime
 from gelcone.presets import find_preset
 from gelcone.words import (
+    FAILINGS,
     MOST_LINES,
+    UNKNOWN_STRENGTH,
     attractor_in_words,
     evidence_in_words,
     film_state_in_words,
@@ -21,6 +23,7 @@ from gelcone.words import (
     lasting_in_words,
     members_of,
     shortened,
+    strength_in_words,
     validity_in_words,
 )
 
@@ -368,6 +371,99 @@ def test_branches_say_where_they_run_what_is_stable_and_what_is_born():
     assert numbers(line)[:2] == pytest.approx([float(first["event_value"]), float(first["event_error"])], rel=0.5)
     assert float(numbers(line)[0]) == pytest.approx(float(first["event_value"]), rel=1e-9)
     assert ("supercritical" in line) == (int(first["event_supercritical"]) == 1)
+
+
+def coded(dims, values, names):
+    """Codes with their words, as results hold them."""
+    return dims, values, {"flag_values": np.arange(len(names)), "flag_meanings": " ".join(names)}
+
+
+def test_a_locus_says_for_each_curve_where_it_runs_and_what_lies_on_it():
+    """Every number of the made-up result is another."""
+    ends = ["limit", "wall", "closed"]
+    shown = xr.Dataset(
+        {
+            "voltage": (("curve", "point"), [[0.9, 0.95, np.nan], [1.2, 1.1, 1.05]], {"units": "kV"}),
+            "drive_frequency": (("curve", "point"), [[5.0, 7.0, np.nan], [9.0, 8.0, 11.0]], {"units": "Hz"}),
+            "period": ("curve", [1, 2]),
+            "symmetric": ("curve", [0, 1]),
+            "ended": coded(("curve", "end"), [[0, 1], [2, 2]], ends),
+            "event_curve": ("event", [1, 0]),
+            "event_kind": coded("event", [1, 0], ["cusp", "strong_resonance"]),
+            "event_first": ("event", [1.15, 0.93], {"units": "kV"}),
+            "event_first_error": ("event", [2e-6, 4e-6]),
+            "event_second": ("event", [8.5, 6.5], {"units": "Hz"}),
+            "event_second_error": ("event", [3e-7, 5e-7]),
+        },
+        attrs={"parameters": "voltage,drive_frequency", "event": "fold"},
+    )
+    *_, first, cusp, second, resonance = text_of(branches.locus_words, shown, BASE)
+    assert numbers(first) == [0, 1, 0.9, 0.95, 5.0, 7.0, 2]
+    assert numbers(second) == [1, 2, 1.05, 1.2, 8.0, 11.0, 3]
+    assert first.startswith("curve 0: fold, period 1, voltage ")
+    assert first.endswith("kV, drive_frequency 5 to 7 Hz, 2 points; ends: the end of the interval, the stretch limit")
+    assert second.startswith("curve 1: fold, period 2, symmetric, ")
+    assert second.endswith("ends: closed, closed")
+    assert cusp == "  cusp at voltage 0.93 ± 4e-06 kV, drive_frequency 6.5 ± 5e-07 Hz"
+    assert resonance == "  strong resonance at voltage 1.15 ± 2e-06 kV, drive_frequency 8.5 ± 3e-07 Hz"
+
+
+def test_a_basin_says_the_share_of_each_attractor_and_of_those_that_lead_to_none():
+    over = {"displacement": [-1.0, -0.5, 0.5, 1.0], "velocity": [0.0, 0.1]}
+    found = gelcone.basin(gelcone.ConeModel(damping_ratio=0.3, stretch_limit=5.0), over, transient=30.0, budget=60.0)
+    lost = found.assign(attractor=found["attractor"].where([[1, 1], [1, 0], [0, 1], [1, 1]], -1))
+    for shown, none in ((found, 0), (lost, 2)):
+        lines = text_of(grids.basin_words, shown, BASE)
+        count = shown.sizes["attractor_number"]
+        head = lines.index(f"{count} attractor(s):")
+        for n in range(count):
+            share = 100.0 * float(shown["attractor_share"][n])
+            assert numbers(lines[head + 1 + n].partition(" %")[0])[-1] == pytest.approx(share, rel=0.01)
+        said = [numbers(line) for line in lines if line.startswith("  none: ")]
+        assert said == ([[100.0 * none / 8.0]] if none else [])
+
+
+def test_the_smallest_kick_is_said_with_its_frequency_and_where_it_leads():
+    part = xr.Dataset(
+        {
+            "kick_low": ("drive_frequency", [0.6, 0.4, 0.8], {"units": "m/s"}),
+            "kick_high": ("drive_frequency", [0.7, 0.5, 0.9], {"units": "m/s"}),
+            "motion_stroke": (("drive_frequency", "motion"), [[3.0], [2.0], [4.0]], {"units": "mm"}),
+        },
+        {"drive_frequency": ("drive_frequency", [10.0, 11.0, 12.0], {"units": "Hz"})},
+    )
+    shares = {name: [[0.01 * k], [0.03 * k], [0.02 * k]] for k, name in enumerate(FAILINGS)}
+    part = part.assign({f"motion_validity_{n}": (("drive_frequency", "motion"), v) for n, v in shares.items()})
+    kick, goal = envelope._kick_lines(part, ("periodic, period 2",))
+    assert kick == "  10 to 12 Hz: the smallest that leads away lies between 0.4 and 0.5 m/s, at 11 Hz"
+    assert goal.startswith("    to: periodic, period 2, stroke 2 to 4 mm; the model does not hold: ")
+    for k, words in enumerate(FAILINGS.values()):
+        assert (f"{words} up to {3.0 * k:g} %" in goal) == (k > 0)
+    alone, goal = envelope._kick_lines(part.isel(drive_frequency=[0]), ("pull-in",))
+    assert alone == "  10 Hz: the smallest that leads away lies between 0.6 and 0.7 m/s"
+    assert goal == "    to: pull-in, stroke 3 mm"
+    never, _ = envelope._kick_lines(part.assign(kick_high=np.inf * part["kick_high"]), ("rest",))
+    assert never == "  10 to 12 Hz: no kick leads away, but another motion exists"
+
+
+def test_numbers_over_draws_have_their_median_their_interval_and_how_many_have_none():
+    values = np.append(np.arange(101.0), np.nan)
+    known = xr.Dataset(
+        {
+            "stroke": ("cell", values, {"long_name": "stroke of the disc", "units": "mm"}),
+            "stroke_error": ("cell", values, {"units": "mm"}),
+            "lost": ("cell", np.nan * values, {"units": "1"}),
+            "regime": ("cell", np.ones(102, dtype=int)),
+        }
+    )
+    (line,) = grids._spread_lines(known)
+    assert line == "stroke of the disc: 50 mm, 95 % within 2.5 mm to 97.5 mm; none in 1 of 102 draws"
+
+
+def test_a_strength_is_missing_only_where_all_else_of_the_film_is_known():
+    for limit, field, said in ((0.1, np.nan, True), (np.nan, np.nan, False), (0.1, 0.2, False)):
+        found = xr.Dataset({"validity_near_limit": ("m", [limit]), "validity_breakdown": ("m", [field])})
+        assert strength_in_words(found) == [UNKNOWN_STRENGTH] * said
 
 
 # --- lists, members, kinds --------------------------------------------------------------------------------------------
