@@ -126,6 +126,11 @@ def test_sensitivities_are_those_of_the_settled_motion(name, found):
     assert own == pytest.approx(np.log(more / less) / 4e-3, rel=2e-2, abs=2e-2)
 
 
+def test_what_is_largest_is_in_the_units_of_the_number_of_that_name(found):
+    assert {name: found[name].attrs["quantity"] for name in best_drive._QUANTITY} == best_drive._QUANTITY
+    assert found["window_value"].attrs["quantity"] == found["stroke"].attrs["quantity"]
+
+
 def test_a_device_is_answered_in_its_units(command_line, undrawn):
     typed = (
         "drive",

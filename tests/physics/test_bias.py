@@ -12,7 +12,8 @@ from gelcone.physics.bias import BIASES, Bias, BuckledBeam, ConstantForce, Linea
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record, find_bias
 from gelcone.physics.statics import balances_of, rest_displacement
-from tests.toys import CubicBias, PowerFilm
+from tests.physics.test_system import Lagging
+from tests.toys import CubicBias, PowerFilm, TurningBias
 
 SPRING = LinearSpring()
 X = np.array([-2.0, -0.3, 0.1, 0.7, 3.0])
@@ -248,3 +249,21 @@ def test_a_bias_whose_slope_is_not_that_of_its_force_is_refused():
 
     with pytest.raises(InputError, match=r"slope of its force, at a displacement: it is 3.9 at -1.5, and must be 2.7"):
         ConeModel(bias=Together((LinearSpring(), Leaning())))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_biases_together_keep_their_states_apart(turned):
+    """Forces add up, and the states of each change as they do alone, whichever comes first; in statics none has any."""
+    parts = (Lagging(), TurningBias())
+    own = ([0.7], [0.2, -0.3])
+    alone = [{**part.complete({}), "bias_stiffness": 1.2} for part in parts]
+    order = (1, 0) if turned else (0, 1)
+    both = Together(tuple(parts[k] for k in order))
+    n = {**alone[0], **alone[1]}
+    y = [value for k in order for value in own[k]]
+    assert [state.name for state in both.states] == [state.name for k in order for state in parts[k].states]
+    rates = [rate for k in order for rate in parts[k].rates(0.4, 0.9, own[k], n)]
+    assert both.rates(0.4, 0.9, y, n) == rates
+    for states, each in ((y, own), ([], ([], []))):
+        pulls = [part.force(0.4, one, n) for part, one in zip(parts, each, strict=True)]
+        np.testing.assert_allclose(both.force(0.4, states, n), np.sum(pulls, axis=0), rtol=1e-14)

@@ -404,6 +404,11 @@ class WrongSlope(Fung):
         return xp.exp(n["fung_b"] * strain)
 
 
+class NotQuite(Fung):
+    def response_slope(self, strain, n, xp=np):
+        return 1.0001 * super().response_slope(strain, n, xp)
+
+
 class StifferFromTheStart(Fung):
     def energy(self, strain, n, xp=np):
         return 1.5 * super().energy(strain, n, xp)
@@ -430,6 +435,7 @@ class Hyperbolic(Fung):
     [
         (TwiceAsStiff(), "fung: response, twice .* it is 2 at 0, and must be 1; correct"),
         (WrongSlope(), "response_slope, .* it is 1 at 0, and must be 0.4"),
+        (NotQuite(), "response_slope, .* and must be 0.4"),
         (StifferFromTheStart(), "response at zero strain, .* it is 1.5 at 0, and must be 1"),
         (OfNumPy(), "cannot be differentiated and compiled .*; take .* xp.exp, .* not those of NumPy"),
         (Hyperbolic(), "cannot be differentiated and compiled .*sinh"),
