@@ -9,7 +9,7 @@ import xarray as xr
 import gelcone
 from gelcone import dataset
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
-from gelcone.atlas.maps import ALSO, basin, map
+from gelcone.atlas.maps import ALSO, attractors, basin, map
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import compute, sweep
 from gelcone.codes import Regime
@@ -172,6 +172,18 @@ def test_a_double_well_has_two_mirror_attractors_with_equal_shares():
     numbers = found["attractor"].values
     assert (numbers != numbers[::-1, ::-1]).all()
     np.testing.assert_allclose(np.sort(found["attractor_highest"]), [-0.98583, 0.98583], atol=1e-4)
+
+
+def test_attractors_are_numbered_by_how_often_they_are_reached_and_what_has_not_settled_is_none():
+    """Five cells on a cycle of period 2, three at rest on one side, two on the other, and three on no attractor."""
+    kinds = [Regime.REST, Regime.TRANSIENT, Regime.REST, Regime.REST, Regime.LEFT_THE_DOMAIN, *[Regime.PERIODIC] * 5]
+    kinds += [Regime.REST, Regime.REST, Regime.TRANSIENT]
+    highest = np.array([1.0, 5.0, -1.0, 1.0, 7.0, *[2.0] * 5, 1.0, -1.0, 5.0])
+    regimes, cycle = np.array([int(kind) for kind in kinds]), np.array([2 * (k == Regime.PERIODIC) for k in kinds])
+    own = {"regime": regimes, "period": cycle, "highest": highest, "lowest": highest - cycle}
+    numbers, cells = attractors(own)
+    assert numbers.tolist() == [1, -1, 2, 1, -1, *[0] * 5, 1, 2, -1]
+    assert cells.tolist() == [5, 0, 2]
 
 
 def test_a_basin_over_a_state_of_a_component_starts_there():

@@ -197,6 +197,8 @@ def test_bounds_and_words_are_those_of_the_device(device):
             "holds data that no file can hold; give numbers, texts or tupl",
         ),
         ({"circuit": 3}, "circuit: circuit = 3: must be a circuit"),
+        ({"film": {"component": "taut", "law": "gent"}}, "film: law is a field of the material or of the device"),
+        ({"film": {"component": "taut", "prestretch_mode": "equal"}}, "film: prestretch_mode is a field of"),
         ({"bias": "beam"}, "bias = 'beam': must be a component of one's own, .*spring, beam, weight and force have"),
         ({"bias": "1 kV"}, "a constant voltage is voltage_offset"),
         ({"bias": gelcone.physics.bias.LinearSpring()}, "bias: has the parameter spring_stiffness, which is one that"),

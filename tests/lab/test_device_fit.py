@@ -348,6 +348,20 @@ def test_amplitude_and_phase_and_planned_points(tmp_path):
         fit_device(pump, tests, {"spring_rate": 0.03})
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_set_and_read_and_its_noise_are_in_units_of_their_own(kind, tmp_path):
+    own = KINDS[kind]
+    units = dict(own.set) | {name: reading.unit for name, reading in own.read.items()}
+    lines = [f'{name} = ["{k + 1} {unit}", "{k + 2} {unit}"]' for k, (name, unit) in enumerate(units.items())]
+    noise = ", ".join(f'{name} = "{k + 1} {reading.unit}"' for k, (name, reading) in enumerate(own.read.items()))
+    (tmp_path / "list.toml").write_text("\n".join(["[[test]]", f'kind = "{kind}"', *lines, f"noise = {{ {noise} }}"]))
+    (found,) = read_device_tests(tmp_path / "list.toml").tests
+    stated = {name: [k + 1.0, k + 2.0] for k, name in enumerate(units)}
+    assert {name: values.tolist() for name, values in (found.set | found.read).items()} == stated
+    deviations = {name: [k + 1.0] * 2 for k, name in enumerate(own.read)}
+    assert {name: values.tolist() for name, values in found.noise.items()} == deviations
+
+
 def test_readings_are_drawn_over_what_was_set_in_si():
     """The first of what varies: heights in metres, volts, hertz; else the numbers of the rows."""
     whole = problem(TAUT, "taut")

@@ -61,6 +61,9 @@ def test_wrinkles_hold_what_the_hoop_is_too_long_by():
     assert partly.excess[0, -1] == pytest.approx(1.0 - CERTIFIED[3]["rim_n"] ** -0.5, rel=2e-3)
     _, _, wholly = rings(CERTIFIED[4])
     assert np.all(wholly.excess[0] > 0.0)
+    own = film(CERTIFIED[4], COUNT).gel  # its own hoop counts, not the one that the ring spans
+    wanted = own.strain(wholly.l1**2, wholly.width**2) / own.strain_limit
+    np.testing.assert_allclose(wholly.limit_share, wanted, rtol=1e-12)
     assert np.all(np.diff(wholly.z[0]) < 0.0)
     slopes = np.diff(wholly.z[0]) / np.diff(wholly.r[0])
     assert np.ptp(slopes) < 1e-6  # where no hoop pulls the meridian is straight

@@ -81,6 +81,9 @@ def test_a_run_says_since_when_a_motion_is_on_its_cycle():
     assert (far.period > 0).all()
     assert there.away.tolist() == [0.0, 0.0]
     assert far.away[0] > far.away[1] > 0.0
+    for name in ("lowest", "highest"):  # those of the cycle, without the way to it
+        np.testing.assert_allclose(getattr(far, name), getattr(there, name), atol=1e-3)
+    assert np.abs(far.highest).max() < 0.999
 
 
 def test_members_of_a_run_do_not_depend_on_their_blocks(monkeypatch):
