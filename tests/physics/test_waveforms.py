@@ -131,6 +131,9 @@ def test_the_peak_of_a_cubic_may_lie_within_a_piece():
     n = numbers(hump, 0.1)
     voltage = hump.voltage(np.linspace(0.0, float(hump.period(n)), 200_001)[:-1], n)
     assert hump.peak(n) == pytest.approx(np.abs(voltage).max(), rel=1e-4)
+    inside, h = np.linspace(0.1, 6.2, 40) / n["drive_frequency"], 1e-6
+    slope = (hump.voltage(inside + h, n) - hump.voltage(inside - h, n)) / (2.0 * h)
+    np.testing.assert_allclose(hump.voltage_rate(inside, n), slope, atol=1e-8)
 
 
 def test_a_multisine_has_the_peak_of_its_amplitude():

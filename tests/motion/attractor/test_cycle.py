@@ -11,6 +11,17 @@ from gelcone.physics.model import ConeModel
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
 
+def test_the_sign_of_an_exponent_is_known_beyond_its_error_alone():
+    """An exponent that is less certain than three errors, or less than what is resolved, has no sign."""
+    cases = [(-0.1, 0.01, -1), (-0.1, 0.06, 0), (0.1, 0.01, 1), (0.1, 0.06, 0), (0.1 * cycle.FLOOR, 0.0, 0)]
+    found = cycle.Cycles.none(len(cases) + 1, 2)
+    found.found[:-1] = True
+    found.exponents[:, 0], found.error[:, 0] = [*(c[0] for c in cases), -0.1], [*(c[1] for c in cases), 0.01]
+    found.distance[:] = 0.0
+    assert found.sign.tolist() == [*(c[2] for c in cases), 0]
+    assert found.attracting.tolist() == [True, *[False] * len(cases)]
+
+
 def test_newton_finds_the_cycle_from_a_distance_and_says_how_far_it_was():
     model = ConeModel(**SET, voltage=1.0).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from gelcone.paper.figures.resonance import amplitude_over_frequency, colours, peaks
+from gelcone.paper.figures.resonance import _branches, amplitude_over_frequency, colours, peaks
 from tests.plots.made_up import data_of, line
 
 KAPPA = np.array([0.1, 1.0])
@@ -42,6 +42,19 @@ def test_sweeps_up_are_solid_in_their_colour_and_sweeps_down_dashed_on_top():
     assert [text.xy for text in axes.texts] == [(0.2, 1.0), (0.3, 4.0)]
     assert (axes.get_xscale(), axes.get_yscale(), axes.get_xlim()[0]) == ("log", "log", 0.1)
     assert line(axes, "swept up").get_linestyle() == "-"
+
+
+def test_unstable_orbits_reach_to_their_stable_neighbours_and_no_further():
+    """The line between two jumps meets the sweeps at both ends, and does not run on along what a sweep shows."""
+    amplitude = np.arange(1.0, 8.0)
+    study = sweeps().assign(
+        branch_frequency=("at", 0.1 * amplitude),
+        branch_amplitude=("at", amplitude),
+        branch_stable=("at", [1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]),
+    )
+    axes = Figure().add_subplot()
+    _branches(study, axes)
+    np.testing.assert_allclose(data_of(axes.lines[0]), [[0.2, 0.3, 0.4, 0.5], [2.0, 3.0, 4.0, 5.0]])
 
 
 def test_highest_points_stand_over_the_stiffness_with_half_the_natural_frequency():
