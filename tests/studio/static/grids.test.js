@@ -376,3 +376,43 @@ test("an arrow key moves the setting along its axis, the opposite one back, and 
     assert.ok(!key("Tab") && gone.length === count, kind);
   }
 });
+
+test("beyond the ends of a scale a cell has the colour of its end, and one without a number none", () => {
+  for (const [kind, low, high] of [["exponent", "rgb(0,114,178)", "rgb(213,94,0)"], ["stroke", "rgb(11,42,82)", "rgb(246,230,75)"]]) {
+    const { grids, panel, id } = setUp(), own = cells(() => 1);
+    own.exponent.set([-90, 80, NaN], 0); own.low.set([1, 1, NaN], 0); own.high.set([1, 99, NaN], 0);
+    grids.message({ kind: "cells", id: id(), share: 1 }, own);
+    panel.view.value = kind; panel.view.onchange();
+    const shade = panel.shader(panel.nearest());
+    assert.deepEqual([shade(0), shade(1), shade(2)], [low, high, LIGHT.line], kind);
+    for (let k = 3; k < 65 * 49; k++) assert.ok(shade(k).match(/\d+/g).every((v) => v >= 0 && v <= 255), `${kind} ${k}`);
+  }
+});
+
+test("the axes of a map are two numbers of the device, whatever its address says", () => {
+  const names = LIST.filter((c) => c.kind === "number").map((c) => c.name);
+  for (const [x, y] of [["frequency", "frequency"], ["voltage_amplitude", "voltage_amplitude"], ["none", "film_thickness"], ["waveform", "waveform"], ["film_thickness", "none"]]) {
+    const { grids, panel, state, asked } = setUp();
+    state.x = [x, 1, 2]; state.y = [y, 3, 4];
+    grids.controlsChanged();
+    assert.ok(names.includes(state.x[0]) && names.includes(state.y[0]) && state.x[0] !== state.y[0], `${x} ${y}`);
+    assert.deepEqual([panel.x.value, panel.y.value, asked.at(-1)[1].x, asked.at(-1)[1].y], [state.x[0], state.y[0], state.x, state.y]);
+    if (names.includes(x)) assert.deepEqual(state.x, [x, 1, 2]);
+  }
+});
+
+test("a hand or a key beyond the ends of a picture moves the setting to its end", () => {
+  const ends = { map: [{ voltage_amplitude: 1600, frequency: 20 }, { voltage_amplitude: 0, frequency: 0.1 }], strip: [{ voltage_amplitude: 1600 }, { voltage_amplitude: 0 }], envelope: [{ frequency: 15, peak: 2500 }, { frequency: 15 / 500, peak: 2500 / 500 }] };
+  for (const [kind, { canvas, p, panel, gone, controls, setting }] of [["map", setUp("map")], ["strip", setUp("strip")], ["envelope", envelope()]]) {
+    const now = (name) => (name === "peak" ? panel.own()[1] : controls.value(name, setting.values));
+    const there = (x, y) => { canvas.onpointerdown(pointer(p, x, y)); canvas.onpointerup(pointer(p, x, y)); };
+    for (const [k, [x, y, keys]] of [[p.right + 300, p.top - 300, ["ArrowRight", "ArrowUp"]], [p.left - 300, p.bottom + 300, ["ArrowLeft", "ArrowDown"]]].entries()) {
+      const right = () => { for (const [name, value] of Object.entries(ends[kind][k])) assert.ok(near(now(name), value, 2e-3), `${kind} ${name} ${now(name)}`); };
+      there(x, y);
+      right();
+      for (const key of keys) canvas.onkeydown({ key, preventDefault() {} });
+      if (kind !== "map") right();
+    }
+    assert.ok(gone.length > 0);
+  }
+});

@@ -23,9 +23,9 @@ const RUN = () => ({ t: Float32Array.of(0, 50, 100), x: Float32Array.of(10, 20, 
 const asked = (kind) => socket.sent.filter((sent) => sent.kind === kind);
 const last = (kind) => asked(kind).at(-1);
 
-function answer(more = {}, arrays = RUN(), words = {}) {
+function answer(more = {}, arrays = RUN(), words = {}, list = CONTROLS) {
   const { id, side, controls } = last("look");
-  if (controls) socket.give({ kind: "subject", id, side, controls: CONTROLS, words: {} });
+  if (controls) socket.give({ kind: "subject", id, side, controls: list, words: {} });
   socket.give({ kind: "response", id, side, about: ABOUT, words: { seems: "seems to repeat", ended: "", period: 100, shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.3 }, { code: 4, share: 0.3 }], ...words }, ...more }, arrays);
 }
 
@@ -301,6 +301,20 @@ test("another subject starts anew, and only a device has an envelope", () => {
   assert.deepEqual(last("look").setting.device, "soft-film");
   answer();
   assert.equal(tab.hidden, false);
+});
+
+test("what is computed is said with the frequency of the drive, of a device and of a preset", () => {
+  const preset = CONTROLS.map((c) => (c.name === "frequency" ? { ...c, name: "drive_frequency", label: "Drive frequency", unit: "", value: 0.5, powers: { "": 0 } } : c));
+  for (const [subject, list, text] of [["preset:base", preset, "at drive frequency 0.5 …"], ["device:soft-film", CONTROLS, "at frequency 10 Hz …"]]) {
+    $("subject").value = subject; $("subject").onchange();
+    wait(400);
+    assert.match($("doing").textContent, /^Reading the device/);
+    answer({}, RUN(), {}, list);
+    $("periods").value = "60"; $("periods").onchange();
+    wait(400);
+    assert.equal($("doing").textContent, `Computing the run: 60 periods ${text}`);
+    $("periods").value = "20"; $("periods").onchange(); answer();
+  }
 });
 
 test("a file is opened and sent as text; one that is too large is not", async () => {

@@ -251,6 +251,38 @@ test("all that moves stays in the picture, whatever the sizes", () => {
   }
 });
 
+// The quadrilaterals of a film in perspective: their corners, as they are filled one after the other; and when the disc is.
+function faces(side) {
+  const { own, g } = cone([side, {}]), calls = g.calls.slice(0, g.calls.findIndex((c) => c.name === "restore")), found = []; // the first of two
+  let corners = [], disc = -1;
+  for (const c of calls) {
+    if (c.name === "moveTo" || (c.name === "lineTo" && corners.length)) corners.push(c.args);
+    if (c.name === "closePath" && corners.length === 4) found.push(corners);
+    if (["closePath", "beginPath"].includes(c.name)) corners = [];
+    if (c.name === "fill" && c.fillStyle === LIGHT.steel) disc = found.length;
+  }
+  const whole = { about: ABOUT, low: 0, high: 20 }, scale = own.scale(whole);
+  return { found, disc, scale, ground: own.ground(whole, 480, scale) };
+}
+
+test("in perspective the far half of a film is drawn first, the near half last, and the disc over what it covers", () => {
+  for (const height of [10, -10]) {
+    const { found, disc } = faces({ height, low: -20 }), half = found.length / 2, up = (part) => part.flat().reduce((sum, [, y]) => sum + y, 0) / part.length;
+    assert.ok(half > 10 && up(found.slice(0, half)) < up(found.slice(half)), `${height}`);
+    assert.equal(disc, height < 0 ? half : found.length);
+  }
+});
+
+test("in perspective the rings of a membrane are at their radii and heights", () => {
+  const shape = [8, 11, 14, 20, 30].map((radius, k) => ({ radius, rise: [1, 0.7, 0.4, 0.1, 0][k], stretch: 1 + 0.1 * k, wrinkled: false }));
+  const { found, scale, ground } = faces({ height: 10, shapes: [shape, null], thin: [1, NaN], field: [0, 0] });
+  const near = found.slice(found.length / 2, found.length / 2 + 2), middle = near[0][0][0] - 30 * scale, drawn = near.map(([[x, y]]) => [x, y]);
+  const up = (ground - drawn[1][1]) / (10 * 0.4 * scale); // how much of a height is seen
+  assert.ok(up > 0.5 && up < 1);
+  assert.ok(close(drawn, [[middle + 30 * scale, ground], [middle + 14 * scale, ground - 4 * scale * up]]));
+  assert.ok(close([near[1][3]], [[middle + 8 * scale, ground - 10 * scale * up]]));
+});
+
 test("the plane of a second film stays in the picture, wherever it is", () => {
   for (const second of [80, 15, -15, -80]) {
     const { own } = cone([{ about: { ...ABOUT, second } }]), whole = { about: { ...ABOUT, second }, low: 0, high: 20 }, scale = own.scale(whole), ground = own.ground(whole, 480, scale);
