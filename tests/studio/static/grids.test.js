@@ -416,3 +416,16 @@ test("a hand or a key beyond the ends of a picture moves the setting to its end"
     assert.ok(gone.length > 0);
   }
 });
+
+test("names in an envelope stand apart and inside of it, with limits beyond its voltages neither drawn nor named", () => {
+  const own = setUp("envelope"), limits = ["pull-in", "hoop slack", "onset of rest"], { p } = own;
+  const found = Object.fromEntries(limits.map((name, k) => [`limit ${name}`, Float32Array.of(2400 - 300 * k, 1200)]));
+  own.grids.message({ kind: "envelope", id: own.id(), limits, static: { "pull-in": 1900, pitchfork: 2600, "hoop slack": 2499, none: null }, highest: 2500, most: 15, share: 1, pull_in_of: "cone" }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000), ...found });
+  forget(p.context);
+  own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
+  const names = p.context.calls.filter((c) => c.name === "fillText" && /pull-in|slack|onset|pitchfork/.test(c.args[0])).map((c) => c.args);
+  assert.deepEqual(names.map(([text]) => text), ["pull-in of the cone", "hoop slack", "onset of rest", "pull-in of the cone, slowly", "hoop slack, slowly"]);
+  for (const [text, x, y] of names) assert.ok(x >= p.left && x <= p.right && y >= p.top - 10 && y <= p.bottom, text);
+  names.forEach(([text, x, y], k) => { for (const [other, u, v] of names.slice(0, k)) assert.ok(Math.abs(y - v) > 10 || x !== u, `${text}, ${other}`); });
+  assert.equal(p.context.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.edge && c.dash.length).length, 2);
+});
