@@ -6,7 +6,7 @@ import xarray as xr
 
 import gelcone
 from gelcone.devices.scales import MEASURES
-from gelcone.devices.si import device_of, to_si
+from gelcone.devices.si import device_of, in_field_units, to_si
 from gelcone.devices.units import DIMENSIONS, parse
 
 
@@ -51,6 +51,15 @@ def device():
 def test_a_quantity_has_its_unit_and_scale(device, quantity, unit, scale):
     assert MEASURES[quantity].shown == unit
     assert device.scales.shown(quantity) == pytest.approx(scale(device.scales), rel=1e-12)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm", 1e-3), ("kPa", 1e3), ("V", 1.0), ("kHz", 1e3), ("1", 1.0)])
+def test_a_coordinate_over_a_field_goes_to_the_si_unit_of_the_field(unit, size):
+    values = xr.DataArray([2.0, 3.0], dims="at", attrs={"units": unit, "quantity": "device field"})
+    np.testing.assert_allclose(in_field_units(values), [2.0 * size, 3.0 * size])
+    xr.testing.assert_identical(
+        in_field_units(values.assign_attrs(quantity="length")), values.assign_attrs(quantity="length")
+    )
 
 
 def test_every_quantity_that_is_read_in_si_is_tested():

@@ -91,6 +91,7 @@ def test_a_footprint_is_that_of_each_design(wish):
     np.testing.assert_allclose(
         problem.margins(found)["footprint"][:, 0], np.minimum(2.0 * rows[:, at] / 0.06 - 1.0, 1.0)
     )
+    assert wish(WISH).device.film_radius == pytest.approx(0.03)  # a size is twice the radius
     smallest = Objective("footprint", False)
     np.testing.assert_allclose(problem.objective(rows, found, np.zeros(2), smallest), 2.0 * rows[:, at])
 

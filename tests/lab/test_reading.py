@@ -56,10 +56,11 @@ def test_rows_stand_on_their_lines_of_the_file(tmp_path):
     assert own == table.columns["stretch"].values.tolist()
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "latin-1"])
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-8-sig", "latin-1"])
 def test_encodings(encoding, tmp_path):
     text = PLAIN.replace("stretch", "id,stretch").replace("\n1", "\n20\N{DEGREE SIGN}C,1")
-    table = read_table(written(tmp_path, text, encoding=encoding))
+    mark = "\ufeff" if encoding.startswith("utf-16-") else ""
+    table = read_table(written(tmp_path, mark + text, encoding=encoding))
     assert table.columns["id"].words[0] == "20\N{DEGREE SIGN}C"
     assert any("Latin-1" in note for note in table.notes) == (encoding == "latin-1")
 

@@ -21,7 +21,7 @@ from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import DRIVES
 from gelcone.physics.statics import balances_of, rest_displacement
-from tests.toys import FilteredVoltage, PowerFilm
+from tests.toys import FilteredVoltage, PowerFilm, QuickResistor
 
 SYMBOLIC = SimpleNamespace(log1p=lambda z: sympy.log(1 + z), sqrt=sympy.sqrt, sin=sympy.sin, cos=sympy.cos)
 X = np.linspace(-1.5, 2.5, 17)
@@ -104,6 +104,16 @@ def test_a_second_film_that_pulls_nothing_changes_nothing_that_rounding_does_not
 
 
 # --- the model --------------------------------------------------------------------------------------------------------
+
+
+def test_a_circuit_that_follows_the_rate_of_its_command_turns_it_for_a_film_in_opposite_phase():
+    """Equal films in one plane have opposite voltages, also behind a circuit that takes the rate of the voltage."""
+    model = ConeModel(second_film="taut", second_drive="opposite", circuit=QuickResistor(), voltage=0.6)
+    n = model.own_numbers
+    for tau in (0.3, 1.7, 4.0):
+        first, second = (float(np.ravel(v)[0]) for v in model.system.voltages(tau, [0.5, 0.4], n))
+        assert second == pytest.approx(-first, rel=1e-12)
+        assert abs(first - float(np.ravel(model.system.waveform.voltage(tau, n))[0])) > 1e-4
 
 
 def test_what_is_not_given_of_the_second_film_is_the_first_ones():

@@ -8,6 +8,7 @@ import urllib.request
 import pytest
 
 import gelcone
+from gelcone.studio.notebook import elsewhere
 
 
 @pytest.mark.parametrize("before", ["", "import gelcone.studio.server; "])
@@ -53,6 +54,21 @@ def test_a_notebook_has_one_server_however_often_it_asks_until_it_is_closed():
             assert answer.status == 200
     finally:
         third.close()
+
+
+@pytest.mark.parametrize(
+    ("variable", "name"),
+    [
+        ("JUPYTERHUB_SERVICE_PREFIX", "JupyterHub"),
+        ("BINDER_SERVICE_HOST", "Binder"),
+        ("CODESPACES", "GitHub Codespaces"),
+        ("COLAB_RELEASE_TAG", "Colab"),
+    ],
+)
+def test_what_stands_between_a_kernel_and_its_browser_is_named(variable, name, monkeypatch):
+    assert elsewhere() == ""
+    monkeypatch.setenv(variable, "there")
+    assert elsewhere() == name
 
 
 def test_what_is_no_single_device_is_refused():

@@ -1,0 +1,27 @@
+"""Options that belong together: what a recording of the drive sets is not set a second time."""
+
+import pytest
+
+RECORDING = "time (s),voltage (V)\n0,0\n0.1,100\n0.2,0\n"
+
+
+@pytest.mark.parametrize(
+    ("subject", "setting"),
+    [
+        *((["biased-pump"], own) for own in ("voltage_amplitude=1 V", "voltage_offset=1 V", "frequency=9 Hz")),
+        (["biased-pump"], "waveform=square"),
+        *((["--preset", "base"], own) for own in ("voltage=1", "voltage_bias=0.1", "drive_frequency=0.3")),
+    ],
+)
+def test_what_a_recording_sets_is_set_once(subject, setting, command_line, tmp_path):
+    (tmp_path / "drive.csv").write_text(RECORDING.replace(" (s)", "").replace(" (V)", "") if subject[1:] else RECORDING)
+    code, _, err = command_line("simulate", *subject, "--drive", "drive.csv", "--set", setting)
+    name = setting.partition("=")[0]
+    assert code == 2
+    assert f"--set {name}: the recording of --drive sets it; leave it out, or give --drive-scale" in err
+
+
+def test_options_of_a_recording_need_one(command_line):
+    code, _, err = command_line("simulate", "biased-pump", "--drive-scale", "2")
+    assert code == 2
+    assert "--drive-scale: there is no --drive; name a CSV file" in err
