@@ -96,6 +96,14 @@ def answer(page, kind, seconds=20.0):
             return head, arrays
 
 
+def test_what_is_wrong_with_a_look_is_said_of_its_side(server):
+    with server.page() as page:
+        for number, side, said in ((1, "a", "a"), (2, "b", "b"), (3, "c", None)):
+            ask(page, "look", number, side=side, setting=PUMP, periods="many")
+            head = answer(page, "error")[0]
+            assert (head["id"], head.get("side")) == (number, said)
+
+
 def test_a_studio_that_is_stopped_before_it_serves_ends_at_once():
     studio = Studio(Shelf())
     listening = studio.listen()
@@ -618,7 +626,7 @@ def test_a_connection_that_the_server_has_closed_meanwhile_counts_as_gone(server
 def test_a_setting_that_takes_long_to_read_holds_up_nobody(server, monkeypatch, kind, content):
     begun, go_on = threading.Event(), threading.Event()
 
-    def read(shelf, setting):
+    def read(shelf, setting, **options):
         begun.set()
         go_on.wait(20)
         raise InputError("frequency: was read")
