@@ -423,6 +423,31 @@ def test_a_basin_says_the_share_of_each_attractor_and_of_those_that_lead_to_none
         assert said == ([[100.0 * none / 8.0]] if none else [])
 
 
+def test_a_limit_that_is_not_met_is_said_with_the_highest_voltage_examined():
+    """In the table of an envelope: at constant voltages up to 3 kV, under a drive up to 2 kV, or up to pull-in."""
+    shown = xr.Dataset(
+        {
+            "static_displacement": ("peak_voltage", [1.0, 2.0, 3.0]),
+            "limit_low": (("driven_limit", "drive_frequency"), [[np.inf, np.inf], [np.inf, 1.5], [1.9, np.inf]]),
+            "limit_high": (("driven_limit", "drive_frequency"), [[np.inf, np.inf], [np.inf, 1.6], [1.9, np.inf]]),
+            "static_limit_voltage": ("static_limit", [np.inf]),
+        },
+        {
+            "peak_voltage": ("peak_voltage", [0.0, 1.0, 3.0], {"units": "kV"}),
+            "driven_peak": ("driven_peak", [0.5, 2.0], {"units": "kV"}),
+            "drive_frequency": ("drive_frequency", [8.0, 9.0], {"units": "Hz"}),
+            "driven_limit": ["hoop slack", "chaos", "pull-in"],
+            "static_limit": ["pull-in"],
+        },
+    )
+    assert envelope._static_reading(shown, "hoop slack", np.inf) == "above 3 kV"
+    assert envelope._static_reading(shown, "hoop slack", 1.25) == "1.25 kV"
+    lost = shown.assign(static_displacement=("peak_voltage", [1.0, 2.0, np.nan]))
+    assert envelope._static_reading(lost, "hoop slack", np.inf) == "none to pull-in"
+    rows = [envelope._lowest_driven(shown, k) for k in range(3)]
+    assert rows == ["above 2 kV", "1.5 to 1.6 kV at 9 Hz", "1.9 kV at 8 Hz"]
+
+
 def test_the_smallest_kick_is_said_with_its_frequency_and_where_it_leads():
     part = xr.Dataset(
         {

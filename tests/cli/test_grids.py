@@ -1,11 +1,17 @@
+import numpy as np
 import pytest
 
 from gelcone.analyses.grids import totals_text
+from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally
+from gelcone.atlas.sweep import sweep
 from gelcone.atlas.uncertain import Uniform, draw
 from gelcone.cli import group
+from gelcone.cli.grids import stored
 from gelcone.cli.output import tally_text
+from gelcone.devices.device import find_device
 from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
 from tests.answers import result
 
 SETTINGS = ["--set", "damping_ratio=0.05", "--set", "spring_stiffness=0.5", "--set", "drive_frequency=0.3"]
@@ -41,6 +47,21 @@ def test_a_map_is_stored_shown_and_resumed(run, tmp_path):
     assert "0 missing of 63" in text
     with pytest.raises(InputError, match=r"damping_ratio is 0\.05 there and 0\.1 here"):
         run(*[a.replace("0.05", "0.1") for a in MAP], "--resume", tmp_path / "s")
+
+
+@pytest.mark.parametrize("device", [None, "biased-pump"])
+def test_a_store_knows_where_its_cells_start(device, tmp_path):
+    """What resumes or shows a store is about its own initial state, not about the usual one."""
+    if device is None:
+        plan, wanted = Plan(ConeModel(damping_ratio=0.3), {"voltage": [0.1, 0.2]}, (0.3, 0.1)), (0.3, 0.1)
+    else:
+        own = find_device(device).replace(film="taut")
+        plan = Plan(own, {"frequency": ["9 Hz", "10 Hz"]}, ("5 mm", "0.1 m/s"))
+        wanted = 5e-3 / own.scales.length, 0.1 / own.scales.velocity
+    sweep(plan, "settled", store=tmp_path / "s")
+    subject = stored(tmp_path / "s").subject
+    np.testing.assert_allclose(np.ravel(subject.initial), wanted, rtol=1e-12)
+    assert (subject.device is None) == (device is None)
 
 
 def test_a_store_knows_its_device(run, tmp_path):

@@ -374,6 +374,9 @@ def test_readings_are_drawn_over_what_was_set_in_si():
         np.testing.assert_array_equal(own["reading_along"], np.tile(values, count))
         assert words == "row" or words == f"{name} ({KINDS[test.kind].set[name]})"
         np.testing.assert_array_equal(own["measured"], test.values)
+        np.testing.assert_array_equal(own["noise"], test.deviations)
+        assert own["reading_unit"].values.tolist() == test.units
+        assert own["reading_name"].values.tolist() == [name for name, read in test.read.items() for _ in read]
 
 
 LISTS = {

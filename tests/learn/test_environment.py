@@ -198,6 +198,19 @@ def test_what_is_seen_and_earned_follows_from_the_motion(taut):
     assert ((own.target >= 12e-3) & (own.target <= 14e-3)).all()
 
 
+def test_what_is_seen_ends_at_ten_ranges_on_either_side(taut):
+    vector = gelcone.environment(taut, 3, heights=("12 mm", "14 mm"), most="1 kV")
+    vector.reset(seed=0)
+    own = vector.episodes
+    own.displacement[:] = 12e-3 + 2e-3 * np.array([9.0, 11.0, -11.0])
+    np.testing.assert_allclose(own.observe()[:, 0], [9.0, 10.0, -10.0], rtol=1e-5)
+
+
+def test_the_default_largest_voltage_is_the_peak_of_the_devices_own_drive():
+    own = device(film="taut", voltage_amplitude=200.0, voltage_offset=-700.0)
+    assert gelcone.environment(own).episodes.task.most == pytest.approx(900.0)
+
+
 def test_the_default_heights_are_those_that_the_device_can_hold(taut):
     task = gelcone.environment(taut, most="1 kV").episodes.task
     static = gelcone.stroke_and_blocked_force(taut, ["0 V", "1 kV"])
@@ -287,6 +300,21 @@ def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
     assert info["ended"].tolist() == ["", "stretch_limit"]
     assert info["_ended"].tolist() == [False, True]
     assert reward[1] == 1 - own.task.steps - 1.0
+
+
+def test_a_reset_forgets_which_episodes_were_over(taut):
+    """Else those would begin anew once more in the first step, whose action and reward were lost."""
+    vector = gelcone.environment(taut, 2, episode="1 ms")
+    vector.reset(seed=0)
+    *_, truncated, _ = vector.step(np.zeros((2, 1)))
+    assert truncated.all()
+    vector.reset(seed=1)
+    _, reward, _, truncated, _ = vector.step(np.ones((2, 1)))
+    assert truncated.all()
+    assert (reward < 0.0).all()
+    np.testing.assert_allclose(vector.episodes.voltage, vector.episodes.task.most)
+    vector.step(np.ones((2, 1)))  # a step in which they begin anew, without voltage
+    np.testing.assert_array_equal(vector.episodes.voltage, 0.0)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.creep import thresholds
-from gelcone.motion.driven import DRIVEN_LIMITS, DriveShape, Plane, driven, peak_of
+from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
@@ -132,6 +132,17 @@ def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
         assert np.abs(found / wanted - 1.0).min() < 0.03
     assert (np.diff(found) > 0.0).all()
     assert found[-1] <= 3.0 * natural
+
+
+@pytest.mark.parametrize("stiffness", [0.05, 30.0])
+def test_default_frequencies_are_as_close_for_slow_and_for_fast_discs(stiffness):
+    """Over their span none is missing and none is doubled, both by its share of the frequency."""
+    model = TAUT.replace(spring_stiffness=stiffness)
+    plane = Plane(model, DriveShape.of(model), 0.3, None)
+    found, span = plane.default_frequencies(0.6), plane.natural_frequency() * np.geomspace(*SPAN)
+    inside = span[1:-1]
+    assert np.abs(found[:, None] / inside - 1.0).min(axis=0).max() <= 1.01 * TOO_CLOSE
+    assert (np.diff(found) / found[:-1]).min() > 0.99 * TOO_CLOSE
 
 
 def test_frequencies_are_added_where_the_lowest_limit_falls_steeply():

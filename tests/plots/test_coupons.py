@@ -6,8 +6,8 @@ from gelcone.plots.coupons import coupon_figure
 from tests.plots.made_up import corners, data_of, line, result
 
 
-def test_a_hold_is_drawn_over_hours_and_a_band_lies_on_both_sides():
-    fit = result(
+def made_up():
+    return result(
         {
             "sample_test": ("sample", [0, 0, 0, 1, 1]),
             "time": ("sample", [0.0, 1800.0, 7200.0, np.nan, np.nan]),
@@ -23,7 +23,10 @@ def test_a_hold_is_drawn_over_hours_and_a_band_lies_on_both_sides():
         },
         attrs={"band": 0.1, "chosen_law": "gent", "chosen_branches": 2, "title": "material fit: gel"},
     )
-    hold, pull = (axes for axes in coupon_figure(fit).axes if axes.get_visible())
+
+
+def test_a_hold_is_drawn_over_hours_and_a_band_lies_on_both_sides():
+    hold, pull = (axes for axes in coupon_figure(made_up()).axes if axes.get_visible())
     np.testing.assert_allclose(data_of(line(hold, "measured")), [[0.0, 0.5, 2.0], [9.0, 6.0, 5.0]])
     np.testing.assert_allclose(data_of(line(hold, "material")), [[0.0, 0.5, 2.0], [9.5, 6.5, 5.5]])
     np.testing.assert_allclose(data_of(line(hold, "predicted from the other tests"))[1], [10.0, 7.0, 6.0])
@@ -35,3 +38,13 @@ def test_a_hold_is_drawn_over_hours_and_a_band_lies_on_both_sides():
         ("stretch", "pull: 4.2 %"),
     ]
     assert hold.get_ylabel() == "stress (kPa)"
+
+
+def test_tests_that_only_check_the_fit_are_drawn_and_those_left_out_are_not():
+    for uses, drawn in (
+        (["check", "fit"], ["hold", "pull"]),
+        (["leave out", "check"], ["pull"]),
+        (["fit", "leave out"], ["hold"]),
+    ):
+        figure = coupon_figure(made_up().assign(test_use=("test", uses)))
+        assert [axes.get_title().partition(":")[0] for axes in figure.axes if axes.get_visible()] == drawn

@@ -22,11 +22,11 @@ def test_readings_have_their_noise_and_bars_their_names():
             "measured": ("reading", [1.0, 2.0, 1.4]),
             "noise": ("reading", [0.1, 0.2, 0.3]),
             "predicted": ("reading", [1.1, 2.2, 1.5]),
-            "left": ("unknown", [0.02, 0.9]),
-            "prior": ("unknown", [0.1, 1.0]),
-            "deviation": ("unknown", [0.25, 0.1]),
+            "left": ("unknown", [0.02, 0.9, 0.06]),
+            "prior": ("unknown", [0.1, 1.0, 0.1]),
+            "deviation": ("unknown", [0.25, 0.1, 0.15]),
         },
-        {"unknown": ("unknown", ["material.shear_modulus", "spring_rate"])},
+        {"unknown": ("unknown", ["material.shear_modulus", "spring_rate", "moving_mass"])},
         attrs={"tests": json.dumps(["blocked force"]), "refused": 0, "title": "device fit: pump", "chosen": "taut"},
     )
     panel, bars, *_ = device_fit_figure(fit).axes
@@ -39,8 +39,8 @@ def test_readings_have_their_noise_and_bars_their_names():
     assert (panel.xaxis.get_major_formatter()(0.02), panel.yaxis.get_major_formatter()(1.5)) == ("20 mm", "1.5 N")
     names = dict(zip(bars.get_yticks(), (text.get_text() for text in bars.get_yticklabels()), strict=True))
     found = {names[bar.get_y() + bar.get_height() / 2]: bar.get_width() for bar in bars.patches}
-    assert found == pytest.approx({"shear_modulus": 0.2, "spring_rate": 0.9})
+    assert found == pytest.approx({"shear_modulus": 0.2, "spring_rate": 0.9, "moving_mass": 0.6})
     assert names[max(names)] == "shear_modulus"  # the first on top
-    assert [bar.get_facecolor()[:3] for bar in bars.patches] == [to_rgb(BLUE), to_rgb(GREY)]
+    assert [bar.get_facecolor()[:3] for bar in bars.patches] == [to_rgb(BLUE), to_rgb(GREY), to_rgb(GREY)]
     (far,) = (text for text in bars.texts if text.get_text() == "far from its prior")
     assert (names[far.get_position()[1]], far.get_color()) == ("shear_modulus", VERMILION)

@@ -44,6 +44,12 @@ def test_a_multiple_of_the_period_gives_the_period():
     np.testing.assert_allclose(found[1].exponents, found[0].exponents, atol=1e-9)
 
 
+@pytest.mark.parametrize("period", [1, 2, 3, 4, 6, 12])
+def test_the_period_is_the_smallest_of_all_after_which_a_path_repeats(period):
+    path = np.tile(np.random.default_rng(1).normal(size=(1, period, 5, 2)), (1, 12 // period, 1, 1))
+    assert cycle._smallest_period(path, np.array([1.0])).tolist() == [period]
+
+
 def test_no_cycle_is_found_in_the_middle_of_a_decay():
     model = ConeModel(**SET, voltage=1.0).members()
     assert not cycle.find_cycles(model, np.array([[2.5, 0.0]]), np.array([1])).found[0]
