@@ -1,9 +1,12 @@
 """Results in words, the same in figures and on the command line."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone import words
 from gelcone.codes import Outcome, Regime
 from gelcone.words import lasting, lasting_in_words, motion_in_words, outcome_in_words, rate_unit, unit_of, with_error
 
@@ -83,3 +86,12 @@ def test_chaos_that_ends_has_its_lifetime_in_one_unit():
     member = member.assign({f"fate_share{end}": ("fate", [0.0]) for end in ("", "_low", "_high")})
     expected = "chaos lasts 50 [15, 1.5e+02] min in the mean; 4 of 16 nearby starts are still chaotic"
     assert lasting_in_words(member) == [expected]
+
+
+@pytest.mark.parametrize("named", [words.SHEET_ROWS | words.SHEET_DRIVE, words.FAILINGS], ids=["sheet", "failings"])
+def test_a_number_shares_more_words_with_its_own_phrase_than_with_any_other(named):
+    """Two phrases that were exchanged would show."""
+    said = {name: set(re.findall(r"[a-z]+", phrase)) for name, phrase in named.items()}
+    for name, own in said.items():
+        shared = {other: len(set(name.split("_")) & phrase) for other, phrase in said.items()}
+        assert shared[name] == max(shared.values()) > 0, (name, own)

@@ -55,7 +55,9 @@ def test_listed_faults_are_found_in_the_program_as_it_is(mutation):
     faults = mutation.listed_faults(ROOT)
     assert len(faults) >= 20
     for fault in faults:
-        ast.parse(fault.applied((ROOT / fault.file).read_bytes()))
+        changed = fault.applied((ROOT / fault.file).read_bytes())
+        if fault.file.suffix == ".py":  # others are of the studio's page
+            ast.parse(changed)
 
 
 def test_looks_words_and_annotations_are_left_out(mutation, tree):
