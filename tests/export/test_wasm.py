@@ -135,3 +135,14 @@ def test_a_clang_without_its_builtins_is_no_compiler(tmp_path, monkeypatch):
         clang.write_text(f"#!/bin/sh\necho {printed}\n")
         clang.chmod(0o755)
         assert wasm._has_builtins((str(clang), "--target=wasm32-wasi")) is whole
+
+
+@pytest.mark.parametrize(("inside", "begin"), [(False, 700), (True, 0)])
+def test_the_slider_of_the_page_begins_at_the_offset_that_the_drive_inside_does_not_give(
+    inside, begin, tmp_path, monkeypatch
+):
+    """It reaches half as far again as the peak of the device's own drive, whatever the sign of the offset."""
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
+    own = device(film="taut", voltage_amplitude=100.0, voltage_offset=-700.0)
+    wasm.write_wasm(Exported(own, "pump", inside, 1e-9), tmp_path / "pump.wasm", False)
+    assert f'min="0" max="1200" value="{begin}"' in (tmp_path / "pump.html").read_text(encoding="utf-8")

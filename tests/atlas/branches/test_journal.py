@@ -85,3 +85,20 @@ def test_a_damaged_entry_is_told(tmp_path):
     entry.write_bytes(entry.read_bytes()[:100])
     with pytest.raises(InputError, match=r"00000.npz: is damaged .* remove it"):
         gelcone.continue_branch(BASE, "voltage", 0.93, 0.95, checks=2, store=tmp_path)
+
+
+def test_the_state_of_an_entry_under_way_is_written_now_and_then(tmp_path, monkeypatch):
+    """Once `EVERY` has passed since what was written last, and not before; the whole entry takes its place."""
+    clock, noted = [100.0], []
+    monkeypatch.setattr(journal.time, "monotonic", lambda: clock[0])
+    own = journal.Journal(tmp_path)
+    for now in (100.5, 101.1, 101.5, 102.0, 102.2):
+        clock[0] = now
+        own.note(lambda now=now: noted.append(now) or {"at": np.array(now)})
+    assert noted == [101.1, 102.2]
+    found, all_of_it = journal.Journal(tmp_path).begin()
+    assert (float(found["at"]), all_of_it) == (102.2, False)
+    own.end(lambda: {"at": np.array(7.0)})
+    found, all_of_it = journal.Journal(tmp_path).begin()
+    assert (float(found["at"]), all_of_it) == (7.0, True)
+    assert len(list(tmp_path.iterdir())) == 1
