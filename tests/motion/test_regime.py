@@ -117,6 +117,15 @@ def test_chaos_in_both_opinions():
     assert float(result["zero_one"]) > 0.9
     assert int(result["period"]) == 0
     assert np.isnan(float(result["cycle_distance"]))
+    # one forcing period leads from each point to the next, and the motion stays in its extent, of which it fills much
+    model = ConeModel(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
+    points, turn = result["section"].values, np.pi / 1.5
+    np.testing.assert_allclose(integrate(model, points[3], [turn]).states[0, -1], points[4], atol=1e-6)
+    x = integrate(model, points[3], np.linspace(0.0, 5.0 * turn, 200)[1:]).states[0, :, 0]
+    low, high = float(result["lowest"]), float(result["highest"])
+    room = 0.02 * (high - low)
+    assert low - room < x.min() < x.max() < high + room
+    assert np.ptp(x) > 0.6 * (high - low)
 
 
 @pytest.mark.parametrize("voltage", [0.0, 0.1])

@@ -57,6 +57,9 @@ def test_thresholds_are_the_highest_at_which_rest_is_lost_and_the_volts_are_shad
     (span,) = axes.patches
     assert (span.get_x(), span.get_width()) == (10.0, 40.0)
     words = [text.get_text() for text in axes.get_legend().get_texts()]
+    signs = dict(zip(words, axes.get_legend().legend_handles, strict=True))
+    fills = [signs[name].get_markerfacecolor() for name in ("filled: from the start", "open: long run")]
+    assert (to_rgb(fills[0]), fills[1]) == (to_rgb("black"), "none")
     assert words[:5] == [
         "initial height 0 mm",
         "initial height 20 mm",
