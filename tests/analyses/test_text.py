@@ -362,6 +362,8 @@ def test_branches_say_where_they_run_what_is_stable_and_what_is_born():
         own = found.isel(branch=k)
         values = own["value"].values[np.isfinite(own["value"].values)]
         line = line_with(lines, f"branch {k}: ")
+        kind = "rest" if int(own["resting"]) else f"period {int(own['period'])}"
+        assert line.startswith(f"branch {k}: {kind}{', symmetric' * int(own['symmetric'])}, voltage ")
         low, high, points, share = numbers(line.partition(", voltage ")[2])[:4]
         assert [low, high] == pytest.approx([values.min(), values.max()], rel=1e-5)
         assert points == values.size
@@ -540,6 +542,12 @@ def test_how_long_chaos_lasts_and_where_it_ends():
     assert fates.endswith("periodic, period 3 75% [50%, 90%]; rest 25% [10%, 50%]")
     (whole,) = lasting_in_words(chaos(1.0))
     assert numbers(whole) == [700.0, 20.0]
+
+
+@pytest.mark.parametrize("outcome", [one for one in Outcome if one])
+def test_a_failed_member_says_how_it_failed(outcome):
+    failed = xr.Dataset({"outcome": int(outcome)})
+    assert motions._largest(failed) == f"failed, {outcome.name.lower().replace('_', ' ')}"
 
 
 def test_the_evidence_of_a_doubtful_or_failed_run():

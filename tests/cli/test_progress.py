@@ -33,6 +33,20 @@ def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_the_time_that_is_left_is_that_of_the_work_that_is_left(monkeypatch, capsys):
+    """A quarter of the work is done: three times as long again. The clock runs a hundred times as fast."""
+    real = time.monotonic
+    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    monkeypatch.setattr(output.time, "monotonic", lambda: 100.0 * real())
+    with output.progress_lines("static") as report:
+        report(0.25)
+        time.sleep(0.12)
+    said = [re.search(r"25 % after (\d+) s, (\d+) s left", line) for line in capsys.readouterr().err.splitlines()]
+    spent, left = max((int(one[1]), int(one[2])) for one in said if one)
+    assert spent >= 5
+    assert left == pytest.approx(3 * spent, abs=2)
+
+
 def test_a_sweep_is_reported_before_its_first_cell(monkeypatch, capsys):
     monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
     monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)

@@ -169,6 +169,14 @@ def test_an_episode_is_that_of_its_device(taut):
         np.testing.assert_allclose(swung(one, 30)[:, 0], found[:, member], rtol=1e-12)
 
 
+def test_the_devices_are_those_that_the_seed_draws(taut):
+    for seed in (0, 5):
+        pool = gelcone.environment(taut, 2, uncertain=UNCERTAIN, draws=4, seed=seed).episodes._pool
+        drawn = gelcone.draw(UNCERTAIN, 4, seed=seed)
+        own = [taut.replace({name: float(values[k]) for name, values in drawn.items()}) for k in range(4)]
+        np.testing.assert_allclose(pool.time, [one.scales.time for one in own], rtol=1e-12)
+
+
 def test_one_environment_does_what_one_of_many_does(taut):
     one, many = gelcone.environment(taut), gelcone.environment(taut, 2)
     first, _ = one.reset(seed=5)

@@ -15,6 +15,7 @@ import urllib.error
 import urllib.request
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -94,6 +95,16 @@ def answer(page, kind, seconds=20.0):
         if head["kind"] in (kind, "error"):
             assert head["kind"] == kind, head
             return head, arrays
+
+
+@pytest.mark.parametrize(
+    ("host", "shown"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("here.local", "here.local")]
+)
+def test_the_address_is_one_that_a_browser_takes(host, shown):
+    """An address of version 6 stands in brackets, and what the page shows behind the token."""
+    own = SimpleNamespace(host=host, port=8765)
+    assert Studio._address(own, "token=abc", "device=pump") == f"http://{shown}:8765/?token=abc#device=pump"
+    assert Studio._address(own, "token=abc", "") == f"http://{shown}:8765/?token=abc"
 
 
 def test_what_is_wrong_with_a_look_is_said_of_its_side(server):
