@@ -27,7 +27,7 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     environment                             for learned control: many devices at once in Gymnasium
     bifurcation, map, basin                 over one parameter, two, or initial states
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
-    Uniform, Normal, draw, probability, tolerances   uncertain parameters
+    Uniform, Normal, draw, over_draws, probability, tolerances   uncertain parameters
 Results, each an xarray.Dataset
     plot, in_words, table, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime,
     PullIn, Onset
@@ -142,6 +142,7 @@ if TYPE_CHECKING:
     from gelcone.analyses.ask import in_words as in_words
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cluster import cluster as cluster
+    from gelcone.atlas.drawn import over_draws as over_draws
     from gelcone.atlas.plan import Plan as Plan
     from gelcone.atlas.tolerances import tolerances as tolerances
     from gelcone.atlas.uncertain import Normal as Normal

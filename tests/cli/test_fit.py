@@ -4,6 +4,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gelcone
@@ -193,3 +194,28 @@ def test_samples_without_axes_are_said_as_median_and_interval(command_line, tmp_
     (line,) = (line for line in out.splitlines() if "95 % within" in line)
     assert f": {middle / 1e3:.4g} kV, 95 % within " in line
     assert float(line.partition("within ")[2].split()[0]) < float(line.partition(" to ")[2].split()[0])
+
+
+def test_samples_of_analyses_over_frequency_have_a_table_a_figure_and_a_file(command_line, tmp_path, undrawn):
+    (tmp_path / "draws.csv").write_text("moving_mass [g]\n4.8\n5.0\n5.2\n")
+    own = ("--film", "taut", "--samples", "draws.csv", "--over", "frequency=9 Hz:11 Hz:2")
+    code, out, err = command_line("envelope", "biased-pump", *own, "--margin", "0.3", "--out", "results")
+    assert code == 0, err
+    assert "3 draws of moving_mass" in out
+    assert "recommended drive, 30% below its limits:\n" in out
+    assert out == command_line("show", "results/envelope.nc")[1] + "".join(
+        f"wrote results/envelope.{end}\n" for end in ("nc", "png")
+    )
+    code, out, err = command_line("frequency", "biased-pump", *own, "--json")
+    assert code == 0, err
+    found = result(out)
+    assert np.shape(found["stroke"]) == (3, 2, 2)
+    assert found["drive_frequency"] == [9.0, 11.0]
+    for command, typed, message in (
+        ("frequency", ["--branches"], "branches: is not computed for draws"),
+        ("envelope", ["--initial", "1 mm,0 m/s"], "--initial: envelope does not start from a state; leave it out"),
+        ("limits", ["--initial", "1 mm,0 m/s"], "--initial: limits does not start from a state; leave it out"),
+    ):
+        code, _, err = command_line(command, "biased-pump", "--film", "taut", "--samples", "draws.csv", *typed)
+        assert (code, err.count("\n")) == (2, 1)
+        assert message in err

@@ -58,6 +58,9 @@ RESULTS = {
     "transfer functions": lambda: gelcone.transfer(RAISED.replace(damping_ratio=0.1), [0.5, 1.0], bias=0.4),
     "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
     "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
+    "draws": lambda: gelcone.over_draws(
+        RAISED, {"rest_height": [0.3, 0.31]}, "envelope", frequencies=[0.3, 0.5], peaks=[0.3, 0.6]
+    ),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
     "best drive": lambda: gelcone.drive(RAISED, lowest=0.3, highest=0.5),
     "branches": lambda: gelcone.continue_branch(
@@ -111,6 +114,7 @@ SHOWS = {
     "device fit": lambda r: r["predicted"].where(r["reading_test"] < 3, r["measured"] / r["predicted"]),  # a ring-down
     "device plan": lambda r: r["left"] / r["prior"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
+    "draws": lambda r: r["recommended_peak"].median("draw"),
     "extrema": lambda r: r["displacement"],
     "branches": lambda r: r["lyapunov"],
     "locus": lambda r: r["voltage"],

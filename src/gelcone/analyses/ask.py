@@ -65,6 +65,8 @@ TITLES: Mapping[str, str] = {
     "data sheet": "datasheet",
 }
 """Title of a result, up to a colon -> the analysis that gave it."""
+DRAWS = "draws"
+"""That of an analysis of every draw, which its attribute names."""
 
 
 def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
@@ -73,11 +75,11 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     from gelcone.dataset import model_of
     from gelcone.devices.si import device_of
 
-    if title not in TITLES:
+    if title not in (*TITLES, DRAWS):
         raise InputError(
             f"the file holds {title or 'no result of gelcone'!r}, which no command prints; use gelcone.load"
         )
-    answers = answers_of(find_analysis(TITLES[title]))
+    answers = drawn_answers(result.attrs["analysis"]) if title == DRAWS else answers_of(find_analysis(TITLES[title]))
     device = device_of(result)
     initial = _initial_of(result, device)
     if device is not None:
@@ -129,6 +131,14 @@ def answers_of(analysis: Analysis) -> Answers:
     words = getattr(home, f"{analysis.name}_words", tables.table_words)
     as_json = getattr(home, f"{analysis.name}_json", partial(result_json, left_out=analysis.file_only))
     return Answers(analysis.command, words, as_json)
+
+
+def drawn_answers(analysis: str) -> Answers:
+    """How the command of an analysis over an axis of its own answers about draws."""
+    from gelcone.analyses.drawn import over_draws_words
+
+    own = find_analysis(analysis)
+    return Answers(own.command, over_draws_words, partial(result_json, left_out=own.file_only))
 
 
 def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gelcone import dataset
+from gelcone.analyses.ask import read_options
 from gelcone.analyses.request import Subject, read_drawn, read_uncertain
 from gelcone.atlas.uncertain import Method, draw
 from gelcone.errors import InputError
 from gelcone.files import read_text
 from gelcone.quantity import Array
+from gelcone.register.analysis import Analysis, annotation_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +54,21 @@ def read_samples(path: Path, uncertain: Sequence[str], subject: Subject) -> dict
         held = "hold it already, with its correlations" if name in draws else "hold all that is uncertain"
         raise InputError(f"--samples {path} and --uncertain {name}: the samples {held}; leave one out")
     return draws
+
+
+def drawn_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of `gelcone.over_draws` for what was typed, with a device in SI units; the axes of the analysis among
+    them."""
+    options = dict(given)
+    over = options.pop("over", ())
+    options |= read_options(replace(analysis, takes="device"), subject, options)
+    if not analysis.axes:
+        return options
+    axes = subject.axes(over, analysis)
+    if subject.device is not None:
+        scales = subject.device.scales
+        axes = {k: v * float(scales.size(annotation_of(analysis.call, k)[1])) for k, v in axes.items()}
+    return options | axes
 
 
 def _of_table(path: Path, subject: Subject) -> dict[str, Array]:

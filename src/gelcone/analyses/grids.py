@@ -139,24 +139,39 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
 
         lines += tolerance_lines(tolerances(shown))
     elif shown["status"].dims == ("draw",):
-        lines += _spread_lines(_known(shown))
+        lines += [spread_line(own) for name, own in _known(shown).data_vars.items() if _is_spread(str(name), own)]
+        lines += membranes_lines(shown)
     return "\n".join(lines)
 
 
-def _spread_lines(known: xr.Dataset) -> list[str]:
-    """Median and 95 % interval of each number over the draws, and in how many it has no value."""
-    lines = []
-    for name, own in known.data_vars.items():
-        if own.dims != ("cell",) or own.dtype.kind != "f" or str(name).endswith("_error"):
-            continue
-        finite = own.isel(cell=np.isfinite(own.values))
-        if not finite.size:
-            continue
-        low, middle, high = (sized(finite.quantile(share, keep_attrs=True)) for share in (0.025, 0.5, 0.975))
-        lost = own.size - finite.size
-        none = f"; none in {lost} of {own.size} draws" if lost else ""
-        lines.append(f"{own.attrs.get('long_name', name)}: {middle}, 95 % within {low} to {high}{none}")
-    return lines
+def _is_spread(name: str, own: xr.DataArray) -> bool:
+    """Whether a variable of a sweep over draws is a number of every one, known of some."""
+    numbers = own.dims == ("cell",) and own.dtype.kind == "f" and not name.endswith("_error")
+    return numbers and bool(np.isfinite(own.values).any())
+
+
+def spread_line(own: xr.DataArray) -> str:
+    """Median and 95 % interval of a number over the draws, and in how many it has no value."""
+    finite = own[np.isfinite(own.values)]
+    low, middle, high = (sized(finite.quantile(share, keep_attrs=True)) for share in QUANTILES)
+    lost = own.size - finite.size
+    none = f"; none in {lost} of {own.size} draws" if lost else ""
+    return f"{own.attrs.get('long_name', own.name)}: {middle}, 95 % within {low} to {high}{none}"
+
+
+QUANTILES = (0.025, 0.5, 0.975)
+"""The ends of a 95 % interval and the median."""
+
+
+def membranes_lines(shown: xr.Dataset) -> list[str]:
+    """A line where the pull-in voltages of films were interpolated."""
+    between = json.loads(shown.attrs.get("membranes", "null"))
+    if between is None:
+        return []
+    return [
+        f"pull-in of the membrane: {between['made']} membranes made for {between['films']} films, the voltages of the "
+        f"others interpolated to {100.0 * between['error']:.2g} % (root mean square)"
+    ]
 
 
 def tolerance_lines(found: xr.Dataset) -> list[str]:
@@ -227,14 +242,14 @@ def _known(result: xr.Dataset) -> xr.Dataset:
     return flat.isel(cell=(flat["status"] > 0).values)
 
 
-def _drawn(shown: xr.Dataset) -> list[str]:
+def drawn_names(shown: xr.Dataset) -> list[str]:
     """Names of the uncertain parameters."""
     return [str(name)[len("drawn_") :] for name in shown.coords if str(name).startswith("drawn_")]
 
 
 def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
     """What was computed on, over which axes and draws, and what failed."""
-    axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], _drawn(shown)
+    axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], drawn_names(shown)
     lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(_known(shown))]
     lines += [_draws_text(shown, drawn)] if drawn else []
     return [line for line in lines if line]

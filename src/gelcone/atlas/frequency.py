@@ -66,6 +66,7 @@ FILLED_SHARE = 0.4
 @analysis(
     axes={"frequencies": Axis("drive_frequency", "frequency", replaces=True)},
     answers="frequency",
+    drawn=True,
     file_only=("followed_orbit",),
     over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
     single=True,

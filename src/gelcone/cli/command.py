@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gelcone.analyses.answer import check_folder
-from gelcone.analyses.ask import answers_of, arguments_of
+from gelcone.analyses.ask import answers_of, arguments_of, drawn_answers
 from gelcone.cli.options import (
     drive_parameters,
     help_of,
@@ -25,10 +25,13 @@ from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import device_words, plain
 from gelcone.errors import InputError
 from gelcone.plots import plot
+from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from gelcone.analyses.request import Subject
 
 
 def command_of(analysis: Analysis) -> click.Command:
@@ -38,7 +41,7 @@ def command_of(analysis: Analysis) -> click.Command:
         device = click.Argument(["words"], nargs=-1, metavar=" ".join(["[DEVICE]", *analysis.arguments.values()]))
     options = option_parameters(analysis.options.values())
     drive = drive_parameters() if analysis.takes in ("model", "device") else []
-    samples = [samples_parameter()] if analysis.swept and analysis.takes == "model" else []
+    samples = [samples_parameter()] if analysis.drawn or (analysis.swept and analysis.takes == "model") else []
     params = [device, *subject, *drive, *over_parameter(analysis), *options, *samples, *output_parameters()]
     return click.Command(analysis.command, params=params, callback=partial(run, analysis), help=help_of(analysis))
 
@@ -69,9 +72,7 @@ def run(
     subject, samples = subject_of(typed), typed.pop("samples", None)
     given = {name: value for name, value in typed.items() if value is not None}
     if samples is not None:
-        from gelcone.cli.grids import run_samples
-
-        return run_samples(analysis, subject, samples, given, out=out, force=force, as_json=as_json)
+        return _run_samples(analysis, subject, samples, given, out=out, force=force, as_json=as_json)
     arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
     with progress_bar(analysis.command) as progress:
@@ -80,3 +81,22 @@ def run(
         with device_words(subject.device):
             result = plain(analysis.call)(subject.target if analysis.planned else subject.model, **arguments)
     return deliver(answers_of(analysis), result, subject, out, force, as_json, draw)
+
+
+def _run_samples(
+    analysis: Analysis, subject: Subject, path: Path, given: dict[str, Any], *, out: Path | None, **output: Any
+) -> int:
+    """Runs an analysis of every draw of a file, and delivers what they show."""
+    from gelcone.analyses.draws import drawn_options, read_samples
+    from gelcone.atlas.drawn import over_draws
+
+    if "initial" not in analysis.signature.parameters:
+        subject.without_initial(f"{analysis.command} does not start from a state; leave it out")
+    draws = read_samples(path, (), subject.alone(analysis.command))
+    options = drawn_options(analysis, subject, given)
+    answers = drawn_answers(analysis.name) if analysis.drawn else answers_of(find_analysis("sweep"))
+    check_folder(out, answers.command, output["force"])
+    start = subject.beginning if subject.starts or subject.device is None else None
+    with progress_bar(analysis.command) as progress, device_words(subject.device):
+        result = over_draws(subject.target, draws, analysis.name, initial=start, progress=progress, **options)
+    return deliver(answers, result, subject, out, **output)

@@ -233,12 +233,6 @@ def run_sweep(
     return run(SWEEP, wanted, kept, resume is not None, workers, output)
 
 
-def run_samples(analysis: Analysis, subject: Subject, samples: Path, typed: dict[str, Any], **output: Any) -> int:
-    """Runs an analysis of every draw of a file of samples, and delivers the sweep."""
-    plan = _plan(analysis, subject.alone(analysis.command), {}, read_samples(samples, (), subject), typed)
-    return run(SWEEP, Sweep(subject, plan, analysis.name, None, ()), None, False, None, output)
-
-
 def run(
     command: Analysis,
     wanted: Sweep,

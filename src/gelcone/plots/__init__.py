@@ -22,6 +22,7 @@ FIGURES = MappingProxyType(
     {
         "bifurcation diagram": "bifurcation.bifurcation_figure",
         "cone and continuum": "validation.validation_figure",
+        "draws": "drawn.drawn_figure",
         "extrema": "section.section_figure",
         "basins of attraction": "basin.basin_figure",
         "best drive": "drive.drive_figure",

@@ -70,6 +70,7 @@ class Analysis:
     arguments : keyword -> what stands for it in the help, of arguments in the order of the command line.
     flags : keyword -> flags of the command line, where they are not ``--`` and the keyword.
     swept : whether it can be asked of every cell of a sweep, by the function ``NAME_cells`` of its module.
+    drawn : whether its command takes draws, each a run of its own, though it cannot be swept.
     single : whether it takes one model only, no ensemble.
     exclusive : pairs of options of which one is given at most.
     takes : what its first argument is: ``model``, which a device is turned into; ``device``, or a model, of which it
@@ -87,6 +88,7 @@ class Analysis:
     arguments: Mapping[str, str] = field(default_factory=dict)
     flags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     swept: bool = False
+    drawn: bool = False
     single: bool = False
     exclusive: tuple[tuple[str, str], ...] = ()
     takes: str = "model"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
+    from gelcone.physics.members import Members
     from gelcone.physics.model import ConeModel
     from gelcone.physics.placed import PlacedFilm
 
@@ -27,6 +28,9 @@ DEFAULT_RADIUS_RATIO = 0.2
 """a/b of the source paper's Table 1: 10 mm in 50 mm."""
 MOST = 4096
 """Curves held in memory."""
+MORE_NODES, PLACES = 4, 2001
+"""Films beyond twice the number of ways in which films differ, of which membranes are made to interpolate between; and
+displacements at which their curves are read."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,18 @@ class PullInCurve:
         squared = MembraneFilm().highest_squared(x, self.numbers)
         with np.errstate(invalid="ignore"):  # next to the flat film a strong hoop leaves no state at any voltage
             return np.sqrt(np.where(np.isnan(squared), np.inf, squared))
+
+
+@dataclass(frozen=True)
+class ReadCurve(PullInCurve):
+    """A curve between those of other films, whose ``numbers`` are error and reach: ``voltages`` at displacements evenly
+    from 0 to the reach; infinite beyond."""
+
+    voltages: Array
+
+    def voltage(self, x: npt.ArrayLike) -> Array:
+        places = np.linspace(0.0, self.reach, self.voltages.size)
+        return np.asarray(np.interp(np.abs(x), places, self.voltages, right=np.inf))
 
 
 def membrane_pull_in(model: ConeModel) -> PullInCurve | None:
@@ -106,6 +122,86 @@ def curve_of(
     if key not in _curves:
         keep_curve(key, _made(*key))
     return _curves[key]
+
+
+@dataclass(frozen=True)
+class Between:
+    """Interpolation between the curves of many films: ``made`` membranes, and the root mean square ``error`` of the
+    voltages of each of these films by the others, as a share."""
+
+    films: int
+    made: int
+    error: float
+
+
+@contextmanager
+def interpolated_curves(members: Members) -> Iterator[Between | None]:
+    """Inside, the curves of the films of many ``members`` are interpolated between those of a few of them, which takes
+    a membrane for each of these alone: linearly in the numbers in which the films differ, each over its deviation.
+
+    Yields None, and changes nothing, for few films, for other films than the wrinkling cone, and where one of the few
+    has no curve.
+    """
+    keys = _keys_of(members)
+    table = np.array([_row(key) for key in keys])
+    varied = table[:, np.ptp(table, axis=0) > 0.0] if len(keys) else table
+    count = 2 * varied.shape[-1] + MORE_NODES
+    if len(keys) <= count:
+        yield None
+        return
+    places = (varied - varied.mean(axis=0)) / varied.std(axis=0)
+    nodes = _spread_out(places, count)
+    curves = [curve_of(*keys[k]) for k in nodes]
+    known = [curve for curve in curves if curve is not None]
+    if len(known) < count:
+        yield None
+        return
+    reach = min(curve.reach for curve in known)
+    volts = np.array([curve.voltage(np.linspace(0.0, reach, PLACES)) for curve in known])
+    features = np.column_stack([np.ones(len(keys)), places])
+    weights = features @ np.linalg.pinv(features[nodes])
+    numbers = {"film_error": max(curve.error for curve in known), "reach_squared": reach**2}
+    always = np.isfinite(volts).all(axis=0)
+    found = np.full((len(keys), PLACES), np.inf)
+    found[:, always] = weights @ volts[:, always]
+    others = [k for k in range(len(keys)) if k not in nodes and keys[k] not in _curves]
+    for k in others:
+        keep_curve(keys[k], ReadCurve(numbers, found[k]))
+    off = volts[:, always] - found[nodes][:, always]
+    off /= (1.0 - np.diag(weights[nodes]))[:, None] * volts[:, always]
+    try:
+        yield Between(len(keys), count, float(np.sqrt(np.mean(off**2))))
+    finally:
+        for k in others:
+            _curves.pop(keys[k], None)
+
+
+def _keys_of(members: Members) -> list[CurveKey]:
+    """The keys of the different films of members, those of wrinkling cones alone with their first pull-in."""
+    film, own = members.system.film, members.values
+    if type(film) is not WrinklingCone or film.pull_in != "first" or len(members.system.films) > 1:
+        return []
+    law = film.law.numbers(own)
+    ratio = own.get("radius_ratio", DEFAULT_RADIUS_RATIO)
+    columns = np.broadcast_arrays(*map(np.square, film.stretches(own)), ratio, *law.values(), np.zeros(members.size))
+    rows = np.unique(np.stack(columns[:-1], axis=1), axis=0).tolist()
+    return [(film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio) for A, B, ratio, *numbers in rows]
+
+
+def _row(key: CurveKey) -> list[float]:
+    """The numbers of a film."""
+    _, law, *others = key
+    return [*others, *(number for _, number in law)]
+
+
+def _spread_out(places: Array, count: int) -> Sequence[int]:
+    """Which ``count`` points lie far from one another, the first far from the middle."""
+    chosen = [int(np.argmax((places**2).sum(axis=1)))]
+    nearest = np.full(len(places), np.inf)
+    while len(chosen) < count:
+        nearest = np.minimum(nearest, ((places - places[chosen[-1]]) ** 2).sum(axis=1))
+        chosen.append(int(np.argmax(nearest)))
+    return chosen
 
 
 def _made(

@@ -1,0 +1,303 @@
+"""An analysis of every draw of uncertain parameters: what a fit leaves unknown, carried through to what is asked.
+
+Draws whose films differ share the membranes of a few of them, see `gelcone.physics.film.pull_in.interpolated_curves`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.atlas.frequency import BRANCHES, frequency
+from gelcone.atlas.plan import Plan
+from gelcone.atlas.record import coordinates
+from gelcone.atlas.sweep import sweep
+from gelcone.atlas.workers import threads as in_threads
+from gelcone.codes import Outcome
+from gelcone.dataset import Variable
+from gelcone.devices.analysis import plain, state_of
+from gelcone.devices.points import at
+from gelcone.devices.scales import MEASURES
+from gelcone.devices.si import device_attributes, shown_values, to_si
+from gelcone.devices.units import parse_many
+from gelcone.errors import InputError, unknown_name
+from gelcone.motion.driven import DRIVEN_LIMITS, Plane, driven, peak_of
+from gelcone.motion.envelope import (
+    MARGIN,
+    STATIC_LIMITS,
+    peaks_of,
+    plane_of,
+    recommended_peaks,
+    static_limits_of,
+)
+from gelcone.motion.settle import single
+from gelcone.physics.film.pull_in import Between, interpolated_curves
+from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress, weighted
+from gelcone.quantity import Array
+from gelcone.register.analyses import find_analysis, sweepable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gelcone.devices.device import Device
+
+ALONE = ("envelope", "frequency")
+"""Analyses over an axis of their own, of which every draw is one run."""
+AT_ONCE = 16
+"""Draws whose frequency responses are computed together."""
+DRAWN_SHARE = 0.95
+"""Share of the progress that goes to the draws, behind the axis that they share."""
+
+
+def over_draws(
+    model: ConeModel | Device,
+    draws: Any,
+    analysis: str = "limits",
+    *,
+    initial: Any = None,
+    threads: int | None = None,
+    progress: Progress = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Run an analysis of every draw of uncertain parameters, correlated as they are drawn.
+
+    Membranes are made of some of the films alone, where many differ, and pull-in voltages interpolated between them;
+    the attribute ``membranes`` says of how many, and to what error. `gelcone.sweep` of a plan with draws makes one for
+    each.
+
+    Parameters
+    ----------
+    model : a single model or `Device`; what is drawn replaces its own.
+    draws : name -> values, as many of each, as in `Plan`; or a Dataset of `gelcone.fitted_draws`.
+    analysis : one that can be swept, ``"envelope"`` or ``"frequency"``. Default ``"limits"``.
+    initial : as in `Plan`.
+    threads : worker threads; default one a core. Does not change a bit of the result.
+    progress : called with the share of the work just done (the shares add up to 1).
+    **options : of the analysis, in SI units with a device. An envelope takes ``frequencies``, ``peaks``, ``margin``
+        and ``limits_from``, and a frequency response ``frequencies``, ``transient``, ``patience`` and ``tolerance``;
+        all draws share the axis, by default that of the model without its additions.
+
+    Returns
+    -------
+    Dataset over ``draw``: as of `gelcone.sweep`; of an envelope ``recommended_peak``, ``first_limit``,
+    ``limit_low`` and ``limit_high`` over ``drive_frequency``, ``static_limit_voltage`` and ``recommended_constant``; of
+    a frequency response what `gelcone.frequency` gives, with the number of ``jumps`` in their place. ``outcome`` says
+    which draws failed.
+
+    Raises
+    ------
+    InputError : as `Plan`, for an unknown analysis, and for options that it does not take of draws.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+    >>> draws = gelcone.draw({"spring_stiffness": gelcone.Uniform(0.9, 1.1)}, 4)
+    >>> window = gelcone.over_draws(model, draws, "envelope", frequencies=[0.6, 0.8], peaks=[0.5, 1.0])
+    >>> low, high = window.recommended_peak.quantile([0.025, 0.975], "draw").sel(drive_frequency=0.6).values.round(3)
+    >>> f"{low} to {high}"
+    '0.701 to 0.727'
+    """
+    values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)
+    known = (*sweepable(), *ALONE)
+    if analysis not in known:
+        raise unknown_name("analysis of draws", analysis, known)
+    plan = Plan(model, {}, initial, values, {} if analysis in ALONE else options)
+    members = plan.at(plan.grid)[0].members()
+    with interpolated_curves(members) as between:
+        if analysis not in ALONE:
+            found = sweep(plan, analysis, workers=in_threads(threads), progress=progress)
+        else:
+            run = _windows if analysis == "envelope" else _responses
+            found = _labelled(plan, analysis, *run(_Drawn(plan), options, threads, progress))
+    found = found.assign_attrs(membranes=_said(between))
+    return found if plan.device is None else to_si(found, plan.device)
+
+
+def _said(between: Between | None) -> str:
+    return json.dumps(None if between is None else vars(between))
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A plan of draws alone."""
+
+    plan: Plan
+
+    def size(self, quantity: str) -> Array:
+        """What one unit of a quantity is in SI, of every draw; 1 without a device."""
+        device = self.plan.device
+        scale: Any = 1.0 if device is None else at(device, self.plan.grid).scales.size(quantity)
+        return np.broadcast_to(np.asarray(scale, dtype=float), (self.plan.size,))
+
+    def axis(self, name: str, quantity: str, given: Any, default: Any) -> tuple[Array, Array]:
+        """An axis that all draws share, in SI, and dimensionless for each; ``default`` gives that of the model."""
+        device = self.plan.device
+        own = 1.0 if device is None else float(device.scales.size(quantity))
+        if given is None:
+            shared = np.asarray(default(), dtype=float) * own
+        else:
+            shared = np.atleast_1d(parse_many(name, given, MEASURES[quantity].unit) if device is not None else given)
+        if shared.ndim != 1 or shared.size < 2 or not (shared > 0.0).all() or not (np.diff(shared) > 0.0).all():
+            raise InputError(f"{name}: must be at least 2 positive numbers that increase")
+        return shared, shared / self.size(quantity)[:, None]
+
+
+def _labelled(
+    plan: Plan, analysis: str, variables: Mapping[str, Variable], outcome: Array, options: Mapping[str, Any]
+) -> xr.Dataset:
+    """The result of all draws: variables (draws, ...) whose dims behind the draws are given, or of all alike."""
+    result = dataset.label(plan.cone, {}, options=options, title=f"draws: {analysis}")
+    scales = None if plan.device is None else at(plan.device, plan.grid).scales
+    columns: dict[str, Any] = {}
+    for name, (dims, values, meaning, of) in variables.items():
+        attrs: Any = dataset.attributes(meaning, of)
+        own = np.asarray(values)
+        each = own.ndim == len(dims) + 1
+        if each and scales is not None:
+            own, attrs = shown_values(own, attrs, scales)
+        columns[name] = (("draw", *dims) if each else dims, own, attrs)
+    drawn = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
+    result = result.assign(columns).assign_coords(drawn)
+    result["outcome"] = dataset.outcome_array(outcome.astype(np.int8), ("draw",))
+    device = {} if plan.device is None else device_attributes(plan.device)
+    return result.assign_attrs(analysis=analysis, **device)
+
+
+def _shown_axis(name: str, values: Array, meaning: str, quantity: str, device: Device | None) -> dict[str, Variable]:
+    """An axis in SI, in the unit that it is read in."""
+    if device is None:
+        return {name: ((name,), values, meaning, quantity)}
+    measure = MEASURES[quantity]
+    attrs = {"long_name": meaning, "units": measure.shown, "quantity": quantity}
+    return {name: ((name,), values * measure.per_unit, "", attrs)}
+
+
+Result = tuple[dict[str, Variable], Array, dict[str, Any]]
+
+
+# --- envelopes --------------------------------------------------------------------------------------------------------
+
+
+def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
+    """The limits of every draw over the drive frequency, as `gelcone.envelope` finds them."""
+    taken = {"frequencies": None, "peaks": None, "margin": MARGIN, "limits_from": "rest"}
+    own = _options("envelope", options, taken)
+    if not 0.0 <= own["margin"] < 1.0:
+        raise InputError(f"margin = {own['margin']:g}: must be at least 0 and below 1")
+    plan, from_ = drawn.plan, own["limits_from"]
+    nominal, members = plan.cone, plan.at(plan.grid)[0].members()
+    default = plane_of(nominal, threads, from_).default_frequencies
+    hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], lambda: default(peak_of(nominal)))
+    volts, peaks = drawn.axis("peaks", "voltage", own["peaks"], lambda: peaks_of(nominal))
+    of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
+    low, high = np.full((2, count, *of_limit), np.nan)
+    recommended, static = np.full((count, hertz.size), np.nan), np.full((count, len(STATIC_LIMITS)), np.nan)
+    constant, outcome = np.full(count, np.nan), np.full(count, Outcome.OK)
+    for row in range(count):
+        counted = Counted(weighted(progress, 1.0 / count))
+        try:
+            plane = plane_of(single(members, row), threads, from_)
+            found, static[row] = _window(plane, omegas[row], peaks[row], counted)
+        except InputError:
+            outcome[row] = Outcome.ERROR
+            counted.finish()
+            continue
+        low[row], high[row] = found["low"].T, found["high"].T
+        lowest = np.nanmin(static[row], initial=np.inf)
+        recommended[row] = recommended_peaks(found["low"], lowest, peaks[row], own["margin"])
+        constant[row] = (1.0 - own["margin"]) * min(lowest, float(peaks[row, -1]))
+        counted.finish()
+    least = np.where(np.isnan(low), np.inf, low)
+    first = np.where(np.isfinite(least.min(axis=1)), least.argmin(axis=1), -1)
+    along, each = ("drive_frequency",), ("driven_limit", "drive_frequency")
+    variables: dict[str, Variable] = {
+        "recommended_peak": (along, recommended, "recommended highest peak voltage", "voltage"),
+        "first_limit": (along, first, "index of the limit that comes first, -1 if none", "code"),
+        "limit_low": (each, low, "the limit lies above this peak voltage", dataset.absent("voltage")),
+        "limit_high": (each, high, "and at or below this one", dataset.absent("voltage")),
+        "static_limit_voltage": (
+            ("static_limit",), static, "voltage of the quasi-static limit", dataset.absent("voltage"),
+        ),
+        "recommended_constant": ((), constant, "recommended highest constant voltage", "voltage"),
+        "own_peak": ((), members.peak_voltage, "peak voltage of the device's own drive", "voltage"),
+        "own_frequency": ((), members.values["drive_frequency"], "frequency of its own drive", "frequency"),
+    }  # fmt: skip
+    variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
+    variables |= {
+        "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
+        "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
+    }
+    return variables, outcome, {"margin": own["margin"], "limits_from": from_, "highest_peak": float(volts[-1])}
+
+
+def _window(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -> tuple[dict[str, Array], Array]:
+    """The driven limits of one draw, and its quasi-static ones."""
+    static = static_limits_of(plane, peaks)[1]
+    return driven(plane, omegas, peaks, refine=False, progress=progress, pull_in=static[-1]), static
+
+
+def _options(analysis: str, given: Mapping[str, Any], taken: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of an analysis of draws; `InputError` for one that it does not take."""
+    for name in given:
+        if name not in taken:
+            known = find_analysis(analysis).signature.parameters
+            if name in known:
+                raise InputError(f"{name}: is not computed for draws; leave it out, or run {analysis} of one device")
+            raise unknown_name(f"option of {analysis} of draws", name, taken)
+    return dict(taken) | dict(given)
+
+
+# --- frequency responses ----------------------------------------------------------------------------------------------
+
+
+def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
+    """The frequency responses of all draws over the same frequencies."""
+    import xarray as xr
+
+    taken = {"frequencies": None, "transient": None, "patience": None, "tolerance": None}
+    own = {name: value for name, value in _options("frequency", options, taken).items() if value is not None}
+    plan, alone = drawn.plan, plain(frequency)
+
+    def default() -> Array:
+        start = plan.initial if plan.device is None else state_of(plan.device, plan.initial)
+        nominal = alone(plan.cone, initial=start, threads=threads)
+        return np.asarray(nominal["drive_frequency"].values)
+
+    hertz, omegas = drawn.axis("frequencies", "frequency", own.pop("frequencies", None), default)
+    times: dict[str, Any] = {name: own.pop(name) for name in ("transient", "patience") if name in own}
+    own |= _times(plan, times)
+    model, states = plan.at(plan.grid)
+    if np.ndim(model.drive_frequency):
+        model = model.replace(drive_frequency=float(plan.cone.drive_frequency))
+    parts = []
+    for first in range(0, plan.size, AT_ONCE):
+        rows = np.arange(plan.size)[first : first + AT_ONCE]
+        some = model.replace(**{n: np.asarray(v)[rows] for n, v in model.values.items() if np.ndim(v)})
+        share = weighted(progress, DRAWN_SHARE * rows.size / plan.size)
+        found = alone(some, omegas[rows], states[rows, :2], threads=threads, progress=share, **own)
+        jumps = np.bincount(found["jump_member"].values.astype(int), minlength=rows.size)
+        parts.append(found.drop_dims("jump").assign(jumps=("member", jumps)))
+    whole = xr.concat(parts, dim="member", join="override")
+    variables: dict[str, Variable] = {"jumps": ((), whole["jumps"].values, "number of jumps of its sweeps", "count")}
+    for name, variable in whole.data_vars.items():
+        dims = tuple("drive_frequency" if dim == "step" else str(dim) for dim in variable.dims if dim != "member")
+        if name not in variables and name != "outcome":
+            variables[str(name)] = dims, variable.values, "", dict(variable.attrs)
+    outcome = whole["outcome"].transpose("member", ...).values.reshape(plan.size, -1)
+    variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
+    harmonic = whole["harmonic"]
+    variables["harmonic"] = ("harmonic",), harmonic.values, "", dict(harmonic.attrs)
+    variables["branch"] = ("branch",), np.array(BRANCHES), "sweep", "code"
+    return variables, outcome.min(axis=1), {}
+
+
+def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Budgets of time, dimensionless and at least as long in each draw."""
+    return dict(Plan(plan.model, {}, None, plan.draws, given).options) if given else {}

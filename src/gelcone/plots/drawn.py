@@ -1,0 +1,40 @@
+"""Figures of draws: the median and the 95 % interval of what every draw shows over the drive frequency."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.plots.style import CYCLE, axis_label, log_ticks, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+OF = {"envelope": "recommended_peak", "frequency": "stroke"}
+"""What is drawn of an analysis."""
+
+
+def drawn_figure(result: xr.Dataset) -> Figure:
+    """The band of all draws over the drive frequency; of a frequency response that of each sweep."""
+    name = OF[result.attrs["analysis"]]
+    frequency, whole = result["drive_frequency"], result[name]
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        branches = list(map(str, whole["branch"].values)) if "branch" in whole.dims else [""]
+        for colour, branch in zip(CYCLE, branches, strict=False):
+            own = (whole.sel(branch=branch) if branch else whole).transpose("draw", "drive_frequency").values
+            known = np.where(np.isfinite(own).mean(axis=0) >= 0.5, own, 0.0)
+            low, middle, high = np.nanquantile(known, (0.025, 0.5, 0.975), axis=0)
+            swept = f", swept {branch}" if branch else ""
+            axes.fill_between(frequency, low, high, color=colour, alpha=0.25, lw=0.0, label=f"95 % of the draws{swept}")
+            axes.plot(frequency, middle, color=colour, lw=1.2, label=f"median{swept}")
+        log_ticks(axes)
+        axes.set_ylim(bottom=0.0)
+        axes.set_xlabel(axis_label(frequency, "drive frequency"))
+        axes.set_ylabel(axis_label(whole, str(whole.attrs["long_name"]).partition(",")[0]))
+        axes.legend(loc="best")
+
+    return styled(5.6, 3.4, draw, result)

@@ -1,0 +1,154 @@
+"""An analysis of every draw is that of each device alone; membranes between others are interpolated to what is said."""
+
+import json
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.membrane.gel import Array
+from gelcone.physics.film import pull_in
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
+DRAWS = {"moving_mass": np.array([4.8e-3, 5.0e-3, 5.3e-3]), "film_thickness": np.array([2.1e-4, 1.9e-4, 2.0e-4])}
+
+
+def alone(k):
+    return PUMP.replace({name: values[k] for name, values in DRAWS.items()})
+
+
+def test_an_envelope_of_draws_is_that_of_each():
+    axes = {"frequencies": ["8 Hz", "11 Hz"], "peaks": ["0.8 kV", "1.6 kV", "2.4 kV", "3.2 kV"]}
+    found = gelcone.over_draws(PUMP, DRAWS, "envelope", margin=0.3, **axes)
+    assert found.recommended_peak.units == "V"
+    for k in range(3):
+        own = gelcone.envelope(alone(k), margin=0.3, **axes)
+        for name in ("recommended_peak", "limit_low", "limit_high", "static_limit_voltage", "recommended_constant"):
+            np.testing.assert_allclose(found[name][k], own[name], rtol=1e-12)
+        np.testing.assert_array_equal(found["first_limit"][k], own["first_limit"])
+        np.testing.assert_allclose(found["own_peak"][k], own["own_peak"], rtol=1e-12)
+        np.testing.assert_allclose(found["own_frequency"][k], own["own_frequency"], rtol=1e-12)
+    assert np.ptp(found["recommended_peak"].values[:, 0]) > 10.0
+
+
+def test_a_frequency_response_of_draws_is_that_of_each():
+    hertz = [9.0, 11.0, 12.0]
+    found = gelcone.over_draws(PUMP, DRAWS, "frequency", frequencies=hertz)
+    assert found["stroke"].dims == ("draw", "branch", "drive_frequency")
+    np.testing.assert_allclose(found["drive_frequency"], hertz)
+    for k in range(3):
+        own = gelcone.frequency(alone(k), hertz)
+        for name in ("stroke", "peak_frequency", "harmonic_phase", "linear_stroke"):
+            np.testing.assert_allclose(found[name][k], own[name], rtol=1e-6, atol=1e-9)
+    assert np.ptp(found["peak_frequency"].values) > 0.1
+
+
+def test_an_analysis_that_is_swept_is_the_sweep_of_the_draws():
+    found = gelcone.over_draws(PUMP, DRAWS, "limits")
+    plan = gelcone.Plan(PUMP, {}, draws=DRAWS)
+    for name, values in gelcone.sweep(plan, "limits").data_vars.items():
+        np.testing.assert_array_equal(found[name], values)
+
+
+def test_a_draw_without_a_state_is_said_and_the_others_have_theirs():
+    heights = {"hoop_prestretch": np.array([1.4, 30.0])}
+    found = gelcone.over_draws(PUMP, heights, "envelope", frequencies=[8.0, 9.0], peaks=[500.0, 900.0])
+    assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.ERROR]
+    assert np.isfinite(found.recommended_peak[0]).all()
+    assert np.isnan(found.recommended_peak[1]).all()
+    assert "1 of 2 run(s) failed" in gelcone.in_words(found)
+
+
+@pytest.mark.parametrize(
+    ("analysis", "options", "message"),
+    [
+        ("tongues", {}, "analysis of draws"),
+        ("envelope", {"margin": 1.0}, "margin = 1: must be at least 0 and below 1"),
+        ("envelope", {"patience": 1.0}, "patience"),
+        ("frequency", {"branches": True}, "branches: is not computed for draws; leave it out, or run frequency of one"),
+        ("frequency", {"frequencies": ["9 Hz", "8 Hz"]}, "frequencies: must be at least 2 positive numbers that"),
+        ("envelope", {"peaks": ["1 kV"]}, "peaks: must be at least 2 positive numbers that increase"),
+    ],
+)
+def test_what_draws_do_not_take_is_refused(analysis, options, message):
+    with pytest.raises(gelcone.InputError, match=message):
+        gelcone.over_draws(PUMP, DRAWS, analysis, **options)
+
+
+class Known(pull_in.PullInCurve):
+    """A made-up curve, which depends on the film as it likes."""
+
+    def voltage(self, x) -> Array:
+        A, B = self.numbers["A"], self.numbers["B"]
+        return (1.0 + A + 2.0 * B + self.numbers["bend"] * (A - 1.2) ** 2) * (1.0 + np.abs(x))
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Membranes in place of those that take seconds: how many were made, and how far from linear they are."""
+    films, bend = [], {"bend": 0.0}
+
+    def make(law, numbers, A, B, ratio):
+        films.append((A, B))
+        return Known({"A": A, "B": B, "film_error": 0.01, "reach_squared": 9.0, **bend})
+
+    monkeypatch.setattr(pull_in, "_made", make)
+    monkeypatch.setattr(pull_in, "_curves", {})
+    return films, bend
+
+
+def wrinkling(count):
+    rng = np.random.default_rng(4)
+    stretches = {name: rng.normal(1.2, 0.02, count) for name in ("meridional_prestretch", "hoop_prestretch")}
+    return gelcone.ConeModel(film="wrinkling", voltage=0.3, **stretches).members()
+
+
+def off(members, x):
+    """How far the curves of films that are in memory are from their own."""
+    rows = []
+    for key in pull_in._keys_of(members):
+        _, law, A, B, ratio = key
+        own = pull_in._made(key[0], law, A, B, ratio)
+        rows.append(pull_in.curve_of(*key).voltage(x) / own.voltage(x) - 1.0)
+    return np.array(rows)
+
+
+def test_few_membranes_stand_for_the_films_of_many_draws(made):
+    films, _ = made
+    members, x = wrinkling(40), np.linspace(-2.9, 2.9, 77)
+    with pull_in.interpolated_curves(members) as between:
+        assert len(films) == between.made == 8
+        assert between.films == 40
+        assert between.error < 1e-12
+        assert np.abs(off(members, x)).max() < 1e-6
+        read = [curve for curve in pull_in._curves.values() if isinstance(curve, pull_in.ReadCurve)]
+        assert len(read) == 32
+        assert all(np.isinf(curve.voltage(3.5)) and curve.error == 0.01 for curve in read)
+    assert len(pull_in._curves) == 8
+
+
+def test_the_error_of_films_between_others_is_said(made):
+    _, bend = made
+    bend["bend"] = 30.0
+    members = wrinkling(60)
+    with pull_in.interpolated_curves(members) as between:
+        own = float(np.sqrt(np.mean(off(members, np.linspace(0.0, 2.0, 9)) ** 2)))
+    assert 1e-3 < own < between.error < 8.0 * own
+
+
+def test_few_films_are_made_each(made):
+    films, _ = made
+    with pull_in.interpolated_curves(wrinkling(8)) as between:
+        assert between is None
+    assert films == []
+    with pull_in.interpolated_curves(gelcone.ConeModel(hoop_prestretch=np.linspace(1, 1.2, 40)).members()) as between:
+        assert between is None
+
+
+def test_the_result_says_how_its_membranes_were_made(made):
+    draws = {name: np.random.default_rng(2).normal(1.3, 0.01, 12) for name in ("hoop_prestretch",)}
+    pump = PUMP.replace(film="wrinkling")
+    found = gelcone.over_draws(pump, draws, "envelope", frequencies=[8.0, 9.0], peaks=[400.0, 800.0])
+    assert json.loads(found.attrs["membranes"])["films"] == 12
+    line = gelcone.in_words(found).splitlines()[-1]
+    assert line.startswith("pull-in of the membrane: 6 membranes made for 12 films, the voltages of the others ")
