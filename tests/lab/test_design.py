@@ -13,7 +13,7 @@ from gelcone.devices.scales import carried_mass
 from gelcone.errors import InputError
 from gelcone.lab import design as designs
 from gelcone.lab.candidates import LIMITS, examine
-from gelcone.lab.wish import FIRST_WISH, Objective, read_wish
+from gelcone.lab.wish import FIRST_WISH, Objective, read_wish, with_samples
 from tests.lab.certified import CERTIFIED
 from tests.lab.quick_design import quick_design
 
@@ -177,6 +177,36 @@ def test_nothing_uncertain_and_nothing_required_are_refused(wish):
     with pytest.raises(InputError, match="nothing is required; give what the device must do"):
         wish(text)
     assert after
+
+
+def test_samples_are_drawn_with_their_correlations(wish):
+    rng = np.random.default_rng(6)
+    mu = 9000.0 * np.exp(0.1 * rng.normal(size=4000))
+    draws = {"material.shear_modulus": mu, "spring_rate": 20.0 * (9000.0 / mu) ** 0.5}
+    own = wish(WISH)
+    words = r"--samples and \[tolerances\] material.shear_modulus: the samples hold it already, with its correlations"
+    with pytest.raises(InputError, match=words):
+        with_samples(own, draws)
+    wrong = (({"moving": mu}, "field of a design"), ({"spring_rate": mu - 9000.0}, "spring_rate is not positive in"))
+    for given, message in wrong:
+        with pytest.raises(InputError, match=message):
+            with_samples(replace(own, tolerances=()), given)
+    own = with_samples(replace(own, tolerances=()), draws)
+    assert own.uncertain == 2
+    assert float(own.device.material.shear_modulus) == pytest.approx(np.median(mu))
+    problem, seen = designs.Problem(own, 2048), {}
+
+    def see(device, fields, share):
+        seen.update(fields)
+        return examine(device, {name: value[:, :1] for name, value in fields.items()}, share)
+
+    with patch.object(designs, "examine", see):
+        problem.found(problem.designs(np.full((1, len(problem.names)), 0.5)), problem.normal)
+    stiff, spring = (np.log(seen[name][0]) for name in draws)
+    assert np.corrcoef(stiff, spring)[0, 1] == pytest.approx(-1.0, abs=1e-6)
+    assert stiff.std() == pytest.approx(np.log(mu).std(), rel=0.02)
+    assert spring.std() == pytest.approx(0.5 * stiff.std(), rel=1e-3)
+    assert np.exp(np.median(spring)) == pytest.approx(10.0, rel=0.01)  # the middle of its bounds, not of the draws
 
 
 def test_an_objective_that_no_free_field_moves_has_no_trap(wish):

@@ -32,6 +32,11 @@ def design_command() -> click.Command:
     """
     params: list[click.Parameter] = [
         click.Argument(["wish"], type=PLACE, metavar="WISH"),
+        click.Option(
+            ["--samples"], type=PLACE, metavar="FILE",
+            help="Fields that are uncertain together, as a fit writes them (draws.nc; or .csv), with correlations, in "
+            "place of their [tolerances]. What is fixed is at their median, what is free spreads as they do.",
+        ),
         click.Option(["--nominal"], is_flag=True, help="As if nothing were uncertain."),
         click.Option(["--seed"], type=click.IntRange(0, 2**31), default=0, show_default=True, help="Of the search."),
         *output_parameters(),
@@ -39,9 +44,13 @@ def design_command() -> click.Command:
     return click.Command("design", params=params, callback=run_design, help=text)
 
 
-def run_design(*, wish: Path, nominal: bool, seed: int, out: Path | None, force: bool, as_json: bool) -> int:
+def run_design(
+    *, wish: Path, samples: Path | None, nominal: bool, seed: int, out: Path | None, force: bool, as_json: bool
+) -> int:
     """Reads the wish, searches, and prints and writes the designs."""
     from gelcone.analyses.design import design_json, design_words, device_text
+    from gelcone.analyses.draws import read_samples
+    from gelcone.analyses.request import Subject
     from gelcone.lab.design import design
     from gelcone.lab.wish import read_wish
     from gelcone.netcdf import write_netcdf
@@ -50,8 +59,10 @@ def run_design(*, wish: Path, nominal: bool, seed: int, out: Path | None, force:
     places = [] if out is None else [out / name for name in FILES]
     check_writable(places, force=force)
     asked = read_wish(wish)
+    subject = Subject(asked.device.to_model(), asked.device)
+    draws = None if samples is None else read_samples(samples, (), subject)
     with progress_bar("design") as progress:
-        result = design(asked, nominal=nominal, seed=seed, progress=progress)
+        result = design(asked, samples=draws, nominal=nominal, seed=seed, progress=progress)
     if out is not None:
         writers: list[Any] = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
         for k in range(result.sizes["design"]):

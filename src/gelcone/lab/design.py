@@ -22,7 +22,7 @@ from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import format_si
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab.candidates import LIMITS, Found, draws_of, examine
-from gelcone.lab.wish import Objective, Wish
+from gelcone.lab.wish import Objective, Wish, with_samples
 from gelcone.motion.envelope import envelope
 from gelcone.motion.settled import settled
 from gelcone.progress import Counted, Progress, weighted
@@ -79,9 +79,9 @@ class Problem:
 
     @cached_property
     def normal(self) -> Array:
-        """Draws of the tolerances in units of their deviations, (draws, tolerances)."""
-        own = self.wish.tolerances
-        return draws_of([1.0] * len(own), self.draws, self.seed) if self.draws > 1 else np.zeros((1, len(own)))
+        """Draws of what is uncertain in units of its deviations, (draws, uncertain fields)."""
+        own = self.wish.uncertain
+        return draws_of([1.0] * own, self.draws, self.seed) if self.draws > 1 else np.zeros((1, own))
 
     def designs(self, unit: Array) -> Array:
         """Designs (designs, fields) in SI, from a cube of unit length."""
@@ -99,6 +99,9 @@ class Problem:
             value = fields.get(name, np.broadcast_to(float(self.device.get(name)), shape))
             share = deviation if relative else deviation / np.maximum(np.abs(value), 1e-300)
             fields[name] = value * np.exp(share * normal[:, k])
+        logs = normal[:, len(self.wish.tolerances) :] @ self.wish.samples.root.T
+        for name, log in zip(self.wish.samples.names, logs.T, strict=True):
+            fields[name] = fields.get(name, np.broadcast_to(float(self.device.get(name)), shape)) * np.exp(log)
         return examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
 
     def margins(self, found: Found) -> dict[str, Array]:
@@ -136,7 +139,7 @@ class Problem:
     def fitness(self, unit: Array, which: Objective) -> Array:
         """What is made smallest: the objective of feasible designs, above it the margin of all others."""
         designs = self.designs(unit)
-        nominal = self.found(designs, np.zeros((1, len(self.wish.tolerances))))
+        nominal = self.found(designs, np.zeros((1, self.wish.uncertain)))
         worst = self.robust(self.margins(nominal))
         fitness = WORSE * (1.0 + worst)
         near = np.flatnonzero(worst <= HOPELESS)
@@ -183,7 +186,7 @@ def feasible(fitness: float) -> bool:
 def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tuple[Problem, Array, Array]]:
     """Designs along the objectives, with the problem and the last population of each; `InputError` where none meets
     all."""
-    problem = Problem(wish, 1 if nominal or not wish.tolerances else DRAWS, seed)
+    problem = Problem(wish, 1 if nominal or not wish.uncertain else DRAWS, seed)
     progress = progress or (lambda share: None)
     first, *others = wish.objectives
     best, population, fitness = problem.search(first)
@@ -228,7 +231,7 @@ def levels_between(high: float, low: float) -> Array:
 def objective_of(problem: Problem, unit: Array, which: Objective) -> float:
     """An objective of one design, the smaller the better."""
     designs = problem.designs(unit[None])
-    found = problem.found(designs, np.zeros((1, len(problem.wish.tolerances))))
+    found = problem.found(designs, np.zeros((1, problem.wish.uncertain)))
     worst = problem.robust(problem.margins(problem.found(designs, problem.normal)))
     return float(problem.objective(designs, found, worst, which)[0])
 
@@ -273,7 +276,7 @@ def closest(problem: Problem, unit: Array) -> str:
     """Why no design is feasible: the closest one, what binds it, and which bounds it lies at."""
     wish = problem.wish
     designs = problem.designs(unit[None])
-    found = problem.found(designs, np.zeros((1, len(wish.tolerances))))
+    found = problem.found(designs, np.zeros((1, wish.uncertain)))
     limit = float(np.nanmin(found.limits[:, 0, 0], initial=np.inf))
     peak = float(found.values["peak_voltage"][0, 0])
     margin = "no limit met" if not np.isfinite(limit) else f"margin {100.0 * (1.0 - peak / limit):.0f} %"
@@ -360,7 +363,7 @@ def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
         if attempt == ATTEMPTS - 1 or ("leaves" not in row.checked.failed and lacking <= 0.0):
             return row
         if row.checked.failed:
-            found = problem.found(problem.designs(unit[None]), np.zeros((1, len(problem.wish.tolerances))))
+            found = problem.found(problem.designs(unit[None]), np.zeros((1, problem.wish.uncertain)))
             share = row.checked.recommended / (1.0 - problem.wish.margin) / float(np.nanmin(found.limits[:, 0, 0]))
             problem = replace(problem, pull_in=min(share, 0.98 * problem.pull_in))
         problem = replace(problem, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
@@ -379,12 +382,16 @@ def dominated(values: Array) -> Any:
 # --- the result -------------------------------------------------------------------------------------------------------
 
 
-def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progress = None) -> xr.Dataset:
+def design(
+    wish: Wish, *, samples: Any = None, nominal: bool = False, seed: int = 0, progress: Progress = None
+) -> xr.Dataset:
     """Find designs that meet a wish in spite of the tolerances of their fields.
 
     Parameters
     ----------
     wish : of `gelcone.read_wish`.
+    samples : draws of fields that are uncertain together, as a fit leaves them: name -> values in SI, or a Dataset of
+        `gelcone.fitted_draws`. A fixed field is at their median, a free one spreads as they do. Default none.
     nominal : search as if nothing were uncertain, to compare. Default no.
     seed : of the search and its draws. Default 0.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -437,7 +444,10 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
     >>> found = gelcone.design(wish)  # doctest: +SKIP
     >>> devices = gelcone.designed_devices(found)  # doctest: +SKIP
     """
-    if not wish.tolerances and not nominal:
+    if samples is not None:
+        named = samples.data_vars.items() if hasattr(samples, "data_vars") else samples.items()
+        wish = with_samples(wish, {str(name): np.asarray(values) for name, values in named})
+    if not wish.uncertain and not nominal:
         raise InputError(
             "design: nothing is uncertain: tolerances are needed to tell a design from a coincidence; give "
             "[tolerances], or --nominal to see the trap"
@@ -453,7 +463,7 @@ def design(wish: Wish, *, nominal: bool = False, seed: int = 0, progress: Progre
             counted(0.4 / len(found))
         scores = np.array([[objective_of(r.problem, r.unit, one) for one in wish.objectives] for r in rows])
         rows = [rows[k] for k in np.argsort(scores[:, -1])[::-1] if not dominated(scores)[k]]
-        result = _labelled(wish, rows, seed, traps(wish, seed) if wish.tolerances else {})
+        result = _labelled(wish, rows, seed, traps(wish, seed) if wish.uncertain else {})
     counted.finish()
     return result
 
@@ -538,7 +548,7 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
     for row in good:
         share, low, high = probability_of(row.problem, row.unit, seed + 1)
         binds.append(binding_of(row.problem, row.unit))
-        found = row.problem.found(row.problem.designs(row.unit[None]), np.zeros((1, len(wish.tolerances))))
+        found = row.problem.found(row.problem.designs(row.unit[None]), np.zeros((1, wish.uncertain)))
         width = float(row.device.to_model().damping_ratio) * float(row.device.scales.frequency)
         distance = (float(found.values["natural_frequency"][0, 0]) - float(row.device.frequency)) / width
         values = (

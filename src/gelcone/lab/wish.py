@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import read_text
+from gelcone.quantity import Array
 
 MEASURES: Mapping[str, str] = {
     "stroke": "m",
@@ -53,6 +54,16 @@ class Tolerance(NamedTuple):
     relative: bool
 
 
+class Samples(NamedTuple):
+    """Fields that are uncertain together: their ``names``, and a ``root`` of the covariance of their logarithms."""
+
+    names: tuple[str, ...]
+    root: Array
+
+
+NO_SAMPLES = Samples((), np.zeros((0, 0)))
+
+
 class Objective(NamedTuple):
     """A number to be made smallest, or largest."""
 
@@ -72,6 +83,12 @@ class Wish:
     objectives: tuple[Objective, ...]
     margin: float
     confidence: float
+    samples: Samples = NO_SAMPLES
+
+    @property
+    def uncertain(self) -> int:
+        """How many fields are uncertain."""
+        return len(self.tolerances) + len(self.samples.names)
 
     @property
     def name(self) -> str:
@@ -135,6 +152,30 @@ def read_wish(path: str | Path) -> Wish:
         return _wish(content, path.stem, text)
     except InputError as error:
         raise InputError(f"{path}: {str(error).splitlines()[0]}") from None
+
+
+def with_samples(wish: Wish, draws: Mapping[str, Array]) -> Wish:
+    """A wish whose fields are also uncertain as ``draws`` are, with their correlations; those that are fixed are at
+    the middle of the draws.
+
+    Raises `InputError` for a field that has a tolerance, too, or no positive values.
+    """
+    fields = wish.device.swept_fields()
+    for name, values in draws.items():
+        if name not in fields:
+            raise InputError(f"samples: {unknown_name('field of a design', name[:60], fields)}")
+        if any(one.name == name for one in wish.tolerances):
+            raise InputError(
+                f"--samples and [tolerances] {name}: the samples hold it already, with its correlations; leave one out"
+            )
+        if not (np.asarray(values) > 0.0).all():
+            raise InputError(f"samples: {name} is not positive in every draw; give a tolerance in its place")
+    logs = np.log(np.array([np.asarray(values, dtype=float) for values in draws.values()]))
+    size, vectors = np.linalg.eigh(np.cov(logs).reshape(len(logs), len(logs)))
+    root = vectors * np.sqrt(np.maximum(size, 0.0))
+    middle = zip(draws, np.exp(np.median(logs, axis=1)).tolist(), strict=True)
+    device = wish.device.replace_quietly({name: value for name, value in middle if name not in wish.free})
+    return replace(wish, device=device, samples=Samples(tuple(draws), root))
 
 
 def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
