@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -126,12 +128,36 @@ SHEET_DRIVE = {
 }
 
 
+SHEET_WIDTH = 104
+"""Letters of a line below a data sheet."""
+
+
 def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
-    """The rows of a data sheet over its voltages above 0: name and values with units."""
+    """The rows of a data sheet over its voltages above 0: name and values with units; of draws also the 95 % interval
+    at the highest voltage."""
     shown = sheet.isel(constant_voltage=sheet["constant_voltage"].values > 0.0)
-    count = shown.sizes["constant_voltage"]
+    count, last = shown.sizes["constant_voltage"], shown.isel(constant_voltage=-1)
     rows = {"constant_voltage": "constant voltage", **SHEET_ROWS}
-    return [(words, [sized(shown[name][k]) for k in range(count)]) for name, words in rows.items()]
+    found = [(words, [sized(shown[name][k]) for k in range(count)]) for name, words in rows.items()]
+    if is_toleranced(sheet):
+        for (_, values), name in zip(found, rows, strict=True):
+            at = f"95 % at {sized(last['constant_voltage'])}"
+            values.append(at if name == "constant_voltage" else interval_in_words(last, name))
+    return found
+
+
+def is_toleranced(sheet: xr.Dataset) -> bool:
+    """Whether a data sheet has the intervals of draws."""
+    return "drawn" in sheet.attrs
+
+
+def interval_in_words(sheet: xr.Dataset, name: str) -> str:
+    """The 95 % interval of a number of a data sheet over the draws, with one unit where both ends have the same, and
+    one number where they do not differ."""
+    low, high = (sized(sheet[f"{name}_{end}"], 3) for end in ("low", "high"))
+    (first, _, unit), (_, _, other) = low.partition(" "), high.partition(" ")
+    shared = unit == other and math.isfinite(sheet[f"{name}_low"])
+    return high if low == high else f"{first if shared else low} to {high}"
 
 
 def sized(variable: xr.DataArray, digits: int = 4) -> str:
@@ -151,19 +177,39 @@ def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:
     found = [("rest height", sized(sheet["rest_displacement"])), ("stiffness at rest", sized(rest))]
     if sheet["apparent_power"].notnull():
         found += [(words, sized(sheet[name])) for name, words in SHEET_DRIVE.items()]
-    return found
+    if not is_toleranced(sheet):
+        return found
+    still = sheet.isel(constant_voltage=0)
+    names = ["rest_displacement", "stiffness_at_rest", *SHEET_DRIVE][: len(found)]
+    return [
+        (words, f"{value} ({interval_in_words(still, name)})")
+        for (words, value), name in zip(found, names, strict=True)
+    ]
 
 
 def sheet_limits(sheet: xr.Dataset) -> list[str]:
     """The first limit of the drive, the voltage below all limits, and pull-in."""
-    lines = [f"pull-in under constant voltage: {sized(sheet['pull_in_voltage'])}"]
+    within = {
+        name: f", 95 % within {interval_in_words(sheet, name)}" if is_toleranced(sheet) else ""
+        for name in ("pull_in_voltage", "first_limit_voltage", "safe_peak_voltage")
+        if name in sheet
+    }
+    lines = [f"pull-in under constant voltage: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
     if "first_limit_voltage" in sheet:
         first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
         way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"
         lines.append(f"first limit: {first} {way}, at a peak of {sized(sheet['first_limit_voltage'])}")
-        lines.append(f"below every limit: peaks up to {sized(sheet['safe_peak_voltage'])}")
+        lines[-1] += within["first_limit_voltage"]
+        safe = sized(sheet["safe_peak_voltage"])
+        lines.append(f"below every limit: peaks up to {safe}{within['safe_peak_voltage']}")
         if sheet["dielectric_breakdown_voltage"].isnull():
             lines.append("dielectric strength: unknown, breakdown is not accounted for")
+    if is_toleranced(sheet):
+        failed = f", of which {sheet.attrs['failed']} have no state" if sheet.attrs["failed"] else ""
+        named = json.loads(sheet.attrs["drawn"]).items()
+        every = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in named)
+        text = f"tolerances: within these intervals lie 95 % of {sheet.attrs['draws']} draws{failed}, of {every}"
+        lines += textwrap.wrap(text, SHEET_WIDTH, subsequent_indent="  ")
     return lines
 
 

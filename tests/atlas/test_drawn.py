@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.atlas.drawn import _ends
 from gelcone.membrane.gel import Array
 from gelcone.physics.film import pull_in
 
@@ -152,3 +153,28 @@ def test_the_result_says_how_its_membranes_were_made(made):
     assert json.loads(found.attrs["membranes"])["films"] == 12
     line = gelcone.in_words(found).splitlines()[-1]
     assert line.startswith("pull-in of the membrane: 6 membranes made for 12 films, the voltages of the others ")
+
+
+def test_a_data_sheet_has_the_interval_of_every_figure():
+    thickness = np.linspace(1.8e-4, 2.2e-4, 5)
+    found = gelcone.over_draws(PUMP, {"film_thickness": thickness}, "datasheet", voltages=["1 kV"])
+    alone = gelcone.datasheet(PUMP, ["1 kV"])
+    np.testing.assert_array_equal(found["blocked_force"], alone["blocked_force"])
+    thin, thick = (gelcone.datasheet(PUMP.replace(film_thickness=h), ["1 kV"]) for h in (1.8e-4, 2.2e-4))
+    ends = [float(sheet["blocked_force"][1]) for sheet in (thin, thick)]
+    assert found["blocked_force_low"][1] == pytest.approx(min(ends), rel=1e-12)
+    assert found["blocked_force_high"][1] == pytest.approx(max(ends), rel=1e-12)
+    words = gelcone.in_words(found)
+    assert "95 % at 1 kV" in words
+    assert f"{1e3 * min(ends):.3g} to {1e3 * max(ends):.3g} mN" in words
+    spread = float(np.std(thickness) / 2e-4)
+    assert f"tolerances: within these intervals lie 95 % of 5 draws, of film_thickness {100 * spread:.2g} %" in words
+
+
+def test_the_ends_of_an_interval_count_what_is_infinite_and_know_what_is_not_known():
+    values = np.arange(41.0)
+    values[40] = np.nan
+    values[39] = np.inf
+    assert _ends(values[:, None]).ravel().tolist() == [1.0, np.inf]
+    values[38] = np.nan
+    assert np.isnan(_ends(values)[1])

@@ -219,3 +219,18 @@ def test_samples_of_analyses_over_frequency_have_a_table_a_figure_and_a_file(com
         code, _, err = command_line(command, "biased-pump", "--film", "taut", "--samples", "draws.csv", *typed)
         assert (code, err.count("\n")) == (2, 1)
         assert message in err
+
+
+def test_a_data_sheet_has_tolerances(command_line, tmp_path):
+    (tmp_path / "draws.csv").write_text("film_thickness [mm]\n0.19\n0.20\n0.21\n")
+    own = ("datasheet", "biased-pump", "--film", "taut", "--voltages", "1 kV")
+    code, out, err = command_line(*own, "--samples", "draws.csv", "--out", "sheet")
+    assert code == 0, err
+    assert "tolerances: within these intervals lie 95 % of 3 draws, of film_thickness 4.1 %" in out
+    assert (tmp_path / "sheet" / "datasheet.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "sheet" / "datasheet.png").stat().st_size > 50_000
+    code, again, err = command_line(*own, "--uncertain", "draws.csv")
+    assert again == "".join(line for line in out.splitlines(keepends=True) if not line.startswith("wrote "))
+    code, _, err = command_line(*own, "--samples", "draws.csv", "--uncertain", "film_thickness=0.1 mm:0.2 mm")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "--uncertain film_thickness: the samples hold it already, with its correlations; leave one out" in err

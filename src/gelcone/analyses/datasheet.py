@@ -12,13 +12,17 @@ if TYPE_CHECKING:
 
     from gelcone.analyses.request import Subject
 
-NAME_WIDTH, COLUMN_WIDTH = 30, 16
+NAME_WIDTH, COLUMN_WIDTH, INTERVAL_WIDTH = 30, 16, 28
 
 
 def datasheet_words(shown: xr.Dataset, subject: Subject) -> str:
     """The sheet as text."""
     lines = heading(subject) + outcome_lines(shown)
+    count = int((shown["constant_voltage"] > 0.0).sum())
+    widths = [COLUMN_WIDTH] * count + [INTERVAL_WIDTH]
     for name, values in sheet_rows(shown):
-        lines.append(f"{name:{NAME_WIDTH}s}" + "".join(f"{value:>{COLUMN_WIDTH}s}" for value in values))
-    lines += [f"{name:{NAME_WIDTH}s}{value:>{COLUMN_WIDTH}s}" for name, value in sheet_single(shown)]
+        lines.append(f"{name:{NAME_WIDTH}s}" + "".join(f"{v:>{w}s}" for v, w in zip(values, widths, strict=False)))
+    single = sheet_single(shown)
+    width = max(COLUMN_WIDTH, *(len(value) for _, value in single))
+    lines += [f"{name:{NAME_WIDTH}s}{value:>{width}s}" for name, value in single]
     return "\n".join([*lines, *sheet_limits(shown)])

@@ -49,6 +49,9 @@ if TYPE_CHECKING:
 
 ALONE = ("envelope", "frequency")
 """Analyses over an axis of their own, of which every draw is one run."""
+SHEET = "datasheet"
+ENDS = (0.025, 0.975)
+"""Quantiles at the ends of the interval of a figure of a data sheet."""
 AT_ONCE = 16
 """Draws whose frequency responses are computed together."""
 DRAWN_SHARE = 0.95
@@ -75,20 +78,21 @@ def over_draws(
     ----------
     model : a single model or `Device`; what is drawn replaces its own.
     draws : name -> values, as many of each, as in `Plan`; or a Dataset of `gelcone.fitted_draws`.
-    analysis : one that can be swept, ``"envelope"`` or ``"frequency"``. Default ``"limits"``.
+    analysis : one that can be swept, ``"envelope"``, ``"frequency"`` or ``"datasheet"``. Default ``"limits"``.
     initial : as in `Plan`.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
     **options : of the analysis, in SI units with a device. An envelope takes ``frequencies``, ``peaks``, ``margin``
         and ``limits_from``, and a frequency response ``frequencies``, ``transient``, ``patience`` and ``tolerance``;
-        all draws share the axis, by default that of the model without its additions.
+        all draws share the axis, by default that of the model without its additions. A data sheet takes ``voltages``.
 
     Returns
     -------
     Dataset over ``draw``: as of `gelcone.sweep`; of an envelope ``recommended_peak``, ``first_limit``,
     ``limit_low`` and ``limit_high`` over ``drive_frequency``, ``static_limit_voltage`` and ``recommended_constant``; of
     a frequency response what `gelcone.frequency` gives, with the number of ``jumps`` in their place. ``outcome`` says
-    which draws failed.
+    which draws failed. Of a data sheet that of the model, with the 95 % interval of each figure over the draws as
+    ``NAME_low`` and ``NAME_high``, and the standard deviation of each field over its mean as the attribute ``drawn``.
 
     Raises
     ------
@@ -105,13 +109,15 @@ def over_draws(
     '0.701 to 0.727'
     """
     values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)
-    known = (*sweepable(), *ALONE)
+    known = (*sweepable(), *ALONE, SHEET)
     if analysis not in known:
         raise unknown_name("analysis of draws", analysis, known)
-    plan = Plan(model, {}, initial, values, {} if analysis in ALONE else options)
+    plan = Plan(model, {}, initial, values, {} if analysis in (*ALONE, SHEET) else options)
     members = plan.at(plan.grid)[0].members()
     with interpolated_curves(members) as between:
-        if analysis not in ALONE:
+        if analysis == SHEET:
+            found = _sheet(plan, options, threads, progress)
+        elif analysis not in ALONE:
             found = sweep(plan, analysis, workers=in_threads(threads), progress=progress)
         else:
             run = _windows if analysis == "envelope" else _responses
@@ -301,3 +307,44 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
 def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
     """Budgets of time, dimensionless and at least as long in each draw."""
     return dict(Plan(plan.model, {}, None, plan.draws, given).options) if given else {}
+
+
+# --- data sheets ------------------------------------------------------------------------------------------------------
+
+
+def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress: Progress) -> xr.Dataset:
+    """The data sheet of the model, with the ends of the intervals of its figures."""
+    own, made = _options(SHEET, options, {"voltages": None}), find_analysis(SHEET).call
+    sheet = made(plan.model, own["voltages"], threads=threads)
+    volts = sheet["constant_voltage"].values[1:]
+    volts = volts if plan.device is None else volts / MEASURES["voltage"].per_unit
+    names = [
+        str(n) for n, v in sheet.data_vars.items() if v.dims in ((), ("constant_voltage",)) and v.dtype.kind == "f"
+    ]
+    rows: dict[str, list[Array]] = {name: [] for name in names}
+    failed = 0
+    for k in range(plan.size):
+        values = {name: float(drawn[k]) for name, drawn in plan.draws.items()}
+        try:
+            device = plan.device
+            model = plan.cone.replace(**values) if device is None else device.replace_quietly(values)
+            one = made(model, volts, threads=threads)
+        except InputError:
+            one, failed = None, failed + 1
+        for name, found in rows.items():
+            found.append(np.full_like(sheet[name].values, np.nan) if one is None else one[name].values)
+        if progress is not None:
+            progress(1.0 / plan.size)
+    for name, found in rows.items():
+        for end, values in zip(("low", "high"), _ends(np.array(found)), strict=True):
+            sheet[f"{name}_{end}"] = sheet[name].dims, values, dict(sheet[name].attrs)
+    spread = {name: float(np.std(drawn) / max(abs(np.mean(drawn)), 1e-300)) for name, drawn in plan.draws.items()}
+    return sheet.assign_attrs(draws=plan.size, drawn=json.dumps(spread), failed=failed)
+
+
+def _ends(values: Array) -> Array:
+    """The ends of the 95 % interval over the first axis; NaN where it is not known of that many draws, and infinite
+    values count as the largest."""
+    known = np.sort(values, axis=0)  # NaN last
+    places = [round(share * (len(values) - 1)) for share in ENDS]
+    return np.asarray(known[places])

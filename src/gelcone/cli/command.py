@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +11,7 @@ import click
 
 from gelcone.analyses.answer import check_folder
 from gelcone.analyses.ask import answers_of, arguments_of, drawn_answers
+from gelcone.analyses.draws import drawn_options, read_draws, read_samples
 from gelcone.cli.options import (
     drive_parameters,
     help_of,
@@ -72,7 +73,8 @@ def run(
     subject, samples = subject_of(typed), typed.pop("samples", None)
     given = {name: value for name, value in typed.items() if value is not None}
     if samples is not None:
-        return _run_samples(analysis, subject, samples, given, out=out, force=force, as_json=as_json)
+        output = {"force": force, "as_json": as_json, "draw": draw}
+        return _run_draws(analysis, subject, read_samples(samples, (), subject), given, out=out, **output)
     arguments = arguments_of(analysis, subject, given)
     check_folder(out, analysis.command, force)
     with progress_bar(analysis.command) as progress:
@@ -83,20 +85,34 @@ def run(
     return deliver(answers_of(analysis), result, subject, out, force, as_json, draw)
 
 
-def _run_samples(
-    analysis: Analysis, subject: Subject, path: Path, given: dict[str, Any], *, out: Path | None, **output: Any
+def run_drawn(
+    analysis: Analysis, samples: Path | None, uncertain: Sequence[str], drawn: Mapping[str, Any], **typed: Any
 ) -> int:
-    """Runs an analysis of every draw of a file, and delivers what they show."""
-    from gelcone.analyses.draws import drawn_options, read_samples
+    """Runs an analysis of draws, from a file or of distributions that are ``drawn`` so, and delivers what they show."""
+    output = {name: typed.pop(name) for name in ("out", "force", "as_json", "draw")}
+    subject = subject_of(typed)
+    given = {name: value for name, value in typed.items() if value is not None}
+    if samples is None:
+        draws = read_draws(uncertain, subject, indices=False, **drawn)
+    else:
+        draws = read_samples(samples, uncertain, subject)
+    return _run_draws(analysis, subject, draws, given, **output)
+
+
+def _run_draws(
+    analysis: Analysis, subject: Subject, draws: dict[str, Any], given: dict[str, Any], *, out: Path | None, **how: Any
+) -> int:
+    """Runs an analysis of every draw, and delivers what they show."""
     from gelcone.atlas.drawn import over_draws
 
     if "initial" not in analysis.signature.parameters:
         subject.without_initial(f"{analysis.command} does not start from a state; leave it out")
-    draws = read_samples(path, (), subject.alone(analysis.command))
+    subject.alone(analysis.command)
     options = drawn_options(analysis, subject, given)
-    answers = drawn_answers(analysis.name) if analysis.drawn else answers_of(find_analysis("sweep"))
-    check_folder(out, answers.command, output["force"])
+    answers = answers_of(find_analysis("sweep") if analysis.swept else analysis)
+    answers = drawn_answers(analysis.name) if analysis.drawn else answers
+    check_folder(out, answers.command, how["force"])
     start = subject.beginning if subject.starts or subject.device is None else None
     with progress_bar(analysis.command) as progress, device_words(subject.device):
         result = over_draws(subject.target, draws, analysis.name, initial=start, progress=progress, **options)
-    return deliver(answers, result, subject, out, **output)
+    return deliver(answers, result, subject, out, **how)

@@ -30,6 +30,7 @@ from gelcone.cli.options import (
     samples_parameter,
     subject_of,
     subject_parameters,
+    uncertain_parameters,
 )
 from gelcone.cli.output import deliver, print_json, tally_shown
 from gelcone.dataset import load
@@ -164,24 +165,13 @@ def sweep_command() -> click.Command:
     params = [
         *subject_parameters(),
         *over_parameter(SWEEP),
-        click.Option(
-            ["--uncertain"],
-            multiple=True,
-            metavar="NAME=DISTRIBUTION|TABLE",
-            help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
-            "may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be correlated.",
-        ),
+        *uncertain_parameters(),
         samples_parameter(),
-        click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
-        click.Option(
-            ["--method"], default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube."
-        ),
         click.Option(
             ["--indices/--no-indices"],
             default=True,
             help="Two or more parameters: with Sobol indices, half of the draws again for each. [default: indices]",
         ),
-        click.Option(["--seed"], type=int, default=0, show_default=True, help="Seed of the draws."),
         click.Option(
             ["--analysis"],
             default="regime",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from gelcone.analyses.answer import bare_answer
-from gelcone.cli.command import command_of, run
-from gelcone.cli.options import PLACE, output_parameters
+from gelcone.cli.command import command_of, run, run_drawn
+from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
 from gelcone.cli.output import print_json, progress_bar
 from gelcone.errors import InputError
 from gelcone.files import check_writable, read_text, write_together
@@ -223,14 +223,25 @@ def _counts(text: str | None) -> list[int] | None:
 
 
 def datasheet_command() -> click.Command:
-    """`gelcone datasheet`: its figure is a page, which is written as PDF, too."""
+    """`gelcone datasheet`: its figure is a page, which is written as PDF, too; with the tolerances of draws."""
     command = command_of(find_analysis("datasheet"))
+    command.params[-3:-3] = [*uncertain_parameters(), samples_parameter()]
     command.callback = run_datasheet
     return command
 
 
-def run_datasheet(*, out: Path | None, force: bool, **typed: Any) -> int:
-    """Reads what was typed, computes the sheet and delivers it, with --out also as PDF."""
+def run_datasheet(
+    *,
+    uncertain: tuple[str, ...],
+    count: int,
+    method: Any,
+    seed: int,
+    samples: Path | None,
+    out: Path | None,
+    force: bool,
+    **typed: Any,
+) -> int:
+    """Reads what was typed, computes the sheet, of draws with its tolerances, and delivers it, also as PDF."""
     from gelcone.plots import plot, style
 
     pages: list[Figure] = []
@@ -241,7 +252,13 @@ def run_datasheet(*, out: Path | None, force: bool, **typed: Any) -> int:
 
     page = None if out is None else out / "datasheet.pdf"
     check_writable([] if page is None else [page], force=force)
-    code = run(find_analysis("datasheet"), out=out, force=force, draw=draw, **typed)
+    sheet = find_analysis("datasheet")
+    output: dict[str, Any] = {"out": out, "force": force, "draw": draw}
+    if not uncertain and samples is None:
+        code = run(sheet, **output, **typed)
+    else:
+        drawn = {"count": count, "method": method, "seed": seed}
+        code = run_drawn(sheet, samples, uncertain, drawn, **output, **typed)
     if page is not None:
         style.save_figure(pages[-1], page, force=force)
         if not typed["as_json"]:

@@ -99,6 +99,22 @@ def samples_parameter() -> click.Parameter:
     )  # fmt: skip
 
 
+def uncertain_parameters() -> list[click.Parameter]:
+    """--uncertain, and how it is drawn: --count, --method and --seed."""
+    return [
+        click.Option(
+            ["--uncertain"], multiple=True, metavar="NAME=DISTRIBUTION|TABLE",
+            help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
+            "may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be correlated.",
+        ),
+        click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
+        click.Option(
+            ["--method"], default="sobol", show_default=True, help="How they are drawn: sobol or latin-hypercube."
+        ),
+        click.Option(["--seed"], type=int, default=0, show_default=True, help="Seed of the draws."),
+    ]  # fmt: skip
+
+
 def output_parameters() -> list[click.Parameter]:
     """--out, --force and --json."""
     return [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, SKY, VERMILION, axis_label, log_ticks, styled
-from gelcone.words import sheet_limits, sheet_rows, sheet_single, sized
+from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,6 +18,8 @@ WIDTH, HEIGHT = 7.6, 10.2
 MOST_COLUMNS = 4
 LINE = 0.0365
 """Height of a row of the table, as a share of its panel."""
+END = 1.15
+"""Where the bar of an interval without an upper end stops, over the highest limit."""
 HALF_POWER = np.sqrt(0.5)
 
 
@@ -47,9 +49,7 @@ def write_table(result: xr.Dataset, axes: Axes) -> None:
     axes.text(1.0, 0.99, "data sheet, computed", fontsize=9.0, color=GREY, va="top", ha="right")
     axes.axhline(0.935, xmin=0.037, xmax=0.963, color=BLACK, lw=1.0)
     rows = sheet_rows(result)
-    count = min(len(rows[0][1]), MOST_COLUMNS)
-    chosen = np.unique(np.linspace(0, len(rows[0][1]) - 1, count).round().astype(int))
-    places = 0.42 + 0.58 * (np.arange(count) + 1) / max(count, 2)
+    chosen, places = _columns(len(rows[0][1]), is_toleranced(result))
     height = 0.905
     for k, (words, values) in enumerate(rows):
         weight = "bold" if k == 0 else "normal"
@@ -62,13 +62,23 @@ def write_table(result: xr.Dataset, axes: Axes) -> None:
     single = sheet_single(result)
     for k, (words, value) in enumerate(single):
         x = 0.0 if k % 2 == 0 else 0.53
-        axes.text(x, height, words, va="center")
-        axes.text(x + 0.47, height, value, va="center", ha="right")
+        axes.text(x, height, words, va="center", fontsize=8.5 if is_toleranced(result) else None)
+        axes.text(x + 0.47, height, value, va="center", ha="right", fontsize=7.5 if is_toleranced(result) else None)
         height -= LINE * (k % 2 == 1 or k == len(single) - 1)
     height -= 0.3 * LINE
     for line in sheet_limits(result):
-        axes.text(0.0, height, line, va="center", fontsize=8.5)
+        axes.text(0.02 * line.startswith(" "), height, line.strip(), va="center", fontsize=8.5)
         height -= LINE
+
+
+def _columns(count: int, toleranced: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Which columns are shown, and the places of their right ends; the last one holds intervals where there are
+    some."""
+    voltages, right = (count - 1, 0.7) if toleranced else (count, 1.0)
+    few = min(voltages, MOST_COLUMNS - toleranced)
+    chosen = np.unique(np.linspace(0, voltages - 1, few).round().astype(int))
+    places = 0.42 + (right - 0.42) * (np.arange(few) + 1) / (few if toleranced else max(few, 2))
+    return (np.append(chosen, count - 1), np.append(places, 1.0)) if toleranced else (chosen, places)
 
 
 def over_displacement(result: xr.Dataset, axes: Axes) -> None:
@@ -134,6 +144,11 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     names = sorted(met, key=lambda name: -met[name])
     colours = [VERMILION if met[name] == min(met.values()) else BLUE for name in names]
     axes.barh(range(len(names)), [met[name] for name in names], color=colours, height=0.4)
+    if is_toleranced(result):
+        for k, name in enumerate(names):
+            own = f"{name.replace(' ', '_')}_voltage"
+            span = np.clip([float(result[f"{own}_{end}"]) for end in ("low", "high")], 0.0, END * max(met.values()))
+            axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)
     axes.set_yticks(range(len(names)), [name.replace("driven ", "drive: ") for name in names], fontsize=7.0)
     axes.set_xlabel(axis_label(result["first_limit_voltage"], "peak voltage"))
