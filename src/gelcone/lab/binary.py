@@ -1,4 +1,4 @@
-"""Measured columns from MATLAB files: their vectors, within bounds."""
+"""Measured columns from MATLAB and HDF5 files: their vectors, within bounds."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ import numpy as np
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.files import read_data
+from gelcone.lab.hdf5 import MOST_NAMES, MOST_VALUES, SIGNATURE, Vector, too_many, vectors_of
 from gelcone.quantity import Array
 
-MOST_VALUES = 2_000_000
-"""Most values of all vectors of a file."""
-MOST_NAMES = 64
-HDF5 = b"\x89HDF\r\n\x1a\n"
 MATRIX, COMPRESSED, COMPLEX = 14, 15, 0x0800
 NUMERIC = range(6, 16)
 """Classes of arrays of numbers."""
@@ -27,34 +24,41 @@ UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers 
 
 
 def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]:
-    """Read the vectors of a MATLAB file up to version 7.2: name -> values, and the unit.
+    """Read the vectors of a MATLAB or HDF5 file: name -> values, and the unit.
 
-    The unit is what follows the last underscore of a name where that is a unit, as in ``stress_kPa``. What is not a
-    vector of numbers is left out.
+    The unit is that of an attribute ``units``, or what follows the last underscore of a name where that is a unit, as
+    in ``stress_kPa``. What is not a vector of numbers is left out; of HDF5 files the datasets of the root are read.
 
     Raises
     ------
     InputError : for a file that is damaged or too large, without vectors, or with vectors of several lengths.
     """
     data = read_data(path, remedy)
-    if HDF5 in data[:1024]:
-        raise InputError(f"{path.name}: is of MATLAB 7.3 (HDF5), which is not read; save it with -v7, or export CSV")
     try:
-        found = _matlab(data)
+        found = _vectors(data)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from None
-    except (ValueError, struct.error, zlib.error):
-        raise InputError(f"{path.name}: is damaged, or no MATLAB file; export it again, or as CSV") from None
+    except (ValueError, IndexError, struct.error, zlib.error):
+        raise InputError(f"{path.name}: is damaged, or no MATLAB or HDF5 file; export it again, or as CSV") from None
     if not found:
         raise InputError(f"{path.name}: has no vectors of numbers; store each column as a vector")
-    lengths = {name: values.size for name, values in found.items()}
+    lengths = {name: vector.values.size for name, vector in found.items()}
     if len(set(lengths.values())) > 1:
         shown = ", ".join(f"{name} {size}" for name, size in list(lengths.items())[:4])
         raise InputError(f"{path.name}: its vectors have several lengths ({shown}); store one test in a file")
-    return dict(_unit_of(name, values) for name, values in found.items())
+    return dict(_unit_of(name, *vector) for name, vector in found.items())
 
 
-def _unit_of(name: str, values: Array) -> tuple[str, tuple[Array, str | None]]:
+def _vectors(data: bytes) -> dict[str, Vector]:
+    """The vectors of a file, in whichever of the two formats it is."""
+    if SIGNATURE in data[:2056]:
+        return vectors_of(data)
+    return {name: Vector(values, "") for name, values in _matlab(data).items()}
+
+
+def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str | None]]:
+    if unit:
+        return name, (values, unit)
     before, _, after = name.rpartition("_")
     return (before, (values, after)) if before and after in UNITS else (name, (values, None))
 
@@ -76,7 +80,7 @@ def _matlab(data: bytes) -> dict[str, Array]:
             found |= _vector(body, order)
         total = sum(values.size for values in found.values())
         if len(found) > MOST_NAMES or total > MOST_VALUES:
-            raise InputError(f"has more than {MOST_NAMES} vectors, or more than {MOST_VALUES:.3g} values")
+            raise too_many()
     return found
 
 

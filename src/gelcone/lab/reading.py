@@ -31,14 +31,12 @@ NOT_READ = {
     ".unv": "UFF is not read; export CSV with units in the header",
     ".xls": "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header",
     ".xlsx": "Excel files are not read; save the sheet as CSV (UTF-8) with units in the header",
-    ".h5": "HDF5 is not read; export CSV with units in the header",
-    ".hdf5": "HDF5 is not read; export CSV with units in the header",
     ".nc": "netCDF is not read here; export CSV with units in the header",
     ".ods": "spreadsheets are not read; save the sheet as CSV (UTF-8) with units in the header",
 }
 """Endings of files that are not read, and what to do about them."""
-MATLAB = ".mat"
-"""Ending of files whose vectors are columns."""
+BINARY = {".mat": "MATLAB", ".h5": "HDF5", ".hdf5": "HDF5"}
+"""Endings of files whose vectors are columns, and the names of their formats."""
 _PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _MISSING = ("", "nan", "na", "n/a", "-", "--", "null", "none")
@@ -67,7 +65,7 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Read a measured table from a text file, or the vectors of a MATLAB file.
+    """Read a measured table from a text file, or the vectors of a MATLAB or HDF5 file.
 
     Semicolons, tabs, commas and spaces separate; decimals have points or commas; a unit stands in the heading, as in
     ``stress (kPa)``, ``stress [kPa]`` or ``stress / kPa``, or in a second row; lines that begin with # or % are left
@@ -79,7 +77,7 @@ def read_table(path: Path) -> Table:
     """
     if reason := NOT_READ.get(path.suffix.lower()):
         raise InputError(f"{path.name}: {reason}")
-    if path.suffix.lower() == MATLAB:
+    if path.suffix.lower() in BINARY:
         return _table_of(path)
     text, notes = _decoded(path)
     rows, lines = _rows(path.name, text, notes)
@@ -101,13 +99,13 @@ def read_table(path: Path) -> Table:
 
 
 def _table_of(path: Path) -> Table:
-    """The table of the vectors of a MATLAB file."""
+    """The table of the vectors of a MATLAB or HDF5 file."""
     vectors = read_vectors(path, REMEDY)
     columns = {name: Column(name, unit, values, ()) for name, (values, unit) in vectors.items()}
     rows = len(next(iter(columns.values())).values)  # type: ignore[arg-type]
     if rows > MOST_ROWS:
         raise InputError(f"{path.name}: has {rows} rows; give at most {MOST_ROWS}")
-    return Table(path.name, columns, range(1, rows + 1), ("read as MATLAB",))
+    return Table(path.name, columns, range(1, rows + 1), (f"read as {BINARY[path.suffix.lower()]}",))
 
 
 def _decoded(path: Path) -> tuple[str, list[str]]:

@@ -1,0 +1,357 @@
+"""Vectors of HDF5 files, of MATLAB 7.3 among them, within bounds.
+
+Read here, byte by byte of the published format (HDF5 File Format Specification 3.0): nothing outside the file is
+opened, no link is followed, and no library ends the process at a damaged file. What is unusual is refused in one line.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.quantity import Array
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MOST_VALUES, MOST_NAMES, MOST_PARTS = 2_000_000, 64, 20_000
+"""Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks) that are looked at."""
+DEEPEST = 16
+UNDEFINED = 2**64 - 1
+SPACE, TYPE, LINK_INFO, LINK, EXTERNAL, LAYOUT, FILTERS, ATTRIBUTE, MORE, TABLE = 1, 3, 2, 6, 7, 8, 11, 12, 16, 17
+"""Kinds of messages in the header of an object."""
+COMPOUND = 6
+IEEE = {2: (5, 10), 4: (8, 23), 8: (11, 52)}
+"""Bits of exponent and mantissa of floating-point numbers, by their bytes."""
+DEFLATE, SHUFFLE, CHECKSUM = 1, 2, 3
+"""Filters of chunks."""
+PLAINLY = "save it for an early version of HDF5 (h5py: libver='earliest'), or as CSV"
+WORDS = ("char", "cell", "logical", "struct", "function_handle", "string")
+"""Classes of MATLAB that are no numbers."""
+
+
+class Vector(NamedTuple):
+    """A dataset of one dimension: its values, and the unit that an attribute states, empty if none does."""
+
+    values: Array
+    unit: str
+
+
+class Datatype(NamedTuple):
+    """A type of stored numbers; ``number`` is None for others, whose class is ``kind`` and whose bytes are ``size``."""
+
+    kind: int
+    size: int
+    number: np.dtype[Any] | None
+
+
+def vectors_of(data: bytes) -> dict[str, Vector]:
+    """The vectors of numbers among the datasets of the root of a file, by name.
+
+    Raises `InputError` for links, compound types, values outside the file and more than is read, and `ValueError`,
+    `IndexError` or `zlib.error` for a damaged file.
+    """
+    file = File(data)
+    found: dict[str, Vector] = {}
+    total = 0
+    for name, address in file.links(file.root):
+        vector = file.vector(name, address)
+        if vector is None:
+            continue
+        found[name] = vector
+        total += vector.values.size
+        if len(found) > MOST_NAMES or total > MOST_VALUES:
+            raise too_many()
+    return found
+
+
+def too_many() -> InputError:
+    """Why a file with more than is read is refused."""
+    return InputError(f"has more than {MOST_NAMES} vectors, or more than {MOST_VALUES:.3g} values")
+
+
+@dataclass
+class File:
+    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been looked at."""
+
+    data: bytes
+    base: int = 0
+    parts: int = 0
+    root: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.base = next((at for at in (0, 512, 1024, 2048) if self.data[at : at + 8] == SIGNATURE), -1)
+        if self.base < 0:
+            raise ValueError("no HDF5 file")
+        version = self.data[self.base + 8]
+        if version in (2, 3):
+            sizes, root = self.read(9, 2), 12 + 3 * 8
+        else:
+            # a symbol table entry of the root begins behind four addresses
+            sizes, root = self.read(13, 2), 24 + 4 * 8 + 4 * (version == 1) + 8
+        if version > 3 or sizes != b"\x08\x08":
+            raise InputError("is of a version of HDF5 that is not read; export it anew, or as CSV")
+        self.root = self.number(root, 8)
+
+    def read(self, at: int, size: int) -> bytes:
+        """Bytes at an address; `ValueError` outside the file."""
+        self.parts += 1
+        if self.parts > MOST_PARTS:
+            raise InputError(f"has more than {MOST_PARTS} parts; store each column in one piece")
+        begin = self.base + at
+        if at < 0 or size < 0 or begin + size > len(self.data):
+            raise ValueError("an address outside the file")
+        return self.data[begin : begin + size]
+
+    def number(self, at: int, size: int) -> int:
+        """A whole number at an address."""
+        return int.from_bytes(self.read(at, size), "little")
+
+    # --- groups -------------------------------------------------------------------------------------------------------
+
+    def links(self, address: int) -> Iterator[tuple[str, int]]:
+        """Names and addresses of the objects of a group; `InputError` for a link to elsewhere."""
+        for kind, body in self.messages(address):
+            if kind == TABLE:
+                tree, heap = (int.from_bytes(body[at : at + 8], "little") for at in (0, 8))
+                if self.read(heap, 4) != b"HEAP":
+                    raise ValueError("no heap of names")
+                yield from self._entries(tree, self.number(heap + 24, 8), 0)
+            elif kind == LINK:
+                yield _hard_link(body)
+            elif kind == LINK_INFO and _dense(body):
+                raise InputError("has its names in a heap; store at most 8 datasets in a file, or save it as CSV")
+
+    def _entries(self, node: int, names: int, depth: int) -> Iterator[tuple[str, int]]:
+        """The entries of a tree of a group, with their ``names`` in the heap."""
+        if self.read(node, 4) == b"SNOD":
+            for k in range(self.number(node + 6, 2)):
+                entry = node + 8 + 40 * k
+                name = self._name(names + self.number(entry, 8))
+                if self.number(entry + 16, 4) == 2:
+                    raise _link(name)
+                yield name, self.number(entry + 8, 8)
+            return
+        for child in self._children(node, 0, 8, depth):
+            yield from self._entries(child[1], names, depth + 1)
+
+    def _children(self, node: int, kind: int, key: int, depth: int) -> Iterator[tuple[bytes, int]]:
+        """Keys and addresses of the children of a node of a tree."""
+        if self.read(node, 4) != b"TREE" or self.number(node + 4, 1) != kind or depth > DEEPEST:
+            raise ValueError("no node of a tree")
+        for k in range(self.number(node + 6, 2)):
+            at = node + 24 + k * (key + 8)
+            yield self.read(at, key), self.number(at + key, 8)
+
+    def _name(self, at: int) -> str:
+        left = self.data[self.base + at : self.base + at + 256]
+        return left[: left.index(b"\0")].decode()
+
+    # --- headers ------------------------------------------------------------------------------------------------------
+
+    def messages(self, address: int) -> Iterator[tuple[int, bytes]]:
+        """The kinds and contents of the messages of an object's header, those of its continuations too."""
+        second = self.read(address, 4) == b"OHDR"
+        if not second and self.number(address, 1) != 1:
+            raise ValueError("no header")
+        if second:
+            flags = self.number(address + 5, 1)
+            at = address + 6 + 16 * bool(flags & 0x20) + 4 * bool(flags & 0x10)
+            width = 1 << (flags & 3)
+            blocks, head = [(at + width, self.number(at, width))], 4 + 2 * bool(flags & 4)
+        else:
+            blocks, head = [(address + 16, self.number(address + 8, 4))], 8
+        while blocks:
+            at, size = blocks.pop(0)
+            end = at + size
+            while at + head <= end:
+                kind, length, flag = self._message(at, second)
+                body = self.read(at + head, length)
+                at += head + length
+                if flag & 2 and kind in (SPACE, TYPE, LAYOUT, FILTERS):
+                    raise InputError("shares a type among datasets; save it anew, or as CSV")
+                if kind == MORE:
+                    more, extent = (int.from_bytes(body[k : k + 8], "little") for k in (0, 8))
+                    # those of the second version begin with a signature and end with a checksum
+                    blocks.append((more + 4, extent - 8) if second else (more, extent))
+                else:
+                    yield kind, body
+
+    def _message(self, at: int, second: bool) -> tuple[int, int, int]:
+        """Kind, length and flags of a message."""
+        if second:
+            return self.number(at, 1), self.number(at + 1, 2), self.number(at + 3, 1)
+        return self.number(at, 2), self.number(at + 2, 2), self.number(at + 4, 1)
+
+    # --- datasets -----------------------------------------------------------------------------------------------------
+
+    def vector(self, name: str, address: int) -> Vector | None:
+        """The dataset at an address if it is a vector of real numbers; None for another one, and for a group."""
+        parts: dict[int, bytes] = {}
+        texts: dict[str, str] = {}
+        for kind, body in self.messages(address):
+            if kind == ATTRIBUTE:
+                texts |= _attribute(body)
+            else:
+                parts.setdefault(kind, body)
+        if EXTERNAL in parts:
+            raise InputError(f"{name!r} lies in another file, which is not opened; store the values themselves")
+        if not {LAYOUT, TYPE, SPACE} <= set(parts) or texts.get("MATLAB_class", "") in WORDS:
+            return None
+        of, shape = _datatype(parts[TYPE]), _shape(parts[SPACE])
+        if of.kind == COMPOUND:
+            raise InputError(f"{name!r} has a compound type; store each column as a dataset of its own")
+        size = int(np.prod(np.array(shape, dtype=object)))
+        if of.number is None or size < 2 or size != max(shape):
+            return None
+        if size > MOST_VALUES:
+            raise too_many()
+        content = self._content(name, parts, of.number.itemsize, shape)
+        with np.errstate(invalid="ignore"):  # a damaged NaN
+            values = np.frombuffer(content, of.number, size).astype(float)
+        return Vector(values, next((texts[key] for key in ("units", "unit", "Units", "Unit") if key in texts), ""))
+
+    def _content(self, name: str, parts: Mapping[int, bytes], width: int, shape: list[int]) -> bytes:
+        """The bytes of all values of a vector."""
+        layout, size = parts[LAYOUT], width * max(shape)
+        version, kind = layout[0], layout[1]
+        if version not in (3, 4):
+            raise InputError(f"{name!r} is stored in a way that is not read; {PLAINLY}")
+        if kind == 0:
+            return layout[4 : 4 + size]
+        if kind == 1:
+            at = int.from_bytes(layout[2:10], "little")
+            return bytes(size) if at == UNDEFINED else self.read(at, size)
+        if kind != 2 or version == 4:
+            raise InputError(f"{name!r} is stored in a way that is not read; {PLAINLY}")
+        rank, tree = layout[2], int.from_bytes(layout[3:11], "little")
+        sides = [int.from_bytes(layout[11 + 4 * k : 15 + 4 * k], "little") for k in range(rank)]
+        if rank != len(shape) + 1 or min(sides) < 1 or max(sides[:-1]) > MOST_VALUES:
+            raise ValueError("chunks of another shape")
+        filters = _filters(name, parts.get(FILTERS, b""))
+        found, along = bytearray(size), int(np.argmax(shape))
+        whole = width * int(np.prod(np.array(sides[:-1], dtype=object)))
+        if whole > width * MOST_VALUES:
+            raise too_many()
+        if tree != UNDEFINED:
+            for key, at in self._chunks(tree, 8 + 8 * rank, 0):
+                begin = int.from_bytes(key[8 + 8 * along : 16 + 8 * along], "little")
+                packed = self.read(at, int.from_bytes(key[:4], "little"))
+                skipped = int.from_bytes(key[4:8], "little")
+                chunk = _unpacked(packed, filters, skipped, width, whole)
+                # of a vector one side of a chunk lies along it, and the others begin with its only row
+                values = np.frombuffer(chunk, f"V{width}").reshape(sides[:-1])
+                row = values[tuple(slice(None) if k == along else 0 for k in range(len(shape)))]
+                last = min(begin + len(row), max(shape))
+                found[begin * width : last * width] = row[: max(last - begin, 0)].tobytes()
+        return bytes(found)
+
+    def _chunks(self, node: int, key: int, depth: int) -> Iterator[tuple[bytes, int]]:
+        """Keys and addresses of the chunks below a node."""
+        for own, child in self._children(node, 1, key, depth):
+            if self.number(node + 5, 1) == 0:
+                yield own, child
+            else:
+                yield from self._chunks(child, key, depth + 1)
+
+
+def _link(name: str) -> InputError:
+    shown = "".join(c if c.isprintable() else "?" for c in name)[:60]
+    return InputError(f"{shown!r} is a link, which is not followed; store the values themselves")
+
+
+def _hard_link(body: bytes) -> tuple[str, int]:
+    """Name and address of a link message; `InputError` for a link to a name or another file."""
+    flags, at = body[1], 2
+    kind = body[at] if flags & 8 else 0
+    at += bool(flags & 8) + 8 * bool(flags & 4) + bool(flags & 16)
+    width = 1 << (flags & 3)
+    length = int.from_bytes(body[at : at + width], "little")
+    at += width
+    name = body[at : at + length].decode()
+    if kind:
+        raise _link(name)
+    return name, int.from_bytes(body[at + length : at + length + 8], "little")
+
+
+def _dense(body: bytes) -> bool:
+    """Whether the links of a group stand in a heap."""
+    at = 2 + 8 * (body[1] & 1)
+    return int.from_bytes(body[at : at + 8], "little") != UNDEFINED
+
+
+def _datatype(body: bytes) -> Datatype:
+    kind, size = body[0] & 15, int.from_bytes(body[4:8], "little")
+    order = ">" if body[1] & 1 else "<"
+    whole = int.from_bytes(body[10:12], "little") == 8 * size and not body[1] & 0x40
+    if kind == 0 and size in (1, 2, 4, 8) and whole:
+        return Datatype(kind, size, np.dtype(f"{order}{'i' if body[1] & 8 else 'u'}{size}"))
+    if kind == 1 and IEEE.get(size) == (body[13], body[15]) and whole:
+        return Datatype(kind, size, np.dtype(f"{order}f{size}"))
+    return Datatype(kind, size, None)
+
+
+def _shape(body: bytes) -> list[int]:
+    """The sides of a dataset; one side of 1 for a single value."""
+    at = 8 if body[0] == 1 else 4
+    sides = [int.from_bytes(body[at + 8 * k : at + 8 * k + 8], "little") for k in range(body[1])]
+    return sides or [1]
+
+
+def _attribute(body: bytes) -> dict[str, str]:
+    """The name and text of an attribute; nothing for one that is no text of a fixed length."""
+    version = body[0]
+    if version not in (1, 2, 3):
+        return {}
+    sizes = [int.from_bytes(body[2 + 2 * k : 4 + 2 * k], "little") for k in range(3)]
+    at = 8 + (version == 3)
+    parts = []
+    for size in sizes:
+        parts.append(body[at : at + size])
+        at += -(-size // 8) * 8 if version == 1 else size
+    name, of, _ = parts
+    if not of or of[0] & 15 != 3 or len(name) > 64:
+        return {}
+    length = min(int.from_bytes(of[4:8], "little"), 64)
+    text = body[at : at + length].rstrip(b"\0 ").decode(errors="replace")
+    return {name.rstrip(b"\0").decode(errors="replace"): text}
+
+
+def _filters(name: str, body: bytes) -> list[int]:
+    """The filters of a dataset's chunks, in the order in which they were used."""
+    if not body:
+        return []
+    version, count = body[0], body[1]
+    at, found = 8 if version == 1 else 2, []
+    for _ in range(count):
+        kind = int.from_bytes(body[at : at + 2], "little")
+        named = version == 1 or kind >= 256
+        length = int.from_bytes(body[at + 2 : at + 4], "little") if named else 0
+        values = int.from_bytes(body[at + 4 + 2 * named : at + 6 + 2 * named], "little")
+        if kind not in (DEFLATE, SHUFFLE, CHECKSUM):
+            raise InputError(f"{name!r} is packed by filter {kind}, which is not read; store it with gzip or unpacked")
+        found.append(kind)
+        at += 6 + 2 * named + (-(-length // 8) * 8 if version == 1 else length) + 4 * values
+        at += 4 * (version == 1 and values % 2)
+    return found
+
+
+def _unpacked(packed: bytes, filters: list[int], skipped: int, width: int, whole: int) -> bytes:
+    """The ``whole`` bytes of a chunk, whose filters were used but for those in the mask ``skipped``."""
+    content = packed
+    for k in reversed(range(len(filters))):
+        if skipped & 1 << k:
+            continue
+        if filters[k] == CHECKSUM:
+            content = content[:-4]
+        elif filters[k] == DEFLATE:
+            content = zlib.decompressobj().decompress(content, whole + 8)
+        else:
+            rows = np.frombuffer(content[: len(content) // width * width], np.uint8).reshape(width, -1)
+            content = np.ascontiguousarray(rows.T).tobytes()
+    if len(content) < whole:
+        raise ValueError("a chunk is shorter than its values")
+    return content[:whole]

@@ -1,0 +1,128 @@
+"""Vectors of HDF5 files and of MATLAB 7.3, what is refused, and damaged files."""
+
+import random
+import time
+import warnings
+
+import netCDF4
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.lab import binary, hdf5
+from gelcone.lab.reading import read_table
+from tests.lab.hdf5_files import PACKED, unpacked
+
+VOLTS, FORCES = np.array([0.5, 1.0, 1.5, 2.0, 2.5]), np.array([1.0, 2.0, 4.0, 8.0, 16.0])
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """Writes a file of `PACKED`, or other bytes."""
+
+    def write(name, content=None):
+        (tmp_path / name).write_bytes(unpacked(name) if content is None else content)
+        return tmp_path / name
+
+    return write
+
+
+@pytest.mark.parametrize("name", ["plain.h5", "chunks.h5", "latest.h5", "user.h5"])
+def test_datasets_are_columns_with_the_units_of_attributes_and_names(name, stored):
+    table = read_table(stored(name))
+    columns = {own: (column.unit, column.values.tolist()) for own, column in table.columns.items()}
+    wanted = {"voltage": ("kV", VOLTS.tolist()), "force": ("mN", FORCES.tolist()), "count": (None, [0, 1, 2, 3, 4])}
+    assert columns == wanted
+    assert table.notes == ("read as HDF5",)
+
+
+def test_vectors_of_matlab_73_are_columns_and_its_words_are_not(stored):
+    table = read_table(stored("matlab.mat"))
+    assert {name: column.unit for name, column in table.columns.items()} == {"voltage": "kV", "stroke": "mm"}
+    np.testing.assert_array_equal(table.columns["stroke"].values, FORCES)
+    assert table.notes == ("read as MATLAB",)
+
+
+def test_a_file_of_netcdf_is_one_of_hdf5(tmp_path):
+    with netCDF4.Dataset(tmp_path / "own.h5", "w") as file:
+        file.createDimension("row", 5)
+        for name, values in (("voltage_kV", VOLTS), ("force", FORCES)):
+            file.createVariable(name, "f8", ("row",))[:] = values
+        file["force"].units = "mN"
+    table = read_table(tmp_path / "own.h5")
+    np.testing.assert_array_equal(table.columns["voltage"].values, VOLTS)
+    assert table.columns["force"].unit == "mN"
+
+
+def test_a_dataset_without_values_is_zero(stored):
+    assert read_table(stored("filled.h5")).columns["empty"].values.tolist() == [0.0] * 5
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("soft.h5", "'alias' is a link, which is not followed; store the values themselves"),
+        ("external.h5", "'other' is a link, which is not followed; store the values themselves"),
+        ("external-latest.h5", "'other' is a link, which is not followed; store the values themselves"),
+        ("raw.h5", "'secret' lies in another file, which is not opened; store the values themselves"),
+        ("virtual.h5", "'v' is stored in a way that is not read; save it for an early version of HDF5"),
+        ("compound.h5", "'t' has a compound type; store each column as a dataset of its own"),
+        ("huge.h5", "has more than 64 vectors, or more than 2e+06 values"),
+        ("chunk.h5", "is damaged, or no MATLAB or HDF5 file; export it again, or as CSV"),
+        ("lzf.h5", "is packed by filter 32000, which is not read; store it with gzip or unpacked"),
+        ("heap.h5", "has its names in a heap; store at most 8 datasets in a file, or save it as CSV"),
+        ("words.h5", "has no vectors of numbers; store each column as a vector"),
+    ],
+)
+def test_what_is_not_read_is_refused_in_one_line(name, message, stored, monkeypatch):
+    opened = []
+    monkeypatch.setattr(
+        "builtins.open", lambda path, *given, **named: opened.append(path) or OPEN(path, *given, **named)
+    )
+    with pytest.raises(InputError) as refused:
+        read_table(stored(name))
+    assert message in str(refused.value)
+    assert str(refused.value).startswith(f"{name}: ")
+    assert "\n" not in str(refused.value)
+    assert {str(path) for path in opened} == {str(stored(name))}
+
+
+OPEN = open
+
+
+def test_files_of_many_parts_and_values_are_refused(stored, monkeypatch):
+    monkeypatch.setattr(hdf5, "MOST_PARTS", 20)
+    with pytest.raises(InputError, match="has more than 20 parts; store each column in one piece"):
+        read_table(stored("chunks.h5"))
+    monkeypatch.setattr(hdf5, "MOST_PARTS", 20_000)
+    monkeypatch.setattr(hdf5, "MOST_VALUES", 12)
+    with pytest.raises(InputError, match="or more than 12 values"):
+        read_table(stored("plain.h5"))
+    monkeypatch.setattr(hdf5, "MOST_VALUES", 2_000_000)
+    monkeypatch.setattr(hdf5, "MOST_NAMES", 2)
+    with pytest.raises(InputError, match="has more than 2 vectors"):
+        read_table(stored("plain.h5"))
+
+
+@pytest.mark.parametrize("name", sorted(PACKED))
+def test_a_damaged_file_is_read_or_refused_in_one_line(name, stored):
+    rng, whole = random.Random(name), unpacked(name)
+    path = stored(f"damaged.{name.partition('.')[2]}", whole)
+    begun, refused = time.process_time(), []
+    for _ in range(120):
+        broken = bytearray(whole)
+        for _ in range(rng.choice((1, 1, 2, 8))):
+            broken[rng.randrange(len(broken))] = rng.choice((0, 1, 2, 7, 128, 255, rng.randrange(256)))
+        if rng.random() < 0.2:
+            del broken[rng.randrange(len(broken)) :]
+        path.write_bytes(bytes(broken))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            try:
+                read = [values.size for values, _ in binary.read_vectors(path, "").values()]
+            except InputError as error:
+                read = []
+                refused.append(str(error))
+        assert max(read, default=0) <= hdf5.MOST_VALUES
+    assert not any("\n" in said for said in refused)
+    assert time.process_time() - begun < 60.0
