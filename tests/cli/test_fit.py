@@ -234,3 +234,57 @@ def test_a_data_sheet_has_tolerances(command_line, tmp_path):
     code, _, err = command_line(*own, "--samples", "draws.csv", "--uncertain", "film_thickness=0.1 mm:0.2 mm")
     assert (code, err.count("\n")) == (2, 1)
     assert "--uncertain film_thickness: the samples hold it already, with its correlations; leave one out" in err
+
+
+def test_a_first_list_of_tests_is_a_plan_as_it_is(pump):
+    assert pump("init", "--tests", "first.toml")[0] == 0
+    code, out, err = pump("fit", "pump.toml", "--data", "first.toml", *FREE, "--plan")
+    assert code == 0, err
+    assert out.startswith("pump as drawn: plan of 24 readings in 4 tests, taut film\n3 of 3 directions of the fields")
+    code, _, err = pump("init", "--tests", "--wish", "second.toml")
+    assert (code, err) == (2, "Error: --wish and --tests: give one of them\n")
+
+
+def test_columns_that_are_not_used_are_asked_for(pump, tmp_path):
+    (tmp_path / "gang.csv").write_text("f (Hz),Hub (um),phase (deg)\n4,70,-1\n6,80,-2\n", encoding="utf-8")
+    head = '[[test]]\nkind = "frequency response"\nfile = "gang.csv"\nvoltage_offset = "1 kV"\nvoltage_amplitude = "60 V"\n'
+    fit = ("fit", "pump.toml", "--data", "list.toml", *FREE, "--plan")
+    for more, message in (
+        ('noise = "8 um"', "test 1: which column of gang.csv is amplitude? not used yet: Hub; name it, amplitude = "),
+        (
+            'amplitude = "Hub, um"',
+            "the noise is missing; give that of the displacement at the frequency of the drive, no",
+        ),
+    ):
+        (tmp_path / "list.toml").write_text(head + more, encoding="utf-8")
+        code, _, err = pump(*fit)
+        assert (code, err.count("\n")) == (2, 1)
+        assert message in err
+    (tmp_path / "list.toml").write_text(head + 'amplitude = "Hub, um"\nnoise = "8 um"', encoding="utf-8")
+    assert pump(*fit)[0] == 0
+
+
+def test_forces_of_the_opposite_sign_are_said_and_can_be_turned_round(pump, tmp_path):
+    text = (tmp_path / "pump-tests.toml").read_text(encoding="utf-8")
+    (tmp_path / "turned.toml").write_text(text.replace('force = "F, mN"', 'force = "-F, mN"'), encoding="utf-8")
+    code, _, err = pump("fit", "pump.toml", "--data", "turned.toml", *FREE)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "blocked force, force.csv: force has the opposite sign of the device's; upward is positive" in err
+    lines = (tmp_path / "force.csv").read_text(encoding="utf-8").splitlines()
+    rows = [line.rsplit(",", 1) for line in lines[1:]]
+    (tmp_path / "force.csv").write_text("\n".join([lines[0], *(f"{a},{-float(b)}" for a, b in rows)]), encoding="utf-8")
+    turned = result(pump("fit", "pump.toml", "--data", "turned.toml", *FREE, "--json")[1])
+    shutil.copy(PUMP / "force.csv", tmp_path / "force.csv")
+    assert turned["chi2"] == result(pump("fit", "pump.toml", "--data", "pump-tests.toml", *FREE, "--json")[1])["chi2"]
+
+
+def test_a_fit_that_runs_out_of_a_field_says_so(pump, tmp_path):
+    (tmp_path / "stroke.csv").write_text("voltage (V),stroke (um)\n1000,1\n1500,2\n", encoding="utf-8")
+    (tmp_path / "list.toml").write_text(
+        '[[test]]\nkind = "stroke over voltage"\nfile = "stroke.csv"\nnoise = "0.1 um"\n', encoding="utf-8"
+    )
+    free = ("--free", "material.relative_permittivity~300%")
+    code, _, err = pump("fit", "pump.toml", "--data", "list.toml", *free)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "Error: the fit runs into material.relative_permittivity" in err
+    assert "are the units and signs of the readings right? else give that field a narrower prior" in err

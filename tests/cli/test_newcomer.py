@@ -85,6 +85,7 @@ def check(command, command_line, folder):
     [
         (["first.toml"], "gelcone simulate first.toml"),
         (["--wish", "first.toml"], "gelcone design first.toml --out designs"),
+        (["--tests", "first.toml"], "gelcone fit DEVICE --data first.toml --free spring_rate~3% --plan"),
     ],
 )
 def test_a_first_file_names_the_command_that_takes_it(typed, following, command_line):

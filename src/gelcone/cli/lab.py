@@ -35,7 +35,8 @@ def fit_command() -> click.Command:
     as they were exported, or a list of them, tests.toml.
 
     Of a device the fields that are --free are fitted, each with the standard deviation of its prior, and with them the
-    gains of the instruments; --plan says before any test what the tests can tell, and what to measure next.
+    gains of the instruments; --plan says before any test what the tests can tell, and what to measure next. Their list
+    is a file that `gelcone init --tests tests.toml` writes to be filled in.
 
     \b
     gelcone fit material.toml --data tests.toml --out fitted

@@ -20,34 +20,43 @@ def init_command() -> click.Command:
     """`gelcone init`."""
     text = """Write a first device file: every field with its unit, its meaning and its usual range.
 
-    With --wish: what a device must do, for `gelcone design`.
+    With --wish: what a device must do, for `gelcone design`. With --tests: a list of tests on a device, for
+    `gelcone fit`.
 
     \b
     gelcone init mine.toml
     gelcone simulate mine.toml --out results
     gelcone init --wish wish.toml
     gelcone design wish.toml --out designs
+    gelcone init --tests tests.toml
+    gelcone fit mine.toml --data tests.toml --free spring_rate~3% --plan
     """
     params: list[click.Parameter] = [
         click.Argument(["file"], type=PLACE, metavar="FILE"),
         click.Option(["--wish"], is_flag=True, help="What a device must do, in place of a device."),
+        click.Option(["--tests"], is_flag=True, help="A list of tests on a device, in place of a device."),
     ]
     return click.Command("init", params=params, callback=write_first_file, help=text)
 
 
-def write_first_file(*, file: Path, wish: bool) -> None:
+def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
     """Writes the file; one that exists is kept."""
     from gelcone.devices.device import find_device
     from gelcone.devices.template import first_file
     from gelcone.files import write_whole
+    from gelcone.lab.device_tests import FIRST_TESTS
     from gelcone.lab.wish import FIRST_WISH
 
+    if wish and tests:
+        raise InputError("--wish and --tests: give one of them")
     device = find_device(START)
     text = FIRST_WISH.format(file=file) if wish else first_file(str(file), device, device.material)
+    text = FIRST_TESTS.format(file=file) if tests else text
     if file.exists():
         raise InputError(f"{file}: exists already, and is kept; choose another name")
     write_whole(file, partial(_write, text))
     command = f"design {file} --out designs" if wish else f"simulate {file}"
+    command = f"fit DEVICE --data {file} --free spring_rate~3% --plan" if tests else command
     click.echo(f"wrote {file}: change its numbers, then `gelcone {command}`")
 
 

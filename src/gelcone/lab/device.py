@@ -46,6 +46,8 @@ BRANCH_SHARE, ANY = 0.1, 1.0
 DRAWS = 64
 BAND_DRAWS, BAND_VOLTAGES = 200, 61
 """Draws and voltages of the band over a ramp."""
+UPWARD, OPPOSITE = ("force", "stroke"), -0.8
+"""Readings that have a direction, and the cosine between measured and predicted ones below which theirs is reversed."""
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
@@ -203,6 +205,7 @@ def fit_device(
         [None] if films is None else dict.fromkeys(films), [None] if losses is None else dict.fromkeys(losses)
     )
     problems = {_structure(device, *pair): _checked(_problem(device, tests, free, *pair)) for pair in chosen}
+    _check_signs(next(iter(problems.values())))
     fitted, impossible = _fitted(problems)
     structure, best = min(fitted.items(), key=lambda one: one[1].objective)
     refused = best.p_value < REFUSED
@@ -242,9 +245,31 @@ def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], d
             found[structure] = fit_problem(problem)
         except NoStateError as error:
             impossible[structure] = str(error)
+        except InputError as error:
+            raise InputError(
+                f"the fit runs into {str(error).partition(';')[0]}: are the units and signs of the readings right? "
+                "else give that field a narrower prior"
+            ) from None
     if not found:
         raise InputError(next(iter(impossible.values())))
     return found, impossible
+
+
+def _check_signs(problem: Problem) -> None:
+    """`InputError` for forces and strokes whose sign is the opposite of the device's in all of a test."""
+    (predicted,) = problem.predict(np.zeros((1, problem.priors.size)))
+    first = 0
+    for test in problem.tests:
+        for name, values in test.read.items():
+            own = predicted[first : first + len(values)]
+            first += len(values)
+            known = np.isfinite(own) & np.isfinite(values)
+            size = np.linalg.norm(own[known]) * np.linalg.norm(values[known])
+            if name in UPWARD and size > 0.0 and own[known] @ values[known] < OPPOSITE * size:
+                raise InputError(
+                    f"{test.name}: {name} has the opposite sign of the device's; upward is positive, of a force that "
+                    f'holds the disc, too: write a minus before its column, {name} = "-{name.title()}, ..."'
+                )
 
 
 def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:

@@ -36,7 +36,7 @@ _NEAR = {
     "frequency": ("frequency", "freq", "f"),
     "in_phase": ("in phase", "real", "x"),
     "quadrature": ("quadrature", "imaginary", "y"),
-    "amplitude": ("amplitude",),
+    "amplitude": ("amplitude", "amp", "magnitude"),
     "phase": ("phase",),
     "decay": ("decay",),
     "time": ("time", "t"),
@@ -45,6 +45,11 @@ _NEAR = {
     "voltage_amplitude": ("voltage amplitude",),
 }
 """Names of columns by what they hold."""
+_NUMBER = re.compile(r"\s*[+-]?\.?\d")
+"""The beginning of a number; another text names a column, one with a minus before it the column of the opposite sign."""
+_EXAMPLES = {"m": "10 mm", "V": "1 kV", "N": "20 mN", "Hz": "10 Hz", "s": "1 s"}
+"""Values of what is set, by unit."""
+_PARTS = ("in_phase", "quadrature")
 _EXTRA = {"amplitude": "m", "phase": "deg"}
 """Readings that stand for in_phase and quadrature."""
 
@@ -131,7 +136,25 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
         found = _numbers(where, name, unit, entry.get(name), table)
         if found is not None:
             numbers[name] = found
+    if table is not None:
+        _check_columns(where, kind, entry, numbers, table)
     return _assembled(where, kind, numbers, entry.get("noise"), table)
+
+
+def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Mapping[str, Array], table: Table) -> None:
+    """`InputError` for a file that lacks something and has columns of numbers that stand for nothing."""
+    used = {own for name in _units(kind) if (own := _named(where, name, entry.get(name), table)[0])}
+    left = [name for name, column in table.columns.items() if name not in used and column.values is not None]
+    halves = ("amplitude", "phase")
+    readings = halves if any(name in numbers for name in halves) else tuple(KINDS[kind].read)
+    readings = () if kind == "series" and any(name in numbers for name in readings) else readings
+    lacking = [name for name in (*KINDS[kind].set, *readings) if name not in numbers]
+    if left and lacking:
+        unit = {"N": "mN", "m": "mm"}.get(_units(kind)[lacking[0]], _units(kind)[lacking[0]])
+        raise InputError(
+            f"{where}: which column of {table.file} is {lacking[0]}? not used yet: {', '.join(left)[:80]}; "
+            f'name it, {lacking[0]} = "{left[0][:40]}, {unit}"'
+        )
 
 
 def _units(kind: str) -> dict[str, str]:
@@ -144,12 +167,14 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
     """The test of its numbers, all columns of one length."""
     if "amplitude" in numbers and "phase" in numbers:
         size, angle = numbers.pop("amplitude"), np.radians(numbers.pop("phase"))
-        numbers |= {"in_phase": size * np.cos(angle), "quadrature": size * np.sin(angle)}
+        numbers |= dict(zip(_PARTS, (size * np.cos(angle), size * np.sin(angle)), strict=True))
     own = KINDS[kind]
     rows = max((len(values) for values in numbers.values()), default=1)
     for name, unit in own.set.items():
         if name not in numbers:
-            raise InputError(f'{where}: a {kind} test needs {name}; name a column, or give {name} = "1 {unit}"')
+            raise InputError(
+                f'{where}: a {kind} test needs {name}; name a column, or give {name} = "{_EXAMPLES[unit]}"'
+            )
     for name, values in numbers.items():
         if len(values) not in (1, rows):
             raise InputError(f"{where}: {name} has {len(values)} values and others {rows}; give one for each row")
@@ -180,6 +205,11 @@ def _check_times(where: str, times: Array) -> None:
 def _noise(where: str, name: str, unit: str, given: Any) -> float:
     """The standard deviation of a reading."""
     value = given.get(name) if isinstance(given, Mapping) else given
+    if value is None and name in _PARTS:
+        raise InputError(
+            f'{where}: the noise is missing; give that of the displacement at the frequency of the drive, noise = "10 '
+            'um": it counts for in_phase and quadrature alike, into which amplitude and phase are turned'
+        )
     example = {"N": "1 mN", "m": "10 um", "Hz": "0.02 Hz", "1/s": "0.05 1/s", "F": "1 pF", "A": "1 uA"}[unit]
     if value is None:
         raise InputError(f'{where}: the noise of {name} is missing; give noise = "{example}", or a table by reading')
@@ -203,7 +233,7 @@ def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) 
     """Values of what is set or read: from the list itself, or from a column; None where it is not there."""
     if isinstance(given, list):
         return np.array([_parsed(where, f"{name}[{k}]", one, unit) for k, one in enumerate(given)])
-    if isinstance(given, int | float) or (isinstance(given, str) and given[:1] in "+-.0123456789"):
+    if isinstance(given, int | float) or (isinstance(given, str) and _NUMBER.match(given)):
         return np.array([_parsed(where, name, given, unit)])
     if given is not None and (not isinstance(given, str) or not given.strip()):
         raise InputError(f'{where}: {name} = {given!r}: must be a number with its unit, or a column, "COLUMN, {unit}"')
@@ -216,15 +246,7 @@ def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) 
 
 def _column(where: str, name: str, unit: str, given: str | None, table: Table) -> Array | None:
     """A column in SI; `InputError` where it has no unit, or another quantity's."""
-    if given is None:
-        spelt = {re.sub(r"[\s_\-]+", " ", own.strip().lower()): own for own in table.columns}
-        own = next((spelt[near] for near in _NEAR[name] if near in spelt), None)
-        stated = None
-    else:
-        before, comma, after = given.rpartition(",")
-        own, stated = (before.strip(), after.strip()) if comma else (given.strip(), None)
-        if own not in table.columns:
-            raise InputError(f"{where}: {name} = {given!r}: {unknown_name('column', own, table.columns)}")
+    own, stated = _named(where, name, given, table)
     if own is None:
         return None
     column = table.columns[own]
@@ -238,7 +260,24 @@ def _column(where: str, name: str, unit: str, given: str | None, table: Table) -
         raise InputError(
             f"{table.file}, line 1: column {own!r}: {written!r} is not a unit of {name}; write it in {unit}"
         )
-    return np.asarray(column.values * 10.0 ** powers[written])
+    sign = -1.0 if given is not None and given.startswith("-") else 1.0
+    return np.asarray(sign * column.values * 10.0 ** powers[written])
+
+
+def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None, str | None]:
+    """The column that holds something, and the unit that the list states; None where the list gives numbers, and where
+    no column is named so."""
+    if given is None:
+        spelt = {re.sub(r"[\s_\-]+", " ", own.strip().lower()): own for own in table.columns}
+        return next((spelt[near] for near in _NEAR[name] if near in spelt), None), None
+    if not isinstance(given, str) or _NUMBER.match(given):
+        return None, None
+    given = given.removeprefix("-")
+    before, comma, after = given.rpartition(",")
+    own, stated = (before.strip(), after.strip()) if comma else (given.strip(), None)
+    if own not in table.columns:
+        raise InputError(f"{where}: {name} = {given!r}: {unknown_name('column', own, table.columns)}")
+    return own, stated
 
 
 def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) -> None:
@@ -252,3 +291,65 @@ def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) ->
         f'{table.file}, line 1: column "{own}" has no unit; write "{own} ({unit})", or name it in tests.toml: '
         f'{name} = "{own}, {short}"'
     )
+
+
+FIRST_TESTS = """\
+# Tests on a device, a table for each. `gelcone fit DEVICE --data {file} --free FIELD~SD --plan` states what they
+# determine, also before they are made; with the readings, `gelcone fit` fits the fields that are --free.
+#
+# What is set and read is a column of the test's file, found by its name or named here, voltage = "U, V" ("-F, mN": with
+# the opposite sign); or a number for all rows, voltage = "1 kV"; or a list. A reading that is missing is planned. noise
+# is the standard deviation of a reading. Heights, strokes and forces that hold the disc are positive upward, away from the
+# plane of the rim; loads pull down. CSV, MATLAB and HDF5 files are read.
+
+[instruments]                          # standard deviation of each gain; also capacitance_meter and ammeter
+load_cell = "2 %"
+laser = "1 %"
+amplifier = "1 %"
+
+[[test]]
+kind = "blocked force"                 # height and voltage are set, the force that holds the disc is read
+# file = "force.csv"                   # in place of the lists
+# force = "F, mN"
+height = ["10 mm", "12 mm", "14 mm", "10 mm", "12 mm", "14 mm"]
+voltage = ["0 V", "0 V", "0 V", "1.4 kV", "1.4 kV", "1.4 kV"]
+noise = "1 mN"
+
+[[test]]
+kind = "stroke over voltage"           # the stroke from where it rests without voltage
+# file = "stroke.csv"
+voltage = ["400 V", "800 V", "1.2 kV", "1.6 kV"]
+noise = "10 um"
+
+[[test]]
+kind = "frequency response"            # in_phase and quadrature, or amplitude and phase, of the displacement
+# file = "response.csv"
+voltage_offset = "1 kV"
+voltage_amplitude = "60 V"
+frequency = ["6 Hz", "9 Hz", "10 Hz", "11 Hz", "12 Hz", "15 Hz"]
+noise = "10 um"
+
+[[test]]
+kind = "ring-down"                     # without voltage
+# frequency = "11.5 Hz"
+# decay = "1.2 1/s"                    # of the amplitude, exp(-decay t)
+noise = {{frequency = "0.02 Hz", decay = "0.05 1/s"}}
+
+# [[test]]
+# kind = "stroke over load"            # the stroke from where the load hangs without voltage
+# load = ["0 mN", "20 mN", "40 mN"]
+# voltage = "1.5 kV"
+# noise = "10 um"
+
+# [[test]]
+# kind = "capacitance"
+# height = ["10 mm", "14 mm"]
+# voltage = "100 V"
+# noise = "1 pF"
+
+# [[test]]
+# kind = "series"                      # time and voltage are set; stroke, current or both are read, from rest
+# file = "step.csv"
+# noise = {{stroke = "10 um", current = "10 nA"}}
+"""
+"""A first list of tests, of a file."""
