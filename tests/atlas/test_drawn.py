@@ -128,6 +128,13 @@ def test_few_membranes_stand_for_the_films_of_many_draws(made):
     assert len(pull_in._curves) == 8
 
 
+def test_taut_cones_whose_membranes_are_asked_for_share_them_too(made):
+    stretches = np.random.default_rng(3).normal(1.3, 0.02, 20)
+    members = gelcone.find_device("biased-pump").replace(film="taut", hoop_prestretch=stretches).to_model().members()
+    with pull_in.interpolated_curves(members) as between:
+        assert (between.films, between.made) == (20, 6)
+
+
 def test_the_error_of_films_between_others_is_said(made):
     _, bend = made
     bend["bend"] = 30.0

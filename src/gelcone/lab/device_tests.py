@@ -46,7 +46,7 @@ _NEAR = {
 }
 """Names of columns by what they hold."""
 _NUMBER = re.compile(r"\s*[+-]?\.?\d")
-"""The beginning of a number; another text names a column, one with a minus before it the column of the opposite sign."""
+"""The beginning of a number; another text names a column, after a minus with the opposite sign."""
 _EXAMPLES = {"m": "10 mm", "V": "1 kV", "N": "20 mN", "Hz": "10 Hz", "s": "1 s"}
 """Values of what is set, by unit."""
 _PARTS = ("in_phase", "quadrature")
@@ -299,8 +299,8 @@ FIRST_TESTS = """\
 #
 # What is set and read is a column of the test's file, found by its name or named here, voltage = "U, V" ("-F, mN": with
 # the opposite sign); or a number for all rows, voltage = "1 kV"; or a list. A reading that is missing is planned. noise
-# is the standard deviation of a reading. Heights, strokes and forces that hold the disc are positive upward, away from the
-# plane of the rim; loads pull down. CSV, MATLAB and HDF5 files are read.
+# is the standard deviation of a reading. Heights, strokes and forces that hold the disc are positive upward, away from
+# the plane of the rim; loads pull down. CSV, MATLAB and HDF5 files are read.
 
 [instruments]                          # standard deviation of each gain; also capacitance_meter and ammeter
 load_cell = "2 %"

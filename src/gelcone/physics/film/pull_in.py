@@ -139,7 +139,7 @@ def interpolated_curves(members: Members) -> Iterator[Between | None]:
     """Inside, the curves of the films of many ``members`` are interpolated between those of a few of them, which takes
     a membrane for each of these alone: linearly in the numbers in which the films differ, each over its deviation.
 
-    Yields None, and changes nothing, for few films, for other films than the wrinkling cone, and where one of the few
+    Yields None, and changes nothing, for few films, for other films than homogeneous cones, and where one of the few
     has no curve.
     """
     keys = _keys_of(members)
@@ -177,9 +177,11 @@ def interpolated_curves(members: Members) -> Iterator[Between | None]:
 
 
 def _keys_of(members: Members) -> list[CurveKey]:
-    """The keys of the different films of members, those of wrinkling cones alone with their first pull-in."""
+    """The keys of the different films of members, as `membrane_pull_in` and `over_pull_in` ask for them."""
     film, own = members.system.film, members.values
-    if type(film) is not WrinklingCone or film.pull_in != "first" or len(members.system.films) > 1:
+    wrinkling = isinstance(film, WrinklingCone) and film.pull_in == "first"
+    taut = type(film) is TautCone and "radius_ratio" in own
+    if not isinstance(film, TautCone) or not (wrinkling or taut) or len(members.system.films) > 1:
         return []
     law = film.law.numbers(own)
     ratio = own.get("radius_ratio", DEFAULT_RADIUS_RATIO)
