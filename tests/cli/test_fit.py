@@ -247,7 +247,8 @@ def test_a_first_list_of_tests_is_a_plan_as_it_is(pump):
 
 def test_columns_that_are_not_used_are_asked_for(pump, tmp_path):
     (tmp_path / "gang.csv").write_text("f (Hz),Hub (um),phase (deg)\n4,70,-1\n6,80,-2\n", encoding="utf-8")
-    head = '[[test]]\nkind = "frequency response"\nfile = "gang.csv"\nvoltage_offset = "1 kV"\nvoltage_amplitude = "60 V"\n'
+    head = '[[test]]\nkind = "frequency response"\nfile = "gang.csv"\n'
+    head += 'voltage_offset = "1 kV"\nvoltage_amplitude = "60 V"\n'
     fit = ("fit", "pump.toml", "--data", "list.toml", *FREE, "--plan")
     for more, message in (
         ('noise = "8 um"', "test 1: which column of gang.csv is amplitude? not used yet: Hub; name it, amplitude = "),
