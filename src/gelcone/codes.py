@@ -47,7 +47,8 @@ _MEANINGS = {
     "stretch_limit, or take film = wrinkling",
     Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
     "lower the voltage or start with less energy",
-    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too stiff",
+    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too "
+    "stiff, or its drive has corners too often",
     Outcome.PULLED_IN: "pulled in: the film lost its equilibrium under the voltage; lower the voltage or "
     "start with less energy",
     Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "

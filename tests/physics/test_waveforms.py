@@ -208,6 +208,15 @@ def test_a_drive_that_does_not_repeat_is_refused_before_anything_runs():
     np.testing.assert_allclose(last, float(last[0]), atol=1e-14)
 
 
+@pytest.mark.parametrize("waveform", WAVEFORMS)
+def test_the_samples_of_members_are_those_of_each(waveform):
+    members = ConeModel(waveform=waveform, voltage=[0.5, 0.7], voltage_bias=[0.1, 0.2]).members()
+    both = members.system.waveform.samples(members.own_numbers)
+    for row in range(2):
+        one = ConeModel(waveform=waveform, voltage=(0.5, 0.7)[row], voltage_bias=(0.1, 0.2)[row])
+        assert both[row].tolist() == one.system.waveform.samples(one.own_numbers).tolist()
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

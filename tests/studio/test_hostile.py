@@ -7,12 +7,14 @@ import random
 import socket
 import sys
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
 
 from gelcone import InputError
 from gelcone.devices.files import shipped_devices
+from gelcone.motion.settle import MOST_STRETCHES, clocks
 from gelcone.studio import exports, look
 from gelcone.studio.frames import unpack
 from gelcone.studio.grids import Source, kinds
@@ -189,6 +191,49 @@ def test_a_worker_follows_no_name_either(trap):
     assert not trap.exists()
 
 
+DATA = {
+    "terms that overflow": 'component = "harmonics"\nterms = [[1, 1e300, 0]]',
+    "a term of texts": 'component = "harmonics"\nterms = [["a", "b", "c"]]',
+    "a harmonic of 40 digits": f'component = "harmonics"\nterms = [[{10**40}, 1, 0]]',
+    "no terms": 'component = "harmonics"\nterms = 3',
+    "nested levels": 'component = "staircase"\nlevels = [[1, 2], [3, 4]]',
+    "levels in and out of lists": 'component = "staircase"\nlevels = [1, [2]]',
+    "levels that overflow": 'component = "staircase"\nlevels = [1e308, -1e308]',
+    "samples too close": 'component = "samples"\nshares = [0, 1e-300, 1]\nvalues = [0, 1, 0]\ninterpolation = "pchip"',
+    "samples that overflow": 'component = "samples"\nshares = [0, 0.5, 1]\nvalues = [0, 1e300, 0]',
+}
+
+
+@pytest.mark.parametrize("data", DATA.values(), ids=DATA)
+def test_data_of_a_waveform_that_cannot_be_computed_with_are_refused_in_words(data):
+    setting = Setting.read({"file": pump_with(f"[waveform]\n{data}")})
+    with pytest.raises(InputError, match=r"waveform: (harmonics|staircase|samples)") as refused:
+        Shelf().subject(setting)
+    assert len(str(refused.value)) < 300
+    assert "ufunc" not in str(refused.value)
+
+
+def test_a_drive_with_millions_of_corners_takes_no_memory():
+    values = {"waveform": "square", "frequency": "100 kHz", "film": "taut"}
+    subject = Shelf().subject(Setting.read({"device": "biased-pump", "values": values}))
+    look.response(subject, 1)
+    tracemalloc.start()
+    try:
+        found = look.kind(subject)
+        assert tracemalloc.get_traced_memory()[1] < 2e8
+    finally:
+        tracemalloc.stop()
+    assert "corners too often" in " ".join(found.words["lines"])
+
+
+def test_a_motion_far_faster_than_its_drive_takes_no_memory():
+    values = {"material.relative_permittivity": "1e20", "film": "taut"}
+    members = Shelf().subject(Setting.read({"device": "biased-pump", "values": values})).model.members()
+    assert members.forcing_period[0] * members.fastest[0] > 1e9
+    ((_, clock),) = clocks(members)
+    assert clock.per_repeat == MOST_STRETCHES
+
+
 # --- by messages ------------------------------------------------------------------------------------------------------
 
 PRESET = {"preset": "base"}
@@ -201,6 +246,8 @@ MESSAGES = [
     {"kind": "map", "setting": EVIL, "x": ["voltage", 0, 1], "y": ["damping_ratio", 0, 1]},
     {"kind": "map", "setting": PRESET, "x": ["waveform=evilmod:K", 0, 1], "y": ["voltage", 0, 1]},
     {"kind": "map", "setting": PRESET, "x": ["voltage", 0, 1], "y": [["waveform", "evilmod:K"], 0, 1]},
+    {"kind": "map", "setting": PRESET, "x": ["x" * 60_000, 0, 1], "y": ["voltage", 0, 1]},
+    {"kind": "strip", "setting": PRESET, "over": ["voltage"] * 5000},
     {"kind": "map", "setting": PRESET, "x": ["voltage", "evilmod:K", 1], "y": ["damping_ratio", 0, 1]},
     {"kind": "map", "setting": PRESET, "x": ["waveform", 0, 1], "y": ["film", 0, 1]},
     {"kind": "strip", "setting": EVIL, "over": ["voltage", 0, 1]},
@@ -233,6 +280,7 @@ def test_no_message_leads_to_an_import_or_a_file(trap, caplog):
                 head = unpack(page.recv(timeout=60))[0]
                 assert head["kind"] == "error", (message, head)
                 assert "terminal" not in head["message"], message
+                assert len(head["message"]) < 1000
                 assert not any(word in head["message"] for word in ("root:", "/tmp", "No such file", "Permission"))
     finally:
         running.close()

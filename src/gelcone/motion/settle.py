@@ -28,6 +28,8 @@ CLOCK_REPEATS = 1000
 CLOCK_SAMPLES = 8192
 """Most samples between two returns, which bounds the memory of a densely sampled run."""
 MOST_PER_REPEAT = 2**16
+MOST_STRETCHES = 2**18
+"""Most stretches of tangent maps to a forcing period, which bounds the memory that they take."""
 BLOCK_SAMPLES = 2**22
 """Most samples of an ensemble held at once; a larger ensemble is treated in blocks of members."""
 STRETCH = 16.0
@@ -225,9 +227,12 @@ def samples_per_repeat(members: Members, per_oscillation: int) -> npt.NDArray[np
     return np.minimum(next_power_of_two(np.maximum(per_oscillation * oscillations, 16.0)), MOST_PER_REPEAT)
 
 
+LARGEST_POWER = 2.0**62
+
+
 def next_power_of_two(least: Array) -> npt.NDArray[np.int64]:
-    """The smallest power of two that is not below ``least``."""
-    return 2 ** np.ceil(np.log2(least)).astype(np.int64)
+    """The smallest power of two that is not below ``least``, or the largest of an integer where there is none."""
+    return 2 ** np.ceil(np.log2(np.minimum(least, LARGEST_POWER))).astype(np.int64)
 
 
 def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iterator[tuple[Any, npt.NDArray[np.intp]]]:
@@ -276,11 +281,12 @@ class Clock:
 def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
     """Members grouped by their stretches per period and per block: the indices of each group, and its clock.
 
-    ``stretch`` is the longest, in fastest time scales.
+    ``stretch`` is the longest, in fastest time scales; those of a drive so slow that a period has more than
+    `MOST_STRETCHES` of them are longer.
     """
     repeat = members.forcing_period
     longest = stretch / members.fastest
-    per_repeat = next_power_of_two(np.maximum(repeat / longest, 1.0))
+    per_repeat = np.minimum(next_power_of_two(np.maximum(repeat / longest, 1.0)), MOST_STRETCHES)
     repeats = np.maximum(np.floor(longest / repeat), 1.0)
     block = per_repeat * np.ceil(BLOCK / (repeat * repeats)).astype(int)
     return [(group, Clock(key[0], key[1], repeat[group], repeats[group])) for key, group in alike(per_repeat, block)]

@@ -168,6 +168,8 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
     try:
         values = {f.name: _value(fields[f.name]) for f in _fields(own) if f.name in fields}
         component: C = own(**values)
+    except InputError:
+        raise
     except (TypeError, ValueError) as error:
         raise InputError(
             f"{kind} {name!r}: its numbers do not fit its class ({error}); use the version that wrote it"

@@ -137,6 +137,11 @@ class Waveform(Component):
         """The number of pieces of a repeat; 0 where it is smooth."""
         return 0
 
+    def corner_count(self, start: Array, end: Array, n: Numbers) -> Array:
+        """The number of corners that `corners_between` holds of each member, (members,), or a few more."""
+        turns = np.asarray(n["drive_frequency"]) * (end - start) / (2.0 * np.pi) + 4.0 if self.repeat else 1.0
+        return np.broadcast_to(self.piece_count * np.asarray(turns), np.shape(start))
+
     def corners_between(self, start: Array, end: Array, n: Numbers) -> Corners:
         """The corners of members from the times ``start`` to ``end``, (members,), of a waveform with pieces."""
         raise NotImplementedError
@@ -250,6 +255,7 @@ class Pieced(Waveform):
             terms = np.moveaxis(table.terms[last], -1, 0)
             begun = offsets[last]
         else:
+            along = np.broadcast_to(along, np.broadcast_shapes(along.shape, np.shape(table.terms)[:-2]))
             last = np.clip((offsets <= along[..., None]).sum(axis=-1) - 1, 0, count - 1)[..., None]
             shape = (*last.shape[:-1], count)
             begun = np.take_along_axis(np.broadcast_to(offsets, shape), last, axis=-1)[..., 0]

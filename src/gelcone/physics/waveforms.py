@@ -14,11 +14,13 @@ import numpy as np
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.component import Numbers
 from gelcone.physics.drive import PHASE_SPEED, PHASES, VOLTAGE, Pieced, Pieces, Waveform, of_points
-from gelcone.quantity import Array, Quantity
+from gelcone.quantity import LARGEST, Array, Quantity
 
 SWEEPS = ("linear", "logarithmic")
 INTERPOLATIONS = ("linear", "pchip")
 MOST_CYCLES, MOST_HARMONICS, MOST_PIECES = 1000, 256, 20_000
+CLOSEST = 1e-12
+"""Shares of a repeat between two samples, at least: slopes and curvatures are computed from it."""
 
 
 class Sine(Waveform):
@@ -52,6 +54,17 @@ def _check_flags(name: str, **flags: Any) -> None:
     for flag, value in flags.items():
         if not isinstance(value, bool):
             raise InputError(f"{name}: {flag} = {value!r} must be true or false")
+
+
+def _list_of_numbers(name: str, given: Any) -> Array:
+    """A list as an array; `InputError` for what is not a flat list of numbers that can be computed with."""
+    try:
+        array = np.asarray(given)
+    except ValueError:  # lists of different lengths
+        array = np.asarray(given, dtype=object)
+    if array.ndim != 1 or array.dtype.kind not in "iuf" or not (np.abs(array) <= LARGEST).all():
+        raise InputError(f"{name} = {reprlib.repr(given)}: must be a list of numbers of at most {LARGEST:g}")
+    return array.astype(float)
 
 
 def edges(rise: Any, high: Any, fall: Any) -> Pieces:
@@ -292,8 +305,10 @@ class Harmonics(Waveform):
     name = "harmonics"
 
     def __post_init__(self) -> None:
-        good = all(len(term) == 3 and np.isfinite(term).all() and 1 <= term[0] == int(term[0]) for term in self.terms)
-        if not (good and 1 <= len(self.terms) <= MOST_HARMONICS):
+        terms = self.terms if isinstance(self.terms, tuple | list) else ((),)
+        flat = [_list_of_numbers("harmonics: a term", term) for term in terms]
+        good = all(term.size == 3 and 1 <= term[0] == np.floor(term[0]) for term in flat)
+        if not (good and 1 <= len(flat) <= MOST_HARMONICS):
             raise InputError(
                 f"harmonics: {reprlib.repr(self.terms)} must be 1 to {MOST_HARMONICS} triples [k, amplitude, phase], "
                 "with k = 1, 2, ..."
@@ -348,9 +363,10 @@ class Staircase(Pieced):
 
     def __post_init__(self) -> None:
         _check_flags(self.name, repeat=self.repeat)
-        if not (1 <= len(self.levels) <= MOST_PIECES and np.isfinite(self.levels).all() and 0.0 <= self.rise <= 1.0):
+        levels = _list_of_numbers("staircase: levels", self.levels)
+        if not (1 <= levels.size <= MOST_PIECES and 0.0 <= self.rise <= 1.0):
             raise InputError(
-                f"staircase: takes 1 to {MOST_PIECES} finite levels, and a rise from 0 to 1, a share of a level's time"
+                f"staircase: takes 1 to {MOST_PIECES} levels, and a rise from 0 to 1, a share of a level's time"
             )
 
     def table(self, n: Numbers) -> Pieces:
@@ -387,11 +403,11 @@ class Samples(Pieced):
         _check_flags(self.name, repeat=self.repeat, jump=self.jump)
         if self.interpolation not in INTERPOLATIONS:
             raise unknown_name("interpolation", str(self.interpolation), INTERPOLATIONS)
-        shares, values = np.asarray(self.shares, dtype=float), np.asarray(self.values, dtype=float)
-        if not (2 <= shares.size == values.size <= MOST_PIECES and np.isfinite(values).all()):
-            raise InputError(f"samples: takes 2 to {MOST_PIECES} finite values, as many as shares")
-        if not (shares[0] == 0.0 and shares[-1] == 1.0 and (np.diff(shares) > 0.0).all()):
-            raise InputError("samples: their shares of the repeat must increase from 0 to 1")
+        shares, values = (_list_of_numbers(f"samples: {own}", getattr(self, own)) for own in ("shares", "values"))
+        if not 2 <= shares.size == values.size <= MOST_PIECES:
+            raise InputError(f"samples: takes 2 to {MOST_PIECES} values, as many as shares")
+        if not (shares[0] == 0.0 and shares[-1] == 1.0 and (np.diff(shares) >= CLOSEST).all()):
+            raise InputError(f"samples: their shares of the repeat must increase from 0 to 1, by {CLOSEST:g} at least")
         if self.repeat and not self.jump and values[0] != values[-1]:
             raise InputError(
                 f"samples: {values[-1]:g} at the end, {values[0]:g} at the start: repeated they would jump; add a last "

@@ -7,6 +7,7 @@ between points of another kind, until all cells beside one of another kind are c
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -107,7 +108,7 @@ def axis(controls: Iterable[Control], given: Any, count: int) -> Axis:
     name, low, high = given if isinstance(given, list) and len(given) == 3 else (given, None, None)
     control = next((c for c in controls if c.name == name and c.kind == "number"), None)
     if control is None:
-        raise InputError(f"{name!r}: is no parameter that can be swept here")
+        raise InputError(f"{reprlib.repr(name)}: is not a parameter that can be swept here; choose one of the list")
     if not (isinstance(low, int | float) and isinstance(high, int | float) and np.isfinite([low, high]).all()):
         raise InputError(f"{control.label}: give numbers for both ends")
     if not low < high:

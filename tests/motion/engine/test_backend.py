@@ -230,3 +230,27 @@ def test_an_orbit_under_a_triangular_drive_is_that_of_the_motion():
     np.testing.assert_allclose(turn.states[0, 0], start, rtol=0.0, atol=1e-12)
     rates = np.sort(np.log(np.abs(np.linalg.eigvals(turn.tangents[0, 0]))) / period)
     np.testing.assert_allclose(np.sort(settled["lyapunov"].values), rates, rtol=1e-9)
+
+
+# --- corners of the drive ---------------------------------------------------------------------------------------------
+
+
+def test_members_have_the_same_bits_however_many_corners_are_held_at_once(monkeypatch):
+    model = ConeModel(waveform="square", voltage=[0.4, 0.5, 0.6], drive_frequency=[0.7, 0.9, 1.1])
+    times = np.linspace(0.0, 200.0, 21)
+    whole = integrate(model.members(), np.tile([0.5, 0.0], (3, 1)), times)
+    monkeypatch.setattr(backend, "MOST_CORNERS", 160)  # of the third alone they are 156 at most
+    parts = integrate(model.members(), np.tile([0.5, 0.0], (3, 1)), times)
+    assert parts.states.tobytes() == whole.states.tobytes()
+    assert (parts.outcome == Outcome.OK).all()
+
+
+def test_a_member_with_too_many_corners_ends_where_it_begins_and_the_others_run(monkeypatch):
+    model = ConeModel(waveform="square", voltage=0.5, drive_frequency=[0.9, 100.0, 1.1])
+    times = np.linspace(0.0, 200.0, 21)
+    monkeypatch.setattr(backend, "MOST_CORNERS", 1000)
+    run = integrate(model.members(), np.tile([0.5, 0.0], (3, 1)), times)
+    assert run.outcome.tolist() == [Outcome.OK, Outcome.STEP_LIMIT, Outcome.OK]
+    assert np.isnan(run.states[1, 1:]).all()
+    assert (run.end_times[1], *run.end_states[1]) == (0.0, 0.5, 0.0)
+    assert np.isfinite(run.states[[0, 2]]).all()

@@ -16,7 +16,7 @@ from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, T
 from gelcone.motion.job import Job, Keep, Trajectories
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
-from gelcone.progress import Progress, Stopped, Watch
+from gelcone.progress import Progress, Stopped, Watch, weighted
 from gelcone.quantity import Array
 
 SMALLEST_STEP = 2e-8
@@ -24,6 +24,8 @@ SMALLEST_STEP = 2e-8
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 RUNAWAY = 1e-3
 """A film with states and borders may end in a runaway, towards which steps shrink: its smallest step is this share."""
+MOST_CORNERS = 2**22
+"""Corners of the drive that are held at once, some 50 bytes each."""
 MOST_PROGRAMS = 64
 """Programs held in memory; one that is dropped comes back from the cache on disk."""
 
@@ -38,6 +40,11 @@ class EngineBackend:
         run = _longest_first(job)
         if not run.size:
             return
+        for part in _held_at_once(job, run):
+            self._run(job, part, threads, weighted(progress, part.size / run.size), watch)
+
+    def _run(self, job: Job, run: npt.NDArray[np.intp], threads: int, progress: Progress, watch: Watch | None) -> None:
+        """Fill the result of the members ``run`` of the job."""
         members = job.members.take(run)
         smallest = smallest_step(members)
         with _compiling:
@@ -46,7 +53,8 @@ class EngineBackend:
         numbers = members.own_numbers
         switches = switches_at(system, start, states, numbers)
         if _pulled_in(job, run, switches):
-            self.run(job, threads=threads, progress=progress, watch=watch)
+            if (run := run[job.runs[run]]).size:
+                self._run(job, run, threads, progress, watch)
             return
         raw = program.run(
             numbers | switches,
@@ -66,13 +74,31 @@ class EngineBackend:
         _store(job, run, members, raw, smallest)
 
 
+def _held_at_once(job: Job, run: npt.NDArray[np.intp]) -> list[npt.NDArray[np.intp]]:
+    """The members that ``run`` in parts of which the corners of the drive can be held; those with more of them than
+    `MOST_CORNERS` end where they begin."""
+    if not job.members.system.waveform.pieced:
+        return [run]
+    members = job.members.take(run)
+    corners = members.system.waveform.corner_count(job.start[run], job.times[run, -1], members.own_numbers)
+    _end(job, run[corners > MOST_CORNERS], Outcome.STEP_LIMIT)
+    run, corners = run[corners <= MOST_CORNERS], corners[corners <= MOST_CORNERS]
+    size = max(1, int(MOST_CORNERS / corners.max(initial=1.0)))
+    return [run[first : first + size] for first in range(0, run.size, size)]
+
+
+def _end(job: Job, members: npt.NDArray[np.intp], outcome: Outcome) -> None:
+    """Ends some members where they begin."""
+    job.runs[members], job.result.outcome[members] = False, outcome
+    job.result.end_times[members], job.result.end_states[members] = job.start[members], job.states0[members]
+
+
 def _pulled_in(job: Job, run: npt.NDArray[np.intp], switches: Mapping[str, Array]) -> bool:
     """Whether some of the members that would ``run`` begin where a film has pulled in; they end there."""
     before = job.runs.copy()
     for film, border in job.members.system.borders:
         gone = run[np.isnan(switches.get(border.switch or "", np.zeros(run.size)))]
-        job.runs[gone], job.result.outcome[gone] = False, Outcome.PULLED_IN
-        job.result.end_times[gone], job.result.end_states[gone] = job.start[gone], job.states0[gone]
+        _end(job, gone, Outcome.PULLED_IN)
         if film is not None:
             job.result.pull_in[gone, film] = FilmPullIn.MINIMUM
     return bool((job.runs != before).any())
