@@ -115,12 +115,14 @@ class Pool:
         finally:
             self._idle.put(process)
 
-    def close(self) -> None:
-        """Ends the processes, in the middle of their work too."""
+    def close(self, patience: float = PATIENCE) -> None:
+        """Ends the processes, in the middle of their work too, and kills those that take longer than ``patience``."""
         self.threads.shutdown(wait=False, cancel_futures=True)
-        for end in (Process.stop, Process.end):
-            for process in self._processes:
-                end(process)
+        for process in self._processes:
+            process.stop()
+        until = time.monotonic() + patience
+        for process in self._processes:
+            process.end(until - time.monotonic())
         self.threads.shutdown()
 
 
@@ -192,10 +194,10 @@ class Process:
             self._ended = True
             self._process.terminate()
 
-    def end(self) -> None:
-        """Ends the process, which had time to clean up since it was asked to."""
+    def end(self, patience: float) -> None:
+        """Ends the process, which has ``patience`` seconds left to clean up since it was asked to."""
         try:
-            self._process.wait(PATIENCE)
+            self._process.wait(max(patience, 0.0))
         except subprocess.TimeoutExpired:
             self._process.kill()
         _close(self._process)

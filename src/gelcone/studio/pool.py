@@ -28,6 +28,8 @@ from gelcone.progress import Stopped, Watch, watching
 
 LANES = 256
 NICENESS = 10
+PATIENCE = 0.5
+"""Seconds that workers have to end by themselves: they are in the background, and a busy machine lets them wait."""
 LOOK_SECONDS = 0.02
 """A worker looks this often whether its task is out of date."""
 
@@ -94,7 +96,7 @@ class Pool:
         """Ends the workers, in the middle of their work too."""
         self._board[:] += 1
         if self._processes is not None:
-            self._processes.close()
+            self._processes.close(PATIENCE)
         self._folder.cleanup()
 
 
