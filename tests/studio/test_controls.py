@@ -7,6 +7,7 @@ import pytest
 from gelcone import Device
 from gelcone.analyses.request import Subject
 from gelcone.devices.units import DIMENSIONS
+from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from gelcone.studio.controls import _range, as_json, controls_of
 from gelcone.studio.setting import Setting, Shelf
@@ -58,6 +59,15 @@ def test_a_component_of_ones_own_brings_its_controls():
     assert found["second_harmonic"].group == "Drive"
 
 
+def test_a_waveform_that_ships_brings_its_controls_to_a_device(shelf):
+    found = by_name(shelf.subject(Setting(device="soft-film", values={"waveform": "square"})))
+    assert (found["waveform.duty"].value, found["waveform.duty"].group) == (0.5, "Drive")
+    chirp = by_name(shelf.subject(Setting(device="soft-film", values={"waveform": "chirp"})))
+    device = shelf.subject(Setting(device="soft-film")).device
+    assert chirp["waveform.end_frequency"].unit == "Hz"
+    assert chirp["waveform.end_frequency"].value == pytest.approx(3.0 * device.scales.frequency)
+
+
 def test_only_what_the_model_has(shelf):
     gent = by_name(shelf.subject(Setting(preset="base")))
     yeoh = by_name(shelf.subject(Setting(preset="base", values={"law": "yeoh"})))
@@ -78,7 +88,7 @@ def test_the_number_beside_a_slider_is_that_of_the_device(shelf, device):
             assert shown == pytest.approx(float(subject.device.get(name)), rel=1e-11), name
             assert control.about == about.meaning
         elif control.kind == "choice" and name != "material":
-            assert control.value == subject.device.get(name)
+            assert control.value == (subject.device.get(name) or {"second_film": "none"}[name])
             assert control.value in control.choices
     shown = {name for name in by_name(subject) if "." not in name}
     given = {name for name, field in Device.fields.items() if field.unit and subject.device.get(name) is not None}
@@ -164,3 +174,38 @@ def test_a_length_of_zero_has_the_size_of_the_device_for_a_range():
     height = by["beam_height"]
     assert (height.value, height.unit) == (0.0, "mm")
     assert -height.low == height.high == 50.0  # twice the film's radius of 25 mm
+
+
+def test_a_voltage_of_zero_has_the_drive_s_own_for_a_range(shelf):
+    offset = by_name(shelf.subject(Setting(device="soft-film")))["voltage_offset"]
+    assert (offset.value, offset.unit) == (0.0, "V")
+    assert -offset.low == offset.high >= 530.0  # the amplitude
+
+
+SECOND = {"second_film": "taut", "film": "taut"}
+
+
+def test_a_second_film_is_a_choice_and_brings_its_fields(shelf):
+    def found(device, **values):
+        controls = {control.name: control for control in shelf.controls(Setting(device=device, values=values))}
+        return {name: control for name, control in controls.items() if name.startswith("second")}
+
+    single, double = found("snap-cone"), found("snap-cone", **SECOND)
+    assert {name: (c.value, c.choices[0]) for name, c in single.items()} == {"second_film": ("none", "none")}
+    assert {name: c.value for name, c in double.items()} == {
+        "second_film": "taut",
+        "second_drive": "same",
+        "second_flat_height": 0.0,
+    }
+    assert double["second_film"].choices[0] == "none"  # it may be taken back
+    assert found("snap-cone", **SECOND, second_drive="constant")["second_voltage"].high > 100.0
+    assert "none" not in found("double-cone")["second_film"].choices  # there it is the device's own
+
+
+def test_a_single_cone_becomes_a_double_cone(shelf):
+    values = SECOND | {"second_flat_height": "20 mm", "second_drive": "opposite"}
+    device = shelf.subject(Setting(device="snap-cone", values=values)).device
+    assert (device.second_film, device.second_flat_height, device.second_drive) == ("taut", 0.02, "opposite")
+    for wrong in ({"second_drive": "same"}, {"second_film": "none"}, SECOND | {"second_voltage": "3 V"}):
+        with pytest.raises(InputError):
+            shelf.subject(Setting(device="snap-cone", values=wrong))

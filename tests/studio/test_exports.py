@@ -116,6 +116,17 @@ def test_the_lines_write_a_number_as_python_reads_it():
     assert "--periods 123.456789" in exports.command(setting, wanted, "")
 
 
+@pytest.mark.parametrize("name", ["waveform.duty", "waveform.rise", "film_thickness"])
+def test_the_lines_sweep_whatever_the_page_sweeps(name):
+    shelf, setting = Shelf(), Setting(device="soft-film", values={"waveform": "square"})
+    control = next(control for control in shelf.controls(setting) if control.name == name)
+    wanted = exports.Wanted.read("bifurcation", {}, (Axis(name, control.unit, [control.low, control.high]),))
+    given = {}
+    exec(exports.lines(setting, wanted, "soft-film").partition("result =")[0], given)
+    si = 10.0 ** control.powers[control.unit]
+    assert given["values"].tolist() == pytest.approx([control.low * si, control.high * si])
+
+
 PERIODS = [-3, 0, 0.5, 1e300, 501, 10**400, True, None, "9", float("nan"), float("inf"), [20]]
 
 

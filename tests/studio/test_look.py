@@ -349,6 +349,15 @@ def test_section_points_of_chaos_lie_on_the_curve_that_is_shown_with_them(shelf)
     assert np.diff(turns).min() >= 40
 
 
+def test_the_settled_voltage_is_the_drive_s_own_and_not_its_size(shelf):
+    subject = shelf.subject(Setting(preset="base"))
+    assert subject.model.members().forcing_period[0] < subject.model.members().drive_period[0]
+    arrays = look.kind(subject).arrays
+    assert arrays["ov"].min() == pytest.approx(-0.5, rel=1e-3)
+    turns = float(arrays["ot"][-1] / subject.model.members().drive_period[0])
+    assert turns == pytest.approx(round(turns), abs=1e-6)
+
+
 def test_a_motion_that_ends_has_no_settled_orbit(shelf):
     gone = shelf.subject(Setting(preset="base", values={"film": "wrinkling", "voltage": "1.2"}))
     assert "ox" not in look.kind(gone).arrays

@@ -354,6 +354,26 @@ def test_what_takes_too_long_is_given_up_and_the_next_is_answered(server, monkey
         assert answer(page, "kind")[0]["id"] == 3
 
 
+def test_a_drive_that_does_not_repeat_has_no_evidence_and_the_page_is_told_why_and_gets_the_rest(server):
+    with server.page() as page:
+        chirp = {"device": "soft-film", "values": {"film": "taut", "waveform": "chirp"}}
+        ask(page, "look", 1, side="a", setting=chirp, panels=["spectrum", "statics"])
+        answer(page, "response")
+        for stage in ("kind", "spectrum"):
+            head = answer(page, "late")[0]
+            assert (head["stage"], head["message"].partition(",")[0]) == (stage, "waveform = chirp: does not repeat")
+        assert answer(page, "statics")[1]["voltage"].size > 10
+
+
+def test_a_fault_in_the_evidence_is_said_too(server, monkeypatch, caplog):
+    monkeypatch.setitem(look.STAGES, "kind", lambda subject: 1 / 0)
+    with server.page() as page:
+        ask(page, "look", 1, side="a", setting={"preset": "base"})
+        head = answer(page, "late")[0]
+        assert (head["stage"], head["message"]) == ("kind", "internal error; see the terminal")
+    assert "ZeroDivisionError" in caplog.text
+
+
 def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_where_they_are_open(server, monkeypatch):
     for store in ("_pull_ins", "_statics"):
         monkeypatch.setattr(look, store, {})

@@ -11,7 +11,7 @@ from gelcone.analyses.request import Subject
 from gelcone.devices.device import Device
 from gelcone.devices.fields import ELECTRIC
 from gelcone.devices.materials import load_materials
-from gelcone.devices.parts import PARTS, component_of
+from gelcone.devices.parts import PARTS, component_of, own_fields
 from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
@@ -19,6 +19,7 @@ from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import Component
 from gelcone.physics.film.gel import PRESTRETCH_MODES, BranchedFilm
 from gelcone.physics.laws import LAWS
+from gelcone.physics.placed import DRIVES
 from gelcone.physics.records import FILMS, bias_record
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
@@ -31,12 +32,16 @@ CHOICES: Mapping[str, Iterable[str]] = {
     "circuit": CIRCUITS,
     "prestretch_mode": PRESTRETCH_MODES,
     "material": load_materials(),
+    "second_film": FILMS,
+    "second_drive": DRIVES,
 }
 """What a text may be, by the last part of its name."""
 NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "shear_modulus_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
 """Parameters whose interesting values go further than twice their default, and by how much."""
 DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
+NONE = "none"
+"""A choice where the device has no such part, to which it returns when the choice is taken back."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +133,7 @@ def _round_up(value: float) -> float:
 
 
 def _of_device(device: Device) -> list[Control]:
-    own = _of_components(device)
+    own = _of_components(device) | _of_second(device)
     values = {name: own.get(name) if (value := device.get(name)) is None else value for name in device.all_fields()}
     values = {name: value for name, value in values.items() if value is not None and name != "material"}
     shown = _shown_anyway(device) | values
@@ -139,10 +144,10 @@ def _of_device(device: Device) -> list[Control]:
             continue
         value = values.get(name)
         if last in CHOICES:
-            found.append(_choice(name, value, _group(name), CHOICES[last]))
+            found.append(_choice(name, shown[name], _group(name), CHOICES[last], about.meaning))
         elif about.unit:
-            # a length of 0 has the device's own size for a range
-            usual = shown[name] if shown[name] or about.unit != "m" else device.film_radius
+            # a length or a voltage of 0 has the device's own for a range
+            usual = shown[name] or {"m": device.film_radius, "V": device.voltage_amplitude}.get(about.unit, 0.0)
             found.append(_of_field(name, about, value, usual, shown[name]))
     creeps = isinstance(component_of("film", device.film), BranchedFilm)
     gels = [name for name, gel in load_materials().items() if creeps or not gel.branches]
@@ -160,12 +165,21 @@ def _shown_anyway(device: Device) -> dict[str, Any]:
     return unset
 
 
+def _of_second(device: Device) -> dict[str, Any]:
+    """The fields of a second film where they are left unset, and that there is none."""
+    if device.second_film is None:
+        return {"second_film": NONE}
+    found: dict[str, Any] = {"second_flat_height": 0.0, "second_drive": "same"}
+    return found | ({"second_voltage": 0.0} if device.second_drive == "constant" else {})
+
+
 def _of_components(device: Device) -> dict[str, float]:
-    """What the parameters of components of one's own are where they are left unset, in SI units."""
+    """What the parameters of components are where they are left unset, in SI units."""
     found = {}
     for part in PARTS:
         own = getattr(device, part)
-        for name, quantity in own.parameters.items() if isinstance(own, Component) else ():
+        fields = own_fields(part, own)
+        for name, quantity in component_of(part, own).parameters.items() if fields else ():
             scale = 1.0 if quantity.scale == "1" else getattr(device.scales, quantity.scale)
             found[f"{part}.{name}"] = float(quantity.default * scale)
     return found
@@ -198,7 +212,9 @@ def _display_unit(value: float, unit: str) -> str:
 
 def _group(name: str) -> str:
     first, last = name.partition(".")[0], leaf(name)
-    if first in ("waveform", "circuit", *ELECTRIC) or last.startswith(("voltage", "frequency")):
+    if first in ("waveform", "circuit", "second_drive", "second_voltage", *ELECTRIC) or last.startswith(
+        ("voltage", "frequency")
+    ):
         return DRIVE
     if first in ("material", "film") or "stretch" in last or last == "dielectric_strength":
         return GEL
@@ -208,10 +224,10 @@ def _group(name: str) -> str:
 # --- both ------------------------------------------------------------------------------------------------------------
 
 
-def _choice(name: str, value: Any, group: str, choices: Iterable[str]) -> Control:
+def _choice(name: str, value: Any, group: str, choices: Iterable[str], about: str = "") -> Control:
     names = tuple(choices)
     names = names if value in names else (value, *names)
-    return Control(name, _label(name), group, "choice", value, choices=names)
+    return Control(name, _label(name), group, "choice", value, about, choices=names)
 
 
 def _label(name: str) -> str:

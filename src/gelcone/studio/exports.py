@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.request import is_number
-from gelcone.devices.fields import DEVICE_FIELDS
-from gelcone.devices.units import parse
+from gelcone.devices.units import DIMENSIONS, parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -170,14 +169,19 @@ def _swept(setting: Setting, wanted: Wanted) -> list[str]:
     for text in wanted.over:
         name, _, ends = text.partition("=")
         low, high, count = ends.split(":")
-        unit = "" if setting.preset else DEVICE_FIELDS[name].unit
-        first, last = (parse(name, end, unit) if unit else float(end) for end in (low, high))
+        first, last = (float(end) if setting.preset else parse(name, end, _si_unit(end)) for end in (low, high))
         axes.append((name, f"np.linspace({first!r}, {last!r}, {count})"))
     if not axes:
         return []
     if wanted.analysis.name == "map":
         return ["import numpy as np", "over = {" + ", ".join(f"{name!r}: {values}" for name, values in axes) + "}"]
     return ["import numpy as np", f"parameter, values = {axes[0][0]!r}, {axes[0][1]}"]
+
+
+def _si_unit(text: str) -> str:
+    """The SI unit of what a text says, ``"1"`` for a pure number."""
+    shown = text.partition(" ")[2]
+    return next(unit for unit, dimension in DIMENSIONS.items() if shown in dimension.powers)
 
 
 def _plain(value: str) -> str:

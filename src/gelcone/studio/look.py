@@ -218,6 +218,8 @@ def _ended(subject: Subject, run: Trajectories) -> str:
 
 def _seems(members: Members, times: Array, states: Array) -> str:
     """What the end of a run looks like, from its states at whole forcing periods: quick, and not sure."""
+    if not members.system.waveform.repeat:
+        return "the drive does not repeat"
     period = float(members.forcing_period[0])
     ticks = np.arange(int(times[-1] / period + 0.5) + 1) * period
     points = np.stack([np.interp(ticks, times, states[:, k]) for k in range(2)], axis=1)
@@ -258,12 +260,14 @@ def kind(subject: Subject) -> Settled:
     states = start_states(subject.model.members(), subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)
     member = single(found, subject)
-    regime = Regime(int(member["regime"])) if not int(member["outcome"]) else Regime.LEFT_THE_DOMAIN
+    outcome = Outcome(int(member["outcome"]))
+    regime = Regime.LEFT_THE_DOMAIN if outcome else Regime(int(member["regime"]))
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
     arrays: dict[str, Any] = {}
     run = None
-    words: dict[str, Any] = {"regime": int(regime), "lines": evidence_in_words(member), "numbers": []}
+    lines = [*evidence_in_words(member), *([outcome.meaning] if outcome else [])]
+    words: dict[str, Any] = {"regime": int(regime), "lines": lines, "numbers": []}
     if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[:2]).all():
         members = subject.model.members()
         # two forcing periods past the start of the cycle: there the drive, too, is at its phase 0

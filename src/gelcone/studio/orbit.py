@@ -31,13 +31,16 @@ def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -
     """The run along the settled motion of a single actuator from ``start`` (N,) at phase 0, and its samples at the
     beginning of each forcing period.
 
-    ``period`` is that of a periodic orbit in forcing periods. A motion that does not repeat is followed for as many
-    periods as `MOST_SAMPLES` can draw, at least one and at most `LONGEST`.
+    ``period`` is that of a periodic orbit in forcing periods; the run along it, and along a rest, lasts whole periods
+    of the drive, so that the voltage repeats with it. A motion that does not repeat is followed for as many periods as
+    `MOST_SAMPLES` can draw, at least one and at most `LONGEST`.
     """
     repeat = float(members.forcing_period[0])
     each = samples_over(members, repeat)
-    count = period if regime is Regime.PERIODIC else 1 if regime is Regime.REST else max(1, MOST_SAMPLES // each)
-    count = count if regime is Regime.PERIODIC else min(count, LONGEST)
+    if regime in (Regime.PERIODIC, Regime.REST):
+        count = int(np.lcm(period if regime is Regime.PERIODIC else 1, round(float(members.drive_period[0]) / repeat)))
+    else:
+        count = min(max(1, MOST_SAMPLES // each), LONGEST)
     each = min(each, MOST_OF_ORBIT // count)
     ticks = np.arange(count * each + 1) / each
     run = integrate(members, start[None], ticks[None] * repeat, threads=1)

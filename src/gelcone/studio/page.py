@@ -71,7 +71,7 @@ STRIP_VALUES = 241
 
 
 class _Late(Exception):
-    """Something takes longer than a page may have."""
+    """Why a part of what follows a run is missing, such as that it takes longer than a page may have."""
 
 
 class Page:
@@ -230,12 +230,10 @@ class Page:
             self.second.refines = name == "section"
             try:
                 parts = await self._computed(self.second, request, partial(look.STAGES[name], subject))
+                await self._show(name, request, parts)
             except _Late as late:
                 await self._late(request, name, late)
-                continue
-            if parts is None:
-                return
-            await self._show(name, request, parts)
+                parts, self.second.missing = look.Settled(words={"regime": None}), []
             self.pool.warm(load)
             if name == "kind" and request["id"] == self._newest[side]:
                 self._known[side] = request["id"]
@@ -362,13 +360,16 @@ class Page:
         except Stopped:
             if loop.time() < limit.when() or slot.overtaken or self._ended.is_set():
                 raise
-            late = _Late(f"takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)")
+            what = "the evidence" if slot is self.second else "the run"
+            late = f"{what} takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)"
             if slot is self.second:
                 slot.watch = Watch()  # for what comes next of this request
-                raise late from None
-            await self.fail(request["id"], InputError(f"the run {late}"), request.get("side"))
+                raise _Late(late) from None
+            await self.fail(request["id"], InputError(late), request.get("side"))
             return None
         except Exception as error:
+            if slot is self.second:
+                raise _Late(_in_words(error)) from None
             await self.fail(request["id"], error, request.get("side"))
             return None
         finally:
@@ -549,14 +550,8 @@ class Page:
         await self.send(head, parts.arrays)
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
-        """Tells the page what is wrong, and with which control; a fault of gelcone goes to the terminal, too."""
-        if isinstance(error, ProcessesEnded):
-            message = "a worker process ended, perhaps for lack of memory; change a setting to try again"
-        elif isinstance(error, InputError | MissingDependency):
-            message = " ".join(str(error).split())
-        else:
-            _log.error("the studio failed", exc_info=error)
-            message = "internal error; see the terminal"
+        """Tells the page what is wrong, and with which control."""
+        message = _in_words(error)
         control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 
@@ -583,6 +578,16 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "export": Page._export,
 }
 """What a page may ask."""
+
+
+def _in_words(error: Exception) -> str:
+    """What the page says of an error; a fault of gelcone goes to the terminal, too."""
+    if isinstance(error, ProcessesEnded):
+        return "a worker process ended, perhaps for lack of memory; change a setting to try again"
+    if isinstance(error, InputError | MissingDependency):
+        return " ".join(str(error).split())
+    _log.error("the studio failed", exc_info=error)
+    return "internal error; see the terminal"
 
 
 def _request(text: str | None) -> dict[str, Any]:

@@ -37,7 +37,7 @@ from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.presets import load_presets
-from gelcone.studio.controls import CHOICES, Control, controls_of, leaf
+from gelcone.studio.controls import CHOICES, NONE, Control, controls_of, leaf
 from gelcone.studio.grids import changed, device_in
 
 LONGEST_VALUE = 40
@@ -226,7 +226,11 @@ class Shelf:
         if not setting.values:
             return
         chosen = setting.chosen
-        known = {c.name: c for c in self.controls(setting.base if chosen.values == setting.values else chosen)}
+        if chosen.values == setting.values:  # of which some may be those that others bring
+            names = {control.name for control in self.controls(setting.base)}
+            first = {name: value for name, value in setting.values.items() if name in names}
+            chosen = replace(setting, values={} if first == setting.values else first)
+        known = {control.name: control for control in self.controls(chosen)}
         for name, value in setting.values.items():
             if name not in known:
                 raise FieldError(name[:LONGEST_VALUE], f"{name[:LONGEST_VALUE]!r}: is not a control of this subject")
@@ -242,6 +246,8 @@ class Shelf:
     ) -> list[Control]:
         setting = Setting(device, preset, key[2], dict(values))
         found = controls_of(self.subject(setting, cone=cone))
+        if "second_film" in setting.values and self._device(key).second_film is None:
+            found = [replace(c, choices=(NONE, *c.choices)) if c.name == "second_film" else c for c in found]
         films = dict(self._cone(setting)) if cone else {}
         return [replace(control, value=MembraneFilm.name) if control.name in films else control for control in found]
 

@@ -257,7 +257,7 @@ test("a motion that pulls in plays once, holds at its end, and offers a lower vo
 
 test("evidence that takes too long is given up in words, and the first impression stays", () => {
   answer();
-  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "takes more than 30 s" });
+  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "the evidence takes more than 30 s" });
   assert.match($("badges").querySelector(".evidence").textContent, /first impression: the evidence takes more than 30 s/);
 });
 

@@ -73,6 +73,8 @@ test("a range holds what is shown and moves only when it must", () => {
   assert.ok(smaller[1] < 3 && smaller[1] > 2 && smaller[0] < 0);
   const flat = new Range().fit([5, 5]);
   assert.ok(flat[0] < 5 && flat[1] > 5 && near((flat[0] + flat[1]) / 2, 5));
+  const zero = new Range().fit([-1e-30, 2e-36]); // rest: no axis of rounding errors
+  assert.ok(zero[0] < -0.4 && zero[1] > 0.4);
   const none = new Range().fit([Infinity, -Infinity]);
   assert.ok(none[0] < 0 && none[1] > 1);
 });

@@ -42,7 +42,7 @@ export class Badge {
     say(row.kind, kind[0].toUpperCase() + kind.slice(1) + (sure || look.words.ended ? "" : " …"));
     row.kind.style.background = colour ?? ""; row.kind.style.color = colour ? onto(colour) : "";
     writeNumbers(row.numbers, look, other, this.lower);
-    const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: the evidence ${look.late}` : "first impression; the evidence is under way";
+    const evidence = look.words.ended ? look.words.seems : sure ? look.lines.slice(1).join(" · ") : look.late ? `first impression: ${look.late}` : "first impression; the evidence is under way";
     say(row.evidence, evidence, true);
     const [text, holds] = standing(look, ...validity(look));
     say(row.valid, text, true);
@@ -51,16 +51,17 @@ export class Badge {
 }
 
 // The numbers of the settled motion, those of an older setting pale; before there are any, and where it ends, words.
-function writeNumbers(host, { numbers, words, late, about }, other, lower) {
+function writeNumbers(host, { numbers, words, lines, late, about }, other, lower) {
   const shown = words.ended ? [] : [...(numbers?.values() ?? [])].sort((p, q) => p.place - q.place);
-  const plain = words.ended ? words.seems : late ? `first impression only: the evidence ${late}` : "the settled motion is under way …";
+  const plain = words.ended ? words.seems : late ? `first impression only: ${late}` : lines ? lines.slice(1).join(" · ") : "the settled motion is under way …";
   const beside = other && other.about?.si === about.si && !other.words?.ended ? other.numbers : null;
   const parts = shown.map(({ name, text, value, old }) => [name, `${text}${difference(name, value, beside?.get(name)?.value)}`, Boolean(old)]);
   const peak = words.ended ? [...(numbers?.values() ?? [])].find((own) => own.peak)?.peak ?? 1 : 0;
-  const key = shown.length ? parts.join() : `${plain} ${peak}`;
+  const said = !shown.length || late || (lines && !numbers.has("stroke"));
+  const key = `${parts.join()} ${said ? plain : ""} ${peak}`;
   if (host.dataset.key === key) return;
   host.dataset.key = key;
-  host.replaceChildren(...(shown.length ? parts.map(([name, text, old]) => make("span", { className: old ? "number old" : "number" }, `${name} `, make("b", { textContent: typeset(text) }))) : [plain]));
+  host.replaceChildren(...parts.map(([name, text, old]) => make("span", { className: old ? "number old" : "number" }, `${name} `, make("b", { textContent: typeset(text) }))), ...(said ? [plain] : []));
   if (words.ended && lower) host.append(make("button", { type: "button", className: "more", textContent: "lower the voltage", onclick: () => lower(SAFE * Math.min(1, 1 / Math.max(peak, 1e-9))) }));
 }
 

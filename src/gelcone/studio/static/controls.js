@@ -5,6 +5,7 @@
  *   low: number, high: number, choices: string[], powers: Record<string, number>}} Control
  */
 const STEPS = 1000;
+const NONE = "none"; // the choice of what a device does not have
 const SHAPES = {
   reset: "M4 4v4h4M4.6 8A6 6 0 1 1 4 11",
   lock: "M5 9V6.5a3 3 0 0 1 6 0V9M3.5 9h9v6h-9z",
@@ -122,7 +123,7 @@ export class Controls {
     const row = make("div", { className: `control ${control.kind}`, "data-name": control.name });
     let number, slider = null;
     if (control.kind === "choice") {
-      number = make("select", { id, onchange: () => this.give(control, number.value, true) }, ...control.choices.map((c) => make("option", { value: c, textContent: c })));
+      number = make("select", { id, onchange: () => this.give(control, number.value === NONE ? null : number.value, true) }, ...control.choices.map((c) => make("option", { value: c, textContent: c })));
     } else {
       number = make("input", { type: "text", id, autocomplete: "off", spellcheck: false, onchange: () => this.typed(control, number.value) });
       slider = make("input", { type: "range", min: 0, max: STEPS, step: 1, "aria-label": control.label,

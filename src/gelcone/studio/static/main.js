@@ -28,6 +28,7 @@ const BUSY = 38; // the same while a map is computed, which the browser leaves t
 const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
 const AGED = 150; // ms after which the settled motion shown fades, if that of the newer run has not come
 const FAILURES = 3; // attempts to connect after which the page asks for the address of a studio that was started anew
+const UNSEEN = 1e-6; // share of the rim's radius below which a height is said to be 0
 const TRAIL = 24; // heights of the disc that are drawn behind it
 const RESTED = 300; // ms after the last move of a slider at which the address follows
 
@@ -369,7 +370,7 @@ const ANSWERS = {
   response(head, arrays) {
     const before = looks[head.side] ?? {};
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
-    delete look.lines; delete look.late; delete look.problem; delete look.unmade;
+    delete look.lines; delete look.late; delete look.problem; delete look.unmade; delete look.unmeasured;
     look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
     if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
     clearTimeout(ageing[head.side]);
@@ -400,6 +401,7 @@ const ANSWERS = {
   numbers(head) { numbered(looks[head.side], head); },
   late(head) {
     if (head.stage === "statics") looks[head.side].problem = head.message;
+    if (head.stage === "spectrum") looks[head.side].unmeasured = head.message;
     if (head.stage === "film") looks[head.side].unmade = head.message;
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
   },
@@ -481,7 +483,7 @@ function notice(text) {
 
 // --- painting ------------------------------------------------------------------------------------------------------
 
-const DRAWN = { subject: [], late: ["time", "portrait", "statics"], numbers: [], profiles: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
+const DRAWN = { subject: [], late: ["time", "portrait", "spectrum", "statics"], numbers: [], profiles: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
 // Draws what an answer changes, at once: the picture is on the screen with the next frame.
 function show(side, kind) {
@@ -528,7 +530,8 @@ function coneSides() {
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
     const second = look.about.second ?? 0, [first, other] = look.about.membrane ?? [];
     const shapes = [profiles.profile(first, height, now.v), profiles.profile(other, second - height, now.v)];
-    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(height, 3)}${unit}`),
+    const said = Math.abs(height) < UNSEEN * look.about.rim ? 0 : height;
+    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(said, 3)}${unit}`),
       voltageText: typeset(look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2)) };
   });
 }

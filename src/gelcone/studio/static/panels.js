@@ -134,8 +134,8 @@ export function spectrumPanel(host, looks) {
       const sides = sidesOf(looks), shown = sides.filter(([look]) => look.spectrum?.amplitude?.some(Number.isFinite));
       if (!shown.length) {
         const ended = sides.some(([look]) => look.words.ended);
-        const text = ended ? "A motion that ends has no spectrum." : "The actuator stands still, or its spectrum is under way.";
-        return p.label(text, p.w / 2, p.h / 2, { align: "center" });
+        const text = ended ? "A motion that ends has no spectrum." : looks[looks.active]?.unmeasured ?? "The actuator stands still, or its spectrum is under way.";
+        return p.paragraph(text, p.w / 2, p.h / 2, 0.7 * p.w);
       }
       const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.drive)) * 8;
       const most = Math.max(...shown.flatMap(([look]) => [...look.spectrum.amplitude.subarray(1)]), 1e-12);

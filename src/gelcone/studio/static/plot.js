@@ -25,6 +25,8 @@ export function extent(...arrays) {
   return [low, high];
 }
 
+const NOTHING = 1e-9; // what is no larger is 0, but for rounding
+
 // A range that holds what is shown and moves only when it must, so that a plot does not tremble under a slider.
 export class Range {
   constructor(least = 1e-6) { this.least = least; this.low = NaN; this.high = NaN; }
@@ -32,7 +34,8 @@ export class Range {
   /** @param {[number, number]} range @returns {[number, number]} */
   fit([low, high]) {
     if (!(high >= low)) { low = 0; high = 1; }
-    const size = Math.max(high - low, this.least, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
+    const flat = Math.max(Math.abs(low), Math.abs(high)) < NOTHING;
+    const size = Math.max(high - low, flat ? 1 : this.least, 0.02 * Math.max(Math.abs(low), Math.abs(high)));
     const middle = (low + high) / 2, half = Math.max(high - low, size) / 2;
     low = middle - half; high = middle + half;
     const own = this.high - this.low;
