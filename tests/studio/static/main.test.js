@@ -161,6 +161,17 @@ test("a choice asks for the controls too, and reset takes all back", () => {
   assert.equal(last("look").controls, true);
 });
 
+test("what only another choice has goes with it", () => {
+  answer();
+  const film = document.querySelector('[data-name="film"] select') ?? document.querySelector("select#c-film");
+  const field = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[0];
+  field.value = "9"; field.onchange(); answer();
+  film.value = "wrinkling"; film.onchange();
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "frequency", message: "'frequency': is not a control of this subject" });
+  assert.deepEqual(last("look").setting.values, { film: "wrinkling" });
+  $("reset-all").click(); answer();
+});
+
 test("a wrong entry stands beside its reason, the picture is faded, and neither history nor link nor later looks have it", () => {
   answer();
   const before = studio.looks.a.x, steps = page.steps.length, field = document.querySelector('[data-name="frequency"]').querySelectorAll("input")[0];
@@ -257,8 +268,10 @@ test("a motion that pulls in plays once, holds at its end, and offers a lower vo
 
 test("evidence that takes too long is given up in words, and the first impression stays", () => {
   answer();
+  studio.looks.a.numbers.set("stroke", { name: "stroke", place: 0, text: "9 mm", value: 9, old: true }); // of the setting before
   socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "the evidence takes more than 30 s" });
   assert.match($("badges").querySelector(".evidence").textContent, /first impression: the evidence takes more than 30 s/);
+  assert.ok(!studio.looks.a.numbers.has("stroke"));
 });
 
 test("the length of a run is asked for as a number", () => {

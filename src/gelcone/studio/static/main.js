@@ -136,6 +136,8 @@ function toast(text) {
 
 // --- changes -------------------------------------------------------------------------------------------------------
 
+const isChoice = (name) => controls.list.find((c) => c.name === name)?.kind === "choice";
+
 // Sets values by name, null for the default; settled: worth a step in the browser's history once the server takes them.
 function change(values, settled = true) {
   const own = setting();
@@ -143,7 +145,7 @@ function change(values, settled = true) {
     if (controls.locked.has(name)) continue;
     if (text === null) delete own.values[name]; else own.values[name] = text;
   }
-  const structure = Object.keys(values).some((name) => controls.list.find((c) => c.name === name)?.kind === "choice");
+  const structure = Object.keys(values).some(isChoice);
   look(state.side, structure, settled);
   controls.values(own.values);
   grids.changed(Object.keys(values));
@@ -403,6 +405,7 @@ const ANSWERS = {
     if (head.stage === "statics") looks[head.side].problem = head.message;
     if (head.stage === "spectrum") looks[head.side].unmeasured = head.message;
     if (head.stage === "film") looks[head.side].unmade = head.message;
+    if (head.stage === "kind") for (const [name, { old }] of looks[head.side].numbers) if (old) looks[head.side].numbers.delete(name);
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
   },
   section(head, arrays) { Object.assign(looks[head.side], arrays); },
@@ -448,6 +451,12 @@ function failed(head) {
   if (!good[side]) return fallBack(side, ask.setting, head);
   const same = subjectOf(ask.setting) === subjectOf(good[side]), names = [...new Set([...Object.keys(ask.setting.values), ...Object.keys(good[side].values)])];
   const differ = names.filter((name) => ask.setting.values[name] !== good[side].values[name]);
+  // what only another choice has goes with it
+  if (same && differ.length === 1 && isChoice(differ[0]) && head.control !== differ[0] && Object.hasOwn(ask.setting.values, head.control)) {
+    state[side] = structuredClone(ask.setting);
+    delete state[side].values[head.control];
+    return look(side, true, true);
+  }
   state[side] = structuredClone(good[side]);
   unknown[side] = false;
   doing();
