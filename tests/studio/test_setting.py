@@ -10,6 +10,7 @@ from gelcone import InputError
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
 from gelcone.membrane.table import names
+from gelcone.studio.controls import NONE
 from gelcone.studio.grids import Source, find_rests
 from gelcone.studio.setting import Setting, Shelf, typed
 
@@ -221,6 +222,8 @@ def test_every_choice_sets_what_the_command_line_sets(shelf):
     for base in (Setting(device="biased-pump"), Setting(preset="base")):
         for control in shelf.controls(base):
             for choice in control.choices:
+                if choice == NONE:  # which the page takes back and does not send
+                    continue
                 setting = Setting.read({**given_by(base), "values": {control.name: choice}})
                 expected = read_subject(base.device, **typed(setting))
                 assert shelf.subject(setting).model.parameters() == expected.model.parameters(), (control.name, choice)
