@@ -16,7 +16,6 @@ from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
 from gelcone.physics.circuit import CIRCUITS
-from gelcone.physics.component import Component
 from gelcone.physics.film.gel import PRESTRETCH_MODES, BranchedFilm
 from gelcone.physics.laws import LAWS
 from gelcone.physics.placed import DRIVES
