@@ -423,8 +423,8 @@ class ConeSystem:
     @cached_property
     def causes(self) -> tuple[str, ...]:
         """The powers of `powers`, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what
-        the disc's damping takes; where the charge of all films is known in a program, the ``"source"``; and where there
-        are such losses those of ``"film"`` and, with the source, of ``"resistor"`` and ``"leak"``.
+        the disc's damping takes; ``"film"``, what films lose that do; where the charge of all films is known in a
+        program, the ``"source"``; and with it what the circuit loses, ``"resistor"``, ``"leak"`` and ``"dielectric"``.
 
         The source is left out where the circuit loses nothing and a charge is known by a fit alone, or not proportional
         to the voltage while all that the source gives moves the disc or is stored: the current of a crumpled film grows
@@ -438,7 +438,13 @@ class ConeSystem:
         exact = not fitted and (simple or lossy)
         if not all(film.film.traced_charge for film in self.films) or not (exact or losses):
             return ("motion", "damper", *own)
-        return ("motion", "damper", "source", *own, *losses)
+        return ("motion", "damper", *own, "source", *losses)
+
+    @property
+    def bounding_powers(self) -> int:
+        """Number of the first of them that bear on the length of steps: what a film loses may have poles that motions
+        do not have, as with linear flow where an elastic stretch is 0."""
+        return 3 if "film" in self.causes else 2
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
         """The power by each of its `causes`; of functions of neither arrays nor a graph, the first two."""

@@ -25,6 +25,7 @@ class Cone:
 
     states = ("displacement", "velocity")
     numbers = ("zeta", "kappa", "rest", "A", "B", "G", "s", "amplitude", "bias", "frequency")
+    bounding_powers = 2
 
     def _parts(self, time: Any, state: Any, n: Any, xp: Any) -> tuple[Any, Any, Any, Any]:
         x, _ = state

@@ -89,6 +89,16 @@ def test_the_linear_flow_of_the_published_vhb_is_the_certified_one():
     assert float(abs(run["energy_residual"]).max()) < 1e-12
 
 
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_steps_heed_what_linear_flow_loses(film):
+    """D holds 1/E, whose poles the motion does not have: at a fast branch of a film let go from a height they are near,
+    and the balance of energies, in which the loss is an integral of its own, does not close where steps pass them."""
+    model = ConeModel(film=film, flow="linear", viscous_modulus_1=1.2, relaxation_time_1=0.08, rest_height=0.5)
+    run = simulate(model, (1.2, 0.0), times=[0.5, 4.0])
+    assert float(run["film_dissipation"][0]) > 0.3
+    assert float(abs(run["energy_residual"]).max()) < 1e-12
+
+
 def test_exponents_of_a_periodic_motion_are_the_certified_ones():
     case = CERTIFIED["exponents"][1]
     circuit = {"circuit": SeriesResistor(), "series_resistance": 0.5, "leakage_time": 8.0}

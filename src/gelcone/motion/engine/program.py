@@ -56,8 +56,6 @@ REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
 DISC_STATES = 2
 """States without which the trace of the Jacobian depends on the damping alone."""
-SHORTENING_POWERS = 2
-"""Powers whose integrals bear on the length of steps."""
 MOST_TELLING = 4
 """Switches that distinguish laws: each more of them doubles the code."""
 _ALIGNMENT = 128
@@ -84,7 +82,11 @@ class System(Protocol):
         """Rates (N,) and their derivatives with respect to the states (N, N)."""
 
     def powers(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> tuple[Any, ...]:
-        """Powers whose integrals ``"work"`` keeps; only the first two bear on the length of steps."""
+        """Powers whose integrals ``"work"`` keeps."""
+
+    @property
+    def bounding_powers(self) -> int:
+        """Number of the first of them that bear on the length of steps; the others have the motion's poles alone."""
 
 
 @dataclass(frozen=True)
@@ -366,7 +368,7 @@ def _trace(system: System, keep: str, events: Sequence[Event], pieces: tuple[str
         "switches": tuple(graph.switch(name) for name in switched),
         "numbers": tuple(system.numbers),
         "restarts": _restarts(keep, count, len(laws[0].rates)),
-        "passengers": _passengers(keep, count, len(laws[0].rates)),
+        "passengers": _passengers(system, keep, len(laws[0].rates)),
         "pieces": len(pieces),
     }
 
@@ -414,10 +416,11 @@ def _restarts(keep: str, count: int, rates: int) -> tuple[float | None, ...]:
     return (*[None] * count, *unit, *[0.0] * (rates - count - len(unit)))
 
 
-def _passengers(keep: str, count: int, rates: int) -> int:
+def _passengers(system: System, keep: str, rates: int) -> int:
     """How many of the last states are integrals that do not shorten the steps."""
-    counting = {"states": count, "tangents": count + count * count, "work": count + SHORTENING_POWERS}
-    return max(rates - counting[keep], 0)
+    count = len(system.states)
+    bounding = {"states": 0, "tangents": count * count}
+    return rates - count - (system.bounding_powers if keep == "work" else bounding[keep])
 
 
 class _Compiled:
