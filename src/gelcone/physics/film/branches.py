@@ -56,14 +56,14 @@ def branches_of(names: Iterable[str]) -> int:
 
 
 class Strained(NamedTuple):
-    """A branch at some stretches: its true stresses are g times ``softness`` times ``along`` and ``across``; of a film
-    along its meridian of squared length m ``pull`` is ``softness``/m. ``stretches``: E1 and E2."""
+    """A branch at some stretches E1, ``first``, E2, ``second``, and E3: ``along`` = R (E1 - E3) and ``across`` =
+    R (E2 - E3) are its true stresses over g, and ``thin`` is R E3."""
 
     along: Any
     across: Any
-    softness: Any
-    pull: Any
-    stretches: tuple[Any, Any]
+    thin: Any
+    first: Any
+    second: Any
 
 
 @dataclass(frozen=True)
@@ -175,12 +175,13 @@ class Branches:
         own = self._own(k, y)
         first, second = own[0] * m, own[1] * width
         if self.flow == "linear":
-            third, r = own[2] / (m * width), 1.0 / m
-            return Strained(first - third, second - third, 1.0, r, (first, second))
+            third = own[2] / (m * width)
+            return Strained(first - third, second - third, third, first, second)
         # with P = E1 E2, R E3 = 1/(P (1 + 3/J - (E1 + E2)/J) - 1/J) and R = P R E3: one division
         s, product = n[f"inverse_viscous_limit_{k + 1}"], first * second
-        pull = 1.0 / (m * (product * ((1.0 + 3.0 * s) - s * (first + second)) - s))
-        return Strained(product * first - 1.0, product * second - 1.0, m * pull, pull, (first, second))
+        thin = 1.0 / (product * ((1.0 + 3.0 * s) - s * (first + second)) - s)
+        response = product * thin
+        return Strained(response * first - thin, response * second - thin, thin, first, second)
 
     def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[Any, Strained]]:
         return [
@@ -193,37 +194,28 @@ class Branches:
         """Sums of t1 and t2; 0 where the branches have relaxed, in statics."""
         along, across = 0.0, 0.0
         for g, own in self._each(m, width, y, n):
-            stiff = g * own.softness
-            along, across = along + stiff * own.along, across + stiff * own.across
+            along, across = along + g * own.along, across + g * own.across
         return along, across
 
     def slopes(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, Any]:
         """Sums of the derivatives of t1 by ln m, of t1 by ln n (and of t2 by ln m), and of t2 by ln n."""
         h11, h12, h22 = 0.0, 0.0, 0.0
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
-            if self.flow == "log":
-                stiff, s = g * own.softness, n[f"inverse_viscous_limit_{k + 1}"] * own.softness
-                h11 = h11 + stiff * (2.0 + own.along + s * (own.along * own.along))
-                h12 = h12 + stiff * (1.0 + s * (own.along * own.across))
-                h22 = h22 + stiff * (2.0 + own.across + s * (own.across * own.across))
-            else:
-                first, second = own.stretches
-                h11 = h11 + g * (2.0 * first - own.along)
-                h12 = h12 + g * (first - own.along)
-                h22 = h22 + g * (2.0 * second - own.across)
+            s = n[f"inverse_viscous_limit_{k + 1}"] if self.flow == "log" else 0.0
+            h11 = h11 + g * (own.along + 2.0 * own.thin + s * (own.along * own.along))
+            h12 = h12 + g * (own.thin + s * (own.along * own.across))
+            h22 = h22 + g * (own.across + 2.0 * own.thin + s * (own.across * own.across))
         return h11, h12, h22
 
     def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """t1/m of a taut film, and its derivative by m while the states are held."""
-        value, slope = 0.0, 0.0
-        for k, (g, own) in enumerate(self._each(m, 1.0, y, n)):
-            term = (g * own.pull) * own.along
-            if self.flow == "log":
-                bend = n[f"inverse_viscous_limit_{k + 1}"] * own.along * own.along
-                steeper = (g * own.pull) * (2.0 / m + own.pull * bend)
-            else:
-                steeper = 2.0 * g * (own.stretches[0] - own.along) * own.pull * own.pull
-            value, slope = value + term, slope + steeper
+        if self.flow == "log":
+            along = self.stresses(m, 1.0, y, n)[0]
+            return along / m, (self.slopes(m, 1.0, y, n)[0] - along) / (m * m)
+        r, value, slope = 1.0 / m, 0.0, 0.0
+        for k in range(self.count):
+            g, (first, _, third) = n[f"viscous_modulus_{k + 1}"], self._own(k, y)
+            value, slope = value + g * (first - third * (r * r)), slope + 2.0 * g * third * (r * r * r)
         return value, slope
 
     def rates(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[Any]:
@@ -232,13 +224,13 @@ class Branches:
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
             rate, p = n[f"flow_rate_{k + 1}"], self._own(k, y)
             if self.flow == "log":
-                speed = (-2.0 / 3.0) * rate * own.softness * self._quickening(g, own, n)
+                speed = (-2.0 / 3.0) * rate * self._quickening(g, own, n)
                 found += [
                     speed * p[0] * (own.along - 0.5 * own.across),
                     speed * p[1] * (own.across - 0.5 * own.along),
                 ]
             else:
-                wanted = [own.pull, 1.0 / width, m * width]
+                wanted = [1.0 / m, 1.0 / width, m * width]
                 changes = [rate * (a - b) for a, b in zip(wanted, p, strict=True)]
                 found += [changes[0], changes[2]] if self.taut else changes
         return found
@@ -247,7 +239,7 @@ class Branches:
         """The factor by which a stress quickens the flow."""
         if self.exponent == 1:
             return 1.0
-        share = g * own.softness * n["inverse_flow_stress"]
+        share = g * n["inverse_flow_stress"]
         squared = share * share * _equivalent(own)
         factor = squared
         for _ in range((self.exponent - 1) // 2 - 1):
@@ -260,11 +252,10 @@ class Branches:
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
             rate = g * n[f"flow_rate_{k + 1}"]
             if self.flow == "log":
-                quick = own.softness * own.softness * self._quickening(g, own, n)
-                found = found + (rate * quick / 3.0) * _equivalent(own)
+                found = found + (rate * self._quickening(g, own, n) / 3.0) * _equivalent(own)
             else:
                 lost: Any = 0.0
-                for stretch in (*own.stretches, own.stretches[0] - own.along):
+                for stretch in (own.first, own.second, own.thin):
                     lost = lost + (stretch - 1.0) * (stretch - 1.0) / stretch
                 found = found + 0.5 * rate * lost
         return found
@@ -273,12 +264,12 @@ class Branches:
         """The energy that the branches store, of arrays."""
         found: Any = 0.0
         for k, (g, own) in enumerate(self._each(m, width, y, n)):
-            first, second = own.stretches
+            first, second = own.first, own.second
             if self.flow == "log":
                 limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k + 1}"]}
                 found = found + g * LAWS["gent"].energy(first + second + 1.0 / (first * second) - 3.0, limit)
             else:
-                every = (first, second, first - own.along)
+                every = (first, second, own.thin)
                 found = found + 0.5 * g * sum(stretch - 1.0 - np.log(stretch) for stretch in every)
         return found
 
@@ -286,12 +277,12 @@ class Branches:
         """The largest share of its stretch limit that a branch has reached."""
         found: Any = 0.0
         for k, (_, own) in enumerate(self._each(m, width, y, n) if self.flow == "log" else ()):
-            first, second = own.stretches
+            first, second = own.first, own.second
             share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
             found = xp.maximum(found, share)
         return found
 
 
 def _equivalent(own: Strained) -> Any:
-    """The squared equivalent stress over that of g and the softness."""
+    """The squared equivalent stress over g^2."""
     return own.along * own.along - own.along * own.across + own.across * own.across
