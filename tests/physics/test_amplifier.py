@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.devices.device import Device, find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
@@ -112,6 +113,29 @@ def test_transfer_functions_are_the_certified_ones():
     small = small_signal_response(model, omega)
     np.testing.assert_allclose(small["gain"] * np.exp(1j * np.radians(small["phase"])), gain, atol=1e-11)
     np.testing.assert_allclose(linear_response(model, omega).harmonics[0] / 1e-4, gain, rtol=1e-7)
+
+
+@pytest.mark.parametrize("modulus", [0.0, pytest.param(0.5, marks=pytest.mark.slow)])
+def test_a_slack_film_pulls_in_where_its_voltage_turns(modulus):
+    """A flat film lp = 1 without tension, V = (R + g) (t - t^-2)/t^2 and Q = v t^2, is charged through a resistance: it
+    pulls in at the largest V, which the voltage touches and does not cross, after rho int dQ/(v_s - v). The branch g is
+    as mounted."""
+    resistance, command, begin = 0.4, 0.75 + 0.3 * modulus, 0.5
+    t = np.linspace(1.0, 2.0, 400_001)
+    squared = (t - t**-2) / t**2 * (1.0 / (1.0 - (2.0 * t + t**-2 - 3.0) / 50.0) + modulus)
+    end = int(np.argmax(squared))
+    voltage = np.sqrt(np.maximum(squared[: end + 1], 0.0))
+    first = int(np.searchsorted(voltage, begin))
+    assert voltage[first] == pytest.approx(begin, abs=1e-5)
+    v, charge = voltage[first:], voltage[first:] * t[first : end + 1] ** 2
+    wanted = resistance * float((np.diff(charge) / (command - 0.5 * (v[1:] + v[:-1]))).sum())
+    model = ConeModel(film="wrinkling", voltage=0.0, voltage_bias=command, series_resistance=resistance)
+    if modulus:
+        model = model.replace(viscous_modulus_1=modulus, relaxation_time_1=1e9)
+    run = integrate(model, [0.0, 0.0, *[1.0] * 2 * model.film.branches, v[0]], [1.5 * wanted])
+    assert (run.outcome[0], run.pull_in[0, 0]) == (Outcome.PULLED_IN, FilmPullIn.MINIMUM)
+    assert run.end_times[0] == pytest.approx(wanted, abs=2e-5)
+    assert run.end_states[0, -1] == pytest.approx(voltage[-1], abs=1e-9)
 
 
 # --- tangents ---------------------------------------------------------------------------------------------------------

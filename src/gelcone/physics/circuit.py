@@ -101,8 +101,7 @@ class Port:
 
     def voltage_rate(self, voltage: Any, current: Any) -> Any:
         """Rate of the voltage while a current charges the films and the disc moves; the voltage must be a state."""
-        at = [voltage, self.displacement, *(value for _, y in self.films for value in y)]
-        by_voltage, *by_others = self._slopes(at)
+        by_voltage, *by_others = self._slopes(voltage)
         moving = [self.velocity]
         for film, y in self.films:
             moving += film.rates(self.displacement, self.velocity, voltage * voltage, y, self.n, self.xp)
@@ -110,8 +109,14 @@ class Port:
             current = current - slope * rate
         return current / by_voltage
 
-    def _slopes(self, at: list[Any]) -> list[Any]:
+    def slope(self, voltage: Any) -> Any:
+        """Derivative of the films' charge by the voltage, which must be a state; it has a pole where the minimum of a
+        film's energy ends."""
+        return self._slopes(voltage)[0]
+
+    def _slopes(self, voltage: Any) -> list[Any]:
         """Derivatives of the charge by voltage, displacement and the films' states."""
+        at = [voltage, self.displacement, *(value for _, y in self.films for value in y)]
 
         def charge(at: list[Any], xp: Any) -> list[Any]:
             left, films = iter(at[2:]), []

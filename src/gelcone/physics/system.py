@@ -39,6 +39,9 @@ DISC = (
 BIAS_SHARE = "bias share"
 """Among the numbers of statics: the share of the first film's voltage that the bias of a drive takes, where it rises
 with it; else the bias is the model's own."""
+FOLDED = 1e-7
+"""The flat film's capacitance over dQ/dv at which a minimum counts as ended: some 1e-6 before, when steps still lead
+there."""
 _IDEAL = CIRCUITS["ideal"]
 
 
@@ -389,11 +392,16 @@ class ConeSystem:
         ``value(tau, z, n, xp)``."""
         found: list[tuple[int | None, Border]] = []
         for k, film in enumerate(self.films):
-            found += [(k, replace(border, value=self._film_value(k, border))) for border in film.borders]
+            carried = self.line_of(k).circuit.carries_voltage
+            own = [border for border in film.borders if not (border.folds and carried)]
+            found += [(k, replace(border, value=self._film_value(k, border))) for border in own]
         for line in self.lines:
             for border in line.circuit.borders:
                 value = self._line_value(line, border)
                 found.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
+            folding = [k for k in line.films if self.films[k].film.folds]
+            if line.circuit.carries_voltage and folding:
+                found.append((folding[0], Border(self._fold_value(line), seldom=True)))
         return tuple(found)
 
     def _film_value(self, k: int, border: Border) -> Callable[..., Any]:
@@ -407,6 +415,16 @@ class ConeSystem:
         def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
             port = self._moment(tau, z, n, xp).port(line)
             return border.value(port, self.states_of(z, "line", line.prefix), line.own(n), xp)
+
+        return value
+
+    def _fold_value(self, line: Line) -> Callable[..., Any]:
+        """Where the minimum of a film's energy ends at the voltage that it has. Behind a resistance its charge passes
+        that end, while the voltage turns there and crosses nothing."""
+
+        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+            moment = self._moment(tau, z, n, xp)
+            return 1.0 / moment.port(line).slope(moment.voltage(line)) - FOLDED
 
         return value
 

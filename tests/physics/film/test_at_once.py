@@ -58,10 +58,10 @@ def test_a_film_at_once_pulls_in_where_the_run_does():
     n, film = held.numbers_at(0), held.system.film
     for x in (0.4, 1.0, 1.6):
         squared = float(film.highest_squared(np.float64(x), n))
-        value = film.film.borders[-1].value
+        ends = [border.value for border in film.film.borders if border.switch is None]
         own = {**n, **film.switches(np.array([x]), np.array([squared]), [], n)}
         before, after = (
-            value(np.array([x]), np.array([share * squared]), film.held(own), own, np)[0]
+            np.min([value(np.array([x]), np.array([share * squared]), film.held(own), own, np) for value in ends])
             for share in (1.0 - 1e-6, 1.0 + 1e-6)
         )
         assert before > 0.0

@@ -15,7 +15,8 @@ slack longer, and its meridian may be slack before its hoops. psi_nn > 0, so tha
 The minimum ends where the Hessian of psi by (ln m, ln n) at the held states is singular (crumpled; meridional slack:
 its first entry), and a hoop-slack film localises where 2 (h11 - h12^2/h22) - s1 < 0 with h_ij = d s_i/d ln(m, n): the
 instant at which the runaway is faster than creep. Towards the end of a minimum its length grows like the root of the
-time that is left, so that the run ends where the Hessian is `NEARLY` singular, less than 1e-6 before.
+time that is left, so that the run ends where the Hessian is `NEARLY` singular, less than 1e-6 before. Behind a series
+resistance the length passes that end smoothly, and the charge says where it is (`gelcone.physics.system`).
 """
 
 from __future__ import annotations
@@ -247,11 +248,13 @@ class Creeping:
 
     @property
     def borders(self) -> tuple[Border, ...]:
-        """``meridian_held`` and ``width_held`` tell the states apart; the last border ends the film."""
+        """``meridian_held`` and ``width_held`` tell the states apart; the others end the film."""
+        ends = [Border(self._localisation_border, seldom=True)] if self.localises else []
         return (
             Border(self._width_border, "width_held", divides=True),
             Border(self._meridian_border, "meridian_held", divides=True),
-            Border(self._end_border, seldom=True),
+            *ends,
+            Border(self._minimum_border, seldom=True, folds=True),
         )
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
@@ -271,18 +274,26 @@ class Creeping:
         tight = side * held * self.tension(q, squared, width, y, n, xp).along
         return tight - side * (1.0 - held) * (m - q)
 
-    def _end_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+    def _localisation_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        q = 1.0 + x * x
+        _, width, held, narrow = self.lengths(q, squared, y, n, xp)
+        if known(held) == 0.0 or known(narrow) == 1.0:
+            return 1.0 + 0.0 * x
+        at = self.tension(q, squared, width, y, n, xp)
+        h11, h12, h22 = self.slopes(at, q, width, y, n, xp)
+        localising = 2.0 * (h11 * h22 - h12 * h12) - at.along * h22
+        free = held * (1.0 - narrow)
+        return (1.0 - free) + free * localising
+
+    def _minimum_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         m, width, held, narrow = self.lengths(1.0 + x * x, squared, y, n, xp)
-        if known(held) == known(narrow) == 1.0 or (known(held) == 1.0 and not self.localises):
+        if known(held) == 1.0:
             return 1.0 + 0.0 * x
         at = self.tension(m, squared, width, y, n, xp)
         h11, h12, h22 = self.slopes(at, m, width, y, n, xp)
-        determinant = h11 * h22 - h12 * h12
-        localising = 2.0 * determinant - at.along * h22 if self.localises else 1.0
-        with_force = narrow + (1.0 - narrow) * localising
         stiff = 1.0 + self.film.viscous.modulus(n)
-        slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (determinant - NEARLY * stiff * stiff)
-        return held * with_force + (1.0 - held) * slack
+        slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (h11 * h22 - h12 * h12 - NEARLY * stiff * stiff)
+        return held + (1.0 - held) * slack
 
 
 @lru_cache(maxsize=256)

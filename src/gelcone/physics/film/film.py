@@ -56,6 +56,7 @@ class Border:
     where it crosses it. ``switch`` names the number, 1 or -1, whose sign changes there and which is a factor of the
     value; None: the film ends there. ``jumps``: so does the force. ``seldom``: motions are seldom near, and the value
     costs more than the force. ``divides``: the force and other borders have another form with each sign of the switch.
+    ``folds``: a minimum ends there that is lost at a held voltage; behind a resistance the charge says where.
     """
 
     value: Callable[..., Any]
@@ -63,6 +64,7 @@ class Border:
     seldom: bool = False
     jumps: bool = False
     divides: bool = False
+    folds: bool = False
 
 
 class Film(Component):
@@ -99,6 +101,8 @@ class Film(Component):
     balance that does not rest on the film's own energy; the current then follows from it."""
     fitted_charge: ClassVar[bool] = False
     """Whether a program knows the charge by a fit alone: behind an ideal source the balance rests on the energy."""
+    folds: ClassVar[bool] = False
+    """Whether the slope of its charge over the voltage has a pole where the minimum of its energy ends."""
     kinds: tuple[str, ...] = ()
     """The states between which it changes, by name: those whose shares of time results carry."""
 

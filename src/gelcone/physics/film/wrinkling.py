@@ -108,6 +108,7 @@ class WrinklingCone(TautCone):
     name = "wrinkling"
     linear_charge = False
     held_width = False
+    folds = True
 
     @property
     def traced_charge(self) -> bool:  # type: ignore[override]
