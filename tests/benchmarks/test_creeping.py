@@ -1,0 +1,30 @@
+"""No viscous device is silently wrong: a few blocks of ``benchmarks/creeping.py``, and that it sees what is wrong."""
+
+import creeping
+import pytest
+
+TAUT = 1
+"""Three branches and a triangle behind an ideal source."""
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("block", "count"),
+    [(0, 10), (TAUT, 10), pytest.param(5, 20, marks=SLOW), pytest.param(7, 40, marks=SLOW)],
+    ids=["slew rate", "three branches", "linear flow and Debye share", "wrinkling behind a resistance"],
+)
+def test_random_devices_are_right_or_say_why_not(block, count):
+    record = creeping.check(block, count)
+    assert record["wrong"] == []
+    assert record["counts"].get("right", 0) >= 0.7 * count
+
+
+def test_a_fault_is_seen(monkeypatch):
+    """A modulus that is off by a millionth."""
+    of_numbers = creeping.model_of
+    monkeypatch.setattr(
+        creeping,
+        "model_of",
+        lambda structure, n: of_numbers(structure, {**n, "viscous_modulus_1": (1.0 + 1e-6) * n["viscous_modulus_1"]}),
+    )
+    assert creeping.check(TAUT, 2)["counts"] == {"wrong": 2}
