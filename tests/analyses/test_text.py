@@ -290,6 +290,31 @@ def test_the_tables_of_an_envelope_are_its_numbers():
     assert numbers(constant)[2:5] == pytest.approx(at, rel=1e-3)
 
 
+def test_a_held_voltage_and_a_warm_film_are_said():
+    """Of a film with branches that leaks: the time, the voltage that is held for it, and a column of heating."""
+    film, beam = gelcone.TautCone(branches=1, prestretch_mode="equibiaxial"), gelcone.BuckledBeam()
+    numbers_of_beam = {"beam_stiffness": -0.6, "beam_cubic": 2.0, "beam_height": 1.0, "damping_ratio": 0.3}
+    model = gelcone.ConeModel(
+        film=film, bias=beam, prestretch=1.2, viscous_modulus_1=1.0, relaxation_time_1=20.0, leakage_time=30.0,
+        voltage=0.2, voltage_bias=0.5, **numbers_of_beam,
+    )  # fmt: skip
+    found = gelcone.envelope(model, frequencies=[0.5, 0.6], peaks=[0.6, 1.4], duration=60.0)
+    lines = text_of(envelope.envelope_words, found, model)
+    assert "held for 60" in line_with(lines, "driven, lowest peak voltage")
+    held = f"{float(found['holding_voltage']):.4g}"
+    assert line_with(lines, "limits at constant voltage are those of that time").startswith(
+        f"up to {held} is held for 60"
+    )
+    constant = line_with(lines, "recommended constant voltage, held for 60")
+    level = float(found["recommended_constant"])
+    end = np.interp(level, found["held_voltage"], found["held_displacement"]) - float(found["rest_displacement"])
+    assert f"stroke {float(f'{end:.4g}'):.10g} after that time" in constant
+    warm = np.interp(level, found["peak_voltage"], found["static_heating"])
+    assert constant.endswith(f"warms by {warm:.3g}")
+    row = lines[next(k for k, line in enumerate(lines) if line.startswith("recommended drive")) + 2]
+    assert numbers(row)[5] == pytest.approx(float(found["window_heating"][0]), rel=1e-2)
+
+
 # --- grids ------------------------------------------------------------------------------------------------------------
 
 

@@ -13,7 +13,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor.classification import Evidence
-from gelcone.motion.creep import thresholds
+from gelcone.motion.creep import _Ramp, thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
 from gelcone.motion.floquet import onset_voltage
@@ -473,3 +473,78 @@ def test_a_film_that_creeps_has_both_thresholds():
         found[name][1] * device.scales.voltage for name in ("long_time_voltage", "instant_voltage")
     ] == pytest.approx(both, rel=1e-12)
     assert thresholds(gelcone.ConeModel()) == {}
+
+
+BEAM = ConeModel(
+    film=gelcone.TautCone(branches=1, prestretch_mode="equibiaxial"),
+    bias=gelcone.BuckledBeam(),
+    **{"prestretch": 1.2, "beam_stiffness": -0.6, "beam_cubic": 2.0, "beam_height": 1.0, "damping_ratio": 0.3},
+    **{"viscous_modulus_1": 1.0, "relaxation_time_1": 20.0, "voltage": 0.2, "voltage_bias": 0.5},
+)
+"""A disc that snaps late: in the long run at 1.19, the sooner the higher the voltage."""
+
+
+def test_a_voltage_that_is_held_for_a_time_is_that_of_creep():
+    """Both are asked for the same time, and a run of simulate at the limit comes through it, and 1 % above does not."""
+    found = envelope(BEAM, peaks=[0.6, 0.8], frequencies=[0.5, 0.6], duration=60.0)
+    held = gelcone.creep(BEAM, duration=60.0)
+    for name in ("holding_voltage", "long_time_voltage", "instant_voltage"):
+        assert float(found[name]) == float(held[name])
+    limits = dict(zip(STATIC_LIMITS, found["static_limit_voltage"].values, strict=True))
+    highest = float(held["holding_voltage"])
+    assert limits["pull-in"] == highest
+    assert 1.02 * float(held["long_time_voltage"]) < highest < float(held["instant_voltage"])
+    assert float(found["recommended_constant"]) == pytest.approx(0.8 * min(v for v in limits.values() if v == v))
+    begun = gelcone.creep(BEAM, [highest], duration=60.0)["begin"].item()
+    runs = [
+        simulate(BEAM.replace(voltage=0.0, voltage_bias=share * highest), (begun, 0.0), times=[60.0])
+        for share in (1.0, 1.01)
+    ]
+    ends = [float(run["displacement"][-1]) for run in runs]
+    assert float(found["held_displacement"][-1]) == pytest.approx(ends[0], rel=1e-9)
+    halfway = np.mean(_Ramp(BEAM).lost[2:])
+    assert ends[0] < halfway < ends[1]
+
+
+def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
+    """Breakdown between the thresholds, where the relaxed film has no state: that of the run at the end of the time."""
+    model = BEAM.replace(dielectric_strength=1.45)
+    plane = Plane.of(model, None)
+    static, relaxed = envelope_module.static_limits_of(plane, np.array([0.6, 1.0]))
+    held = envelope_module._hold(plane, 60.0, float(static["peak_voltage"][-1]), None)
+    found = dict(zip(STATIC_LIMITS, envelope_module.held_limits(plane, held, relaxed), strict=True))
+    volts = found["dielectric breakdown"]
+    assert np.isinf(relaxed[0]) or relaxed[0] < volts
+    end = float(gelcone.creep(model, [volts], duration=60.0)["end"].item())
+    assert volts * np.sqrt(1.0 + end * end) == pytest.approx(1.45, rel=2e-3)
+    assert found["pitchfork"] != found["pitchfork"]
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        (TAUT, "duration: the film has no branch that relaxes.*or leave it out"),
+        (BEAM.replace(second_film="taut", second_drive="opposite"), "duration: films in opposite phase"),
+    ],
+)
+def test_what_holds_no_voltage_takes_no_duration(model, message):
+    with pytest.raises(InputError, match=message):
+        envelope(model, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=10.0)
+    with pytest.raises(InputError, match="duration = -1: must be a positive time"):
+        envelope(BEAM, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=-1.0)
+
+
+def test_a_film_that_leaks_and_creeps_warms_as_its_settled_motion_does():
+    model = TAUT.replace(leakage_time=20.0, film=gelcone.TautCone(branches=1), relaxation_time_1=2.0)
+    found = envelope(model, peaks=[0.4, 0.6], frequencies=[0.5, 0.9])
+    motion = gelcone.settled(model.replace(drive_frequency=0.9), (float(found["rest_displacement"]), 0.0))
+    assert float(motion["heating"]) > 0.005
+    assert float(found["driven_heating"][1, 1]) == pytest.approx(float(motion["heating"]), rel=1e-6)
+    assert float(found["driven_power"][1, 1]) == pytest.approx(float(motion["power"]), rel=1e-6)
+    q = 1.0 + found["static_displacement"] ** 2
+    np.testing.assert_allclose(found["static_heating"], found["peak_voltage"] ** 2 * q / 20.0, rtol=1e-12)
+    assert (found["window_heating"] > 0.0).all()
+    still = TAUT.replace(film=gelcone.TautCone(branches=1), relaxation_time_1=2.0)
+    creeping = envelope(still, peaks=[0.4, 0.6], frequencies=[0.5, 0.9])
+    assert "static_heating" not in creeping
+    assert (creeping["driven_heating"] > 0.0).all()

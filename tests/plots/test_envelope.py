@@ -68,6 +68,12 @@ def test_a_limit_is_drawn_in_the_middle_of_its_interval_and_not_where_it_is_unbo
     assert axes.get_ylim() == pytest.approx((0.0, 4.2))
 
 
+def test_limits_of_a_held_voltage_say_for_how_long():
+    axes = blank()
+    driven_limits(envelope().assign(holding_time=((), 90.0, {"units": "s", "quantity": "time"})), axes)
+    assert data_of(line(axes, "pitchfork, held for 90 s")).max() == 1.5
+
+
 def test_a_line_parts_where_a_limit_jumps():
     x, y = broken_at_jumps(OMEGA, np.array([2.1, 2.2, 3.0]))
     np.testing.assert_array_equal(x, [1.0, 2.0, 4.0, 4.0])

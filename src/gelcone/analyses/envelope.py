@@ -12,17 +12,20 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
-from gelcone.words import FAILINGS, measured, motion_in_words, outcome_in_words, shortened, unit_of
+from gelcone.words import FAILINGS, lasting, measured, motion_in_words, outcome_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
 
+_HELD = "holding_time"
 _STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
-_HEADS = ("frequency", "up to", "stroke", "power", "apparent")
-_WIDTHS = (18, 12, 14, 14, 16)
+_WARM = "window_heating"
+"""And of films that get warm."""
+_HEADS = ("frequency", "up to", "stroke", "power", "apparent", "warms by")
+_WIDTHS = (18, 12, 14, 14, 16, 16)
 Values = npt.NDArray[np.float64]
 _FEW_ROWS, _ON_LINE = 12, 0.04
 """Rows that are always printed, and the share of the largest value to which those left out are on a line."""
@@ -66,7 +69,7 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
     """Each limit at a constant voltage, and the lowest peak voltage at which a driven motion meets it."""
     static = dict(zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True))
     driven_names = _names(shown, "driven_limit")
-    yield f"{'limit':22s}  {'constant voltage':16s}  driven, lowest peak voltage"
+    yield f"{'limit':22s}  {_held_words(shown) or 'constant voltage':16s}  driven, lowest peak voltage"
     for name in dict.fromkeys([*static, *driven_names]):
         reading = _static_reading(shown, name, static[name]) if name in static else "-"
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
@@ -77,14 +80,26 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
             f"the film creeps: at constant voltage it pulls in above {measured(shown['instant_voltage'])} at once, "
             f"above {measured(shown['long_time_voltage'])} after a while (gelcone creep says when)"
         )
+        yield (
+            f"up to {measured(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those "
+            "of that time"
+            if "holding_voltage" in shown
+            else "limits at constant voltage are those in the long run, with --duration those of a time"
+        )
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
+
+
+def _held_words(shown: xr.Dataset) -> str:
+    """For how long a constant voltage is held; empty without end."""
+    return f"held for {lasting(float(shown['holding_time']), shown['holding_time'], 3)}" if _HELD in shown else ""
 
 
 def _pull_in_words(shown: xr.Dataset) -> str:
     if shown.attrs["pull_in_of"] == "cone":
         return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
-    return f"pull-in is that of the film as a membrane, its force known to {shown.attrs['pull_in_error']:.1%}"
+    gel = " of the relaxed gel" if "instant_voltage" in shown else ""
+    return f"pull-in is that of the film as a membrane{gel}, its force known to {shown.attrs['pull_in_error']:.1%}"
 
 
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
@@ -126,11 +141,25 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
         name: f"{_plain(np.interp(highest, shown['peak_voltage'], shown[name]))}{unit_of(shown[name])}"
         for name in _STATIC
     }
-    still = _plain(shown["natural_frequency"][0])
+    said = [f"stroke {at['stroke']}"]
+    if _HELD in shown:
+        place = np.interp(highest, shown["held_voltage"], shown["held_displacement"]) - float(
+            shown["rest_displacement"]
+        )
+        said = [f"stroke {_plain(place)}{unit_of(shown['stroke'])} after that time"]
+    if "nan" not in at["natural_frequency"]:
+        still = _plain(shown["natural_frequency"][0])
+        said += [
+            f"blocked force {at['blocked_force']}",
+            f"natural frequency {at['natural_frequency']} ({still} at 0)",
+        ]
+    if "static_heating" in shown:
+        warm = np.interp(highest, shown["peak_voltage"], shown["static_heating"])
+        said.append(f"warms by {float(warm):.3g}{unit_of(shown['static_heating'])}")
+    while_held = f", {_held_words(shown)}" if _HELD in shown else ""
     yield (
-        f"recommended constant voltage, {margin:.0%} below {_bound(shown)}: {at['peak_voltage']}; "
-        f"stroke {at['stroke']}, blocked force {at['blocked_force']}, "
-        f"natural frequency {at['natural_frequency']} ({still} at 0)"
+        f"recommended constant voltage{while_held}, {margin:.0%} below {_bound(shown)}: {at['peak_voltage']}; "
+        f"{', '.join(said)}"
     )
 
 
@@ -146,10 +175,11 @@ def _window_table(shown: xr.Dataset) -> Iterator[str]:
         first = dict.fromkeys(_first_name(shown, i) for i in shown["first_limit"].values)
         yield f"no driven window is recommended: {', '.join(map(str, first))} from 0 on at every frequency"
     else:
-        units = [shown[name].attrs["units"].replace("1", "") for name in _WINDOW]
-        reading = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=True)]
+        columns = [*_WINDOW, *([_WARM] if _WARM in shown else [])]
+        units = [shown[name].attrs["units"].replace("1", "") for name in columns]
+        reading = [f"{text} ({u})" if u else text for text, u in zip(_HEADS, units, strict=False)]
         yield f"recommended drive, {_margin_of(shown):.0%} below its limits{_from_words(shown)}:"
-        yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=True)) + "first limit"
+        yield "  " + "".join(f"{head:{width}s}" for head, width in zip(reading, _WIDTHS, strict=False)) + "first limit"
         frequency = shown["drive_frequency"].values
         rows = {
             k: _window_row(shown, k) for k in _kept_rows(np.log(frequency), recommended, shown["window_stroke"].values)
@@ -275,6 +305,8 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
         rest = shown["window_regime"].values[k] == 0.0
         moved = ["at rest", "0"] if rest else [_plain(shown[name][k]) for name in _WINDOW[2:4]]
         cells = [_plain(recommended), *moved, _plain(shown[_WINDOW[4]][k])]
+    if _WARM in shown:
+        cells.append(f"{float(shown[_WARM][k]):.3g}" if recommended > 0.0 else "-")
     first = int(shown["first_limit"].values[k])
     lowest_static = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf))
     low = np.inf if first < 0 else float(shown["limit_low"].values[first, k])
@@ -284,10 +316,11 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
     elif lowest_static < low:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
         name = _names(shown, "static_limit")[at]
-        reading = f"{name} at constant {_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+        volts = f"{_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+        reading = f"{name} at {volts} {_held_words(shown)}" if _HELD in shown else f"{name} at constant {volts}"
     else:
         reading = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
-    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=True)) + reading
+    return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=False)) + reading
 
 
 def _own_line(shown: xr.Dataset) -> str:

@@ -7,7 +7,7 @@ voltages, that of the film at once and that of the film that has relaxed, it pul
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -110,18 +110,10 @@ def creep(
     """
     if model.shape:
         raise InputError(f"creep: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
-    if not any(film.states for film in model.system.films):
-        raise InputError(
-            "creep: the film has no branch that relaxes; give viscous_modulus_1 and relaxation_time_1 (of a device: of "
-            "its material), or use step"
-        )
-    if model.system.circuit.name == "charge":
-        raise InputError("circuit = charge: creep holds a voltage, not a charge; take the ideal source or an amplifier")
+    _check_creeps(model, "creep", "or use step")
     levels = constant_voltages(own_levels(model) if voltages is None else voltages)
-    lasts = DECAYS * float(model.members().time_constant[0]) if duration is None else float(duration)
-    if not 0.0 < lasts <= LONGEST_TIME:
-        raise InputError(f"duration = {lasts:g}: must be a positive time of at most {LONGEST_TIME:g}")
-    films = _Held(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance, threads)
+    lasts = _checked(DECAYS * float(model.members().time_constant[0]) if duration is None else duration)
+    films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
     run, ends = films.run(levels, times, weighted(progress, 0.4))
     along = ("constant_voltage",)
@@ -139,7 +131,7 @@ def creep(
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), "share by which the voltage could rise", _MARGIN),
         **_both(films.relaxed, films.at_once),
-        "holding_voltage": ((), highest, "highest voltage that is held for the duration", _NEVER),
+        "holding_voltage": ((), highest, *_HIGHEST),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
     }
     result = dataset.label(
@@ -159,9 +151,29 @@ def creep(
     return result.assign(outcome=dataset.outcome_array(outcome, along))
 
 
+def _check_creeps(model: ConeModel, name: str, remedy: str) -> None:
+    """`InputError` for a film without branches, and for a commanded charge."""
+    if not any(film.states for film in model.system.films):
+        raise InputError(
+            f"{name}: the film has no branch that relaxes; give viscous_modulus_1 and relaxation_time_1 (of a device: "
+            f"of its material), {remedy}"
+        )
+    if model.system.circuit.name == "charge":
+        raise InputError(
+            f"circuit = charge: {name} holds a voltage, not a charge; take the ideal source or an amplifier"
+        )
+
+
+def _checked(duration: float) -> float:
+    if not 0.0 < duration <= LONGEST_TIME:
+        raise InputError(f"duration = {duration:g}: must be a positive time of at most {LONGEST_TIME:g}")
+    return float(duration)
+
+
 _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
+_HIGHEST = "highest voltage that is held for the duration", _NEVER
 _MARGIN = dataset.absent("share", nan="pulled in", infinite="never pulls in")
 
 
@@ -187,6 +199,32 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
     return _both(_Ramp(model), _Ramp(films_at_once(model)))
 
 
+class Holding(NamedTuple):
+    """Constant voltages that a film bears for a duration: the ``highest`` of them, in what is commanded and as it is on
+    the film; at the ``levels`` up to it, on the film, the ``members`` and their ``run``; and the ``variables`` that
+    `creep` has of the same names."""
+
+    highest: float
+    levels: Array
+    members: Members
+    run: Trajectories
+    variables: dict[str, dataset.Variable]
+
+
+def holding(
+    model: ConeModel, duration: float, up_to: float, *, count: int, threads: int | None, progress: Progress = None
+) -> Holding:
+    """The highest voltage that a film bears for a ``duration``, and what it does at ``count`` levels up to that or to
+    ``up_to``; `InputError` as `creep`."""
+    _check_creeps(model, "duration", "or leave it out")
+    films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), _checked(duration)
+    _, _, highest = films.curve(lasts, weighted(progress, 0.5))
+    levels = np.fmin(highest, up_to / films.gain) * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
+    run, _ = films.run(levels, _times(lasts), weighted(progress, 0.5))
+    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest, *_HIGHEST)}
+    return Holding(highest * films.gain, levels * films.gain, films.members(levels), run, variables)
+
+
 def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
     return {
         "long_time_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
@@ -203,6 +241,16 @@ class _Held:
     relaxed: _Ramp
     tolerance: float
     threads: int | None
+
+    @classmethod
+    def of(cls, model: ConeModel, tolerance: float, threads: int | None) -> _Held:
+        """With the ramps of the model's films."""
+        return cls(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance, threads)
+
+    @property
+    def gain(self) -> float:
+        """The constant voltage on the flat film over the commanded one."""
+        return float(np.abs(self.model.system.circuit.gain(0.0, self.model.numbers())))
 
     def members(self, levels: Array) -> Members:
         """The actuator at the levels."""
@@ -247,9 +295,7 @@ class _Held:
 
     def curve(self, lasts: float, progress: Progress) -> tuple[Array, Array, float]:
         """Voltages between the thresholds, the times to pull-in there, and the highest that is held."""
-        n = self.model.numbers()
-        gain = float(np.abs(self.model.system.circuit.gain(0.0, n)))
-        low, high = self.relaxed.lost.voltage / gain, self.at_once.lost.voltage / gain
+        low, high = self.relaxed.lost.voltage / self.gain, self.at_once.lost.voltage / self.gain
         if not np.isfinite(low):
             peak = float(np.max(own_levels(self.model)))
             return np.linspace(0.0, peak, CURVE), np.full(CURVE, np.nan if np.isnan(low) else np.inf), low

@@ -19,7 +19,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.job import Keep, Trajectories
 from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
-from gelcone.motion.response import dissipated_energy
+from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two, start_states
 from gelcone.motion.settled import highest
 from gelcone.motion.validity import excesses, slack_places
@@ -287,12 +287,13 @@ def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Arra
     return {
         "stroke": highest(x) + highest(-x),
         "power": dissipated_energy(members.system, run.work)[:, -1] / run.times[:, -1],
+        "heating": heat_of(members.system, run.work)[:, -1] / run.times[:, -1],
         "apparent_power": apparent,
         "field": field,
     }
 
 
-YIELDS = ("stroke", "power", "apparent_power", "field")
+YIELDS = ("stroke", "power", "apparent_power", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
     "meridional slack": "meridional_slack",

@@ -8,6 +8,7 @@ rest.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,18 +20,19 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
-from gelcone.motion.creep import thresholds
+from gelcone.motion.creep import Holding, holding, thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
+from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import inside, single, start_states
-from gelcone.motion.validity import NEAR_LIMIT, validity_variables
+from gelcone.motion.validity import NEAR_LIMIT, excesses, validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import PullInCurve, membrane_pull_in
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
-from gelcone.quantity import Array, Frequencies, Voltages
+from gelcone.quantity import Array, Frequencies, Time, Voltages
 from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
@@ -46,6 +48,8 @@ LATER = 2.0
 """Constant voltages up to which a membrane's pull-in is searched for, over the largest of its own."""
 COEXISTING_SHARE = 0.3
 """About the share of the work that goes into coexisting motions."""
+HELD_LEVELS, HELD_SHARE = 32, 0.1
+"""Constant voltages that are held for a duration, and about the share of the work that goes into them."""
 
 
 @analysis(
@@ -54,7 +58,11 @@ COEXISTING_SHARE = 0.3
     drawn=True,
     over="Drive frequencies or peak voltages in place of the default ones: drive_frequency=from:to:count, "
     "voltage=from:to:count (of a device: 'frequency=5 Hz:20 Hz:31', 'peak_voltage=500 V:2 kV:16').",
-    examples=("biased-pump --out results", 'my-device.toml --over "frequency=5 Hz:20 Hz:31" --margin 0.3 --json'),
+    examples=(
+        "biased-pump --out results",
+        'my-device.toml --over "frequency=5 Hz:20 Hz:31" --margin 0.3 --json',
+        "my-device.toml --duration 10min",
+    ),
 )
 def envelope(
     model: ConeModel,
@@ -63,6 +71,7 @@ def envelope(
     frequencies: Frequencies | None = None,
     margin: float = MARGIN,
     limits_from: str = "rest",
+    duration: Time | None = None,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -80,6 +89,8 @@ def envelope(
     limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
         transient over at least 12 drive periods and 4 decay times; ``"settled"``, the motion that is settled while the
         voltage rises slowly; or ``"both"``.
+    duration : of a film that creeps, for how long it must bear a constant voltage. Default: without end, so that limits
+        at constant voltage are those of the relaxed film.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -106,7 +117,13 @@ def envelope(
     ``pull_in_error`` how well the membrane's force is known, over that without voltage (0 for the cone).
 
     Of a film that creeps ``long_time_voltage`` and ``instant_voltage`` are the constant voltages at which the film
-    itself pulls in, relaxed and at once; between them it pulls in late, see `gelcone.creep`.
+    itself pulls in, relaxed and at once; between them it pulls in late, see `gelcone.creep`. With a ``duration`` the
+    limits at constant voltage are those that it meets while a voltage is held for so long, ``holding_voltage`` is the
+    highest that it bears, and ``held_displacement``, over ``held_voltage``, where it then is. The pull-in of a membrane
+    that a cone stands for is that of its relaxed gel at the displacements of the cone.
+
+    Of a film that creeps or leaks ``driven_heating`` and ``window_heating`` are the rates at which its temperature
+    rises as long as it gives no heat away; ``static_heating`` that at a constant voltage.
 
     At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
     `gelcone.motion.coexisting`: ``coexisting``, how many motions
@@ -145,6 +162,13 @@ def envelope(
     refine = frequencies is None
     omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
     static, static_limits = static_limits_of(plane, volts)
+    creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
+    levels: dict[str, dataset.Variable] = {}
+    if duration is not None:
+        held = _hold(plane, duration, float(static["peak_voltage"][-1]), weighted(progress, HELD_SHARE))
+        static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
+        levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
+        progress = weighted(progress, 1.0 - HELD_SHARE)
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     found = driven(
         plane,
@@ -165,11 +189,11 @@ def envelope(
     of_limit = ("driven_limit", "drive_frequency")
     return dataset.label(
         model,
-        {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name != "peak_voltage"}
-        | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _DRIVEN}
-        | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _WINDOW}
+        {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name in _STATIC}
+        | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _of(model, _DRIVEN)}
+        | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _of(model, _WINDOW)}
         | others
-        | thresholds(model)
+        | creeps
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
             "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", _VOLTAGE),
@@ -189,7 +213,8 @@ def envelope(
             ),
             "rest_displacement": ((), np.array(plane.rest), "rest without voltage", "length"),
         },
-        coords={
+        coords=levels
+        | {
             "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
             "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
             "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
@@ -198,7 +223,7 @@ def envelope(
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },
-        options={"margin": margin, "limits_from": limits_from},
+        options={"margin": margin, "limits_from": limits_from, "duration": duration},
         title="operating envelope",
     ).assign_attrs(
         pull_in_of=pull_in_of(plane),
@@ -343,21 +368,29 @@ _STATIC: dict[str, tuple[str, dataset.Of]] = {
     "static_field": ("true electric field", "field"),
     "static_hoop_stress": ("true hoop stress", "stress"),
     "static_meridional_stress": ("true meridional stress", "stress"),
+    "static_heating": (f"{HEAT['heating'][0]} at a constant voltage", "heating"),
 }
-_DRIVEN = {
+_DRIVEN: dict[str, tuple[str, dataset.Of]] = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
     "driven_power": ("mean power that the voltage source supplies and the device dissipates", "power"),
     "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
     "driven_field": ("highest true field", "field"),
+    "driven_heating": HEAT["heating"],
     "regime": ("kind of motion", "code"),
     "outcome": ("how the run ended", "code"),
 }
-_WINDOW = {
+_WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
     "power": ("mean power that the voltage source supplies there", "power"),
     "apparent_power": ("root mean square voltage times current there", "apparent power"),
+    "heating": (f"{HEAT['heating'][0]} there", "heating"),
     "regime": ("kind of motion there", "code"),
 }
+
+
+def _of(model: ConeModel, meanings: Mapping[str, tuple[str, dataset.Of]]) -> list[str]:
+    """The names of what a model has: heat of films that get warm alone."""
+    return [name for name, (_, of) in meanings.items() if of != "heating" or heats(model.system)]
 
 
 _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
@@ -442,6 +475,9 @@ def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
         "static_hoop_stress": states[0].hoop_stress,
         "static_meridional_stress": states[0].meridional_stress,
     }
+    leaks = model.system.leaking_at_rest(x, ramp.voltages, n)
+    if any(np.any(leak) for leak in leaks):
+        curves["static_heating"] = sum(leaks) / len(leaks) + 0.0 * x
     strength = np.nan if model.dielectric_strength is None else model.dielectric_strength
     excess = [
         (s.true_field - strength, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states
@@ -462,6 +498,43 @@ def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -
     # where it pulls in at all, it has at the largest of these; the ramp may come there later
     levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
     return _first(levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values))
+
+
+# --- held for a while -----------------------------------------------------------------------------------------------
+
+
+def _hold(plane: Plane, duration: float, up_to: float, progress: Progress) -> Holding:
+    """Constant voltages up to ``up_to`` held for a ``duration``; `InputError` for a film that does not creep."""
+    if plane.model.system.films[-1].drive == "opposite":
+        raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
+    return holding(plane.model, duration, up_to, count=HELD_LEVELS, threads=plane.threads, progress=progress)
+
+
+def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
+    """The voltages of `STATIC_LIMITS` that are met while a voltage is held; the pitchfork, at which branches at flat
+    rest do not pull, is that of the ``relaxed`` film, and so are all where no voltage is held."""
+    if not held.highest > 0.0:
+        return relaxed
+    names = ("breakdown", "hoop_slack", "meridional_slack", "near_limit")
+    voltages, found = held.members.voltages(held.run.times, held.run.states), np.full(relaxed.shape, np.inf)
+    with np.errstate(all="ignore"):
+        for own in excesses(held.members, held.run.states, voltages):
+            most = [own[name].max(axis=1) if name in own else np.full(held.levels.shape, np.nan) for name in names]
+            found[: len(names)] = np.fmin(found[: len(names)], [_first(held.levels, values) for values in most])
+        beyond = np.inf
+        if plane.membrane is not None:
+            over = voltages[0] - plane.membrane.voltage(held.run.states[..., 0])
+            beyond = _first(held.levels, over.max(axis=1))
+    found[0] = np.nan if plane.model.dielectric_strength is None else found[0]
+    return np.array([*found[:-2], relaxed[-2], min(held.highest, beyond)])
+
+
+def _held_variables(held: Holding, duration: float) -> dict[str, dataset.Variable]:
+    at_end = held.run.states[:, -1, 0]
+    return held.variables | {
+        "held_displacement": (("held_voltage",), at_end, "displacement after the holding time", "length"),
+        "holding_time": ((), duration, "for how long a constant voltage is held", "time"),
+    }
 
 
 def _first(levels: Array, excess: Array) -> float:

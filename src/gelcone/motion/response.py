@@ -190,9 +190,8 @@ def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     if not heats(members.system):
         return {}
     assert run.work is not None
-    causes, half = members.system.causes, run.times.shape[1] // 2
-    lost = np.sum([run.work[..., causes.index(cause)] for cause in HEATS if cause in causes], axis=0)
-    mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half]) / len(members.system.films)
+    lost, half = heat_of(members.system, run.work), run.times.shape[1] // 2
+    mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half])
     return {name: ((), mean, f"{words}, in the second half", of) for name, (words, of) in HEAT.items()}
 
 
@@ -365,6 +364,12 @@ def dissipated_energy(system: ConeSystem, work: Array) -> Array:
     """The energy of all losses since the start, from the integrals of a system's powers (members, samples, causes)."""
     first, *others = (work[..., system.causes.index(cause)] for cause in LOSSES if cause in system.causes)
     return np.asarray(sum(others, first))
+
+
+def heat_of(system: ConeSystem, work: Array) -> Array:
+    """The heat in the films over their volume since the start, from the same integrals; 0 of films that keep theirs."""
+    lost = [work[..., system.causes.index(cause)] for cause in HEATS if cause in system.causes]
+    return np.asarray(sum(lost, np.zeros(work.shape[:-1]))) / len(system.films)
 
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:

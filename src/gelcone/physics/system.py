@@ -516,6 +516,16 @@ class ConeSystem:
         slopes = {"constant": 0.0, "opposite": float(opposite)}
         return [slopes.get(str(film.drive), 2.0 * voltage) for film in self.films]
 
+    def leaking_at_rest(self, x: Any, voltages: Sequence[Any], n: Numbers) -> list[Any]:
+        """Power that leaks through each film at displacements at rest and constant voltages on the films."""
+        found: dict[int, Any] = {}
+        for line in self.lines:
+            voltage = voltages[line.films[0]]
+            port = Port(voltage, x, 0.0, lambda: 0.0, tuple((self.films[k], []) for k in line.films), n, np)
+            leaks = line.circuit.held.leaks(port, [], n)
+            found |= {k: voltage * leak for k, leak in zip(line.films, leaks, strict=True)}
+        return [found[k] for k in range(len(self.films))]
+
     def _twice_bias(self, first: Any, n: Numbers) -> Any:
         """The sum of both films' voltages at rest in opposite phase, where the ``first``'s is not negative."""
         if BIAS_SHARE in n:

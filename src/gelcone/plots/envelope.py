@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.codes import Outcome, Regime
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, say, styled
-from gelcone.words import unit_of
+from gelcone.words import lasting, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,9 +57,12 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
     voltages = envelope["static_limit_voltage"].values
+    held = "quasi-static"
+    if (time := envelope.get("holding_time")) is not None:
+        held = f"held for {lasting(float(time), time, 3)}"
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
-            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{named(envelope, name)}, quasi-static")
+            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{named(envelope, name)}, {held}")
     coexisting_motions(envelope, axes)
     own = float(envelope["own_frequency"]), float(envelope["own_peak"])
     if frequency[0] <= own[0] <= frequency[-1]:
