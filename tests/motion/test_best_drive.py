@@ -13,7 +13,7 @@ from tests.toys import ThreeHarmonics
 
 CONE = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.4, stretch_limit=8.0, voltage=0.4, voltage_bias=0.2)
 RANGE = {"lowest": 0.4, "highest": 1.6}
-WORTH = {"stroke": "window_stroke", "power": "window_power"}
+WORTH = {"stroke": "window_stroke", "power": "window_damper_power"}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -87,9 +87,9 @@ def made_up(*limits):
             "outcome": (("f", "peak"), np.zeros((4, 1))),
             **{
                 f"driven_{name}": (("f", "peak"), np.full((4, 1), 0.1))
-                for name in ("stroke", "power", "apparent_power")
+                for name in ("stroke", "damper_power", "apparent_power")
             },
-            **{f"window_{name}": ("f", [1.0, 2.0, 9.0, 3.0]) for name in ("stroke", "power", "apparent_power")},
+            **{f"window_{name}": ("f", [1.0, 2.0, 9.0, 3.0]) for name in ("stroke", "damper_power", "apparent_power")},
             "window_regime": ("f", np.full(4, Regime.PERIODIC)),
         }
     )

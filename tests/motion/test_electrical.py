@@ -36,13 +36,13 @@ def test_a_disc_held_by_a_stiff_spring_takes_the_current_of_a_capacitor():
     period = float(members.drive_period[0])
     times = period * np.arange(1, 257)[None] / 256
     states = np.tile([0.5, 0.0], (1, 256, 1))
-    found = electrical(members, times, states)
+    found = electrical(members, times, states, states[:, -1])
     capacitance = 1.0 + 0.5**2
     assert found["current"][0] == pytest.approx(capacitance * 0.3 * 0.7, rel=1e-12)
     assert found["apparent_power"][0] == pytest.approx(capacitance * 0.3**2 * 0.7 / 2.0, rel=1e-12)
     assert found["power"][0] == 0.0
     states[:, 100:] = np.nan
-    assert all(np.isnan(values[0]) for values in electrical(members, times, states).values())
+    assert all(np.isnan(values[0]) for values in electrical(members, times, states, states[:, 0]).values())
 
 
 def test_the_page_envelope_and_settled_give_one_power_and_one_field():
@@ -61,6 +61,74 @@ def test_the_page_envelope_and_settled_give_one_power_and_one_field():
         assert float(at[f"driven_{name}"]) == pytest.approx(float(found[name]), rel=share)
 
 
+JUMPING = {"waveform": "square", "duty": 0.4, "rise": 0.0, "film": "taut", "rest_height": 0.3}
+
+
+def test_the_mean_power_of_a_voltage_that_jumps_is_that_of_simulate():
+    """Of a motion that settled: all that the source gives in the last ten periods, and what it loses where it jumps."""
+    model = gelcone.ConeModel(
+        **JUMPING, voltage=0.3, voltage_bias=0.3, drive_frequency=0.4, prestretch=1.2, damping_ratio=0.1
+    )
+    period = float(model.drive_period)
+    found = gelcone.settled(model)
+    # a little after each period's last jump; samples of 1/128 of a period average a power with kinks to 1e-5
+    run = gelcone.simulate(model, times=period * (1e-6 + np.arange(61)))
+    supplied, lost = (run[name].values for name in ("supplied_energy", "resistor_dissipation"))
+    assert float(found["power"]) == pytest.approx((supplied[-1] - supplied[-11]) / (10.0 * period), rel=1e-5)
+    assert float(found["resistor_power"]) == pytest.approx((lost[-1] - lost[-11]) / (10.0 * period), rel=1e-6)
+    assert float(found["damper_power"]) == pytest.approx(float(found["power"] - found["resistor_power"]), rel=1e-9)
+    assert 0.5 < float(found["resistor_power"] / found["power"]) < 1.0
+    assert np.isinf(found["current"])
+    assert np.isinf(run["peak_current"])
+    plane = gelcone.envelope(model, peaks=[0.3, 0.6], frequencies=[0.4, 0.5])
+    for name in ("power", "damper_power"):
+        assert float(plane[f"driven_{name}"][0, 1]) == pytest.approx(
+            float(found[name]), abs=1e-5 * float(found["power"])
+        )
+
+
+def test_a_disc_held_still_loses_at_each_jump_what_a_capacitor_does():
+    """C (dv)^2/2 twice a period, also of two films and with a share of the permittivity that does not jump."""
+    for more, films, share in (
+        ({}, 1.0, 1.0),
+        ({"second_film": "taut", "second_flat_height": 1.0}, 2.0, 1.0),
+        ({"dielectric_share": 0.3, "dielectric_time": 1e6}, 1.0, 0.7),
+    ):
+        given = JUMPING | {"rest_height": 0.5, "spring_stiffness": 1e8, "damping_ratio": 0.5}
+        model = gelcone.ConeModel(**given, **more, voltage=0.2, voltage_bias=0.1, drive_frequency=0.7)
+        members = model.members()
+        period = float(members.drive_period[0])
+        times = period * np.arange(1, 129)[None] / 128
+        begin = members.start_states((0.5, 0.0))
+        states = np.repeat(begin[:, None], 128, axis=1)
+        found = electrical(members, times, states, begin)
+        lost = films * share * 1.25 * 0.5 * 0.4**2 * 2.0 / period
+        assert found["resistor_power"][0] == pytest.approx(lost, rel=1e-6)
+
+
+def test_a_settled_power_is_split_by_what_takes_it():
+    """As the energies of a run: damper, film, resistance and leak; an elastic film behind an ideal source has one."""
+    device = gelcone.find_device("biased-pump").replace(
+        {
+            "film": "taut",
+            "material.viscous_modulus_1": "4 kPa",
+            "material.relaxation_time_1": "50 ms",
+            "material.resistivity": "2 Gohm m",
+            "series_resistance": "1 MOhm",
+        }
+    )
+    settled = gelcone.settled(device, tolerance=1e-10)
+    period = 1.0 / float(device.frequency)
+    run = gelcone.simulate(device, times=period * np.arange(61.0), tolerance=1e-10)
+    causes = ("damper", "film", "resistor", "leak")
+    for cause in causes:
+        lost = run[f"{cause}_dissipation"].values
+        assert float(settled[f"{cause}_power"]) == pytest.approx((lost[-1] - lost[-11]) / (10.0 * period), rel=1e-3)
+    total = sum(float(settled[f"{cause}_power"]) for cause in causes)
+    assert total == pytest.approx(float(settled["power"]), rel=1e-9)
+    assert "damper_power" not in gelcone.settled(PUMP, tolerance=1e-8)
+
+
 def test_the_sheet_gives_the_numbers_of_the_settled_motion():
     found, sheet = gelcone.settled(PUMP), gelcone.datasheet(PUMP)
     for name, own in (("stroke", "drive_stroke"), ("current", "peak_current"), ("power", "mean_power")):
@@ -75,7 +143,7 @@ def test_two_films_each_take_their_apparent_power():
     both = model.members()
     times = float(both.drive_period[0]) * np.arange(1, 129)[None] / 128
     run = integrate(both, [[0.1, 0.0]], times)
-    found = electrical(both, run.times, run.states)
+    found = electrical(both, run.times, run.states, run.states[:, -1])
     z = list(np.moveaxis(run.states, -1, 0))
     n = both.numbers(trailing=1)
     expected = sum(

@@ -400,7 +400,7 @@ def test_limits_hold_from_what_is_known():
 
 def test_every_limit_counts_the_transient_from_rest(monkeypatch):
     names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
-    quiet = {name: np.zeros(1) for name in (*names, "stroke", "power", "apparent_power", "field")}
+    quiet = {name: np.zeros(1) for name in (*names, *driven_module.YIELDS)}
     states = iter([quiet, quiet | {name: np.ones(1) for name in names}] * 2)
     monkeypatch.setattr(Plane, "_look", lambda *arguments, **options: next(states))
     for start, met in (("rest", 1.0), ("settled", 0.0)):
@@ -416,7 +416,7 @@ def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states(monkeypatc
     def look(plane, members, states, lasts, yields):
         lasted.append(np.max(lasts))
         names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
-        return {name: np.zeros(members.size) for name in (*names, "stroke", "power", "apparent_power", "field")}
+        return {name: np.zeros(members.size) for name in (*names, *driven_module.YIELDS)}
 
     monkeypatch.setattr(Plane, "_look", look)
     slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=500.0)

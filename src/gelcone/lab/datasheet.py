@@ -10,6 +10,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.devices.analysis import analysis, plain
 from gelcone.errors import InputError
+from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import DRIVEN_LIMITS
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
@@ -325,7 +326,8 @@ def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
         "mean_power": ("mean power that the drive supplies", "power"),
     }
     return dataset.columns(
-        (), {name: (values[name], words, dataset.absent(of) | none) for name, (words, of) in about.items()}
+        (),
+        {name: (values[name], words, dataset.absent(of, infinite=JUMPS) | none) for name, (words, of) in about.items()},
     )
 
 

@@ -195,7 +195,7 @@ def candidates(found: xr.Dataset) -> Candidates:
     inside = peaks[None, :] <= edges[:, None]
     of_plane = {
         "stroke": found["driven_stroke"].values,
-        "power": found["driven_power"].values,
+        "power": found["driven_damper_power"].values,
         "apparent": found["driven_apparent_power"].values,
         "periodic": (found["regime"].values == Regime.PERIODIC) & (found["outcome"].values == 0),
         "frequency": np.broadcast_to(frequency[:, None], inside.shape),
@@ -204,7 +204,7 @@ def candidates(found: xr.Dataset) -> Candidates:
     }
     of_edge = {
         "stroke": found["window_stroke"].values,
-        "power": found["window_power"].values,
+        "power": found["window_damper_power"].values,
         "apparent": found["window_apparent_power"].values,
         "periodic": found["window_regime"].values == Regime.PERIODIC,
         "frequency": frequency,

@@ -11,7 +11,7 @@ from gelcone.dataset import Variable, absent
 from gelcone.motion.dwell import Path, dwell_times
 from gelcone.motion.flow import integrate
 from gelcone.physics.members import Members
-from gelcone.physics.system import Line
+from gelcone.physics.system import ConeSystem, Line
 from gelcone.quantity import Array
 
 JUMPS = "the voltage jumps"
@@ -85,10 +85,18 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
     }
 
 
+ROUNDING = 1e-9
+"""Share of a span within which a corner lies at its end."""
 NEARBY = 1e-12
 """Share of a repeat before and behind a corner at which a jump of the voltage is taken."""
 JUMP = 1e-9
 """Share of the peak voltage by which a voltage changes that jumps."""
+
+
+def jumping(system: ConeSystem) -> list[Line]:
+    """The lines whose voltage jumps where that of a waveform with pieces does."""
+    lines = system.lines if system.waveform.pieced else ()
+    return [line for line in lines if line.circuit.jumps and line.drive != "constant"]
 
 
 def switched(members: Members, states: Array, times: Array, **flow: Any) -> tuple[Array, Array]:
@@ -100,8 +108,8 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
     """
     system, n = members.system, members.own_numbers
     found = np.zeros((2, *times.shape))
-    lines = [line for line in system.lines if line.circuit.jumps and line.drive != "constant"]
-    if not system.waveform.pieced or not lines:
+    lines = jumping(system)
+    if not lines:
         return found[0], found[1]
     corners = system.waveform.corners_between(np.zeros(members.size), times[:, -1], n).later
     known = np.isfinite(corners)
@@ -138,3 +146,9 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
         for k, one in enumerate(sums):
             found[k][row] = np.append(0.0, one[row])[count]
     return found[0], found[1]
+
+
+def lost_in_jumps(members: Members, begin: Array, spans: Array, **flow: Any) -> Array:
+    """The energy, (members,), that is lost where voltages jump, of motions from ``begin`` (members, N) at phase 0 over
+    whole repeats that last ``spans`` (members,): the jump at their end counts, the one at their start does not."""
+    return switched(members, begin, (spans * (1.0 + ROUNDING))[:, None], **flow)[1][:, 0]

@@ -12,6 +12,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import Starts, transient_of
+from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.floquet import onset_voltage
@@ -234,6 +235,7 @@ class Plane:
         """Whether motions from ``states`` fail, (members,) by name, over `PERIODS` drive periods or more that last
         ``lasts``; and what they yield."""
         keep: Keep = "work" if yields else "states"
+        flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
         found: dict[str, Array] = {}
         period = np.broadcast_to(members.drive_period, members.shape).ravel()
         samples = next_power_of_two(np.maximum(PER_OSCILLATION / (2.0 * np.pi) * period * members.rate, PER_PERIOD))
@@ -244,8 +246,8 @@ class Plane:
                 part = rows[first : first + size]
                 some = members.take(part)
                 times = period[part][:, None] * (np.arange(of_period * periods + 1) / of_period)
-                run = integrate(some, states[part], times, keep=keep, tolerance=TOLERANCE, threads=self.threads)
-                seen = self._fails(some, run) | (_yields(some, run, of_period) if yields else {})
+                run = integrate(some, states[part], times, keep=keep, **flow)
+                seen = self._fails(some, run) | (_yields(some, run, of_period, **flow) if yields else {})
                 for name, values in seen.items():
                     found.setdefault(name, np.full(members.size, np.nan))[part] = values
         return found
@@ -272,7 +274,7 @@ def _ever(excess: Array) -> Array:
     return 1.0 * (np.fmax(highest(known), known.max(axis=1)) > 0.0)
 
 
-def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Array]:
+def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
     x, n = run.states[..., 0], members.numbers(trailing=1)
@@ -284,16 +286,19 @@ def _yields(members: Members, run: Trajectories, samples: int) -> dict[str, Arra
         currents = members.system.currents(run.times[:, some], z, n)
         apparent = apparent_power(members, run.times[:, some], run.states[:, some], currents)
         field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
+        jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
+    system, lasts = members.system, run.times[:, -1]
     return {
         "stroke": highest(x) + highest(-x),
-        "power": dissipated_energy(members.system, run.work)[:, -1] / run.times[:, -1],
-        "heating": heat_of(members.system, run.work)[:, -1] / run.times[:, -1],
+        "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
+        "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
+        "heating": heat_of(system, run.work)[:, -1] / lasts,
         "apparent_power": apparent,
         "field": field,
     }
 
 
-YIELDS = ("stroke", "power", "apparent_power", "field", "heating")
+YIELDS = ("stroke", "power", "damper_power", "apparent_power", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
     "meridional slack": "meridional_slack",

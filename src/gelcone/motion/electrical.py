@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from gelcone import dataset
-from gelcone.motion.response import HEAT, HEATS, LOSSES
+from gelcone.motion.delivery import JUMPS, jumping, lost_in_jumps
+from gelcone.motion.response import HEAT, HEATS, LOSSES, heats
 from gelcone.physics.members import Members
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 ROUNDING = 1e-9
 """A power of less than this share of what goes back and forth is rounding."""
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
-    "current": ("largest current into a film", "current"),
+    "current": ("largest current into a film", dataset.absent("current", infinite=JUMPS)),
     "power": ("mean power that the source gives", "power"),
+    "damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
+    "film_power": ("what the film takes", "power"),
+    "resistor_power": ("what the circuit's resistance takes, or is lost where a voltage jumps", "power"),
+    "leak_power": ("what leaks through the film", "power"),
+    "dielectric_power": ("what a permittivity that follows late takes", "power"),
     "apparent_power": ("apparent power: rms voltage times rms current of the sources", "apparent power"),
     "field": ("largest true field in a film", "field"),
     **HEAT,
@@ -23,9 +31,10 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
 """What `electrical` finds, and the quantity of each."""
 
 
-def electrical(members: Members, times: Array, states: Array) -> dict[str, Array]:
+def electrical(members: Members, times: Array, states: Array, begin: Array, **flow: Any) -> dict[str, Array]:
     """The numbers of `MEANINGS`, (members,) each, of motions at ``times`` (members, samples) in ``states`` (members,
-    samples, N): even samples over whole periods of drive and motion, one end of which is left out.
+    samples, N): even samples over whole periods of drive and motion, one end of which is left out, from ``begin``
+    (members, N) at phase 0. ``flow``: options of the integration, which takes place where a voltage jumps.
 
     A motion that repeats stores nothing in the mean: the source gives what is lost, which is known better than voltage
     times current, most of which goes back and forth. NaN where a motion ended before.
@@ -35,17 +44,32 @@ def electrical(members: Members, times: Array, states: Array) -> dict[str, Array
         voltages, currents = members.voltages(times, states), system.currents(times, z, n)
         back_and_forth = np.abs(sum(v * i for v, i in zip(voltages, currents, strict=True))).max(axis=1)
         powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
-        lost = np.broadcast_to(sum(powers[cause] for cause in LOSSES if cause in powers), times.shape).mean(axis=1)
+        means = {
+            cause: np.broadcast_to(powers[cause], times.shape).mean(axis=1) if cause in powers else np.zeros(len(times))
+            for cause in LOSSES
+        }
+        jumps = lost_in_jumps(members, begin, (times[:, 1] - times[:, 0]) * times.shape[1], **flow)
+        means["resistor"] = means["resistor"] + jumps / ((times[:, 1] - times[:, 0]) * times.shape[1])
+        lost = sum(means.values())
         fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
     heat = heating(powers, times.shape) / len(system.films) + 0.0 * z[0]
+    current = np.max([np.abs(own).max(axis=1) for own in currents], axis=0)
     return {
-        "current": np.max([np.abs(own).max(axis=1) for own in currents], axis=0),
+        "current": np.where(jumps > 0.0, np.inf, current),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
+        **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
         "apparent_power": apparent_power(members, times, states, currents),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
         "heat": heat.mean(axis=1),
         "heating": heat.mean(axis=1),
     }
+
+
+def known_of(system: ConeSystem) -> list[str]:
+    """The `MEANINGS` that a system has: where power is lost, if not in the damper alone, and how films get warm."""
+    lossy = {cause for cause in LOSSES if cause in system.causes} | ({"resistor"} if jumping(system) else set())
+    absent = {f"{cause}_power" for cause in LOSSES if cause not in lossy or len(lossy) == 1}
+    return [name for name in MEANINGS if name not in absent and (heats(system) or name not in HEAT)]
 
 
 def heating(powers: Mapping[str, Array], shape: tuple[int, ...]) -> Array:

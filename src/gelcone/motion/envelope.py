@@ -102,8 +102,9 @@ def envelope(
     ``recommended_constant``, the lowest of them less the margin.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
-    ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``; NaN where it was not examined: well above
-    the pull-in of the film, and the yields at frequencies that were added. Over ``driven_limit`` and
+    ``driven_damper_power``, ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``; NaN where it was not
+    examined: well above the pull-in of the film, and the yields at frequencies that were added. Over
+    ``driven_limit`` and
     ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the peak voltage in which the limit is first
     met (both infinite: not up to the highest peak, or to pull-in; both NaN: unknown or not applicable).
 
@@ -134,10 +135,11 @@ def envelope(
     where only a motion at a neighbouring frequency or a held start led to it), and its shares outside the model's
     validity, ``motion_validity_*``.
 
-    The power is the mean of 2 zeta x'^2 over 12 drive periods: what the damper takes up - friction, or the work on a
-    load that acts as one - and in a settled motion just what the voltage source gives, since an ideal capacitor takes
-    none. The apparent power, which the amplifier must be built for, is the product of the root mean squares of voltage
-    and current d(v q)/dtau.
+    The power is the mean over 12 drive periods of all that is lost, which in a settled motion is just what the voltage
+    source gives, since an ideal capacitor takes none. ``driven_damper_power`` and ``window_damper_power`` are the share
+    of 2 zeta x'^2, what the damper takes up: friction, or the work on a load that acts as one. The rest is lost in
+    film, leak and resistance, and where the voltage of an ideal source jumps. The apparent power, which the amplifier
+    must be built for, is the product of the root mean squares of voltage and current d(v q)/dtau.
 
     Raises
     ------
@@ -373,6 +375,7 @@ _STATIC: dict[str, tuple[str, dataset.Of]] = {
 _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
     "driven_power": ("mean power that the voltage source supplies and the device dissipates", "power"),
+    "driven_damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
     "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
     "driven_field": ("highest true field", "field"),
     "driven_heating": HEAT["heating"],
@@ -382,6 +385,7 @@ _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
 _WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
     "power": ("mean power that the voltage source supplies there", "power"),
+    "damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
     "apparent_power": ("root mean square voltage times current there", "apparent power"),
     "heating": (f"{HEAT['heating'][0]} there", "heating"),
     "regime": ("kind of motion there", "code"),

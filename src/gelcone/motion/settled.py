@@ -15,10 +15,9 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
-from gelcone.motion.electrical import MEANINGS, electrical
+from gelcone.motion.electrical import MEANINGS, electrical, known_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
-from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import check_budgets, start_states
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
@@ -139,11 +138,13 @@ def settled(
     subharmonics, 0 where the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
     sin(harmonic omega t), where the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by
-    linear theory (NaN without an equilibrium); the largest ``current`` into a film, the mean ``power`` that the source
-    gives, the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; of films that creep
-    or leak the mean ``heat`` in them over their volume and ``heating``, at which rate their temperature rises as long
-    as they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, that of a member without damping being an
-    error.
+    linear theory (NaN without an equilibrium); the largest ``current`` into a film (infinite where the voltage jumps),
+    the mean ``power`` that the source gives, and where more than the damper takes it ``damper_power``, ``film_power``,
+    ``resistor_power`` (with what is lost where the voltage of an ideal source jumps), ``leak_power`` and
+    ``dielectric_power``, which split it; the ``apparent_power`` (rms voltage times rms current) and the largest true
+    ``field``; of films that creep or leak the mean ``heat`` in them over their volume and ``heating``, at which rate
+    their temperature rises as long as they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, that of a
+    member without damping being an error.
 
     Raises
     ------
@@ -212,9 +213,8 @@ def settled_cells(
             "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
             **{
-                name: ((), found.source[:, k], *about)
-                for k, (name, about) in enumerate(MEANINGS.items())
-                if heats(members.system) or name not in HEAT
+                name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
+                for name in known_of(members.system)
             },
             **validity_variables(found.validity, found.outcome, members.system),
         },
@@ -252,7 +252,7 @@ def swing(
         found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]
-            of_source = electrical(part, run.times[:, spacing::spacing], run.path)
+            of_source = electrical(part, run.times[:, spacing::spacing], run.path, states[rows], **flow_options)
             found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
         if not only_extent:
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)

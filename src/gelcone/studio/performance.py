@@ -71,7 +71,7 @@ def of_source(members: Members, run: Trajectories) -> dict[str, float]:
     """The peak ``current`` into a film and the mean ``power`` that the source gives, along a run as in `motion`.
 
     Left out where a film does not know its charge."""
-    found = electrical(members, *_thinned(run))
+    found = electrical(members, *_thinned(run), run.states[:, 0])
     return {name: float(found[name][0]) for name in ("current", "power") if np.isfinite(found[name][0])}
 
 
