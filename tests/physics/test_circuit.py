@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
+import gelcone
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate, phase_program
 from gelcone.motion.response import simulate
@@ -140,6 +141,21 @@ def test_a_circuit_sees_the_rate_of_the_command_also_over_the_phase():
     end, arrived = again.run(np.array(own), start, 0.0)
     assert arrived.all()
     np.testing.assert_allclose(end[0, :2], integrate(quick, (0.6, 0.0), TIMES[:1]).states[0, 0], atol=1e-11)
+
+
+@pytest.mark.parametrize("circuit", ["charge", QuickResistor()], ids=["charge", "quick"])
+def test_tangents_know_that_a_voltage_follows_the_disc(circuit):
+    """Those of differences; the trace, which is not -2 zeta then, is that of the tangent map."""
+    model = ConeModel(circuit=circuit, **DRIVE)
+    assert not model.system.planar
+    run = integrate(model, (0.6, 0.1), [5.0], keep="tangents")
+    starts = np.array([0.6, 0.1]) + 1e-6 * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    ends = np.array([integrate(model, start, [5.0]).states[0, -1] for start in starts])
+    np.testing.assert_allclose(run.tangents[0, -1], ((ends[:2] - ends[2:]) / 2e-6).T, atol=1e-8)
+    assert float(run.divergence[0, -1]) == pytest.approx(np.log(np.linalg.det(run.tangents[0, -1])), abs=1e-10)
+    exponents = gelcone.lyapunov(model, budget=2000.0)
+    assert float(abs(exponents["sum_residual"])) < 1e-6
+    assert ConeModel(film="wrinkling", circuit="charge", **DRIVE).system.planar  # statics alone
 
 
 def test_an_amplifier_saturates_at_its_borders():

@@ -25,7 +25,7 @@ class Trajectories:
     ``times`` (members, samples); ``states`` (members, samples, N) with displacement, velocity and what components add;
     ``tangents`` (members, samples, N, N), each the linear map of a small deviation from the previous sample (the first
     from the start) to this one, and ``divergence`` (members, samples), the integral of the Jacobian's trace between
-    them, with more than two states; ``work`` (members, samples, causes), the integrals of the powers since the start
+    them, unless the system is planar; ``work`` (members, samples, causes), the integrals of the powers since the start
     (`gelcone.physics.system.ConeSystem.causes`); ``outcome`` and ``steps`` (members,). ``end_times`` (members,) and
     ``end_states`` (members, N) are the last that is known of each, and of each film ``pull_in``
     (members, films), how it pulled in (`FilmPullIn`), and ``film_times`` (members, films, kinds), how long it was in

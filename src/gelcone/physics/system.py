@@ -22,7 +22,7 @@ from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Border, Film
 from gelcone.physics.implicit import traced
 from gelcone.physics.placed import PREFIX, PlacedFilm, renamed
-from gelcone.physics.trace import Graph, Node
+from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array, Quantity
 
 DAMPING = {"damping_ratio": Quantity("zeta", "damping ratio c/(2 m Omega0)", 0.05, lower=0.0)}
@@ -167,10 +167,23 @@ class ConeSystem:
         of_lines = [line.prefix + str(b.switch) for line in self.lines[1:] for b in line.circuit.borders]
         return ("damping_ratio", *names, *of_lines)
 
-    @property
+    @cached_property
     def planar(self) -> bool:
-        """Whether displacement and velocity are all there is. Areas then shrink by exp(-2 zeta tau)."""
-        return len(self.states) == len(DISC)
+        """Whether displacement and velocity are all there is, and no voltage follows them, as it does where the charge
+        is commanded. Areas then shrink by exp(-2 zeta tau)."""
+        return len(self.states) == len(DISC) and not self._voltages_follow_the_disc
+
+    @property
+    def _voltages_follow_the_disc(self) -> bool:
+        """Whether a voltage is a formula of the states."""
+        if all(line.circuit == _IDEAL for line in self.lines):
+            return False
+        graph, _, time, z, n = _leaves(self)
+        try:
+            voltages = [graph.node(voltage) for voltage in self.voltages(time, z, n, graph)]
+        except InputError:  # of a film whose charge no program knows: it has statics alone
+            return False
+        return any(node.operation == "state" for node in ordered(voltages))
 
     @property
     def mirror(self) -> Array:

@@ -95,7 +95,7 @@ class Raw:
 
     ``states`` (members, samples, N); ``tangents`` (members, samples, N, N), [..., i, j] the derivative of state i with
     respect to state j of the previous sample, or of the start; ``divergence`` (members, samples), the integral of the
-    Jacobian's trace since then, where there are more than two states; ``work`` (members, samples, powers), the
+    Jacobian's trace since then, unless it is known (a `planar` system); ``work`` (members, samples, powers), the
     integrals of the powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`,
     `TOO_MANY_STEPS` or `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many
     steps, and the shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and
@@ -250,7 +250,7 @@ class Program:
         return Raw(
             states=result[..., :count],
             tangents=extra[..., : count * count].reshape(members, samples, count, count) if deviations else None,
-            divergence=extra[..., -1] if deviations and count > DISC_STATES else None,
+            divergence=extra[..., -1] if deviations and extra.shape[-1] > count * count else None,
             work=extra if self.keep == "work" else None,
             status=arrays.status,
             steps=arrays.steps.astype(np.int64),
@@ -398,7 +398,7 @@ def _law(
             for j in range(count):
                 terms = [graph.multiply(slopes[i][k], deviation[k][j]) for k in range(count)]
                 rates.append(sum(terms, graph.constant(0.0)))
-        if count > DISC_STATES:
+        if count > DISC_STATES or not getattr(system, "planar", True):  # else it is known
             rates.append(graph.node(sum((slopes[i][i] for i in range(count)), graph.constant(0.0))))
     else:
         rates = [graph.node(rate) for rate in system.rates(graph.time, state, n, graph)]
