@@ -259,9 +259,15 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
             abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
-    for film in filter(None, films):
-        lines += textwrap.wrap(film, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
+    for text in filter(None, (*films, system.circuit.describe(), _stiff_line(subject))):
+        lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
     return lines
+
+
+def _stiff_line(subject: Subject) -> str:
+    """A line about states that cost time and could be left out; empty if there are none."""
+    stiff = subject.model.stiff
+    return f"stiff: {' and '.join(stiff)}; --set reduced={'+'.join(stiff)} takes less time" if stiff else ""
 
 
 def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:

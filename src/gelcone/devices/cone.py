@@ -102,6 +102,7 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         **_loads(device) | numbers,
         film=film,
         pull_in=None if cone else device.pull_in,
+        reduced=None if cone else device.reduced,
         damping_ratio=damping_ratio,
         dielectric_strength=breakdown_field(device),
         waveform=device.waveform,

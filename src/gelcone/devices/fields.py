@@ -196,6 +196,10 @@ class DeviceFields(Record):
         "largest current of the amplifier", "A", default=None, unset="no limit", typical=(1e-4, 0.04), above=0.0,
         near=("current", "maximum_current", "compliance"),
     )  # fmt: skip
+    reduced: Any = Field(
+        "what is too fast to have states of its own, of a taut film: series_resistance, relaxation_time_1, or several "
+        "joined by +", default=None, unset="none", near=("stiff", "quick"), example="series_resistance",
+    )  # fmt: skip
     circuit: Any = Field(
         "charge: the drive commands the charge, by the voltage that it gives the flat film; or a circuit of one's own, "
         "as module:Class", default=None, unset="none", near=("source",), example="ideal",

@@ -50,6 +50,7 @@ class DeviceValues(TypedDict, total=False):
     slew_rate: Number
     series_resistance: Number
     current_limit: Number
+    reduced: Text
     circuit: Any
     bias: Any
     release_height: Number

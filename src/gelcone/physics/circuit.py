@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from typing import Any
 
@@ -108,6 +108,15 @@ class Port:
         for slope, rate in zip(by_others, moving, strict=True):
             current = current - slope * rate
         return current / by_voltage
+
+    def charge_rate(self, voltage: Any, rate: Any) -> Any:
+        """Rate of the charge at a voltage and its rate while the disc moves, of films whose capacitance does not depend
+        on the voltage: it grows along the disc's way as fast as the voltage weakens the force, both from one energy."""
+        found = self.capacitance(voltage) * rate
+        for film, _ in self.films:
+            gain = film.voltage_gain(self.displacement, voltage * voltage, self.n)
+            found = found + (2.0 * voltage) * (gain * self.velocity)
+        return found
 
     def slope(self, voltage: Any) -> Any:
         """Derivative of the films' charge by the voltage, which must be a state; it has a pole where the minimum of a
@@ -235,6 +244,10 @@ class Circuit(Component):
         """By the name of each limit the excess over it that the circuit does not allow. Default: no limits."""
         return {}
 
+    def describe(self) -> str:
+        """A line about the circuit for those who read a result; empty (default) if there is nothing to say."""
+        return ""
+
     def check(self) -> None:
         """`InputError` for borders that cannot be followed."""
         if any(border.switch is None for border in self.borders):
@@ -291,6 +304,8 @@ ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
 
 SLOW = ("filter_time", "series_resistance", "dielectric_time")
 """Parameters that are time constants of states."""
+REDUCED_RESISTANCE = 0.01
+"""Series resistances below which one may do without a state; the error, of second order, is 7.5e-4 there."""
 
 
 @dataclass(frozen=True)
@@ -298,12 +313,18 @@ class Amplifier(Circuit):
     """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks and
     whose permittivity follows the field with a delay.
 
+    A small resistance makes the voltage on the film a stiff state. ``reduced`` leaves it out, to second order in the
+    resistance: v = y - rho ((C y)' + leak), all at the voltage y of the amplifier, of films whose capacitance does not
+    depend on the voltage.
+
     Parameters
     ----------
     takes : names of `ELECTRICS` that it has. Default the series resistance alone.
+    reduced : whether the series resistance, below `REDUCED_RESISTANCE`, has no state. Default no.
     """
 
     takes: tuple[str, ...] = ("series_resistance",)
+    reduced: bool = False
 
     name = "amplifier"
 
@@ -314,16 +335,29 @@ class Amplifier(Circuit):
             if (owner := NEEDS.get(name)) and owner not in self.takes:
                 raise InputError(f"{name}: there is no {owner}; give {owner}, or leave {name} out")
         object.__setattr__(self, "takes", tuple(name for name in ELECTRICS if name in self.takes))
+        if self.reduced and "series_resistance" not in self.takes:
+            raise InputError("reduced: there is no series_resistance; give one, or leave reduced out")
+        for name in ("current_limit", "dielectric_share"):
+            if self.reduced and name in self.takes:
+                raise InputError(f"{name}: takes the voltage on the film as a state; leave it or reduced out")
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        return {name: ELECTRICS[name] for name in self.takes}
+        own = {name: ELECTRICS[name] for name in self.takes}
+        if self.reduced:
+            own["series_resistance"] = replace(own["series_resistance"], default=0.3 * REDUCED_RESISTANCE)
+        return own
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all parameters, checked; the share of the permittivity that follows late is below 1."""
         own = super().complete(given)
         if self.delays and np.any(np.asarray(own["dielectric_share"]) >= 1.0):
             raise InputError(f"dielectric_share = {np.max(own['dielectric_share']):g}: must be below 1; lower it")
+        if self.reduced and np.any(np.asarray(own["series_resistance"]) >= REDUCED_RESISTANCE):
+            raise InputError(
+                f"series_resistance = {np.max(own['series_resistance']):g} (times C0 Omega0): without a state it must "
+                f"be below {REDUCED_RESISTANCE:g}; leave it out of reduced"
+            )
         return own
 
     @cached_property
@@ -334,7 +368,8 @@ class Amplifier(Circuit):
             "dielectric_time": State("slow_charge", "charge that follows late, over its share", "charge"),
             "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
         }
-        return tuple(state for name, state in own.items() if name in self.takes)
+        without = {"series_resistance"} if self.reduced else set()
+        return tuple(state for name, state in own.items() if name in self.takes and name not in without)
 
     @property
     def _limits(self) -> dict[str, tuple[str, str]]:
@@ -349,7 +384,8 @@ class Amplifier(Circuit):
         return own | {name: np.ones(np.shape(own[name.rpartition("_")[0]])) for name in switches}
 
     def time_constant(self, n: Numbers) -> Any:
-        own = [np.asarray(n[name], dtype=float) for name in SLOW if name in self.takes]
+        of_states = SLOW if not self.reduced else SLOW[:1]
+        own = [np.asarray(n[name], dtype=float) for name in of_states if name in self.takes]
         return reduce(np.maximum, own, np.asarray(0.0))
 
     def gain(self, frequency: Any, n: Numbers) -> Any:
@@ -359,10 +395,15 @@ class Amplifier(Circuit):
         if self.delays:
             late = s * n["dielectric_time"]
             s = s * (1.0 - n["dielectric_share"] * late / (1.0 + late))
-        behind = 1.0 + n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 1.0
+        share = n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 0.0
+        behind = 1.0 / (1.0 - share) if self.reduced else 1.0 + share
         return 1.0 / (
             behind * (1.0 + 1j * np.asarray(frequency) * n["filter_time"] if "filter_time" in self.takes else 1.0)
         )
+
+    def describe(self) -> str:
+        bound = f"below {REDUCED_RESISTANCE:g} (times C0 Omega0)"
+        return f"reduced: the series resistance, {bound}, has no state; right to second order" if self.reduced else ""
 
     # --- voltages and currents ---------------------------------------------------------------------------------------
 
@@ -370,7 +411,12 @@ class Amplifier(Circuit):
         return y[0] if "filter_time" in self.takes else port.command
 
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        return y[-1] if self.carries_voltage else self.source_voltage(port, y, n, xp)
+        source = y[-1] if self.carries_voltage else self.source_voltage(port, y, n, xp)
+        if not self.reduced:
+            return source
+        rate = self.rates(port, y, n, xp)[0] if "filter_time" in self.takes else port.command_rate
+        leak = sum(self._leaking(source, port, n, xp))
+        return source - n["series_resistance"] * (port.charge_rate(source, rate) + leak)
 
     def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         found = []
@@ -390,7 +436,7 @@ class Amplifier(Circuit):
 
     @property
     def jumps(self) -> bool:
-        return not {"filter_time", "series_resistance"} & set(self.takes)
+        return "filter_time" not in self.takes and not self.carries_voltage
 
     def _slow(self, y: list[Any]) -> Any:
         """The charge C w of the share that follows late, over the share."""
@@ -415,8 +461,8 @@ class Amplifier(Circuit):
 
     @property
     def carries_voltage(self) -> bool:  # type: ignore[override]
-        """Whether the last state is the film's voltage: behind a resistance."""
-        return "series_resistance" in self.takes
+        """Whether the last state is the film's voltage: behind a resistance that is not reduced."""
+        return "series_resistance" in self.takes and not self.reduced
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Rate of C v; where a share of the charge follows late, what is left to the other."""
@@ -444,9 +490,13 @@ class Amplifier(Circuit):
         return (1.0 - above - below) * value + (above - below) * n[limit]
 
     def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        return self._leaking(self.voltage(port, y, n, xp) if "leakage_time" in self.takes else 0.0, port, n, xp)
+
+    def _leaking(self, v: Any, port: Port, n: Numbers, xp: Any) -> list[Any]:
+        """Current that leaks through each film at a voltage on them."""
         if "leakage_time" not in self.takes:
-            return super().leaks(port, y, n, xp)
-        v, rate = self.voltage(port, y, n, xp), 1.0 / n["leakage_time"]
+            return [0.0] * len(port.films)
+        rate = 1.0 / n["leakage_time"]
         if "leakage_field" not in self.takes:
             return [rate * (area * v) for area in port.capacitances(v)]
         found = []
@@ -512,12 +562,18 @@ class ChargeControl(Circuit):
 CIRCUITS: dict[str, Circuit] = {circuit.name: circuit for circuit in (IdealSource(), Amplifier(), ChargeControl())}
 
 
-def with_electrics(given: Any, parameters: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+def with_electrics(
+    given: Any, parameters: Mapping[str, Any], reduced: bool | None = None
+) -> tuple[Any, dict[str, Any]]:
     """A circuit that ships with the `ELECTRICS` among the ``parameters`` of a model, and the parameters without those
-    whose values stand for none; any other circuit as it is."""
+    whose values stand for none; any other circuit as it is. ``reduced``: see `Amplifier`; None: as it is given."""
     named = given if isinstance(given, str) else given.get("component") if isinstance(given, Mapping) else given.name
     if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
+        if reduced:
+            raise InputError(f"reduced: the circuit {named!r} has no series_resistance; leave it out")
         return given, dict(parameters)
+    if reduced is None:
+        reduced = given.get("reduced", False) if isinstance(given, Mapping) else getattr(given, "reduced", False)
     taken = (
         given.takes if isinstance(given, Amplifier) else given.get("takes", ()) if isinstance(given, Mapping) else ()
     )
@@ -527,7 +583,9 @@ def with_electrics(given: Any, parameters: Mapping[str, Any]) -> tuple[Any, dict
     rest = {name: value for name, value in parameters.items() if name not in ELECTRICS or name in takes}
     if not takes and given == "amplifier" and not absent:
         takes = Amplifier().takes
-    return (Amplifier(takes) if takes else CIRCUITS["ideal"]), rest
+    if reduced and "series_resistance" in absent:
+        reduced = False
+    return (Amplifier(takes, reduced) if takes or reduced else CIRCUITS["ideal"]), rest
 
 
 def _absent(name: str, value: Any) -> bool:

@@ -16,10 +16,10 @@ import numpy as np
 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS, ELECTRICS, Circuit, with_electrics
+from gelcone.physics.circuit import CIRCUITS, ELECTRICS, REDUCED_RESISTANCE, Circuit, with_electrics
 from gelcone.physics.component import Component, find_component
 from gelcone.physics.drive import Waveform
-from gelcone.physics.film.branches import branches_of
+from gelcone.physics.film.branches import MOST_BRANCHES, REDUCED_TIME, branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
 from gelcone.physics.film.taut import TautCone
@@ -33,7 +33,7 @@ from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 
-OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested")
+OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested", "reduced")
 """Choices that some films take."""
 KINDS = ("law", "prestretch_mode", "film", *OF_FILM, "bias", "waveform", "circuit", "second_film", "second_drive")
 """What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
@@ -75,6 +75,9 @@ class ConeModel(Ensemble):
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
     rested : where the branches have relaxed before a run: ``"flat"`` (default), on the film as mounted, or
         ``"raised"``, where the run starts.
+    reduced : what is too fast to have states of its own, to second order in it: ``"series_resistance"`` below 0.01, a
+        ``"relaxation_time_k"`` below 0.02, or several, joined by "+"; ``"none"``. They take the taut film. Default:
+        none, or as the film and the circuit that are given.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
@@ -112,6 +115,7 @@ class ConeModel(Ensemble):
         flow: str | None = None,
         flow_exponent: int | None = None,
         rested: str | None = None,
+        reduced: str | None = None,
         bias: Any = "spring",
         waveform: Any = "sine",
         circuit: Any = "ideal",
@@ -120,8 +124,9 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
-        parts["circuit"], parameters = with_electrics(circuit, parameters)
-        own = {"pull_in": pull_in, "branches": branches, "flow": flow, "flow_exponent": flow_exponent, "rested": rested}
+        resistance, fast = _reduced(reduced)
+        parts["circuit"], parameters = with_electrics(circuit, parameters, resistance)
+        own: dict[str, Any] = dict(zip(OF_FILM, (pull_in, branches, flow, flow_exponent, rested, fast), strict=True))
         system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
         self.__dict__.update(system=system, values=values, shape=_shape(values))
@@ -161,11 +166,11 @@ class ConeModel(Ensemble):
         given = changes.get("film", self.system.film)
         # a film by its name takes over the law; one that is given has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
-        own = {name: changes.get(name) for name in OF_FILM}
+        own = {name: changes.get(name) for name in OF_FILM} | {"reduced": _reduced(changes.get("reduced"))[1]}
         if law is not None:
-            own = {name: getattr(self.film, name, None) for name in OF_FILM[1:] if self.film.states} | {
-                name: value for name, value in own.items() if value is not None
-            }
+            own = {
+                name: getattr(self.film, name, None) for name in OF_FILM[1:] if getattr(self.film, "branches", 0)
+            } | {name: value for name, value in own.items() if value is not None}
         film = _film(given, changes.get("law", law), changes.get("prestretch_mode"), own, changes)
         if isinstance(film, GelFilm) and self.prestretch_mode and "prestretch_mode" not in changes:
             film = _film(film, None, self.prestretch_mode)
@@ -176,7 +181,7 @@ class ConeModel(Ensemble):
             parts.pop("second_drive", None)
         others = self._others(changes, _system(film, **parts))
         numbers = {name: value for name, value in changes.items() if name not in KINDS}
-        return ConeModel(film=film, **parts, **(others | numbers))
+        return ConeModel(film=film, **parts, reduced=changes.get("reduced"), **(others | numbers))
 
     def _others(self, changes: Mapping[str, Any], system: ConeSystem) -> dict[str, Any]:
         """The parameters that another system takes over where these change."""
@@ -188,6 +193,28 @@ class ConeModel(Ensemble):
             if any(changes.get(name) is not None for name in own):
                 values = {k: v for k, v in values.items() if k not in own or _goes_with(k, changes, prefix)}
         return values
+
+    @property
+    def stiff(self) -> tuple[str, ...]:
+        """Names that ``reduced`` takes, of what has states and could do without."""
+        bounds = {"series_resistance": REDUCED_RESISTANCE}
+        bounds |= {f"relaxation_time_{k}": REDUCED_TIME for k in range(1, MOST_BRANCHES + 1)}
+        found, reduced = [], self.reduced
+        for name, bound in bounds.items():
+            if name in reduced or name not in self.values or np.max(self.values[name]) >= bound:
+                continue
+            try:
+                self.replace(reduced="+".join((*reduced, name)))
+            except InputError:
+                continue
+            found.append(name)
+        return tuple(found)
+
+    @property
+    def reduced(self) -> tuple[str, ...]:
+        """Names that ``reduced`` has taken: what has no states of its own though it takes time."""
+        resistance = ("series_resistance",) if getattr(self.system.circuit, "reduced", False) else ()
+        return (*resistance, *(f"relaxation_time_{k}" for k in getattr(self.film, "reduced", ())))
 
     @property
     def law(self) -> StrainEnergyLaw | None:
@@ -229,6 +256,19 @@ class ConeModel(Ensemble):
         return self.replace(**flat)
 
 
+def _reduced(given: Any) -> tuple[bool | None, tuple[int, ...] | None]:
+    """Whether the series resistance has no state, and the branches without states; None each: not said."""
+    if given is None:
+        return None, None
+    names = [] if given == "none" else [part.strip() for part in str(given).split("+")]
+    known = ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1)))
+    for name in names:
+        if name not in known:
+            raise unknown_name("reduced", name, (*known, "none"))
+    found = tuple(sorted(known.index(name) for name in names if name != known[0]))
+    return known[0] in names, found or (() if given == "none" else None)
+
+
 def _film(
     film: Any, law: Any, mode: str | None, own: Mapping[str, Any] | None = None, parameters: Iterable[str] = ()
 ) -> Film:
@@ -240,11 +280,13 @@ def _film(
         check_prestretch_mode(mode)
     found = find_film(film)
     chosen = {name: value for name, value in (own or {}).items() if value is not None}
+    if not chosen.get("reduced", True) and not hasattr(found, "reduced"):
+        del chosen["reduced"]  # there is nothing to follow
     if "branches" not in chosen and (count := branches_of(parameters)) > getattr(found, "branches", 0):
-        chosen["branches"] = count
+        chosen = {"branches": count} | chosen  # before those that are reduced
     for name, value in chosen.items():
         if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
-            takes = "wrinkling" if name == "pull_in" else "membrane, wrinkling or taut"
+            takes = {"pull_in": "wrinkling", "reduced": "taut"}.get(name, "membrane, wrinkling or taut")
             raise InputError(
                 f"{name}: the film {found.name!r} does not take it; take the film {takes}, or leave it out"
             )
@@ -276,7 +318,7 @@ def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]
         film = with_fields(film, law=first.law, prestretch_mode=first.prestretch_mode)  # type: ignore[type-var]
     if isinstance(film, BranchedFilm) and isinstance(first, BranchedFilm) and first.branches:
         film = with_fields(
-            film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent", "rested")}
+            film, **{name: getattr(first, name) for name in ("branches", "flow", "flow_exponent", "rested", "reduced")}
         )
     if isinstance(film, WrinklingCone) and isinstance(first, WrinklingCone):
         film = with_fields(film, pull_in=first.pull_in)

@@ -209,6 +209,15 @@ class PlacedFilm(Component):
         """The power that it loses."""
         return self.film.dissipation(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
+    @property
+    def drags(self) -> bool:
+        """Whether the film damps the disc."""
+        return self.film.drags
+
+    def drag(self, x: Any, n: Numbers) -> Any:
+        """The damping of the disc by the film, the same along either way."""
+        return self.film.drag(self.place(x, n), self.own(n))
+
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
         """Whether the states of the film are beyond a limit of theirs."""
         return self.film.overstretched(self.place(x, n), y, self.own(n))

@@ -74,10 +74,27 @@ class ConeSystem:
         self.circuit.check()
         if self.circuit.delays and (len(self.films) > 1 or not self.film.linear_charge):
             raise InputError("dielectric_share: only a single taut film takes one; take it, or leave it out")
+        if getattr(self.circuit, "reduced", False):
+            self._check_reduced()
         names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
         names += [state.name for state in self.states]
         if doubled := sorted({name for name in names if names.count(name) > 1}):
             raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
+
+    def _check_reduced(self) -> None:
+        """`InputError` where a resistance without a state would not be right to second order."""
+        unlike = [film for film in self.films if not film.film.linear_charge or film.film.borders]
+        if unlike:
+            raise InputError(
+                f"reduced: the capacitance of the film {unlike[0].film.name!r} depends on the voltage, so that its "
+                "resistance takes a state; take the taut film, or leave series_resistance out of reduced"
+            )
+        if self.waveform.pieced and self.circuit.jumps:
+            raise InputError(
+                f"reduced: the voltage of the waveform {self.waveform.name!r} has corners, at which the film's would "
+                "jump; give the amplifier a filter_time too (a device: filter_frequency), or leave series_resistance "
+                "out of reduced"
+            )
 
     def __getstate__(self) -> dict[str, Any]:
         return uncached(self)
@@ -171,7 +188,8 @@ class ConeSystem:
     def planar(self) -> bool:
         """Whether displacement and velocity are all there is, and no voltage follows them, as it does where the charge
         is commanded. Areas then shrink by exp(-2 zeta tau)."""
-        return len(self.states) == len(DISC) and not self._voltages_follow_the_disc
+        drags = any(film.drags for film in self.films)
+        return len(self.states) == len(DISC) and not drags and not self._voltages_follow_the_disc
 
     @property
     def _voltages_follow_the_disc(self) -> bool:
@@ -686,6 +704,7 @@ class _Moment:
             if k:
                 force, steeper = self._force(k)
                 acceleration, slope = acceleration - force, slope - steeper
+            acceleration = acceleration - film.drag(x, n) * u if film.drags else acceleration
             own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
             own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
             for line in system.lines if circuits else ():

@@ -20,6 +20,9 @@ c = (m, n, 1/(m n)) and E = a c
     a' = (1/c - a)/tau,  t1 = g (E1 - E3),  t2 = g (E2 - E3),  D = g/(2 tau) sum (E - 1)^2/E;
 
 where n = 1 the second stays 1 and is left out. Parameters of one rule are not those of the other.
+
+A branch that relaxes fast is stiff. To second order in its time either rule without an exponent is a damper (Kelvin and
+Voigt): the taut film pulls the disc with 4 g tau x^2 x'/q^2 more, and no state is left of the branch (``reduced``).
 """
 
 from __future__ import annotations
@@ -38,6 +41,8 @@ from gelcone.physics.laws import LAWS
 from gelcone.quantity import Quantity
 
 MOST_BRANCHES = 3
+REDUCED_TIME = 0.02
+"""Relaxation times below which a branch may do without states; the error, of second order, is 1e-3 there."""
 FLOWS = ("log", "linear")
 """Flow rules: logarithmic and linear."""
 RESTED = ("flat", "raised")
@@ -68,12 +73,14 @@ class Strained(NamedTuple):
 
 @dataclass(frozen=True)
 class Branches:
-    """The ``count`` branches of a film, their ``flow`` rule and its ``exponent``; ``taut`` says that n = 1 always."""
+    """The ``count`` branches of a film, their ``flow`` rule and its ``exponent``; ``taut`` says that n = 1 always, and
+    the ``reduced`` ones, by their numbers from 1, have no states."""
 
     count: int
     flow: str
     exponent: int
     taut: bool
+    reduced: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if self.flow not in FLOWS:
@@ -87,6 +94,29 @@ class Branches:
             )
         if self.exponent > 1 and self.flow != "log":
             raise InputError(f"flow_exponent = {self.exponent}: only the logarithmic flow takes one; take flow = 'log'")
+        for k in self.reduced:
+            if not 1 <= k <= self.count:
+                raise InputError(f"reduced: there is no relaxation_time_{k}; give one, or leave it out of reduced")
+        if self.reduced and (not self.taut or self.exponent > 1):
+            raise InputError(
+                f"reduced: relaxation_time_{self.reduced[0]} takes its states in a film that wrinkles or flows with an "
+                "exponent; take the taut film with flow_exponent 1, or leave it out of reduced"
+            )
+
+    @cached_property
+    def kept(self) -> tuple[int, ...]:
+        """The branches that have states, by their numbers from 1."""
+        return tuple(k for k in range(1, self.count + 1) if k not in self.reduced)
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """`InputError` for a reduced branch that relaxes too slowly."""
+        for k in self.reduced:
+            slowest = np.max(values[f"relaxation_time_{k}"])
+            if slowest >= REDUCED_TIME:
+                raise InputError(
+                    f"relaxation_time_{k} = {slowest:g} (times Omega0): without states it must be below "
+                    f"{REDUCED_TIME:g}; leave it out of reduced"
+                )
 
     @cached_property
     def parameters(self) -> Mapping[str, Quantity]:
@@ -98,7 +128,11 @@ class Branches:
                     f"g{k}", f"modulus of Maxwell branch {k} over the long-term shear modulus", 0.5, lower=0.0
                 ),
                 f"relaxation_time_{k}": Quantity(
-                    f"tau{k}", f"relaxation time of Maxwell branch {k}", 10.0, positive=True, scale="time"
+                    f"tau{k}",
+                    f"relaxation time of Maxwell branch {k}",
+                    0.5 * REDUCED_TIME if k in self.reduced else 10.0,
+                    positive=True,
+                    scale="time",
                 ),
             }
             if self.flow == "log":
@@ -114,7 +148,7 @@ class Branches:
         of = "squared mounted length over that at which the branch is free"
         return tuple(
             State(f"viscous_{name}_{k}", f"Maxwell branch {k}, {name}: {of}", "share", 1.0)
-            for k in range(1, self.count + 1)
+            for k in self.kept
             for name in along
             if not (self.flow == "linear" and self.taut and name == "hoop")
         )
@@ -124,14 +158,15 @@ class Branches:
         """What a line about the film adds: how it creeps; empty without branches."""
         several = f"{self.count} Maxwell branch{'es' if self.count > 1 else ''}"
         rule = "linear" if self.flow == "linear" else "logarithmic"
-        return f"; it creeps: {several}, {rule} flow" if self.count else ""
+        dampers = f", {len(self.reduced)} of them without states as damper" if self.reduced else ""
+        return f"; it creeps: {several}, {rule} flow{dampers}" if self.count else ""
 
     def relaxed(self, m: Any, width: Any) -> list[Any]:
         """The states at which nothing flows at the lengths m and n = ``width``."""
         own = [1.0 / m, 1.0 / width]
         if self.flow == "linear":
             own = [1.0 / m, m * width] if self.taut else [*own, m * width]
-        return own * self.count
+        return own * len(self.kept)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers that the formulas take."""
@@ -147,18 +182,23 @@ class Branches:
 
     def time_constant(self, n: Numbers) -> Any:
         """The slowest relaxation, stretched by what the branch holds of a soft film: creep is slower than it."""
-        return np.maximum.reduce(
-            [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in range(1, self.count + 1)]
-        )
+        each = [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in self.kept]
+        return np.maximum.reduce(each) if each else 0.0
 
     def modulus(self, n: Numbers) -> Any:
-        """The sum of the moduli."""
-        return sum(n[f"viscous_modulus_{k}"] for k in range(1, self.count + 1))
+        """The sum of the moduli of branches with states."""
+        return sum(n[f"viscous_modulus_{k}"] for k in self.kept)
+
+    def drag(self, x: Any, n: Numbers) -> Any:
+        """The damping of the disc by the branches without states: 4 g tau x^2/q^2 of each."""
+        viscosity = sum(n[f"viscous_modulus_{k}"] / n[f"flow_rate_{k}"] for k in self.reduced)
+        share = x / (1.0 + x * x)
+        return (4.0 * viscosity) * (share * share)
 
     def free_length(self, y: list[Any], xp: Any = np) -> Any:
         """The longest m at which a branch of a film with n = 1 carries nothing along it."""
         found: Any = 0.0
-        for k in range(self.count):
+        for k in self.kept:
             own = self._own(k, y)
             free = 1.0 / (own[0] * xp.sqrt(own[1])) if self.flow == "log" else xp.sqrt(own[2] / own[0])
             found = xp.maximum(found, free)
@@ -167,8 +207,8 @@ class Branches:
     # --- one branch --------------------------------------------------------------------------------------------------
 
     def _own(self, k: int, y: list[Any]) -> list[Any]:
-        size = len(self.states) // self.count
-        own = y[k * size : (k + 1) * size]
+        size, place = len(self.states) // len(self.kept), self.kept.index(k)
+        own = y[place * size : (place + 1) * size]
         return own if self.flow == "log" or not self.taut else [own[0], 1.0, own[1]]
 
     def _strained(self, k: int, m: Any, width: Any, y: list[Any], n: Numbers) -> Strained:
@@ -178,30 +218,29 @@ class Branches:
             third = own[2] / (m * width)
             return Strained(first - third, second - third, third, first, second)
         # with P = E1 E2, R E3 = 1/(P (1 + 3/J - (E1 + E2)/J) - 1/J) and R = P R E3: one division
-        s, product = n[f"inverse_viscous_limit_{k + 1}"], first * second
+        s, product = n[f"inverse_viscous_limit_{k}"], first * second
         thin = 1.0 / (product * ((1.0 + 3.0 * s) - s * (first + second)) - s)
         response = product * thin
         return Strained(response * first - thin, response * second - thin, thin, first, second)
 
-    def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[Any, Strained]]:
-        return [
-            (n[f"viscous_modulus_{k + 1}"], self._strained(k, m, width, y, n)) for k in range(self.count if y else 0)
-        ]
+    def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[int, Any, Strained]]:
+        """Number, modulus and stretches of each branch with states."""
+        return [(k, n[f"viscous_modulus_{k}"], self._strained(k, m, width, y, n)) for k in (self.kept if y else ())]
 
     # --- all of them -------------------------------------------------------------------------------------------------
 
     def stresses(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """Sums of t1 and t2; 0 where the branches have relaxed, in statics."""
         along, across = 0.0, 0.0
-        for g, own in self._each(m, width, y, n):
+        for _, g, own in self._each(m, width, y, n):
             along, across = along + g * own.along, across + g * own.across
         return along, across
 
     def slopes(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, Any]:
         """Sums of the derivatives of t1 by ln m, of t1 by ln n (and of t2 by ln m), and of t2 by ln n."""
         h11, h12, h22 = 0.0, 0.0, 0.0
-        for k, (g, own) in enumerate(self._each(m, width, y, n)):
-            s = n[f"inverse_viscous_limit_{k + 1}"] if self.flow == "log" else 0.0
+        for k, g, own in self._each(m, width, y, n):
+            s = n[f"inverse_viscous_limit_{k}"] if self.flow == "log" else 0.0
             h11 = h11 + g * (own.along + 2.0 * own.thin + s * (own.along * own.along))
             h12 = h12 + g * (own.thin + s * (own.along * own.across))
             h22 = h22 + g * (own.across + 2.0 * own.thin + s * (own.across * own.across))
@@ -213,16 +252,16 @@ class Branches:
             along = self.stresses(m, 1.0, y, n)[0]
             return along / m, (self.slopes(m, 1.0, y, n)[0] - along) / (m * m)
         r, value, slope = 1.0 / m, 0.0, 0.0
-        for k in range(self.count):
-            g, (first, _, third) = n[f"viscous_modulus_{k + 1}"], self._own(k, y)
+        for k in self.kept if y else ():
+            g, (first, _, third) = n[f"viscous_modulus_{k}"], self._own(k, y)
             value, slope = value + g * (first - third * (r * r)), slope + 2.0 * g * third * (r * r * r)
         return value, slope
 
     def rates(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[Any]:
         """Rates of change of the states."""
         found: list[Any] = []
-        for k, (g, own) in enumerate(self._each(m, width, y, n)):
-            rate, p = n[f"flow_rate_{k + 1}"], self._own(k, y)
+        for k, g, own in self._each(m, width, y, n):
+            rate, p = n[f"flow_rate_{k}"], self._own(k, y)
             if self.flow == "log":
                 speed = (-2.0 / 3.0) * rate * self._quickening(g, own, n)
                 found += [
@@ -249,8 +288,8 @@ class Branches:
     def dissipation(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
         """The sum of D."""
         found: Any = 0.0
-        for k, (g, own) in enumerate(self._each(m, width, y, n)):
-            rate = g * n[f"flow_rate_{k + 1}"]
+        for k, g, own in self._each(m, width, y, n):
+            rate = g * n[f"flow_rate_{k}"]
             if self.flow == "log":
                 found = found + (rate * self._quickening(g, own, n) / 3.0) * _equivalent(own)
             else:
@@ -263,10 +302,10 @@ class Branches:
     def energy(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
         """The energy that the branches store, of arrays."""
         found: Any = 0.0
-        for k, (g, own) in enumerate(self._each(m, width, y, n)):
+        for k, g, own in self._each(m, width, y, n):
             first, second = own.first, own.second
             if self.flow == "log":
-                limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k + 1}"]}
+                limit = {"inverse_stretch_limit": n[f"inverse_viscous_limit_{k}"]}
                 found = found + g * LAWS["gent"].energy(first + second + 1.0 / (first * second) - 3.0, limit)
             else:
                 every = (first, second, own.thin)
@@ -276,9 +315,9 @@ class Branches:
     def limit_share(self, m: Any, width: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """The largest share of its stretch limit that a branch has reached."""
         found: Any = 0.0
-        for k, (_, own) in enumerate(self._each(m, width, y, n) if self.flow == "log" else ()):
+        for k, _, own in self._each(m, width, y, n) if self.flow == "log" else ():
             first, second = own.first, own.second
-            share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k + 1}"]
+            share = (first + second + 1.0 / (first * second) - 3.0) * n[f"inverse_viscous_limit_{k}"]
             found = xp.maximum(found, share)
         return found
 

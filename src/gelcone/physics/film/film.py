@@ -122,6 +122,15 @@ class Film(Component):
         """Whether it has a `dissipation` of its own."""
         return type(self).dissipation is not Film.dissipation
 
+    @property
+    def drags(self) -> bool:
+        """Whether it has a `drag`. Default no."""
+        return False
+
+    def drag(self, x: Any, n: Numbers) -> Any:
+        """Damping of the disc by the film: it pulls the disc back by this times the velocity. Default 0."""
+        return 0.0 * x
+
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Power that the film itself turns into heat. Default 0."""
         return 0.0

@@ -121,19 +121,21 @@ class BranchedFilm(GelFilm):
     flow: str = "log"
     flow_exponent: int = 1
     rested: str = "flat"
+    reduced: tuple[int, ...] = ()
 
     held_width: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
-        Branches(self.branches, self.flow, self.flow_exponent, taut=self.held_width)
+        object.__setattr__(self, "reduced", tuple(int(k) for k in self.reduced))
+        _ = self.viscous
         if self.rested not in RESTED:
             raise unknown_name("rested", str(self.rested), RESTED)
 
     @cached_property
     def viscous(self) -> Branches:
         """The Maxwell branches."""
-        return Branches(self.branches, self.flow, self.flow_exponent, taut=self.held_width)
+        return Branches(self.branches, self.flow, self.flow_exponent, self.held_width, self.reduced)
 
     @property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
@@ -149,7 +151,17 @@ class BranchedFilm(GelFilm):
         return self.viscous.rates(*self.branch_lengths(x, squared, y, n, xp), y, n) if self.branches else []
 
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        return self.viscous.dissipation(*self.branch_lengths(x, squared, y, n, xp), y, n) if self.branches else 0.0
+        if not self.branches:
+            return 0.0
+        lost = self.viscous.dissipation(*self.branch_lengths(x, squared, y, n, xp), y, n)
+        return lost + self.drag(x, n) * (velocity * velocity) if self.drags else lost
+
+    @property
+    def drags(self) -> bool:
+        return bool(self.reduced)
+
+    def drag(self, x: Any, n: Numbers) -> Any:
+        return self.viscous.drag(x, n)
 
     @property
     def dissipates(self) -> bool:
@@ -162,6 +174,7 @@ class BranchedFilm(GelFilm):
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Those of the gel and of the branches."""
         own = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
+        self.viscous.check(own)
         return super().complete(given) | own
 
     def time_constant(self, n: Numbers) -> Any:

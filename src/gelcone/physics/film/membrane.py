@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.errors import InputError
 from gelcone.membrane import force as formulas
 from gelcone.membrane.gel import MOST_STRETCHED, Gel
 from gelcone.membrane.made import numbers_of, refusal
@@ -67,6 +68,14 @@ class MembraneFilm(BranchedFilm):
     kinds = KINDS
     traced_charge = True
     fitted_charge = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.reduced:
+            raise InputError(
+                f"reduced: relaxation_time_{self.reduced[0]} takes its states in a membrane; take the taut film, or leave "
+                "it out of reduced"
+            )
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         own = dict(given)
