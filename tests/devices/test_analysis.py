@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.analyses.request import read_subject
 from gelcone.errors import DoubtfulInput, InputError
 
 DEVICE = gelcone.find_device("soft-film")
@@ -104,3 +105,28 @@ def test_a_device_that_nothing_moves_says_so():
         still = gelcone.simulate(flat, periods=1)
     assert float(abs(still.displacement).max()) == 0.0
     gelcone.simulate(flat, ("1 mm", "0 m/s"), periods=1)
+
+
+AMPLIFIED = DEVICE.replace(
+    {
+        "film": "taut",
+        "series_resistance": "5 MOhm",
+        "material.viscous_modulus_1": "4 kPa",
+        "material.relaxation_time_1": "2 s",
+    }
+)
+"""Its states are those of its material and of its amplifier."""
+
+
+def test_a_start_has_the_states_of_material_and_amplifier():
+    names = [state.name for state in AMPLIFIED.to_model().system.states]
+    assert names[2:] == ["viscous_meridional_1", "viscous_hoop_1", "film_voltage"]
+    run = gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9, 1.1, "1 kV"), times=["10 ms"])
+    scales = AMPLIFIED.scales
+    assert run.initial.values == pytest.approx([2.0, 0.0, 0.9, 1.1, 1e3 / scales.voltage])
+    text = "displacement=2 mm, viscous_meridional_1=0.9, viscous_hoop_1=1.1, film_voltage=1 kV"
+    subject = read_subject(AMPLIFIED, initial=text)
+    plain = gelcone.simulate(AMPLIFIED.to_model(), subject.initial, times=[1.0])
+    np.testing.assert_allclose(plain.initial, [2e-3 / scales.length, 0.0, 0.9, 1.1, 1e3 / scales.voltage], rtol=1e-12)
+    with pytest.raises(InputError, match="or all of them: displacement, velocity, viscous_meridional_1"):
+        gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9), times=["10 ms"])

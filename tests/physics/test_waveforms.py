@@ -200,6 +200,8 @@ def test_a_drive_that_does_not_repeat_is_refused_before_anything_runs():
     model = ConeModel(waveform="chirp", rest_height=0.4)
     with pytest.raises(InputError, match="waveform = chirp: does not repeat, and this needs a drive that does"):
         settled(model)
+    with pytest.raises(InputError, match="waveform = chirp: does not repeat"):
+        settled(model.replace(series_resistance=0.5))  # whose period is that of the voltage itself
     assert int(settled(model.replace(waveform=Chirp(repeat=True)))["outcome"]) == 0
     run = simulate(model)
     assert float(run["time"][-1]) == pytest.approx(2.0 * np.pi)

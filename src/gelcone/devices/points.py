@@ -56,7 +56,7 @@ def swept_field(device: Device, name: str) -> Field:
 def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[float, ...]:
     """A displacement and a velocity in m and m/s, from numbers or texts with units; or all states that the components
     of a ``device`` have, in SI."""
-    states = () if device is None else own_states(device)
+    states = () if device is None or np.shape(initial) == (2,) else own_states(device)
     if isinstance(initial, str) or np.shape(initial) not in ((2,), (2 + len(states),)):
         more = (
             f", or all of them: {', '.join(['displacement', 'velocity', *(s.name for s in states)])}" if states else ""
@@ -70,9 +70,8 @@ def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[fl
 
 
 def own_states(device: Device) -> tuple[State, ...]:
-    """The states that the components of a device add to displacement and velocity."""
-    parts = (device.film, device.bias, device.circuit)
-    return device.to_model().system.states[2:] if any(getattr(part, "states", ()) for part in parts) else ()
+    """The states that the parts of a device add to displacement and velocity: its material's and amplifier's, too."""
+    return device.to_model().system.states[2:]
 
 
 def unit_of(state: State) -> str:
@@ -82,7 +81,8 @@ def unit_of(state: State) -> str:
 
 def dimensionless_state(device: Device, state: Sequence[Any]) -> Array:
     """States in SI over their scales: (N,), or (members, N) of several devices."""
-    quantities = [*STATES.values(), *(s.quantity for s in own_states(device))][: len(state)]
+    more = own_states(device) if len(state) > len(STATES) else ()
+    quantities = [*STATES.values(), *(s.quantity for s in more)]
     sizes = [device.scales.size(q) if q in MEASURES else 1.0 for q in quantities]
     return np.stack(np.broadcast_arrays(*(value / size for value, size in zip(state, sizes, strict=True))), axis=-1)
 

@@ -508,7 +508,9 @@ class ConeSystem:
     # --- at rest -----------------------------------------------------------------------------------------------------
 
     def forcing_period(self, n: Numbers) -> Array:
-        """Smallest period of what drives the motion; that of the voltage where a circuit has states or borders."""
+        """Smallest period of what drives the motion; that of the voltage where a circuit has states or borders;
+        `InputError` for a drive that does not repeat."""
+        self.waveform.check_repeats()
         whole = self.circuit.states or self.circuit.borders
         return self.waveform.period(n) if whole else self.waveform.forcing_period(n)
 

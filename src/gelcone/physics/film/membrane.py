@@ -73,8 +73,8 @@ class MembraneFilm(BranchedFilm):
         super().__post_init__()
         if self.reduced:
             raise InputError(
-                f"reduced: relaxation_time_{self.reduced[0]} takes its states in a membrane; take the taut film, or leave "
-                "it out of reduced"
+                f"reduced: relaxation_time_{self.reduced[0]} takes its states in a membrane; take the taut film, or "
+                "leave it out of reduced"
             )
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
