@@ -1,9 +1,11 @@
-"""Two figures and the claim table of `docs/claims.md`, from a run of `gelcone paper`.
+"""Figures and tables of `docs/claims.md`, from a run of `gelcone paper`.
 
 python docs/paper.py FOLDER      (a folder that `gelcone paper --quick --out FOLDER` has filled)
 
-Writes docs/figure-07.png, docs/figure-14.png and the table between the marks in docs/claims.md. Its last column is how
-often a verdict came out the same from other starts, by docs/verdicts.csv of `python benchmarks/intervals.py verdicts`.
+Writes docs/figure-07.png, docs/figure-14.png, docs/end-of-chaos.png and the tables between the marks in docs/claims.md,
+each where the folder holds it. A film that no claim was judged with has no column: that of the film that creeps comes
+with a run without --quick. The last column of the claims is how often a verdict came out the same from other starts, by
+docs/verdicts.csv of `python benchmarks/intervals.py verdicts`.
 """
 
 from __future__ import annotations
@@ -11,16 +13,22 @@ from __future__ import annotations
 import csv
 import json
 import sys
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
-FIGURES = ("figure-07", "figure-14")
+FIGURES = ("figure-07", "figure-14", "end-of-chaos")
 WIDTH = 760
-HEAD = "| claim | verdict | if the film wrinkles | with the membrane | key number | same verdict |"
-BEGIN, END = "<!-- claims: written by docs/paper.py -->", "<!-- end of claims -->"
+FILMS = {
+    "wrinkling": "if the film wrinkles",
+    "membrane": "with the membrane",
+    "creeping": "if it also creeps, behind 1 MOhm",
+}
+CLAIMS = "<!-- claims: written by docs/paper.py -->", "<!-- end of claims -->"
+CHAOS = "<!-- end of chaos: written by docs/paper.py -->", "<!-- end of that -->"
 
 
 def number(entry: dict[str, object]) -> str:
@@ -37,16 +45,29 @@ def with_film(entry: dict[str, object], film: str) -> str:
     return next((one["text"] for one in found if one["film"] == film), "")
 
 
-def table(run: dict[str, object]) -> str:
-    """The claim table in Markdown, with the date and version that produced it."""
+def claim_table(run: dict[str, object]) -> str:
+    """The claim table in Markdown, with a column for each film that a claim was judged with."""
     same = agreeing(run)
+    claims: list[dict[str, object]] = run["claims"]  # type: ignore[assignment]
+    films = [film for film in FILMS if any(with_film(claim, film) for claim in claims)]
+    head = ("claim", "verdict", *(FILMS[film] for film in films), "key number", "same verdict")
     rows = [
-        f"| {c['id']} | {c['text']} | {with_film(c, 'wrinkling')} | {with_film(c, 'membrane')} | {number(c)} "
-        f"| {same[c['id']]} |"
-        for c in run["claims"]  # type: ignore[attr-defined]
+        (c["id"], c["text"], *(with_film(c, film) for film in films), number(c), same[str(c["id"])]) for c in claims
     ]
+    return markdown(run, head, rows)
+
+
+def markdown(run: dict[str, object], head: Sequence[object], rows: Iterable[Sequence[object]]) -> str:
+    """A table in Markdown, with the date and version that produced it."""
     made = f"Made on {datetime.now(UTC):%Y-%m-%d} by gelcone {run['version']}, {run['effort']} run."
-    return "\n".join([BEGIN, "", made, "", HEAD, "|---|---|---|---|---|---|", *rows, "", END])
+    lines = [f"| {' | '.join(map(str, cells))} |" for cells in (head, *rows)]
+    return "\n".join([made, "", lines[0], "|---" * len(head) + "|", *lines[1:]])
+
+
+def put(text: str, marks: tuple[str, str], table: str) -> str:
+    """The page with another table between two marks."""
+    before, rest = text.split(marks[0])
+    return f"{before}{marks[0]}\n\n{table}\n\n{marks[1]}{rest.split(marks[1])[1]}"
 
 
 def agreeing(run: dict[str, object]) -> dict[str, str]:
@@ -60,11 +81,14 @@ def agreeing(run: dict[str, object]) -> dict[str, str]:
 def main(folder: Path) -> None:
     page = ROOT / "docs" / "claims.md"
     text = page.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
     run = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
-    page.write_text(before + table(run) + after, encoding="utf-8")
-    for name in FIGURES:
+    if run["claims"]:
+        text = put(text, CLAIMS, claim_table(run))
+    if "end-of-chaos" in run["tables"]:
+        found = run["tables"]["end-of-chaos"]
+        text = put(text, CHAOS, markdown(run, found["head"], found["rows"]))
+    page.write_text(text, encoding="utf-8")
+    for name in (name for name in FIGURES if (folder / f"{name}.png").exists()):
         with Image.open(folder / f"{name}.png") as picture:
             size = (WIDTH, round(picture.height * WIDTH / picture.width))
             small = picture.convert("RGB").resize(size, Image.Resampling.LANCZOS)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib.resources import files
+from typing import Any
 
 from gelcone.errors import unknown_name
 from gelcone.physics.model import ConeModel
@@ -14,7 +16,7 @@ from gelcone.physics.model import ConeModel
 class Preset:
     """One parameter set: dimensionless numbers from the paper's text, and those that were reconstructed.
 
-    The paper's film is the taut one; another ``film`` is for asking what becomes of a claim.
+    ``changes`` of its parameters, to another film than the paper's taut one, are for asking what becomes of a claim.
     """
 
     name: str
@@ -22,12 +24,12 @@ class Preset:
     initial: tuple[float, float]
     text: dict[str, float]
     reconstructed: dict[str, float]
-    film: str = "taut"
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def model(self) -> ConeModel:
         paper = ConeModel.from_parameters(self.text | self.reconstructed)
-        return paper if self.film == paper.film.name else paper.replace(film=self.film)
+        return paper.replace(**self.changes) if self.changes else paper
 
 
 def load_presets() -> dict[str, Preset]:

@@ -19,7 +19,8 @@ from gelcone.errors import InputError
 from gelcone.paper import run as run_module
 from gelcone.paper import run as running
 from gelcone.paper.claims import Claim
-from gelcone.paper.figures.figure import PaperFigure
+from gelcone.paper.figures.figure import PaperFigure, Table
+from gelcone.paper.films import OTHER_FILMS
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure
 from gelcone.paper.run import Paper, Selection, run, select
@@ -120,6 +121,46 @@ def test_what_is_unknown_is_refused_before_any_work(laboratory, tmp_path, name, 
     assert str(error.value) == message
     assert laboratory.computed == []
     assert not (tmp_path / "out").exists()
+
+
+# --- a figure that the paper does not have ----------------------------------------------------------------------------
+
+
+def with_extra(paper):
+    """The small paper with a figure of a name and a table of two rows."""
+
+    def table(studies):
+        return Table(("added", "count"), (("nothing", "3"), ("x <= 1", f"{studies['swing'].sizes['time']}")))
+
+    return replace(paper, figures={**paper.figures, "extra": replace(paper.figures[3], number="extra", table=table)})
+
+
+def test_a_figure_of_our_own_is_asked_for_by_its_name_and_comes_last(laboratory):
+    paper = with_extra(laboratory.paper)
+    assert select(["extra", "4"], paper) == Selection(("extra", 4), ())
+    assert select([], paper).figures == (3, 4, 13, "extra")
+    with pytest.raises(InputError, match="'extr' is not a figure or claim of the paper; did you mean 'extra'"):
+        select(["extr"], paper)
+
+
+def test_its_table_stands_in_the_report_in_claims_json_and_on_the_terminal(laboratory, tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "source_paper", lambda: with_extra(laboratory.paper))
+    answer = CliRunner().invoke(cli.group, ["paper", "extra", "--quick", "--out", str(tmp_path)])
+    lines = answer.output.splitlines()
+    assert [line.split() for line in lines[:3]] == [["added", "count"], ["nothing", "3"], ["x", "<=", "1", "41"]]
+    assert lines[3] == f"figure extra in {tmp_path}"
+    assert {"extra.png", "extra.svg", "data/swing.nc"} <= set(contents(tmp_path))
+    tables = json.loads((tmp_path / "claims.json").read_text())["tables"]
+    assert tables == {"extra": {"head": ["added", "count"], "rows": [["nothing", "3"], ["x <= 1", "41"]]}}
+    page = (tmp_path / "report.html").read_text()
+    for part in (
+        '<section id="extra">', "<h2>Title 3</h2>", "<th>count</th>", "<tr><td>x &lt;= 1</td><td>41</td></tr>",
+        "<code>gelcone paper extra</code>",
+    ):  # fmt: skip
+        assert part in page
+    asked = CliRunner().invoke(cli.group, ["paper", "extra", "--quick", "--out", str(tmp_path), "--json"])
+    (figure,) = json.loads(asked.output)["result"]["figures"]
+    assert (figure["number"], figure["table"]) == ("extra", tables["extra"])
 
 
 # --- what a run writes ------------------------------------------------------------------------------------------------
@@ -344,14 +385,34 @@ def test_a_film_that_one_study_of_a_claim_does_not_take_is_not_judged(laboratory
     (judged,) = run(["second"], quick=True, out=tmp_path, paper=laboratory.paper).claims
     assert [other.film for other in judged.others] == ["wrinkling"]
     assert judged.with_film("membrane") == ""
-    assert "<td>not judged</td>" in (tmp_path / "report.html").read_text()
+    page = (tmp_path / "report.html").read_text()
+    assert "<th>If the film wrinkles</th>" in page
+    assert "<th>With the membrane</th>" not in page
+
+
+def test_the_film_that_creeps_is_left_to_full_runs_and_to_claims_that_can_be_read_with_it(laboratory, tmp_path):
+    laboratory.films = OTHER_FILMS
+    paper = laboratory.paper
+    without = replace(paper.claims["second"], without=("creeping",))
+    paper = replace(paper, claims=paper.claims | {"second": without})
+    quick = run(["first", "second"], quick=True, out=tmp_path / "quick", paper=paper)
+    assert [[other.film for other in judged.others] for judged in quick.claims] == [["wrinkling", "membrane"]] * 2
+    assert not any("creeping" in computed for computed in laboratory.computed)
+    full = run(["first", "second"], out=tmp_path / "full", paper=paper)
+    first, second = full.claims
+    assert [other.film for other in first.others] == list(OTHER_FILMS)
+    assert [other.film for other in second.others] == ["wrinkling", "membrane"]
+    assert [name for name in laboratory.computed if "creeping" in name] == ["swing creeping"]
+    page = (tmp_path / "full" / "report.html").read_text()
+    assert "<th>If it also creeps, behind 1 MOhm</th>" in page
+    assert page.count("<td>not judged</td>") == 1
 
 
 def test_the_command_ends_with_the_table_of_claims(command, tmp_path):
     result = command("--quick")
     lines = result.output.splitlines()
     assert result.exit_code == 0
-    assert " ".join(lines[0].split()) == "claim verdict if the film wrinkles with the membrane key number which is"
+    assert " ".join(lines[0].split()) == "claim verdict key number which is"
     assert [line.split()[:2] for line in lines[1:4]] == [[n, "reproduced"] for n in ("first", "second", "third")]
     assert "±" in lines[1]
     assert lines[4:] == ["figures 3, 4, 13 in paper-results-quick", "wrote paper-results-quick/report.html"]
@@ -395,7 +456,8 @@ def test_the_source_paper_holds_together():
     from gelcone.presets import load_presets
 
     paper = running.source_paper()
-    assert sorted(paper.figures) == list(range(3, 15))
+    assert list(paper.figures) == [*range(3, 15), "end-of-chaos"]
+    assert not {figure.name for figure in paper.figures.values()} & set(paper.studies)  # names of jobs
     assert len(paper.claims) == 21
     used = {name for part in (*paper.figures.values(), *paper.claims.values()) for name in part.studies}
     assert used == set(paper.studies)

@@ -6,6 +6,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from gelcone.cli.output import print_json
 from gelcone.cli.waiting import BAR_SECONDS, ticking
 
 if TYPE_CHECKING:
+    from gelcone.paper.figures.figure import Table
     from gelcone.paper.report import JudgedClaim
     from gelcone.paper.run import PaperRun
 
@@ -98,6 +100,7 @@ def report(result: PaperRun) -> dict[str, Any]:
                 "svg": str(drawn.svg),
                 "data": [str(path) for path in drawn.data],
             }
+            | ({"table": asdict(drawn.table)} if drawn.table else {})
             for drawn in result.figures
         ],
         "report": str(result.report),
@@ -108,6 +111,8 @@ def report(result: PaperRun) -> dict[str, Any]:
 def summary(result: PaperRun) -> str:
     """What a person reads on the terminal: the table of claims, and where everything is."""
     lines = claim_table(result.claims) if result.claims else []
+    for drawn in result.figures:
+        lines += table_lines(drawn.table) if drawn.table else []
     numbers = [str(drawn.figure.number) for drawn in result.figures]
     lines.append(f"figure{'s' if len(numbers) > 1 else ''} {', '.join(numbers)} in {result.report.parent}")
     lines.append(f"wrote {result.report}")
@@ -117,15 +122,24 @@ def summary(result: PaperRun) -> str:
 def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
     """Claim, verdict, what becomes of it with other films, and key number with what it is: a line a claim, cut to the
     width of a terminal."""
-    from gelcone.paper.report import FILM_HEADINGS
+    from gelcone.paper.report import films_of
     from gelcone.paper.verdicts import verdict_text
 
-    films = FILM_HEADINGS
+    films = films_of(claims)
     rows = [("claim", "verdict", *(heading.lower() for heading in films.values()), "key number", "which is")]
     rows += [
         (judged.claim.name, verdict_text(judged.finding), *(judged.with_film(film) for film in films), *_key(judged))
         for judged in claims
     ]
+    return _in_columns(rows)
+
+
+def table_lines(table: Table) -> list[str]:
+    """The table of a figure, cut to the width of a terminal."""
+    return _in_columns([table.head, *table.rows])
+
+
+def _in_columns(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
     lines = [
         "  ".join([f"{cell:{width}}" for cell, width in zip(row, widths, strict=False)] + [row[-1]]) for row in rows

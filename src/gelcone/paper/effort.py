@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from gelcone.paper.films import MEMBRANE, OTHER_FILMS, PAPERS, WRINKLING, film_of_model
 from gelcone.presets import Preset, find_preset
 
 
@@ -12,7 +13,7 @@ class Effort:
     """Sizes of the paper's studies, and the ``film`` that they are computed with.
 
     ``samples``: most points of a sample, a power of two (`gelcone.paper.sampling`), and ``costly_samples`` of one with
-    much chaos.
+    much chaos. ``films``: those that claims are judged with besides the paper's, which ``film`` is by default.
     """
 
     name: str
@@ -27,12 +28,14 @@ class Effort:
     bisections: int
     samples: int
     costly_samples: int
+    films: tuple[str, ...]
     window: float = 500.0
-    film: str = "taut"
+    film: str = PAPERS
 
     def preset(self, name: str) -> Preset:
         """A parameter set of the paper, with this film."""
-        return replace(find_preset(name), film=self.film)
+        paper = find_preset(name)
+        return paper if self.film == PAPERS else replace(paper, changes=film_of_model(self.film))
 
 
 FULL = Effort(
@@ -48,6 +51,7 @@ FULL = Effort(
     bisections=8,
     samples=512,
     costly_samples=512,
+    films=OTHER_FILMS,
 )
 QUICK = Effort(
     "quick",
@@ -62,4 +66,5 @@ QUICK = Effort(
     bisections=4,
     samples=128,
     costly_samples=16,
+    films=(WRINKLING, MEMBRANE),
 )

@@ -6,7 +6,7 @@ import base64
 import inspect
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from html import escape
@@ -14,6 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gelcone.paper.films import CREEPING, MEMBRANE, SERIES_RESISTANCE, WRINKLING, creeping_in_words
 from gelcone.paper.numbers import Number
 from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Finding, Verdict, judge, verdict_text
@@ -22,14 +23,19 @@ from gelcone.presets import Preset, load_presets
 
 if TYPE_CHECKING:
     from gelcone.paper.claims import Claim
-    from gelcone.paper.figures.figure import PaperFigure
+    from gelcone.paper.figures.figure import PaperFigure, Table
 
 DOI = "10.1177/10775463261460015"
 LARGEST_SVG = 400_000
 """Bytes of an SVG beyond which the page carries the PNG instead: scatter plots of many points draw slowly."""
 
-FILM_HEADINGS = {"wrinkling": "If the film wrinkles", "membrane": "With the membrane"}
+FILM_HEADINGS = {
+    WRINKLING: "If the film wrinkles",
+    MEMBRANE: "With the membrane",
+    CREEPING: f"If it also creeps, behind {SERIES_RESISTANCE}",
+}
 """Of the columns that say what becomes of a claim with another film."""
+
 BADGES = {
     Verdict.REPRODUCED: "reproduced",
     Verdict.TRANSIENT: "transient",
@@ -46,12 +52,13 @@ SYMBOLS = {"zeta": "ζ", "kappa": "κ", "omega": "ω", "x0": "x₀", "v0": "v₀
 
 @dataclass(frozen=True)
 class DrawnFigure:
-    """A figure that was drawn: its pictures, and the files of the studies it shows."""
+    """A figure that was drawn: its pictures, the files of the studies it shows, and its table, if it has one."""
 
     figure: PaperFigure
     png: Path
     svg: Path
     data: tuple[Path, ...]
+    table: Table | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,12 @@ class JudgedClaim:
         return next((str(other) for other in self.others if other.film == film), "")
 
 
+def films_of(claims: Iterable[JudgedClaim]) -> dict[str, str]:
+    """The films with which at least one of the claims was judged, with the headings of their columns."""
+    judged = {other.film for claim in claims for other in claim.others}
+    return {film: heading for film, heading in FILM_HEADINGS.items() if film in judged}
+
+
 def report_html(
     figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim], *, effort: str, version: str, day: date
 ) -> str:
@@ -98,6 +111,7 @@ def report_html(
         *(_figure_section(drawn, claims) for drawn in figures),
         _pictureless(figures, claims),
         _rules(),
+        _films(),
         _presets(),
     )
     # The policy makes a browser refuse anything that the page might load from elsewhere by mistake.
@@ -147,10 +161,11 @@ of dimensionless time.</p>
 
 def _contents(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
     entries = [("claims", "The claims at a glance")] if claims else []
-    entries += [(_anchor(drawn.figure.number), _heading(drawn.figure)) for drawn in figures]
+    entries += [(drawn.figure.name, drawn.figure.heading) for drawn in figures]
     if _without_picture(figures, claims):
         entries.append(("other-claims", "Claims whose figure is not drawn here"))
-    entries += [("verdicts", "How the verdicts are reached"), ("presets", "The parameter sets")]
+    entries += [("verdicts", "How the verdicts are reached"), ("films", "The other films")]
+    entries.append(("presets", "The parameter sets"))
     items = "\n".join(f'<li><a href="#{anchor}">{escape(name)}</a></li>' for anchor, name in entries)
     return f'<nav aria-label="Contents">\n<h2>Contents</h2>\n<ol>\n{items}\n</ol>\n</nav>'
 
@@ -158,16 +173,17 @@ def _contents(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> 
 def _overview(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> str:
     if not claims:
         return ""
-    drawn = {other.figure.number for other in figures}
+    drawn = {other.figure.number: other.figure for other in figures}
+    films = films_of(claims)
     rows = "\n".join(
         f'<tr><td><a href="#{escape(judged.claim.name)}">{escape(judged.claim.name)}</a>'
         f"<br>{escape(judged.claim.statement)}</td>"
-        f"<td>{_badge(judged)}</td>{_others(judged)}<td>{_key(judged.finding)}</td>"
+        f"<td>{_badge(judged)}</td>{_others(judged, films)}<td>{_key(judged.finding)}</td>"
         f"<td>{_figure_link(judged.claim.figure, drawn)}</td></tr>"
         for judged in claims
     )
-    films = "".join(f"<th>{heading}</th>" for heading in FILM_HEADINGS.values())
-    head = f"<tr><th>Claim</th><th>Verdict</th>{films}<th>Key number</th><th>Figure</th></tr>"
+    columns = "".join(f"<th>{heading}</th>" for heading in films.values())
+    head = f"<tr><th>Claim</th><th>Verdict</th>{columns}<th>Key number</th><th>Figure</th></tr>"
     return f"""<section id="claims">
 <h2>The claims at a glance</h2>
 <table class="overview">
@@ -184,12 +200,13 @@ def _figure_section(drawn: DrawnFigure, claims: Sequence[JudgedClaim]) -> str:
     presets = load_presets()
     data = ", ".join(f"<code>data/{escape(path.name)}</code>" for path in drawn.data)
     shown = "\n".join(_claim(judged) for judged in claims if judged.claim.figure == figure.number)
-    return f"""<section id="{_anchor(figure.number)}">
-<h2>{escape(_heading(figure))}</h2>
+    return f"""<section id="{figure.name}">
+<h2>{escape(figure.heading)}</h2>
 <figure>
-<img src="{_picture(drawn)}" alt="{escape(_heading(figure))}">
+<img src="{_picture(drawn)}" alt="{escape(figure.heading)}">
 <figcaption>{escape(figure.message)}</figcaption>
 </figure>
+{_table(drawn.table)}
 <h3>Parameters</h3>
 <p>{escape(figure.values)}</p>
 {_parameter_table([presets[name] for name in figure.presets])}
@@ -208,8 +225,9 @@ def _claim(judged: JudgedClaim) -> str:
         "A consequence of the model": finding.consequence,
         "Film slack": _slack(finding),
         "What the paper could not see": finding.unseen,
-        "With a film that wrinkles instead of pushing": _sentence(judged.with_film("wrinkling")),
-        "With the film as a membrane": _sentence(judged.with_film("membrane")),
+        "With a film that wrinkles instead of pushing": _sentence(judged.with_film(WRINKLING)),
+        "With the film as a membrane": _sentence(judged.with_film(MEMBRANE)),
+        f"With a film that also creeps, behind {SERIES_RESISTANCE}": _sentence(judged.with_film(CREEPING)),
     }
     paragraphs = "\n".join(
         f'<p><span class="label">{label}:</span> {escape(text)}</p>' for label, text in remarks.items() if text
@@ -264,6 +282,17 @@ gives the verdict:</p>
 </section>"""
 
 
+def _films() -> str:
+    return f"""<section id="films">
+<h2>The other films</h2>
+<dl class="purposes">
+<dt>{FILM_HEADINGS[WRINKLING]}</dt><dd>A cone that goes slack where the paper's pushes, and pulls in.</dd>
+<dt>{FILM_HEADINGS[MEMBRANE]}</dt><dd>The axisymmetric membrane in place of a cone: claims about force and pull-in.</dd>
+<dt>{FILM_HEADINGS[CREEPING]}</dt><dd>{escape(creeping_in_words())}</dd>
+</dl>
+</section>"""
+
+
 def _presets() -> str:
     presets = list(load_presets().values())
     purposes = "\n".join(
@@ -280,6 +309,18 @@ def _presets() -> str:
 
 
 # --- its pieces ---------------------------------------------------------------------------------------------------
+
+
+def _table(table: Table | None) -> str:
+    """The table of a figure; nothing without one."""
+    if table is None:
+        return ""
+    head, *rows = (
+        "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
+        for tag, cells in (("th", table.head), *(("td", row) for row in table.rows))
+    )
+    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    return f"<table class='overview'>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
 
 
 def _parameter_table(presets: Sequence[Preset]) -> str:
@@ -334,8 +375,8 @@ def _key(finding: Finding) -> str:
     return f"<strong>{escape(str(number))}</strong><br>{escape(number.meaning)}"
 
 
-def _others(judged: JudgedClaim) -> str:
-    return "".join(f"<td>{escape(judged.with_film(film)) or 'not judged'}</td>" for film in FILM_HEADINGS)
+def _others(judged: JudgedClaim, films: Iterable[str]) -> str:
+    return "".join(f"<td>{escape(judged.with_film(film)) or 'not judged'}</td>" for film in films)
 
 
 def _sentence(text: str) -> str:
@@ -346,21 +387,13 @@ def _badge(judged: JudgedClaim) -> str:
     return f'<span class="badge {BADGES[judged.verdict]}">{escape(verdict_text(judged.finding))}</span>'
 
 
-def _figure_link(number: int, drawn: Iterable[int]) -> str:
-    return f'<a href="#{_anchor(number)}">{number}</a>' if number in drawn else str(number)
+def _figure_link(number: int, drawn: Mapping[int | str, PaperFigure]) -> str:
+    return f'<a href="#{drawn[number].name}">{number}</a>' if number in drawn else str(number)
 
 
 def _without_picture(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) -> list[JudgedClaim]:
     drawn = {other.figure.number for other in figures}
     return [judged for judged in claims if judged.claim.figure not in drawn]
-
-
-def _anchor(number: int) -> str:
-    return f"figure-{number:02d}"
-
-
-def _heading(figure: PaperFigure) -> str:
-    return f"Figure {figure.number}: {figure.title}"
 
 
 def _picture(drawn: DrawnFigure) -> str:

@@ -12,7 +12,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from functools import partial
 from pathlib import Path
@@ -26,10 +26,10 @@ from gelcone.dataset import load, save
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import check_writable, write_together
 from gelcone.paper.effort import FULL, QUICK, Effort
+from gelcone.paper.films import PAPERS
 from gelcone.paper.numbers import Number
 from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.stamp import stamp
-from gelcone.paper.studies.study import OTHER_FILMS
 from gelcone.paper.truths import Share, share
 from gelcone.paper.verdicts import judge, verdict_text
 from gelcone.paper.work import Job, Progress, do
@@ -55,7 +55,7 @@ class Paper:
     """Everything to compute, draw and judge, by name."""
 
     studies: Mapping[str, Study]
-    figures: Mapping[int, PaperFigure]
+    figures: Mapping[int | str, PaperFigure]
     claims: Mapping[str, Claim]
 
 
@@ -63,7 +63,7 @@ class Paper:
 class Selection:
     """The figures and claims that were asked for."""
 
-    figures: tuple[int, ...]
+    figures: tuple[int | str, ...]
     claims: tuple[str, ...]
 
 
@@ -105,7 +105,7 @@ def run(
 
     Parameters
     ----------
-    names : figures (``3``, ``"3"``, ``"figure-03"``) and claims (``"voltage-threshold"``).
+    names : figures (``3``, ``"3"``, ``"figure-03"``, ``"end-of-chaos"``) and claims (``"voltage-threshold"``).
     quick : compute on coarser grids and over fewer periods.
     out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
     force : compute again also what is there.
@@ -119,10 +119,11 @@ def run(
     """
     paper = paper or source_paper()
     effort = QUICK if quick else FULL
-    others = [replace(effort, film=film) for film in OTHER_FILMS]
+    others = [replace(effort, film=film) for film in effort.films]
     asked = select(names, paper)
     folder = Path(out) if out is not None else FOLDERS[effort.name]
-    figures = [paper.figures[n] for n in sorted({*asked.figures, *(paper.claims[c].figure for c in asked.claims)})]
+    shown = {*asked.figures, *(paper.claims[name].figure for name in asked.claims)}
+    figures = [figure for number, figure in paper.figures.items() if number in shown]
     wanted = _wanted(figures, [paper.claims[name] for name in asked.claims], effort, others, paper)
     needed = {_key(name, own) for name, own in wanted}
     _check_folder(folder, figures, needed)
@@ -151,12 +152,12 @@ def _wanted(
 
 def _key(study: str, effort: Effort) -> str:
     """Name of a study's data, which lie in a folder of their own for another film than the paper's."""
-    return study if effort.film == FULL.film else f"{effort.film}/{study}"
+    return study if effort.film == PAPERS else f"{effort.film}/{study}"
 
 
 def _judged_with(claim: Claim, film: str, paper: Paper) -> bool:
     """Whether a claim is judged with another film."""
-    return all(film in paper.studies[name].films for name in claim.studies)
+    return film not in claim.without and all(film in paper.studies[name].films for name in claim.studies)
 
 
 def _computing(study: Study, effort: Effort, folder: Path, paper: Paper) -> Job:
@@ -173,22 +174,28 @@ def _drawing(figure: PaperFigure, ready: Mapping[str, xr.Dataset], folder: Path)
 
 def select(names: Iterable[str | int], paper: Paper) -> Selection:
     """The figures and claims of those names, each once; all of them where there are no names."""
-    figures, claims = [], []
+    figures: list[int | str] = []
+    claims = []
     for name in names:
         number = _FIGURE.fullmatch(str(name))
-        if number:
-            figures.append(int(number[1]))
+        if number or name in paper.figures:
+            figures.append(int(number[1]) if number else name)
         elif name in paper.claims:
             claims.append(str(name))
         else:
-            raise unknown_name("figure or claim of the paper", str(name), paper.claims)
+            raise unknown_name("figure or claim of the paper", str(name), [*_named(paper), *paper.claims])
     for wanted in figures:
         if wanted not in paper.figures:
-            known = ", ".join(map(str, sorted(paper.figures)))
+            known = ", ".join(map(str, paper.figures))
             raise InputError(f"figure {wanted}: is not one of those that are redrawn: {known}")
     if not figures and not claims:
-        return Selection(tuple(sorted(paper.figures)), tuple(paper.claims))
+        return Selection(tuple(paper.figures), tuple(paper.claims))
     return Selection(tuple(dict.fromkeys(figures)), tuple(dict.fromkeys(claims)))
+
+
+def _named(paper: Paper) -> list[str]:
+    """The figures that the paper itself does not have."""
+    return [number for number in paper.figures if isinstance(number, str)]
 
 
 def claim_record(judged: JudgedClaim) -> dict[str, Any]:
@@ -320,7 +327,7 @@ def _is_current(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> bool:
 
 def _finish(
     asked: Selection,
-    drawn: dict[int, DrawnFigure],
+    drawn: dict[int | str, DrawnFigure],
     studies: Mapping[str, xr.Dataset],
     folder: Path,
     effort: Effort,
@@ -329,9 +336,15 @@ def _finish(
     """Judges all claims whose studies are there, and writes ``claims.json`` and the report of all the folder holds."""
     earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
     every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
-    figures = [every[number] for number in sorted(every)]
-    claims = [_judged(c, studies, effort) for c in paper.claims.values() if all(name in studies for name in c.studies)]
-    record = {"effort": effort.name, "version": __version__, "claims": [claim_record(judged) for judged in claims]}
+    figures = [_tabulated(every[number], studies) for number in paper.figures if number in every]
+    there = [claim for claim in paper.claims.values() if all(name in studies for name in claim.studies)]
+    claims = [_judged(claim, studies, effort, paper) for claim in there]
+    record = {
+        "effort": effort.name,
+        "version": __version__,
+        "claims": [claim_record(judged) for judged in claims],
+        "tables": {figure.figure.name: asdict(figure.table) for figure in figures if figure.table},
+    }
     page = report_html(figures, claims, effort=effort.name, version=__version__, day=date.today())
     texts = {
         folder / "claims.json": json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False),
@@ -339,12 +352,19 @@ def _finish(
     }
     write_together({path: partial(_write_text, text) for path, text in texts.items()}, force=True)
     answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
-    return PaperRun(tuple(drawn.values()), tuple(answered), folder / "report.html", effort.name, __version__)
+    mine = tuple(figure for figure in figures if figure.figure.number in drawn)
+    return PaperRun(mine, tuple(answered), folder / "report.html", effort.name, __version__)
 
 
-def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort) -> JudgedClaim:
+def _tabulated(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> DrawnFigure:
+    """A figure with its table, if it has one."""
+    return replace(drawn, table=drawn.figure.table(studies)) if drawn.figure.table else drawn
+
+
+def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, paper: Paper) -> JudgedClaim:
     finding = claim.check({name: studies[name] for name in claim.studies})
-    others = [_with_film(claim, film, studies, replace(effort, film=film)) for film in OTHER_FILMS]
+    films = [film for film in effort.films if _judged_with(claim, film, paper)]
+    others = [_with_film(claim, film, studies, replace(effort, film=film)) for film in films]
     return JudgedClaim(claim, finding, judge(finding), tuple(other for other in others if other is not None))
 
 

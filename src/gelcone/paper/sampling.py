@@ -16,6 +16,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.lyapunov import finite_exponents
+from gelcone.motion.settle import complete
 from gelcone.paper.effort import Effort
 from gelcone.paper.truths import Share, share, stratified
 from gelcone.physics.model import ConeModel
@@ -107,7 +108,8 @@ def over_points(study: xr.Dataset) -> xr.Dataset:
 
 def observed(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
     """Regime, exponents, extent and exponents over the window of every member of an ensemble."""
-    members, states = model.members(), np.tile(initial, (model.size, 1))
+    members = model.members()
+    states = complete(members, np.tile(initial, (model.size, 1)))
     evidence = classify(members, states, patience=effort.patience, budget=SIGN_BUDGET)
     finite, _ = finite_exponents(members, states, effort.window, {})
     extent = np.fmax(np.abs(evidence.lowest), np.abs(evidence.highest))

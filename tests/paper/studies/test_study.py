@@ -6,11 +6,11 @@ import pytest
 
 from gelcone.dataset import model_of
 from gelcone.paper.effort import QUICK
+from gelcone.paper.films import OTHER_FILMS, film_of_device
 from gelcone.paper.studies import STUDIES, practical
-from gelcone.paper.studies.study import OTHER_FILMS
 
 
-@pytest.mark.parametrize("film", ["taut", *OTHER_FILMS])
+@pytest.mark.parametrize("film", ["taut", "wrinkling", "membrane"])
 @pytest.mark.parametrize("name", ["static", "linear-limit"])
 def test_the_film_is_the_one_that_was_asked_for(name, film):
     result = STUDIES[name].compute(replace(QUICK, film=film), lambda share: None)
@@ -23,11 +23,15 @@ def test_the_device_has_the_film_that_was_asked_for(film, monkeypatch):
         pass
 
     def stop(device, *_):
-        raise Seen(device.film)
+        raise Seen(device)
 
     monkeypatch.setattr(practical, "_practical", stop)
-    with pytest.raises(Seen, match=film):
+    with pytest.raises(Seen) as seen:
         practical.practical(replace(QUICK, film=film), lambda share: None)
+    (device,) = seen.value.args
+    assert device.film == ("wrinkling" if film == "creeping" else film)
+    assert device.series_resistance == film_of_device(film).series_resistance
+    assert (device.series_resistance is None) == (film != "creeping")
 
 
 def test_the_membrane_is_a_film_of_claims_about_force_and_pull_in():

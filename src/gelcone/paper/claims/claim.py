@@ -20,15 +20,22 @@ Check = Callable[[Studies], Finding]
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim: ``check`` turns the Datasets of its ``studies``, by name, into a finding; ``figure`` shows it."""
+    """A claim: ``check`` turns the Datasets of its ``studies``, by name, into a finding; ``figure`` shows it.
+
+    It is judged with another film if all studies are computed with it, and if it is not one of ``without``, with which
+    the check would read something else off them.
+    """
 
     name: str
     statement: str
     figure: int
     studies: tuple[str, ...]
     check: Callable[[Studies], Finding]
+    without: tuple[str, ...] = ()
 
 
-def claim(name: str, statement: str, figure: int, *studies: str) -> Callable[[Check], Claim]:
+def claim(
+    name: str, statement: str, figure: int, *studies: str, without: tuple[str, ...] = ()
+) -> Callable[[Check], Claim]:
     """Makes a claim of a check."""
-    return lambda check: Claim(name, statement, figure, studies, check)
+    return lambda check: Claim(name, statement, figure, studies, check, without)

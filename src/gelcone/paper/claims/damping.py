@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.paper.claims.claim import Studies, claim
+from gelcone.paper.films import CREEPING
 from gelcone.paper.numbers import Number
 from gelcone.paper.reading import finite_not_positive, fixed_branch, without_chaos
 from gelcone.paper.sampling import share_of
@@ -69,6 +70,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
     "Small damping gives slow decay, large damping an overdamped return.",
     4,
     "diagram-base-damping-ratio",
+    without=(CREEPING,),  # the second exponent is one of the branch
 )
 def damping_order(studies: Studies) -> Finding:
     """Judge decay and return by the two exponents at the damping ratios of the diagram."""

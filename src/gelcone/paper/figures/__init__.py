@@ -1,9 +1,9 @@
-"""The paper's figures by number: each draws the Datasets of its studies."""
+"""The paper's figures by number, and one of our own by name: each draws the Datasets of its studies."""
 
-from gelcone.paper.figures import parameters, practical, resonance, spectra, statics, triptych
+from gelcone.paper.figures import ends, parameters, practical, resonance, spectra, statics, triptych
 from gelcone.paper.figures.figure import PaperFigure
 
-FIGURES: dict[int, PaperFigure] = {
+FIGURES: dict[int | str, PaperFigure] = {
     figure.number: figure
     for figure in sorted(
         (
@@ -14,6 +14,6 @@ FIGURES: dict[int, PaperFigure] = {
             *resonance.FIGURES,
             *parameters.FIGURES,
         ),
-        key=lambda figure: figure.number,
+        key=lambda figure: int(figure.number),
     )
-}
+} | {figure.number: figure for figure in ends.FIGURES}

@@ -17,25 +17,43 @@ Draw = Callable[[Mapping[str, "xr.Dataset"]], "Figure"]
 
 
 @dataclass(frozen=True)
-class PaperFigure:
-    """A figure: ``draw`` gets the Datasets of its ``studies`` by name.
+class Table:
+    """A table below a figure: its head and its rows, in words."""
 
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+Tabulate = Callable[[Mapping[str, "xr.Dataset"]], Table]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure: ``draw`` gets the Datasets of its ``studies`` by name, and so does ``table``, where there is one.
+
+    ``number``: its number in the paper, or a name where the paper has no such figure.
     ``presets`` are the parameter sets it uses, ``values`` what is varied (from the text or reconstructed, said so),
     ``message`` one paragraph on what it shows, for the report.
     """
 
-    number: int
+    number: int | str
     title: str
     presets: tuple[str, ...]
     values: str
     message: str
     studies: tuple[str, ...]
     draw: Draw
+    table: Tabulate | None = None
 
     @property
     def name(self) -> str:
         """Name of its files."""
-        return f"figure-{self.number:02d}"
+        return f"figure-{self.number:02d}" if isinstance(self.number, int) else self.number
+
+    @property
+    def heading(self) -> str:
+        """The number and the title."""
+        return f"Figure {self.number}: {self.title}" if isinstance(self.number, int) else self.title
 
     @property
     def command(self) -> str:
@@ -48,8 +66,10 @@ def _texts() -> dict[str, Any]:
     return tomllib.loads(files("gelcone.paper.figures").joinpath("texts.toml").read_text(encoding="utf-8"))
 
 
-def paper_figure(number: int, studies: tuple[str, ...], draw: Draw, **values: Any) -> PaperFigure:
+def paper_figure(
+    number: int | str, studies: tuple[str, ...], draw: Draw, table: Tabulate | None = None, **values: Any
+) -> PaperFigure:
     """The figure with its texts of ``texts.toml``, into which ``values`` are put."""
     text = _texts()[str(number)]
     varied = text["values"].format(**values)
-    return PaperFigure(number, text["title"], tuple(text["presets"]), varied, text["message"], studies, draw)
+    return PaperFigure(number, text["title"], tuple(text["presets"]), varied, text["message"], studies, draw, table)

@@ -3,6 +3,7 @@
 from gelcone.paper.studies import (
     continuum,
     diagrams,
+    ends,
     limits,
     maps,
     practical,
@@ -16,6 +17,6 @@ from gelcone.paper.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     study.name: study
-    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits, samples)
+    for module in (statics, continuum, triples, spectra, practical, resonance, diagrams, maps, limits, samples, ends)
     for study in module.STUDIES
 }

@@ -16,7 +16,7 @@ from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
-from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study
+from gelcone.paper.studies.study import OF_FORCE, Progress, Study
 from gelcone.paper.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
@@ -198,6 +198,6 @@ def _first(voltages: Array, met: Any) -> tuple[float, float]:
 
 
 STUDIES = (
-    Study("continuum", continuum, work=3.0, films=OTHER_FILMS),
-    Study("corrected", corrected, work=8.0, films=OTHER_FILMS),
+    Study("continuum", continuum, work=3.0, films=OF_FORCE),
+    Study("corrected", corrected, work=8.0, films=OF_FORCE),
 )

@@ -13,9 +13,11 @@ from gelcone.atlas.plan import Plan
 from gelcone.dataset import Table, attributes, columns
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
+from gelcone.motion.settle import complete
 from gelcone.paper.effort import Effort
+from gelcone.paper.films import WRINKLING
 from gelcone.paper.studies.cascade import cascade
-from gelcone.paper.studies.study import Progress, Study
+from gelcone.paper.studies.study import OF_MOTION, Progress, Study
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -77,7 +79,8 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
         progress=progress,
     )
     ensemble, states = Plan(model, {parameter: values}, preset.initial).at({parameter: values})
-    finite, _ = finite_exponents(ensemble.members(), states, effort.window, {})
+    members = ensemble.members()
+    finite, _ = finite_exponents(members, complete(members, states), effort.window, {})
     result["finite"] = (parameter, "exponent"), finite, attributes(*FINITE)
     followed = attached_branches(result)
     if followed is not None:
@@ -98,8 +101,16 @@ def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]
     return columns(dims, table)
 
 
+FOLLOWED = (("base", "voltage"), ("fast", "voltage"), ("base", "damping_ratio"))
+"""Panels with the film that creeps, too: of claims that are judged with it."""
+
 STUDIES = tuple(
-    # Half of the voltages of the base set are chaotic, with many windows between.
-    Study(diagram_name(*panel), partial(diagram, *panel), work=14.0 if panel == ("base", "voltage") else 2.5)
+    Study(
+        diagram_name(*panel),
+        partial(diagram, *panel),
+        # Half of the voltages of the base set are chaotic, with many windows between.
+        work=14.0 if panel == ("base", "voltage") else 2.5,
+        films=OF_MOTION if panel in FOLLOWED else (WRINKLING,),
+    )
     for panel in PANELS
 )

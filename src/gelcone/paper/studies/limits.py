@@ -13,6 +13,7 @@ from gelcone.dataset import attributes
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
 from gelcone.motion.flow import integrate
+from gelcone.motion.settle import complete, start_states
 from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
@@ -20,7 +21,7 @@ from gelcone.paper.reading import STARTS
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
-from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study
+from gelcone.paper.studies.study import OF_FORCE, Progress, Study
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = effort.preset("fast")
     model = preset.model.replace(stretch_limit=np.array(LARGE), voltage=np.full(len(LARGE), OWN_VOLTAGE))
     times = np.linspace(0.0, effort.window, 2001)
-    run = integrate(model, np.tile(preset.initial, (model.size, 1)), times)
+    run = integrate(model, start_states(model, preset.initial), times)
     own = _extents(model.take([0]), preset.initial, effort).isel(member=0)
     progress(0.2)
     return result.assign(
@@ -135,9 +136,10 @@ def _extents(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     limits = np.broadcast_to(np.array(LARGE)[:, None], shape).ravel()
     nearby = model.replace(voltage=members.number("voltage"), stretch_limit=limits)
     starts = np.asarray(initial) + np.tile(offsets, model.size * len(LARGE))[:, None]
-    evidence = classify(nearby.members(), starts, patience=effort.patience, budget=SIGN_BUDGET)
+    members = nearby.members()
+    evidence = classify(members, complete(members, starts), patience=effort.patience, budget=SIGN_BUDGET)
     # Mirror images count as the same motion: which of the two a motion ends on is a matter of its start.
-    late = swing(nearby.members(), evidence.final)
+    late = swing(members, evidence.final)
     extent = np.fmax(np.abs(late.highest), np.abs(late.lowest)).reshape(shape)
     described: dict[str, dataset.Variable] = {
         "extent": (("limit", "start"), extent, "largest displacement in the long run, nearby starts", "length"),
@@ -148,7 +150,7 @@ def _extents(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 
 
 STUDIES = (
-    Study("linear-limit", linear_limit, work=0.1, films=OTHER_FILMS),
+    Study("linear-limit", linear_limit, work=0.1, films=OF_FORCE),
     Study("limit-map", limit_map, work=2.0),
     Study("beyond", beyond, work=3.0, films=()),
     Study("large-limits", large_limits, work=5.0),

@@ -11,6 +11,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
+from gelcone.motion.settle import complete
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.diagrams import FINITE, rest_stability
 from gelcone.paper.studies.samples import MODES
@@ -35,9 +36,10 @@ def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     result = sweep(plan, keep=["section"], progress=lambda share: progress(0.9 * share))
     result = result.drop_vars(["status", "source"]).assign_attrs(title="parameter map")
     model, states = plan.at(plan.grid)
-    finite, _ = finite_exponents(model.members(), states, effort.window, {})
+    members = model.members()
+    finite, _ = finite_exponents(members, complete(members, states), effort.window, {})
     progress(0.1)
-    result["finite"] = (*plan.over, "exponent"), finite.reshape((*plan.shape, 2)), attributes(*FINITE)
+    result["finite"] = (*plan.over, "exponent"), finite.reshape((*plan.shape, -1)), attributes(*FINITE)
     theory = {
         name: (dims, values.reshape(plan.shape), attrs)
         for name, (dims, values, attrs) in rest_stability(model, tuple(plan.over)).items()

@@ -7,16 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone import dataset
-from gelcone.devices.device import Device, find_device
+from gelcone.devices.device import Device
 from gelcone.devices.si import to_si
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate
+from gelcone.motion.settle import start_states
 from gelcone.motion.settled import swing
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study, about, merged
+from gelcone.paper.films import OTHER_FILMS, film_of_device
+from gelcone.paper.studies.study import Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress as MaybeProgress
@@ -42,7 +44,7 @@ def practical(effort: Effort, progress: Progress) -> xr.Dataset:
     """
     import xarray as xr
 
-    base = find_device("paper-table1").replace(film=effort.film)
+    base = film_of_device(effort.film)
     parts = [
         _practical(base.replace(initial_height=height, voltage_amplitude=VOLTS), effort, weighted(progress, 0.5))
         for height in HEIGHTS
@@ -61,8 +63,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
     times = np.linspace(0.0, effort.window, round(effort.window / SPACING) + 1)
     run = simulate(model, state, times=times, progress=weighted(progress, 0.3))
     settle = SETTLED_DECAYS / float(np.min(model.damping_ratio))
-    starts = np.broadcast_to(state, (model.size, 2))
-    evidence = classify(model.members(), starts, transient=settle, patience=effort.patience)
+    evidence = classify(model.members(), start_states(model, state), transient=settle, patience=effort.patience)
     late = swing(model.members(), evidence.final)
     kinds = label_evidence(model, evidence, {}, "").drop_vars(["section", "lowest", "highest"])
     shares = {str(n): f"window_{n}" for n in run if str(n).startswith("validity_")}

@@ -14,13 +14,15 @@ import numpy as np
 
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
+from gelcone.motion.settle import complete
 from gelcone.paper import reading
 from gelcone.paper.effort import Effort
+from gelcone.paper.films import WRINKLING
 from gelcone.paper.numbers import Truth
 from gelcone.paper.reading import LIMIT_THRESHOLD, STARTS, chaotic, finite_positive
 from gelcone.paper.sampling import SIGN_BUDGET, Sample, observed, over_points, sampled, share_of
 from gelcone.paper.studies.diagrams import PANELS
-from gelcone.paper.studies.study import Progress, Study
+from gelcone.paper.studies.study import OF_MOTION, Progress, Study
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.paper.truths import Share, every
 from gelcone.paper.verdicts import NEARLY_ALL, WIDE
@@ -215,7 +217,8 @@ def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = effort.preset("base")
     model = preset.model.replace(voltage=voltages + 0.0 * offsets[:, None])
     starts = np.tile(preset.initial, (model.size, 1)) + np.repeat(offsets, SET_VOLTAGES)[:, None]
-    own = classify(model.members(), starts, patience=effort.patience, budget=SIGN_BUDGET)
+    members = model.members()
+    own = classify(members, complete(members, starts), patience=effort.patience, budget=SIGN_BUDGET)
     extent = np.fmax(np.abs(own.lowest), np.abs(own.highest)).reshape(model.shape)
     progress(0.2)
     kinds = own.regime.reshape(model.shape)
@@ -226,14 +229,22 @@ def _of_sets(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     """`observed`, and the kinds of motion of the same sets at the pre-stretches of figure 10."""
     _, parameter, stretches, changes = TRIPLES["prestretch"]
     others = model.replace(**changes, **{parameter: np.array(stretches)})
-    kinds = classify(others.members(), np.tile(initial, (others.size, 1)), patience=effort.patience, budget=SIGN_BUDGET)
+    members = others.members()
+    starts = complete(members, np.tile(initial, (others.size, 1)))
+    kinds = classify(members, starts, patience=effort.patience, budget=SIGN_BUDGET)
     own = over_points(observed(model, initial, effort))
     return own.assign(prestretch_kind=(("point", "prestretch"), kinds.regime.reshape(others.shape)))
 
 
 WORK = {"share-high-voltage": 15.0, "other-voltages-damping": 7.0, "share-limit": 3.0, "other-voltages-limit": 3.0}
 
+FOLLOWED = ("share-voltage", "share-damping", "other-voltages-damping")
+"""Samples with the film that creeps, too: of claims that are judged with it."""
+
 STUDIES = (
-    *(Study(name, partial(sampled, samples), work=WORK.get(name, 2.0)) for name, samples in SAMPLES.items()),
-    Study("neighbours", neighbours, work=10.0),
+    *(
+        Study(name, partial(sampled, samples), WORK.get(name, 2.0), OF_MOTION if name in FOLLOWED else (WRINKLING,))
+        for name, samples in SAMPLES.items()
+    ),
+    Study("neighbours", neighbours, work=10.0, films=OF_MOTION),
 )

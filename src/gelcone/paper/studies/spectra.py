@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.motion.spectrum import FEWEST_PERIODS, spectrum
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
+from gelcone.paper.studies.study import OF_MOTION, Progress, Study, about, kinds_of, merged
 from gelcone.paper.studies.triples import TRIPLES
 from gelcone.progress import weighted
 
@@ -48,4 +48,4 @@ def spectra(effort: Effort, progress: Progress) -> xr.Dataset:
     return about(result, kinds, ", ".join(SETS), "voltage", effort, options, "spectra at three voltages")
 
 
-STUDIES = (Study("spectra", spectra, work=3.0),)
+STUDIES = (Study("spectra", spectra, work=3.0, films=OF_MOTION),)

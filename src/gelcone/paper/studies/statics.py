@@ -11,7 +11,7 @@ from gelcone import dataset
 from gelcone.dataset import attributes
 from gelcone.motion.equilibrium import static as static_curves
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import OTHER_FILMS, Progress, Study, about
+from gelcone.paper.studies.study import OF_FORCE, Progress, Study, about
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -91,4 +91,4 @@ def _surfaces(base: ConeModel) -> dict[str, Any]:
     }
 
 
-STUDIES = (Study("static", static, work=0.5, films=OTHER_FILMS), Study("energy", energy, work=0.1))
+STUDIES = (Study("static", static, work=0.5, films=OF_FORCE), Study("energy", energy, work=0.1))

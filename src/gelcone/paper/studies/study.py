@@ -14,6 +14,7 @@ from gelcone.motion.attractor.search import default_transient
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.settle import start_states
 from gelcone.paper.effort import Effort
+from gelcone.paper.films import CREEPING, MEMBRANE, WRINKLING
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -22,25 +23,23 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 
 DECAYS = 20.0
-
-
-OTHER_FILMS = ("wrinkling", "membrane")
-"""Films other than the paper's that a claim is judged with: a cone that cannot push, and the true membrane, where the
-claim is about force or pull-in."""
+OF_FORCE = (WRINKLING, MEMBRANE)
+"""Of studies of force and pull-in: the film that creeps has the settled states of the wrinkling one."""
+OF_MOTION = (WRINKLING, CREEPING)
 
 
 @dataclass(frozen=True)
 class Study:
     """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1).
 
-    ``work`` is about how many seconds of one core it takes in a quick run. ``films``: those of `OTHER_FILMS` that it is
-    computed with, too.
+    ``work`` is about how many seconds of one core it takes in a quick run. ``films``: those of
+    `gelcone.paper.films.OTHER_FILMS` that it is computed with, too.
     """
 
     name: str
     compute: Callable[[Effort, Progress], xr.Dataset]
     work: float = 1.0
-    films: tuple[str, ...] = ("wrinkling",)
+    films: tuple[str, ...] = (WRINKLING,)
 
 
 def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:

@@ -17,8 +17,10 @@ from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
 from gelcone.motion.section import section
+from gelcone.motion.settle import start_states
 from gelcone.paper.effort import Effort
-from gelcone.paper.studies.study import Progress, Study, about, kinds_of, merged
+from gelcone.paper.films import WRINKLING
+from gelcone.paper.studies.study import OF_MOTION, Progress, Study, about, kinds_of, merged
 from gelcone.physics.model import ConeModel
 from gelcone.presets import Preset
 from gelcone.progress import Progress as MaybeProgress
@@ -73,7 +75,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
     late = section(
         model, preset.initial, repeats=effort.section_points, discard=settled, progress=weighted(progress, 0.3)
     )
-    finite = finite_exponents(model.members(), np.tile(preset.initial, (model.size, 1)), effort.window, {})
+    finite = finite_exponents(model.members(), start_states(model, preset.initial), effort.window, {})
     parts = [
         kinds.drop_vars(["lowest", "highest", "section"]),
         _finite(model, finite),
@@ -95,8 +97,9 @@ def _points(points: xr.Dataset, prefix: str, dim: str) -> xr.Dataset:
 
 def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: MaybeProgress) -> xr.Dataset:
     """The time response that follows the last point of a section; NaN for a member that has failed before."""
-    ends = np.stack([late[name].isel(repeat=-1).values for name in ("displacement", "velocity")], axis=-1)
-    states = np.where(np.isfinite(ends), ends, np.asarray(preset.initial))
+    names = [state.name for state in model.members().system.states]
+    ends = np.stack([late[name].isel(repeat=-1).values for name in names], axis=-1)
+    states = np.where(np.isfinite(ends), ends, start_states(model, preset.initial))
     run = _window(model, states, LATE_REPEATS * float(model.members().forcing_period.max()), "late", progress)
     ran = late["outcome"] == Outcome.OK
     return run if ran.all() else run.where(ran)
@@ -134,4 +137,7 @@ def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
     return dataset.label(model, variables, options={}, title="")
 
 
-STUDIES = tuple(Study(name, partial(triple, name)) for name in TRIPLES)
+FOLLOWED = {"voltage": OF_MOTION, "prestretch": OF_MOTION}
+"""Films other than the paper's, where these are more than the one that wrinkles."""
+
+STUDIES = tuple(Study(name, partial(triple, name), films=FOLLOWED.get(name, (WRINKLING,))) for name in TRIPLES)

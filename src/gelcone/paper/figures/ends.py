@@ -1,0 +1,135 @@
+"""The end of chaos: the number of chaotic voltages over the resistance and over the numbers of a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gelcone.paper.figures.figure import Table, paper_figure
+from gelcone.paper.films import CREEPING, film_of_model
+from gelcone.paper.reading import chaotic, finite_positive, positive
+from gelcone.paper.studies.ends import COUNTED_OVER, MODULI, MODULUS, NAME, RESISTANCES, TIME, TIMES, VOLTAGES, Case
+from gelcone.paper.truths import share
+from gelcone.plots.style import BLUE, GREY, VERMILION, styled
+from gelcone.quantity import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class Count(NamedTuple):
+    """The number of voltages at which something holds, and of those at which it might."""
+
+    certain: int
+    open: int
+
+    def __str__(self) -> str:
+        return f"{self.certain} to {self.certain + self.open}" if self.open else str(self.certain)
+
+
+def counts(truths: Array) -> list[Count]:
+    """The count of each case, from truths (cases, voltages)."""
+    shares = (share(row) for row in truths)
+    return [Count(int(found.holding), int(found.open)) for found in shares]
+
+
+class Row(NamedTuple):
+    """A case with the counts of chaotic voltages, of positive exponents in the long run and over the window from the
+    start, and the count of another version, NaN for none."""
+
+    case: Case
+    chaos: Count
+    exponents: Count
+    window: Count
+    before: float
+
+
+def rows_of(study: xr.Dataset) -> list[Row]:
+    """The counts of each case."""
+    numbers = (study[name].values for name in ("series_resistance", "viscous_modulus_1", "relaxation_time_1"))
+    added = [Case(*map(float, case)) for case in zip(*numbers, strict=True)]
+    found = [counts(truths) for truths in (chaotic(study), positive(study), finite_positive(study))]
+    return [Row(*row) for row in zip(added, *found, map(float, study["counted"].values), strict=True)]
+
+
+def table(studies: Mapping[str, xr.Dataset]) -> Table:
+    """The counts in words, a row for each case."""
+    study = studies[NAME]
+    head = (
+        "added to the film",
+        f"chaotic, of {study.sizes['voltage']} voltages",
+        "with a positive exponent",
+        f"positive over the first {study.attrs['window']:g} time units",
+        f"by version 0.2, over {COUNTED_OVER:g}",
+    )
+    rows = tuple(
+        (words(row.case), *map(str, row[1:4]), f"{row.before:.0f}" if np.isfinite(row.before) else "")
+        for row in rows_of(study)
+    )
+    return Table(head, rows)
+
+
+def words(case: Case) -> str:
+    """A case in words."""
+    if case.resistance:
+        return f"resistance rho = {case.resistance:g}"
+    return f"branch g = {case.modulus:g}, tau = {case.time:g}" if case.modulus else "nothing"
+
+
+def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
+    """Counts over the resistance, over the modulus of a branch and over its relaxation time."""
+    rows = sorted(rows_of(studies[NAME]))
+    nothing = next(row for row in rows if row.case == Case())
+    panels = (
+        (r"series resistance $\rho$", "resistance", [row for row in rows if row.case.resistance]),
+        (rf"modulus $g$ at $\tau$ = {TIME:g}", "modulus", [row for row in rows if row.case.time == TIME]),
+        (rf"time $\tau$ at $g$ = {MODULUS:g}", "time", [row for row in rows if row.case.modulus == MODULUS]),
+    )
+
+    def fill(figure: Figure) -> None:
+        for axes, (label, over, shown) in zip(figure.subplots(1, 3, sharey=True), panels, strict=True):
+            _panel(axes, over, shown, nothing.chaos)
+            axes.set_xlabel(label)
+        figure.axes[0].set_ylabel(f"chaotic voltages of {studies[NAME].sizes['voltage']}")
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+
+    return styled(7.2, 2.7, fill)
+
+
+def _panel(axes: Axes, over: str, rows: list[Row], nothing: Count) -> None:
+    values = np.array([getattr(row.case, over) for row in rows])
+    chaos = np.array([row.chaos for row in rows], dtype=float)
+    before = np.array([row.before for row in rows])
+    top = nothing.certain + nothing.open
+    axes.axhspan(nothing.certain - 0.1, top + 0.1, color=GREY, alpha=0.4, lw=0, label="elastic film, ideal source")
+    half = 0.5 * chaos[:, 1]
+    look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": BLUE, "capsize": 2.5}
+    axes.errorbar(values, chaos[:, 0] + half, yerr=half, label="chaotic, with what is not decided", **look)
+    axes.plot(values, before, "s", ms=7.0, mfc="none", color=VERMILION, label="counted by version 0.2")
+    axes.set_xscale("log")
+    axes.set_ylim(-0.5, VOLTAGES.size + 0.5)
+
+
+FIGURES = (
+    paper_figure(
+        "end-of-chaos",
+        (NAME,),
+        draw,
+        table,
+        voltages=VOLTAGES.size,
+        lowest=float(VOLTAGES[0]),
+        highest=float(VOLTAGES[-1]),
+        megohm=film_of_model(CREEPING)["series_resistance"],
+        resistances=f"{min(RESISTANCES):g} to {max(RESISTANCES):g}",
+        moduli=f"{min(MODULI):g} to {max(MODULI):g}",
+        times=f"{min(TIMES):g} to {max(TIMES):g}",
+        modulus=MODULUS,
+        time=TIME,
+        counted_over=COUNTED_OVER,
+    ),
+)
