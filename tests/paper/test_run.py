@@ -403,6 +403,8 @@ def test_the_film_that_creeps_is_left_to_full_runs_and_to_claims_that_can_be_rea
     assert [other.film for other in first.others] == list(OTHER_FILMS)
     assert [other.film for other in second.others] == ["wrinkling", "membrane"]
     assert [name for name in laboratory.computed if "creeping" in name] == ["swing creeping"]
+    sizes = {film: load(tmp_path / "full" / "data" / film / "swing.nc").sizes["time"] for film in OTHER_FILMS}
+    assert sizes == {"wrinkling": 201, "membrane": 201, "creeping": 41}  # it takes much longer
     page = (tmp_path / "full" / "report.html").read_text()
     assert "<th>If it also creeps, behind 1 MOhm</th>" in page
     assert page.count("<td>not judged</td>") == 1

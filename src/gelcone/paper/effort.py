@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from gelcone.paper.films import MEMBRANE, OTHER_FILMS, PAPERS, WRINKLING, film_of_model
+from gelcone.paper.films import CREEPING, MEMBRANE, OTHER_FILMS, PAPERS, WRINKLING, film_of_model
 from gelcone.presets import Preset, find_preset
 
 
@@ -36,6 +36,10 @@ class Effort:
         """A parameter set of the paper, with this film."""
         paper = find_preset(name)
         return paper if self.film == PAPERS else replace(paper, changes=film_of_model(self.film))
+
+    def with_film(self, film: str) -> Effort:
+        """The sizes for another film: the one that creeps takes much longer, and has those of a quick run."""
+        return replace(QUICK if film == CREEPING else self, name=self.name, film=film)
 
 
 FULL = Effort(

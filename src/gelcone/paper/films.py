@@ -60,6 +60,7 @@ def creeping_in_words() -> str:
         f"tau = {time:.3g}: the fastest of the three of VHB 4910 ({BRANCH_MODULUS:g} kPa over a long-term modulus of "
         f"{LONG_TERM_MODULUS:g} kPa, {BRANCH_TIME}; Wang, Decker, Henann and Chester, J. Mech. Phys. Solids, 2016). "
         "The two slower ones are left out. No numbers of a branch of a PVC gel are known to us; those of this "
-        "elastomer are an example. All else is as in the paper's film. Judged in full runs, and only the claims whose "
-        "motions can be followed with it at an acceptable cost; statics are those of the film that wrinkles."
+        "elastomer are an example. All else is as in the paper's film. Judged in full runs, with the sizes of a quick "
+        "one, and only claims whose motions can be followed with it at an acceptable cost; statics are those of the "
+        "film that wrinkles."
     )

@@ -119,7 +119,7 @@ def run(
     """
     paper = paper or source_paper()
     effort = QUICK if quick else FULL
-    others = [replace(effort, film=film) for film in effort.films]
+    others = [effort.with_film(film) for film in effort.films]
     asked = select(names, paper)
     folder = Path(out) if out is not None else FOLDERS[effort.name]
     shown = {*asked.figures, *(paper.claims[name].figure for name in asked.claims)}
@@ -364,7 +364,7 @@ def _tabulated(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> DrawnFi
 def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, paper: Paper) -> JudgedClaim:
     finding = claim.check({name: studies[name] for name in claim.studies})
     films = [film for film in effort.films if _judged_with(claim, film, paper)]
-    others = [_with_film(claim, film, studies, replace(effort, film=film)) for film in films]
+    others = [_with_film(claim, film, studies, effort.with_film(film)) for film in films]
     return JudgedClaim(claim, finding, judge(finding), tuple(other for other in others if other is not None))
 
 

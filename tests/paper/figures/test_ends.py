@@ -56,7 +56,7 @@ def test_counts_stand_at_their_values_with_bars_over_what_is_not_decided(panel, 
     axes = draw({NAME: study()}).axes[panel]
     points, *_, before = axes.lines
     ends = [(low, high) for (_, low), (_, high) in axes.collections[0].get_segments()]
-    np.testing.assert_array_equal(points.get_xdata(), values)
+    np.testing.assert_array_equal(points.get_xydata(), list(zip(values, [low for low, _ in bars], strict=True)))
     np.testing.assert_array_equal(ends, bars)
     np.testing.assert_array_equal(before.get_xdata(), values)
     np.testing.assert_array_equal(before.get_ydata(), squares)

@@ -107,9 +107,9 @@ def _panel(axes: Axes, over: str, rows: list[Row], nothing: Count) -> None:
     before = np.array([row.before for row in rows])
     top = nothing.certain + nothing.open
     axes.axhspan(nothing.certain - 0.1, top + 0.1, color=GREY, alpha=0.4, lw=0, label="elastic film, ideal source")
-    half = 0.5 * chaos[:, 1]
+    above = np.stack([np.zeros(len(rows)), chaos[:, 1]])
     look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": BLUE, "capsize": 2.5}
-    axes.errorbar(values, chaos[:, 0] + half, yerr=half, label="chaotic, with what is not decided", **look)
+    axes.errorbar(values, chaos[:, 0], yerr=above, label="chaotic, with what is not decided", **look)
     axes.plot(values, before, "s", ms=7.0, mfc="none", color=VERMILION, label="counted by version 0.2")
     axes.set_xscale("log")
     axes.set_ylim(-0.5, VOLTAGES.size + 0.5)
