@@ -39,7 +39,7 @@ def counts(truths: Array) -> list[Count]:
 
 class Row(NamedTuple):
     """A case with the counts of chaotic voltages, of positive exponents in the long run and over the window from the
-    start, and the count of another version, NaN for none."""
+    start, and the one counted before, NaN for none."""
 
     case: Case
     chaos: Count
@@ -64,7 +64,7 @@ def table(studies: Mapping[str, xr.Dataset]) -> Table:
         f"chaotic, of {study.sizes['voltage']} voltages",
         "with a positive exponent",
         f"positive over the first {study.attrs['window']:g} time units",
-        f"by version 0.2, over {COUNTED_OVER:g}",
+        f"positive over {COUNTED_OVER:g}, counted before",
     )
     rows = tuple(
         (words(row.case), *map(str, row[1:4]), f"{row.before:.0f}" if np.isfinite(row.before) else "")
@@ -110,7 +110,7 @@ def _panel(axes: Axes, over: str, rows: list[Row], nothing: Count) -> None:
     above = np.stack([np.zeros(len(rows)), chaos[:, 1]])
     look: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": BLUE, "capsize": 2.5}
     axes.errorbar(values, chaos[:, 0], yerr=above, label="chaotic, with what is not decided", **look)
-    axes.plot(values, before, "s", ms=7.0, mfc="none", color=VERMILION, label="counted by version 0.2")
+    axes.plot(values, before, "s", ms=7.0, mfc="none", color=VERMILION, label="counted before")
     axes.set_xscale("log")
     axes.set_ylim(-0.5, VOLTAGES.size + 0.5)
 
