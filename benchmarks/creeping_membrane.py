@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.errors import InputError
 from gelcone.membrane.elements import Chains, Elements
 from gelcone.membrane.gel import Gel, Ring
 from gelcone.physics.film.branches import Branches
@@ -152,7 +153,10 @@ def random_case(random: np.random.Generator) -> tuple[Gel, float, float, float, 
     gel, ratio = Gel(law, numbers, meridional**2, hoop**2), random.uniform(0.1, 0.5)
     film = MembraneFilm(law=law)
     own = {"stretch_limit": limit, "radius_ratio": ratio, "meridional_prestretch": meridional, "hoop_prestretch": hoop}
-    n = film.numbers(film.complete(own))
+    try:
+        n = film.numbers(film.complete(own))
+    except InputError:  # stretched too near its limit: no membrane is made
+        return random_case(random)
     x = random.uniform(0.2, 1.0)
     V = random.uniform(0.0, 0.98) ** 2 * min(float(film.highest_squared(x, n)), 5.0)
     return gel, ratio, x, V, 10.0 ** random.uniform(-1.0, 0.6)

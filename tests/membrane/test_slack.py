@@ -86,3 +86,11 @@ def test_a_slack_film_pulls_in_where_its_rim_localises():
 
 def test_a_film_without_a_hump_has_no_limit_while_slack():
     assert slack_limit(gel_of(1.0, 1.0, 3.0)) == np.inf
+
+
+def test_voltages_of_a_film_whose_rims_end_early_rise_with_its_height():
+    law = LAWS["yeoh"]
+    soft = Gel(law, law.numbers({"yeoh_c2": -0.0088808, "yeoh_c3": 9.6887e-05}), 1.0, 4.0)
+    voltages = slack_voltage(soft, 0.25, np.array([0.01, 0.05, 0.08]))
+    assert np.all(np.diff(voltages) > 0.0)
+    assert slack_height(soft, 0.25, voltages[1]) == pytest.approx(0.05, rel=1e-3)

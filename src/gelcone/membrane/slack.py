@@ -30,6 +30,8 @@ def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
     hump = gel.hump()
     V = np.linspace(0.0, 1.0, VOLTAGES) * float(gel.crumpling(min(hump, gel.B))) / gel.G
     heights = _between_rims(gel, ratio, V)
+    last = int(np.argmin(np.isfinite(heights))) or V.size  # beyond, no rim is found: such a film has pulled in
+    heights, V = heights[:last], V[:last]
     found = np.interp(x, heights, V, left=0.0)
     higher = x > heights[-1]
     return np.where(higher, np.maximum(evenly, V[-1]) if hump > gel.B else V[-1], found)
