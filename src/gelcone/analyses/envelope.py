@@ -76,18 +76,26 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
         yield f"  {name:20s}  {reading:16s}  {row}"
     yield _pull_in_words(shown)
     if "instant_voltage" in shown:
-        yield (
-            f"the film creeps: at constant voltage it pulls in above {measured(shown['instant_voltage'])} at once, "
-            f"above {measured(shown['long_time_voltage'])} after a while (gelcone creep says when)"
-        )
-        yield (
-            f"up to {measured(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those "
-            "of that time"
-            if "holding_voltage" in shown
-            else "limits at constant voltage are those in the long run, with --duration those of a time"
-        )
+        yield from _creep_words(shown)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
+
+
+def _creep_words(shown: xr.Dataset) -> Iterator[str]:
+    """The two pull-in voltages of a film that creeps, and what the limits at constant voltage hold for."""
+    if not np.isfinite(shown["long_time_voltage"]):
+        yield "the film creeps: no constant voltage pulls it in, at once or in the long run"
+        return
+    yield (
+        f"the film creeps: at constant voltage it pulls in above {measured(shown['instant_voltage'])} at once, "
+        f"above {measured(shown['long_time_voltage'])} after a while (gelcone creep says when)"
+    )
+    yield (
+        f"up to {measured(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
+        "that time"
+        if "holding_voltage" in shown
+        else "limits at constant voltage are those in the long run, with --duration those of a time"
+    )
 
 
 def _held_words(shown: xr.Dataset) -> str:

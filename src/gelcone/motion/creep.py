@@ -202,7 +202,7 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
 class Holding(NamedTuple):
     """Constant voltages that a film bears for a duration: the ``highest`` of them, in what is commanded and as it is on
     the film; at the ``levels`` up to it, on the film, the ``members`` and their ``run``; and the ``variables`` that
-    `creep` has of the same names."""
+    `creep` has of the same names, of the voltage on the film."""
 
     highest: float
     levels: Array
@@ -221,7 +221,7 @@ def holding(
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
     levels = np.fmin(highest, up_to / films.gain) * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
     run, _ = films.run(levels, _times(lasts), weighted(progress, 0.5))
-    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest, *_HIGHEST)}
+    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest * films.gain, *_HIGHEST)}
     return Holding(highest * films.gain, levels * films.gain, films.members(levels), run, variables)
 
 

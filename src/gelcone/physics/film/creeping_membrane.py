@@ -6,9 +6,10 @@ In a membrane each ring has branches of its own. Here all are stretched by the m
     E(x, V) + psi(M(x^2); states),
 
 of which the first is that of the relaxed membrane, and pulls with x K, K = k + M' t1/M with the stress t1 of the
-branches. A relaxed film is the membrane itself. At once, and in between, its force is within some per cent, mostly
-within 0.5 %, of the one with branches in every ring (``benchmarks/creeping_membrane.py``). It pulls in where the relaxed membrane does: what a
-branch in the ring that localises would withstand for a while is left out, on the safe side.
+branches. A relaxed film is the membrane itself. At once, and in between, its force is within some per cent of the one
+with branches in every ring, in half of the films tried within 0.5 % (``benchmarks/creeping_membrane.py``). It pulls in
+where the relaxed membrane does: what a branch in the ring that localises would withstand for a while is left out, on
+the safe side.
 
 A film pulls, and never pushes. Where K would be negative, because its branches have crept at a greater height, it hangs
 loose at its natural height, at which K = 0: its branches, hoops and charge are those of that height.
@@ -116,7 +117,7 @@ class CreepingMembrane:
 
     def balancing(self, x: Any, pull: Any, y: list[Any], n: Numbers) -> Any:
         """The V at which K is ``pull``."""
-        length, slope, _ = mean_length(np.square(x), n)
+        length, slope, _ = mean_length(np.maximum(np.square(x), n["mean_begin"]), n)
         return self.film.balancing(x, pull - slope * self.film.viscous.pull(length, y, n)[0], n)
 
     def highest_squared(self, x: Any, y: list[Any], n: Numbers) -> Any:
@@ -127,7 +128,7 @@ class CreepingMembrane:
 
     @property
     def border(self) -> Border:
-        """``in_tension`` tells a film that pulls from one that hangs loose."""
+        """``in_tension`` is positive where the film pulls, and negative where it hangs loose."""
         return Border(self._loose_border, "in_tension", divides=True)
 
     def _loose_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
