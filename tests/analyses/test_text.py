@@ -639,7 +639,8 @@ def test_the_table_of_a_window_leaves_out_what_lies_on_lines():
 def test_the_heading_says_how_well_each_membrane_is_known():
     device = gelcone.find_device("double-cone").replace(second_hoop_prestretch=1.2, second_meridional_prestretch=1.2)
     lines = answer.heading(Subject(device.to_model(), device))
-    errors = [numbers(known)[0] for known in " ".join(lines).split("its force is known to")[1:]]
+    said = " ".join(" ".join(lines).split())
+    errors = [numbers(known)[0] for known in said.split("its force is known to")[1:]]
     own = device.to_model().own_numbers
     wanted = [100.0 * float(np.max(own[name])) for name in ("film_error", "second_film_error")]
     assert errors == pytest.approx(wanted, abs=0.051)
