@@ -71,6 +71,7 @@ def prepared(tmp_path_factory):
         gelcone.save(pump, folder / name)
     for path in (ROOT / "docs" / "measured").glob("*/*.*"):
         shutil.copy(path, folder / path.name)
+    shutil.copy(folder / "pump-tests.toml", folder / "mine-tests.toml")
     (folder / "tension.csv").write_text("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n1.3,12\n")
     (folder / "relaxation.csv").write_text("time (s),stretch,stress (kPa)\n1,2,9\n2,2,8\n3,2,7\n4,2,7\n")
     (folder / "recorded.csv").write_text("time (s), voltage (V)\n0, 0\n0.2, 700\n0.5, 0\n")

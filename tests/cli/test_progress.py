@@ -36,7 +36,8 @@ def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
 def test_the_time_that_is_left_is_that_of_the_work_that_is_left(monkeypatch, capsys):
     """A quarter of the work is done: three times as long again. The clock runs a hundred times as fast."""
     real = time.monotonic
-    monkeypatch.setattr(output, "LOG_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
     monkeypatch.setattr(output.time, "monotonic", lambda: 100.0 * real())
     with output.progress_lines("static") as report:
         report(0.25)

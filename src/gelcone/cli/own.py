@@ -28,8 +28,8 @@ def init_command() -> click.Command:
     gelcone simulate mine.toml --out results
     gelcone init --wish wish.toml
     gelcone design wish.toml --out designs
-    gelcone init --tests tests.toml
-    gelcone fit mine.toml --data tests.toml --free spring_rate~3% --plan
+    gelcone init --tests mine-tests.toml
+    gelcone fit mine.toml --data mine-tests.toml --free spring_rate~3% --plan
     """
     params: list[click.Parameter] = [
         click.Argument(["file"], type=PLACE, metavar="FILE"),

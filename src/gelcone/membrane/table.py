@@ -145,7 +145,6 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
         "reach_squared": reach,
         "flat_voltage": flat,
     }
-    film.numbers |= fitted_mean_length(film.elements, begin, reach)
     ends = {"near": (begin, cut), "far": (max(cut, 0.0), reach)}
     for piece, (low, high) in ends.items():
         if low < high:
@@ -158,7 +157,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
             f"film = membrane: the force of this film (a/b = {ratio:g}) cannot be fitted to its states; take film = "
             "wrinkling, or other pre-stretches"
         )
-    return film.numbers | {"film_error": error}
+    return film.numbers | fitted_mean_length(film.elements, begin, reach) | {"film_error": error}
 
 
 @cache

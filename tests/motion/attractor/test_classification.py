@@ -9,7 +9,6 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor import classification
 from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.physics.model import ConeModel
-from gelcone.physics.system import ConeSystem
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -66,10 +65,11 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(
 ):
     """Its largest exponent is zero within its error and its 0-1 test regular; in the plane areas shrink, so never;
     nor while it still leaves an unstable cycle behind."""
-    monkeypatch.setattr(ConeSystem, "planar", plane)
+    members = ConeModel(damping_ratio=np.array([0.1])).members()
+    monkeypatch.setitem(vars(members.system), "planar", plane)
     evidence = Evidence.blank(1, 2 if plane else 3)
     evidence.zero_one[:], evidence.sign[:], evidence.under_way[:] = zero_one, 0, under_way
-    classification.judge(ConeModel(damping_ratio=np.array([0.1])).members(), evidence)
+    classification.judge(members, evidence)
     assert Regime(int(evidence.regime[0])).label == name
     assert evidence.doubtful.tolist() == [doubtful]
 

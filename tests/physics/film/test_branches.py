@@ -308,7 +308,6 @@ def test_a_model_has_the_branches_of_which_it_has_numbers():
         ({"branches": 1, "flow": "exp"}, "'exp' is not a flow; known: log, linear"),
         ({"branches": 1, "flow_exponent": 2}, "flow_exponent = 2: must be an odd whole number"),
         ({"branches": 1, "flow_exponent": 3, "flow": "linear"}, "only the logarithmic flow takes one"),
-        ({"viscous_modulus_1": 0.5, "film": "membrane"}, "branches: the film 'membrane' does not take it"),
         ({"viscous_modulus_1": -0.5}, "viscous_modulus_1 = -0.5: must be at least 0"),
     ],
 )
