@@ -99,7 +99,7 @@ def _of_csv(path: Path) -> Columns:
 
 
 def _named(path: Path, title: str) -> tuple[str, str]:
-    name, bracket, unit = title.strip().partition("[")
+    name, bracket, unit = title.strip().translate(str.maketrans("()", "[]")).partition("[")
     if bracket and not unit.endswith("]"):
         raise InputError(f"{path}: {title.strip()!r} has a bracket that is not closed; give {FORM}")
     return name.strip(), unit.removesuffix("]").strip()

@@ -336,10 +336,9 @@ def _variables(
         power_in = powers["source"]
     else:
         # of a film whose charge no program knows well: the first law; NaN where the film's energy is not known
-        kept = all(film.film.fitted_charge or not film.states for film in system.films)
-        known = (work.get("film", 0.0) if kept else np.nan) + 0.0 * stored
-        supplied = work["motion"] + stored - stored[:, :1] + known + lost
-        residual = work["motion"] - work["damper"] - (mechanical - mechanical[:, :1]) + 0.0 * known
+        flowed = work.get("film", 0.0)
+        supplied = work["motion"] + stored - stored[:, :1] + flowed + lost
+        residual = work["motion"] - work["damper"] - (mechanical - mechanical[:, :1]) + 0.0 * stored
     if len(losses) > 1 or lost.any():
         series |= {f"{cause}_dissipation": work[cause] for cause in losses}
     if lost.any():
