@@ -122,3 +122,27 @@ def test_orbit_of_a_wrinkling_film_crosses_its_borders():
     for tangent in shooting.run(nodes, [0.5]).tangents:
         product = tangent @ product
     np.testing.assert_allclose(product, run.tangents[0, 0], atol=1e-11)
+
+
+def test_two_states_with_a_film_that_drags_have_the_determinant_of_their_tangents():
+    """Of a branch without states, which damps the disc as much as the disc's own damping does and more: the product of
+    the multipliers is the integrated trace, and both are those of the full model."""
+    numbers = {"relaxation_time_1": 0.01, "viscous_modulus_1": 2.0}
+    full = ConeModel(voltage=0.3, voltage_bias=0.5, drive_frequency=0.6, rest_height=0.8, damping_ratio=0.02, **numbers)
+    found = []
+    for model in (full.replace(reduced="relaxation_time_1"), full):
+        members = model.members()
+        period = members.forcing_period[0]
+        end = integrate(members, members.start_states((0.5, 0.0))[0], [60.0 * period]).states[:, -1]
+        cycle = find_cycles(members, end, np.array([1]))
+        run = integrate(members, cycle.point[0], [period], keep="tangents")
+        segments = segments_for(float(members.rate[0]), float(period))
+        *_, turn = newton(members, cycle.point, 1, segments, [1e-15] * 3)
+        nodes = np.concatenate([turn.point, turn.path[0, :-1]])
+        shooting = shooting_of(members, Kind())
+        multipliers = shooting.multipliers(shooting.run(nodes, [0.3]).tangents, [0.3])
+        found.append(np.log(np.abs(multipliers[:2])).sum())
+        if model.reduced:
+            assert found[0] == pytest.approx(run.divergence[0, -1], abs=1e-9)
+    assert found[0] == pytest.approx(found[1], rel=2e-3)
+    assert found[0] < 1.2 * -2.0 * 0.02 * period

@@ -270,8 +270,8 @@ class Shooting:
         return ends - ahead
 
     def log_determinant(self, tangents: Array, values: Sequence[float]) -> float:
-        """Logarithm of the determinant of the map: with two states exactly -2 zeta times its length."""
-        if self.size == 2:
+        """Logarithm of the determinant of the map: of a planar system exactly -2 zeta times its length."""
+        if self.system.planar:
             numbers = self.numbers_at(values)
             time = self.phase / float(numbers["drive_frequency"])
             return -2.0 * float(numbers["damping_ratio"]) * self.kind.repeats * time

@@ -79,8 +79,8 @@ def advance(
 def contraction(members: Members, run: Trajectories, spans: Array) -> Array:
     """Integrate the Jacobian's trace between samples ``spans`` (members, samples) of time apart.
 
-    By Liouville's theorem this is the logarithm by which a volume of states changes: -2 zeta times the span with two
-    states, and with more what the ``run`` integrated along the motion.
+    By Liouville's theorem this is the logarithm by which a volume of states changes: -2 zeta times the span of a planar
+    system, and else what the ``run`` integrated along the motion.
     """
     return -2.0 * members.values["damping_ratio"][:, None] * spans if run.divergence is None else run.divergence
 

@@ -6,6 +6,7 @@ import pytest
 import gelcone
 from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import EventKind
+from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
 
@@ -145,3 +146,17 @@ def test_two_doublings_within_one_step_are_found(highest):
         fine = gelcone.continue_branch(model, "drive_frequency", 1.8, 1.95, start="settled", switch=0, checks=2)
     for one, other in zip(events_of(found), events_of(fine), strict=True):
         assert one["value"] == pytest.approx(other["value"], abs=1e-9)
+
+
+def test_folds_of_a_film_that_drags_have_the_trace_of_their_orbit():
+    """Two states, whose areas shrink by more than the disc's damping: by what is integrated along the orbit."""
+    own = {"relaxation_time_1": 0.001, "viscous_modulus_1": 0.5, "reduced": "relaxation_time_1"}
+    model = SPRING.replace(**own)
+    found = gelcone.continue_branch(model, "drive_frequency", 0.45, 0.8, start="settled", switch=0, checks=2)
+    events = events_of(found)
+    assert [event["kind"] for event in events] == ["fold", "fold"]
+    for k, event in enumerate(events):
+        at = model.replace(drive_frequency=event["value"])
+        run = integrate(at, found["event_orbit"].values[k, 0], at.members().forcing_period, keep="tangents")
+        product = np.prod(np.array(event["multipliers"])[:, 0])
+        assert product == pytest.approx(np.exp(run.divergence[0, -1]), rel=1e-8)

@@ -176,8 +176,8 @@ def locate(
 
 
 def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> npt.NDArray[np.complex128]:
-    """Multipliers of the map; with two states one is that of the event, and the determinant gives the other."""
-    if shooting.size > 2:
+    """Multipliers of the map; of a planar system one is that of the event, and the determinant gives the other."""
+    if not shooting.system.planar:
         return shooting.multipliers(here.tangents, tuple(values))
     other = np.exp(shooting.log_determinant(here.tangents, tuple(values))) / at
     return np.array(sorted((at, other), key=abs, reverse=True), dtype=complex)
