@@ -10,6 +10,7 @@ from gelcone.analyses.request import Subject
 from gelcone.motion.flow import integrate
 from gelcone.physics.circuit import REDUCED_RESISTANCE
 from gelcone.physics.film.branches import REDUCED_TIME
+from gelcone.physics.waveforms import Samples, Staircase
 
 DRIVE = {
     "voltage": 0.5, "voltage_bias": 0.5, "drive_frequency": 0.6, "rest_height": 0.8, "hoop_prestretch": 1.3,
@@ -30,7 +31,7 @@ def errors(more, name, values):
     """Of the reduced model and of the one without the stiff part, each over the values."""
     found = []
     for value in values:
-        full = ConeModel(**DRIVE, **more, **{name: value})
+        full = ConeModel(**DRIVE | more, **{name: value})
         assert full.stiff == (name,)
         reduced = full.replace(reduced=name)
         assert reduced.reduced == (name,)
@@ -120,6 +121,33 @@ def test_small_signals_settled_motion_and_records_know_it():
     assert lines[1][-1].startswith("  reduced: the series resistance, below 0.01")
 
 
+@pytest.mark.parametrize("waveform", ["triangle", "square", "trapezoid", "ramp", "half_wave", "burst", "staircase"])
+def test_drives_with_corners_that_do_not_jump_are_taken_behind_a_filter(waveform):
+    """As none does by default, bursts included, whose sine ends at zero but for rounding."""
+    given = {"waveform": waveform, "filter_time": 0.2, "series_resistance": 0.009, "reduced": "series_resistance"}
+    assert ConeModel(**DRIVE, **given).reduced == ("series_resistance",)
+
+
+class Chord(gelcone.Film):
+    """A user's film, whose capacitance is known in programs and whose gain is the default."""
+
+    name = "chord"
+    linear_charge = traced_charge = True
+    parameters = {"film_modulus": gelcone.Quantity("c", "modulus of the film", 2.0, positive=True)}
+
+    def force(self, x, squared, y, n, xp=np):
+        return (n["film_modulus"] - squared) * x, n["film_modulus"] - squared + 0.0 * x
+
+    def capacitance(self, x, squared, y, n, xp=np):
+        return 1.0 + x * x
+
+
+def test_a_film_of_ones_own_takes_a_resistance_without_a_state():
+    found = errors({"film": Chord(), "hoop_prestretch": None}, "series_resistance", (0.009, 0.003))
+    assert found[0, 0] / found[1, 0] == pytest.approx(9.0, rel=0.15)
+    assert found[0, 0] < 0.1 * found[0, 1]
+
+
 def test_a_device_takes_it():
     device = gelcone.find_device("biased-pump").replace({"film": "taut", "series_resistance": "0.1 MOhm"})
     assert device.to_model().stiff == ("series_resistance",)
@@ -140,6 +168,15 @@ def test_a_device_takes_it():
         ({"series_resistance": 0.003, "current_limit": 1.0}, "current_limit: takes the voltage on the film as a state"),
         ({"series_resistance": 0.003, "film": "wrinkling"}, "the capacitance of the film 'wrinkling' depends"),
         ({"series_resistance": 0.003, "waveform": "triangle"}, "the waveform 'triangle' has corners"),
+        *(
+            ({"series_resistance": 0.009, "filter_time": 0.003} | jumping, f"the waveform '{name}' jumps, and behind")
+            for name, jumping in {
+                "square": {"waveform": "square", "rise": [0.1, 0.0]},
+                "ramp": {"waveform": "ramp", "fall": 0.0},
+                "staircase": {"waveform": Staircase((0.0, 1.0), 0.0)},
+                "samples": {"waveform": Samples((0.0, 0.5, 1.0), (0.0, 1.0, 0.5), repeat=True, jump=True)},
+            }.items()
+        ),
         ({"circuit": "charge"}, "the circuit 'charge' has no series_resistance"),
         ({}, "reduced: there is no series_resistance"),
         ({"reduced": "damping"}, "'damping' is not a.*reduced"),

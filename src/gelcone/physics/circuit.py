@@ -94,7 +94,7 @@ class Port:
             return flat
 
         def residual(v: Any, charge: Any, xp: Any) -> Any:
-            return Port(**{**vars(self), "xp": xp}).charge(v) - charge
+            return replace(self, xp=xp).charge(v) - charge
 
         name = f"voltage of a charge on {', '.join(film.words for film, _ in self.films)}"
         return root(self.xp, name, residual, (charge,), lambda charge, xp: flat)
@@ -102,20 +102,23 @@ class Port:
     def voltage_rate(self, voltage: Any, current: Any) -> Any:
         """Rate of the voltage while a current charges the films and the disc moves; the voltage must be a state."""
         by_voltage, *by_others = self._slopes(voltage)
-        moving = [self.velocity]
-        for film, y in self.films:
-            moving += film.rates(self.displacement, self.velocity, voltage * voltage, y, self.n, self.xp)
-        for slope, rate in zip(by_others, moving, strict=True):
+        for slope, rate in zip(by_others, self._moving(voltage), strict=True):
             current = current - slope * rate
         return current / by_voltage
 
+    def _moving(self, voltage: Any) -> list[Any]:
+        """Rates of displacement and films' states at a voltage."""
+        found = [self.velocity]
+        for film, y in self.films:
+            found += film.rates(self.displacement, self.velocity, voltage * voltage, y, self.n, self.xp)
+        return found
+
     def charge_rate(self, voltage: Any, rate: Any) -> Any:
         """Rate of the charge at a voltage and its rate while the disc moves, of films whose capacitance does not depend
-        on the voltage: it grows along the disc's way as fast as the voltage weakens the force, both from one energy."""
+        on the voltage, which must not depend on the disc or on the films' states."""
         found = self.capacitance(voltage) * rate
-        for film, _ in self.films:
-            gain = film.voltage_gain(self.displacement, voltage * voltage, self.n)
-            found = found + (2.0 * voltage) * (gain * self.velocity)
+        for slope, change in zip(self._slopes(voltage, False), self._moving(voltage), strict=True):
+            found = found + slope * change
         return found
 
     def slope(self, voltage: Any) -> Any:
@@ -123,21 +126,21 @@ class Port:
         film's energy ends."""
         return self._slopes(voltage)[0]
 
-    def _slopes(self, voltage: Any) -> list[Any]:
-        """Derivatives of the charge by voltage, displacement and the films' states."""
+    def _slopes(self, voltage: Any, by_voltage: bool = True) -> list[Any]:
+        """Derivatives of the charge ``by_voltage``, displacement and the films' states."""
         at = [voltage, self.displacement, *(value for _, y in self.films for value in y)]
 
         def charge(at: list[Any], xp: Any) -> list[Any]:
             left, films = iter(at[2:]), []
             for film, y in self.films:
                 films.append((film, [next(left) for _ in y]))
-            port = Port(**{**vars(self), "displacement": at[1], "films": tuple(films), "xp": xp})
+            port = replace(self, displacement=at[1], films=tuple(films), xp=xp)
             return [port.charge(at[0])]
 
         if not traced(self.xp):
-            return gradients(charge, at)[0]
+            return gradients(charge, at)[0][0 if by_voltage else 1 :]
         (found,) = charge(at, self.xp)
-        return [derivatives([self.xp.node(found)], leaf)[0] for leaf in at]
+        return [derivatives([self.xp.node(found)], leaf)[0] for leaf in at[0 if by_voltage else 1 :]]
 
 
 class Circuit(Component):

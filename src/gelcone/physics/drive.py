@@ -63,6 +63,10 @@ class Pieces:
     terms: Array
 
 
+JUMP = 1e-9
+"""The smallest step between two pieces, over their size, that is more than rounding."""
+
+
 @dataclass(frozen=True)
 class Corners:
     """The corners of members between two times: the numbers of the piece at the first time, ``passed`` (members, 6) in
@@ -216,6 +220,21 @@ class Pieced(Waveform):
     def gated(self) -> bool:
         """Whether it has a carrier. Default no."""
         return False
+
+    def jumps(self, n: Numbers) -> bool:
+        """Whether its voltage jumps between two pieces, of any member."""
+        table = self.table(n)
+        begins, terms = np.asarray(table.begins), np.moveaxis(np.asarray(table.terms), -1, 0)
+        ends = np.concatenate([begins[..., 1:], begins[..., :1] + 2.0 * np.pi], axis=-1)
+        s = ends - begins
+        after, before = terms[0], terms[0] + s * (terms[1] + s * (terms[2] + s * terms[3]))
+        if self.gated:
+            trailing = {name: np.asarray(value)[..., None] for name, value in n.items()}
+            after, before = (
+                value + terms[4] * self.carrier(phase, trailing) for value, phase in ((after, begins), (before, ends))
+            )
+        steps = np.abs(before - np.roll(after, -1, axis=-1))[..., : None if self.repeat else -1]
+        return bool(np.max(steps) > JUMP * np.max(np.abs(terms[[0, 4]])))
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         own = super().numbers(parameters)

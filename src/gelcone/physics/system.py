@@ -18,7 +18,7 @@ from gelcone.physics.bias import Bias
 from gelcone.physics.circuit import CIRCUITS, Circuit, Port
 from gelcone.physics.component import Component, Numbers, State, uncached
 from gelcone.physics.differentiate import derivatives, directional, evaluated, jacobian
-from gelcone.physics.drive import Waveform
+from gelcone.physics.drive import Pieced, Waveform
 from gelcone.physics.film.film import Border, Film
 from gelcone.physics.implicit import traced
 from gelcone.physics.placed import PREFIX, PlacedFilm, renamed
@@ -94,6 +94,15 @@ class ConeSystem:
                 f"reduced: the voltage of the waveform {self.waveform.name!r} has corners, at which the film's would "
                 "jump; give the amplifier a filter_time too (a device: filter_frequency), or leave series_resistance "
                 "out of reduced"
+            )
+
+    def _check_jumps(self, values: Numbers) -> None:
+        """`InputError` where a filter's command jumps, and with it the current through a resistance without a state."""
+        if isinstance(self.waveform, Pieced) and self.waveform.jumps(self.waveform.numbers(values)):
+            raise InputError(
+                f"reduced: the voltage of the waveform {self.waveform.name!r} jumps, and behind a filter the film's "
+                "would, too; take one that rises and falls in some share of the repeat, or leave series_resistance out "
+                "of reduced"
             )
 
     def __getstate__(self) -> dict[str, Any]:
@@ -216,6 +225,8 @@ class ConeSystem:
         values = {"damping_ratio": damping.check("damping_ratio", given.get("damping_ratio", damping.default))}
         for part in (self.bias, self.waveform, self.circuit):
             values |= part.complete({name: given[name] for name in part.parameters if name in given})
+        if getattr(self.circuit, "reduced", False):
+            self._check_jumps(values)
         for film in self.films:
             values |= film.complete_beside(given, values)
         known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
@@ -349,7 +360,7 @@ class ConeSystem:
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
 
-        With two states the Jacobian shares the film's division with the rates; with more the rates are differentiated.
+        Of a planar system the Jacobian shares the film's division with the rates; else the rates are differentiated.
         In a graph it is that of deviations which have the film's charge in place of a voltage (see `charged`).
         """
         rates, slope = self._moment(tau, z, n, xp).rates_and_slope()
