@@ -148,6 +148,26 @@ def test_a_film_of_ones_own_takes_a_resistance_without_a_state():
     assert found[0, 0] < 0.1 * found[0, 1]
 
 
+def test_each_call_states_the_whole_choice():
+    """Whichever way round, each name once, and together with the number of branches that goes with it."""
+    numbers = {
+        "viscous_modulus_1": 0.3,
+        "relaxation_time_1": 0.01,
+        "viscous_modulus_2": 0.5,
+        "relaxation_time_2": 0.004,
+    }
+    model = ConeModel(**numbers, series_resistance=0.005, reduced="relaxation_time_1+relaxation_time_1")
+    assert model.film == model.replace(reduced="relaxation_time_1").film
+    assert model.replace(voltage=1.0).reduced == ("relaxation_time_1",)
+    for names in (("series_resistance",), ("series_resistance", "relaxation_time_2"), ("relaxation_time_2",), ()):
+        model = model.replace(reduced="+".join(names) or "none")
+        assert model.reduced == names
+    second = model.replace(reduced="relaxation_time_2")
+    assert second.replace(branches=1, reduced="none").film.branches == 1
+    with pytest.raises(InputError, match="there is no relaxation_time_2"):
+        second.replace(branches=1)
+
+
 def test_a_device_takes_it():
     device = gelcone.find_device("biased-pump").replace({"film": "taut", "series_resistance": "0.1 MOhm"})
     assert device.to_model().stiff == ("series_resistance",)

@@ -266,7 +266,7 @@ def _reduced(given: Any) -> tuple[bool | None, tuple[int, ...] | None]:
         if name not in known:
             raise unknown_name("reduced", name, (*known, "none"))
     found = tuple(sorted(known.index(name) for name in names if name != known[0]))
-    return known[0] in names, found or (() if given == "none" else None)
+    return known[0] in names, found
 
 
 def _film(
@@ -283,15 +283,15 @@ def _film(
     if not chosen.get("reduced", True) and not hasattr(found, "reduced"):
         del chosen["reduced"]  # there is nothing to follow
     if "branches" not in chosen and (count := branches_of(parameters)) > getattr(found, "branches", 0):
-        chosen = {"branches": count} | chosen  # before those that are reduced
+        chosen["branches"] = count
     for name, value in chosen.items():
         if name not in {field.name for field in fields(found)} if is_dataclass(found) else True:
             takes = {"pull_in": "wrinkling", "reduced": "taut"}.get(name, "membrane, wrinkling or taut")
             raise InputError(
                 f"{name}: the film {found.name!r} does not take it; take the film {takes}, or leave it out"
             )
-        whole = isinstance(value, float) and value.is_integer()
-        found = with_fields(found, **{name: int(value) if whole else value})  # type: ignore[type-var]
+        chosen[name] = int(value) if isinstance(value, float) and value.is_integer() else value
+    found = with_fields(found, **chosen) if chosen else found  # type: ignore[type-var]
     if not isinstance(found, GelFilm):
         if law is not None or mode is not None:
             raise InputError(f"law, prestretch_mode: the film {found.name!r} takes neither; leave them out")

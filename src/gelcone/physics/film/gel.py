@@ -127,7 +127,7 @@ class BranchedFilm(GelFilm):
 
     def __post_init__(self) -> None:
         check_prestretch_mode(self.prestretch_mode)
-        object.__setattr__(self, "reduced", tuple(int(k) for k in self.reduced))
+        object.__setattr__(self, "reduced", tuple(sorted({int(k) for k in self.reduced})))
         _ = self.viscous
         if self.rested not in RESTED:
             raise unknown_name("rested", str(self.rested), RESTED)
