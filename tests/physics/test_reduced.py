@@ -168,6 +168,25 @@ def test_each_call_states_the_whole_choice():
         second.replace(branches=1)
 
 
+def test_the_balance_beside_a_film_whose_charge_no_program_knows_closes():
+    """By the first law, in which the damper's work is what the films give the disc less; and it is that of the film
+    whose charge is known."""
+
+    class Unknown(Chord):
+        traced_charge = False
+
+    own = {"viscous_modulus_1": 2.0, "relaxation_time_1": 0.01, "reduced": "relaxation_time_1"}
+    runs = []
+    for second in (Chord(), Unknown()):
+        model = ConeModel(**DRIVE, **own, second_film=second)
+        runs.append(simulate(model, (0.6, 0.1), times=TIMES))
+    known, unknown = runs
+    assert float(known["film_dissipation"][-1]) > 5e-3
+    np.testing.assert_allclose(unknown["supplied_energy"], known["supplied_energy"], atol=1e-11)
+    for run in runs:
+        assert float(abs(run["energy_residual"]).max()) < 1e-12
+
+
 def test_a_device_takes_it():
     device = gelcone.find_device("biased-pump").replace({"film": "taut", "series_resistance": "0.1 MOhm"})
     assert device.to_model().stiff == ("series_resistance",)

@@ -749,6 +749,8 @@ class _Moment:
         force = self._force(0)[0]
         for k in range(1, len(self.system.films)):
             force = force + self._force(k)[0]
+        for film in self.system.films:
+            force = force + film.drag(self.z[0], self.n) * self.z[1] if film.drags else force
         return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
 
     def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
