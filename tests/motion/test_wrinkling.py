@@ -383,3 +383,19 @@ def test_static_force_is_unknown_where_the_second_film_alone_has_pulled_in(volta
     model = ConeModel(film="wrinkling", second_voltage=np.sqrt([0.31, 0.32]), **second)
     force = model.force(np.array([0.3, 0.3]), voltage)
     assert np.isfinite(force).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("stretches", [(1.3, 1.05), (1.05, 1.3)], ids=["thinner first", "thinner second"])
+def test_of_two_films_behind_a_resistance_the_one_whose_minimum_ends_has_pulled_in(stretches):
+    """The one that is stretched less is the first to crumple; mirrored, the other."""
+    lengths = dict(zip(("prestretch", "second_prestretch"), stretches, strict=True))
+    model = ConeModel(
+        film="wrinkling", second_film="wrinkling", second_flat_height=1.0, prestretch_mode="equibiaxial",
+        law="neo-hookean", rest_height=0.5, damping_ratio=0.3, voltage=0.0, voltage_bias=1.0, series_resistance=0.05,
+        **lengths,
+    )  # fmt: skip
+    run = simulate(model, (0.5, 0.0), times=[20.0])
+    lost, kept = ("second_", "") if stretches[0] > stretches[1] else ("", "second_")
+    assert int(run[f"{kept}pull_in_kind"]) == FilmPullIn.NONE
+    assert int(run[f"{lost}pull_in_kind"]) == FilmPullIn.MINIMUM
+    assert float(run[f"{lost}pull_in_time"]) == pytest.approx(0.2907, abs=1e-4)

@@ -441,9 +441,9 @@ class ConeSystem:
             for border in line.circuit.borders:
                 value = self._line_value(line, border)
                 found.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
-            folding = [k for k in line.films if self.films[k].film.folds]
-            if line.circuit.carries_voltage and folding:
-                found.append((folding[0], Border(self._fold_value(line), seldom=True)))
+            for place, k in enumerate(line.films):
+                if line.circuit.carries_voltage and self.films[k].film.folds:
+                    found.append((k, Border(self._fold_value(line, place), seldom=True)))
         return tuple(found)
 
     def _film_value(self, k: int, border: Border) -> Callable[..., Any]:
@@ -460,13 +460,14 @@ class ConeSystem:
 
         return value
 
-    def _fold_value(self, line: Line) -> Callable[..., Any]:
-        """Where the minimum of a film's energy ends at the voltage that it has. Behind a resistance its charge passes
-        that end, while the voltage turns there and crosses nothing."""
+    def _fold_value(self, line: Line, place: int) -> Callable[..., Any]:
+        """Where the minimum of the energy of a film, by its place in the line, ends at the voltage that it has. Behind a
+        resistance its charge passes that end, while the voltage turns there and crosses nothing."""
 
         def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
             moment = self._moment(tau, z, n, xp)
-            return 1.0 / moment.port(line).slope(moment.voltage(line)) - FOLDED
+            port = moment.port(line)
+            return 1.0 / replace(port, films=(port.films[place],)).slope(moment.voltage(line)) - FOLDED
 
         return value
 
