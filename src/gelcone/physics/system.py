@@ -461,8 +461,8 @@ class ConeSystem:
         return value
 
     def _fold_value(self, line: Line, place: int) -> Callable[..., Any]:
-        """Where the minimum of the energy of a film, by its place in the line, ends at the voltage that it has. Behind a
-        resistance its charge passes that end, while the voltage turns there and crosses nothing."""
+        """Where the minimum of the energy of a film, by its place in the line, ends at its voltage. Behind a resistance
+        its charge passes that end, while the voltage turns there and crosses nothing."""
 
         def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
             moment = self._moment(tau, z, n, xp)
