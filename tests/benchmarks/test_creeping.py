@@ -1,5 +1,7 @@
 """No viscous device is silently wrong: a few blocks of ``benchmarks/creeping.py``, and that it sees what is wrong."""
 
+import json
+
 import creeping
 import pytest
 
@@ -28,3 +30,10 @@ def test_a_fault_is_seen(monkeypatch):
         lambda structure, n: of_numbers(structure, {**n, "viscous_modulus_1": (1.0 + 1e-6) * n["viscous_modulus_1"]}),
     )
     assert creeping.check(TAUT, 2)["counts"] == {"wrong": 2}
+
+
+@pytest.mark.parametrize(("kinds", "code"), [({"right": 9, "without a reference": 1}, 0), ({"wrong, pull-in": 1}, 1)])
+def test_the_exit_code_knows_every_kind_of_wrong(tmp_path, kinds, code):
+    record = {"block": 0, "components": "", "counts": kinds, "worst": 0.1, "wrong": [], "seconds": [1.0, 1.0]}
+    (tmp_path / "done.jsonl").write_text(json.dumps(record) + "\n")
+    assert creeping.main(creeping.BLOCK, tmp_path / "done.jsonl") == code
