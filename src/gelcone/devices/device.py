@@ -63,7 +63,8 @@ class Device(DeviceFields):
         none: the amplifier gives what is commanded.
     series_resistance : of amplifier, leads and electrodes, ohm; ``current_limit``, A, of the amplifier behind it.
     reduced : what is too fast to have states of its own, as in `ConeModel`: ``"series_resistance"``, a branch's
-        ``"relaxation_time_1"``, or several joined by "+"; of a taut film. Default none.
+        ``"relaxation_time_1"``, or several joined by "+"; of a taut film, whose stresses lack such a branch's. Default
+        none.
     circuit : ``"charge"`` where the drive commands the charge, or one of one's own. Default none.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.

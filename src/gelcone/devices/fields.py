@@ -197,8 +197,9 @@ class DeviceFields(Record):
         near=("current", "maximum_current", "compliance"),
     )  # fmt: skip
     reduced: Any = Field(
-        "what is too fast to have states of its own, of a taut film: series_resistance, relaxation_time_1, or several "
-        "joined by +", default=None, unset="none", near=("stiff", "quick"), example="series_resistance",
+        "what is too fast to have states of its own, of a taut film: series_resistance, relaxation_time_1 (its "
+        "stresses are left out), or several joined by +", default=None, unset="none", near=("stiff", "quick"),
+        example="series_resistance",
     )  # fmt: skip
     circuit: Any = Field(
         "charge: the drive commands the charge, by the voltage that it gives the flat film; or a circuit of one's own, "

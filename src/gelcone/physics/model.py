@@ -75,9 +75,9 @@ class ConeModel(Ensemble):
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
     rested : where the branches have relaxed before a run: ``"flat"`` (default), on the film as mounted, or
         ``"raised"``, where the run starts.
-    reduced : what is too fast to have states of its own, to second order in it: ``"series_resistance"`` below 0.01, a
-        ``"relaxation_time_k"`` below 0.02, or several, joined by "+"; ``"none"``. They take the taut film. Default:
-        none, or as the film and the circuit that are given.
+    reduced : what is too fast to have states of its own, the motion to second order in it: ``"series_resistance"``
+        below 0.01, a ``"relaxation_time_k"`` below 0.02, or several, joined by "+"; ``"none"``. They take the taut
+        film, whose stresses lack those of such a branch. Default: none, or as the film and the circuit that are given.
     bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
         a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.

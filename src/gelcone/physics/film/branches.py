@@ -23,6 +23,8 @@ where n = 1 the second stays 1 and is left out. Parameters of one rule are not t
 
 A branch that relaxes fast is stiff. To second order in its time either rule without an exponent is a damper (Kelvin and
 Voigt): the taut film pulls the disc with 4 g tau x^2 x'/q^2 more, and no state is left of the branch (``reduced``).
+The order is that of the motion: the film's stresses are without those of the branch, which are of first order, and only
+force and dissipation have the damper.
 """
 
 from __future__ import annotations
@@ -104,7 +106,7 @@ class Branches:
             )
 
     @cached_property
-    def kept(self) -> tuple[int, ...]:
+    def with_states(self) -> tuple[int, ...]:
         """The branches that have states, by their numbers from 1."""
         return tuple(k for k in range(1, self.count + 1) if k not in self.reduced)
 
@@ -148,7 +150,7 @@ class Branches:
         of = "squared mounted length over that at which the branch is free"
         return tuple(
             State(f"viscous_{name}_{k}", f"Maxwell branch {k}, {name}: {of}", "share", 1.0)
-            for k in self.kept
+            for k in self.with_states
             for name in along
             if not (self.flow == "linear" and self.taut and name == "hoop")
         )
@@ -166,7 +168,7 @@ class Branches:
         own = [1.0 / m, 1.0 / width]
         if self.flow == "linear":
             own = [1.0 / m, m * width] if self.taut else [*own, m * width]
-        return own * len(self.kept)
+        return own * len(self.with_states)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
         """The numbers that the formulas take."""
@@ -182,12 +184,12 @@ class Branches:
 
     def time_constant(self, n: Numbers) -> Any:
         """The slowest relaxation, stretched by what the branch holds of a soft film: creep is slower than it."""
-        each = [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in self.kept]
+        each = [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in self.with_states]
         return np.maximum.reduce(each) if each else 0.0
 
     def modulus(self, n: Numbers) -> Any:
         """The sum of the moduli of branches with states."""
-        return sum(n[f"viscous_modulus_{k}"] for k in self.kept)
+        return sum(n[f"viscous_modulus_{k}"] for k in self.with_states)
 
     def drag(self, x: Any, n: Numbers) -> Any:
         """The damping of the disc by the branches without states: 4 g tau x^2/q^2 of each."""
@@ -198,7 +200,7 @@ class Branches:
     def free_length(self, y: list[Any], xp: Any = np) -> Any:
         """The longest m at which a branch of a film with n = 1 carries nothing along it."""
         found: Any = 0.0
-        for k in self.kept:
+        for k in self.with_states:
             own = self._own(k, y)
             free = 1.0 / (own[0] * xp.sqrt(own[1])) if self.flow == "log" else xp.sqrt(own[2] / own[0])
             found = xp.maximum(found, free)
@@ -207,7 +209,7 @@ class Branches:
     # --- one branch --------------------------------------------------------------------------------------------------
 
     def _own(self, k: int, y: list[Any]) -> list[Any]:
-        size, place = len(self.states) // len(self.kept), self.kept.index(k)
+        size, place = len(self.states) // len(self.with_states), self.with_states.index(k)
         own = y[place * size : (place + 1) * size]
         return own if self.flow == "log" or not self.taut else [own[0], 1.0, own[1]]
 
@@ -225,7 +227,9 @@ class Branches:
 
     def _each(self, m: Any, width: Any, y: list[Any], n: Numbers) -> list[tuple[int, Any, Strained]]:
         """Number, modulus and stretches of each branch with states."""
-        return [(k, n[f"viscous_modulus_{k}"], self._strained(k, m, width, y, n)) for k in (self.kept if y else ())]
+        return [
+            (k, n[f"viscous_modulus_{k}"], self._strained(k, m, width, y, n)) for k in (self.with_states if y else ())
+        ]
 
     # --- all of them -------------------------------------------------------------------------------------------------
 
@@ -252,7 +256,7 @@ class Branches:
             along = self.stresses(m, 1.0, y, n)[0]
             return along / m, (self.slopes(m, 1.0, y, n)[0] - along) / (m * m)
         r, value, slope = 1.0 / m, 0.0, 0.0
-        for k in self.kept if y else ():
+        for k in self.with_states if y else ():
             g, (first, _, third) = n[f"viscous_modulus_{k}"], self._own(k, y)
             value, slope = value + g * (first - third * (r * r)), slope + 2.0 * g * third * (r * r * r)
         return value, slope

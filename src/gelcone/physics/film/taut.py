@@ -41,7 +41,8 @@ class TautCone(BranchedFilm):
     flow_exponent : odd exponent of the logarithmic rule under stress. Default 1.
     rested : where the branches have relaxed before a run, on the film as mounted (``"flat"``, default) or at its start
         (``"raised"``).
-    reduced : the branches, by their numbers from 1, that relax within 0.02 and are dampers without states. Default
+    reduced : the branches, by their numbers from 1, that relax within 0.02 and are dampers without states: right to
+        second order in the motion; force and dissipation alone have the damper, the film's stresses lack it. Default
         none.
 
     Examples
