@@ -22,6 +22,7 @@ from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.creep import Holding, holding, thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
+from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import HEAT, heats
@@ -375,7 +376,7 @@ _STATIC: dict[str, tuple[str, dataset.Of]] = {
 _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
     "driven_power": ("mean power that the voltage source supplies and the device dissipates", "power"),
-    "driven_damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
+    "driven_damper_power": ELECTRICAL["damper_power"],
     "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
     "driven_field": ("highest true field", "field"),
     "driven_heating": HEAT["heating"],
@@ -385,7 +386,7 @@ _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
 _WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
     "power": ("mean power that the voltage source supplies there", "power"),
-    "damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
+    "damper_power": ELECTRICAL["damper_power"],
     "apparent_power": ("root mean square voltage times current there", "apparent power"),
     "heating": (f"{HEAT['heating'][0]} there", "heating"),
     "regime": ("kind of motion there", "code"),

@@ -215,3 +215,17 @@ def test_the_energy_of_a_long_run_of_a_folded_film_balances():
     assert result["displacement"].min() < 0.1
     moved = float(result["dissipated_energy"].max())
     assert np.max(np.abs(result["energy_residual"].values)) < 1e-9 * moved
+
+
+def test_branches_of_a_loose_membrane_are_as_long_as_where_it_begins_to_pull():
+    """Below that height, where the fitted mean length means nothing, they start and end as they do there."""
+    model = ConeModel(
+        film="membrane", law="neo-hookean", prestretch=0.8, prestretch_mode="equibiaxial", rested="raised",
+        viscous_modulus_1=0.5, relaxation_time_1=5.0, viscous_limit_1=0.01,
+    )  # fmt: skip
+    film, n = model.film, {name: value[0] for name, value in model.members().numbers().items()}
+    begin = np.sqrt(n["mean_begin"])
+    assert begin > 0.7
+    for state, beyond in ((1.0, False), (0.7, True)):
+        assert [bool(film.overstretched(x, [state, 1.0], n)) for x in (0.0, 0.2, begin)] == [beyond] * 3
+    assert film.starts(0.2, n) == film.starts(begin, n)

@@ -147,6 +147,24 @@ class BranchedFilm(GelFilm):
         """The squared lengths m along the meridian and n across it, over the mounted ones, to which branches with the
         states ``y`` are stretched."""
 
+    @abstractmethod
+    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+        """Those at which the relaxed film rests at x without voltage."""
+
+    def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+        """Those to which branches are stretched at x at least. Default: those at which the film rests."""
+        return self.resting_lengths(x, n)
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        if not self.branches or self.rested == "flat":
+            return super().starts(x, n)
+        return self.viscous.relaxed(*self.resting_lengths(x, n))
+
+    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        if not (self.branches and y):
+            return super().overstretched(x, y, n)
+        return self.viscous.limit_share(*self.shortest_lengths(x, n), y, n) >= 1.0
+
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         return self.viscous.rates(*self.branch_lengths(x, squared, y, n, xp), y, n) if self.branches else []
 

@@ -123,19 +123,12 @@ class MembraneFilm(BranchedFilm):
         """The formulas of a film with branches, away from statics."""
         return CreepingMembrane(self)
 
-    def starts(self, x: Any, n: Numbers) -> list[Any]:
-        if not self.branches or self.rested == "flat":
-            return super().starts(x, n)
+    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
         s = np.maximum(np.square(x), n["mean_begin"])  # below, the film without voltage is loose
-        return self.viscous.relaxed(mean_length(s, n)[0], 1.0)
+        return mean_length(s, n)[0], 1.0
 
     def branch_lengths(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         return self.creeping.lengths(x, squared, y, n, xp)
-
-    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        if not (self.branches and y):
-            return super().overstretched(x, y, n)
-        return self.viscous.limit_share(mean_length(np.square(x), n)[0], 1.0, y, n) >= 1.0
 
     def _place(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """The squared height at which the film hangs: that of the disc, unless branches hold it loose."""

@@ -57,15 +57,8 @@ class TautCone(BranchedFilm):
     linear_charge = True
     traced_charge = True
 
-    def starts(self, x: Any, n: Numbers) -> list[Any]:
-        if not self.branches or self.rested == "flat":
-            return super().starts(x, n)
-        return self.viscous.relaxed(1.0 + np.square(x), 1.0)
-
-    def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        if not (self.branches and y):
-            return super().overstretched(x, y, n)
-        return self.viscous.limit_share(1.0 + np.square(x), 1.0, y, n) >= 1.0
+    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+        return 1.0 + np.square(x), 1.0
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Those of the gel; the radius ratio where it is given."""

@@ -122,10 +122,12 @@ class WrinklingCone(TautCone):
         if self.branches and self.goes_on:
             raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
 
-    def starts(self, x: Any, n: Numbers) -> list[Any]:
-        if not self.branches or self.rested == "flat":
-            return super().starts(x, n)
-        return self.viscous.relaxed(*self.lengths(x, 0.0, n))
+    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+        return self.lengths(x, 0.0, n)
+
+    def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+        """Those of the taut film."""
+        return super().resting_lengths(x, n)
 
     @cached_property
     def creeping(self) -> Creeping:
