@@ -19,7 +19,7 @@ from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement
-from tests.toys import SeriesResistor
+from tests.toys import PowerFilm, SeriesResistor
 
 CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "viscous.json").read_text())
 TAUT = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and not case["film"]["wrinkles"]]
@@ -308,6 +308,7 @@ def test_a_model_has_the_branches_of_which_it_has_numbers():
         ({"branches": 1, "flow": "exp"}, "'exp' is not a flow; known: log, linear"),
         ({"branches": 1, "flow_exponent": 2}, "flow_exponent = 2: must be an odd whole number"),
         ({"branches": 1, "flow_exponent": 3, "flow": "linear"}, "only the logarithmic flow takes one"),
+        ({"viscous_modulus_1": 0.5, "film": PowerFilm(1.1)}, "branches: the film 'power film' does not take it"),
         ({"viscous_modulus_1": -0.5}, "viscous_modulus_1 = -0.5: must be at least 0"),
     ],
 )
