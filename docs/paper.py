@@ -84,7 +84,7 @@ def main(folder: Path) -> None:
     run = json.loads((folder / "claims.json").read_text(encoding="utf-8"))
     if run["claims"]:
         text = put(text, CLAIMS, claim_table(run))
-    if "end-of-chaos" in run["tables"]:
+    if "end-of-chaos" in run.get("tables", {}):
         found = run["tables"]["end-of-chaos"]
         text = put(text, CHAOS, markdown(run, found["head"], found["rows"]))
     page.write_text(text, encoding="utf-8")

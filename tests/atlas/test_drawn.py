@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.atlas import drawn
 from gelcone.atlas.drawn import _ends
+from gelcone.devices.analysis import plain
 from gelcone.membrane.gel import Array
 from gelcone.physics.film import pull_in
 
@@ -58,6 +60,40 @@ def test_a_draw_without_a_state_is_said_and_the_others_have_theirs():
     assert np.isfinite(found.recommended_peak[0]).all()
     assert np.isnan(found.recommended_peak[1]).all()
     assert "1 of 2 run(s) failed" in gelcone.in_words(found)
+
+
+def test_a_draw_that_is_refused_leaves_the_others_their_frequency_response(monkeypatch):
+    monkeypatch.setattr(drawn, "AT_ONCE", 2)
+    model, shares = gelcone.ConeModel(voltage=0.1, voltage_bias=0.4), []
+
+    def of(*damping, **options):
+        draws = {"damping_ratio": np.array(damping)}
+        return gelcone.over_draws(model, draws, "frequency", frequencies=[0.8, 0.9], **options)
+
+    found = of(0.1, 0.0, 0.12, progress=shares.append)
+    assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.ERROR, gelcone.Outcome.OK]
+    assert np.isnan(found.stroke[1]).all()
+    np.testing.assert_array_equal(found.stroke[[0, 2]], of(0.1, 0.12).stroke)
+    assert sum(shares) == pytest.approx(1.0, abs=1e-9)
+    with pytest.raises(gelcone.InputError, match="without damping no motion settles"):
+        of(0.0, 0.0)
+
+
+def test_a_draw_that_fails_at_one_frequency_has_failed(monkeypatch):
+    def failing(run):
+        own = plain(run)
+
+        def call(*arguments, **options):
+            found = own(*arguments, **options)
+            found["outcome"][1, ..., -1] = gelcone.Outcome.PULLED_IN
+            return found
+
+        return call
+
+    monkeypatch.setattr(drawn, "plain", failing)
+    model, draws = gelcone.ConeModel(voltage=0.1, voltage_bias=0.4), {"damping_ratio": np.array([0.1, 0.12])}
+    found = gelcone.over_draws(model, draws, "frequency", frequencies=[0.8, 0.9])
+    assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.PULLED_IN]
 
 
 @pytest.mark.parametrize(

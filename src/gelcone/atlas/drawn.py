@@ -6,7 +6,7 @@ Draws whose films differ share the membranes of a few of them, see `gelcone.phys
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -282,14 +282,16 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
     model, states = plan.at(plan.grid)
     if np.ndim(model.drive_frequency):
         model = model.replace(drive_frequency=float(plan.cone.drive_frequency))
-    parts = []
-    for first in range(0, plan.size, AT_ONCE):
-        rows = np.arange(plan.size)[first : first + AT_ONCE]
+    if progress is not None:
+        progress(1.0 - DRAWN_SHARE)
+
+    def of(rows: Array, share: Progress = None) -> xr.Dataset:
         some = model.replace(**{n: np.asarray(v)[rows] for n, v in model.values.items() if np.ndim(v)})
-        share = weighted(progress, DRAWN_SHARE * rows.size / plan.size)
         found = alone(some, omegas[rows], states[rows, :2], threads=threads, progress=share, **own)
         jumps = np.bincount(found["jump_member"].values.astype(int), minlength=rows.size)
-        parts.append(found.drop_dims("jump").assign(jumps=("member", jumps)))
+        return found.drop_dims("jump").assign(jumps=("member", jumps))
+
+    parts = _parts(of, plan.size, weighted(progress, DRAWN_SHARE))
     whole = xr.concat(parts, dim="member", join="override")
     variables: dict[str, Variable] = {"jumps": ((), whole["jumps"].values, "number of jumps of its sweeps", "count")}
     for name, variable in whole.data_vars.items():
@@ -301,7 +303,34 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
     harmonic = whole["harmonic"]
     variables["harmonic"] = ("harmonic",), harmonic.values, "", dict(harmonic.attrs)
     variables["branch"] = ("branch",), np.array(BRANCHES), "sweep", "code"
-    return variables, outcome.min(axis=1), {}
+    return variables, outcome[np.arange(plan.size), (outcome != Outcome.OK).argmax(axis=1)], {}
+
+
+def _parts(of: Callable[..., xr.Dataset], count: int, progress: Progress) -> list[xr.Dataset]:
+    """What is found ``of`` all draws, some at once; of a draw that is refused NaN, with `Outcome.ERROR`.
+
+    Raises the `InputError` of the last draw where all are refused.
+    """
+    found: list[xr.Dataset | None] = []
+    for rows in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
+        counted = Counted(weighted(progress, rows.size / count))
+        try:
+            found.append(of(rows, counted))
+        except InputError:
+            for row in rows:
+                try:
+                    found.append(of(np.array([row])))
+                except InputError as error:
+                    found.append(None)
+                    refused = error
+        counted.finish()
+    known = [one for one in found if one is not None]
+    if not known:
+        raise refused
+    one = known[0].isel(member=[0])
+    missing = one.map(lambda own: own.where(False) if own.dtype.kind == "f" else own * 0, keep_attrs=True)
+    missing["outcome"] = one["outcome"] * 0 + Outcome.ERROR
+    return [missing if one is None else one for one in found]
 
 
 def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
