@@ -117,21 +117,22 @@ class Known(pull_in.PullInCurve):
 
     def voltage(self, x) -> Array:
         A, B = self.numbers["A"], self.numbers["B"]
-        return (1.0 + A + 2.0 * B + self.numbers["bend"] * (A - 1.2) ** 2) * (1.0 + np.abs(x))
+        found = (1.0 + A + 2.0 * B + self.numbers["bend"] * (A - 1.44) ** 2) * (1.0 + np.abs(x))
+        return np.where(np.abs(x) < self.numbers["ends"] * B, found, np.inf)
 
 
 @pytest.fixture
 def made(monkeypatch):
     """Membranes in place of those that take seconds: how many were made, and how far from linear they are."""
-    films, bend = [], {"bend": 0.0}
+    films, others = [], {"bend": 0.0, "ends": 1e9, "reach_squared": 9.0}
 
     def make(law, numbers, A, B, ratio):
         films.append((A, B))
-        return Known({"A": A, "B": B, "film_error": 0.01, "reach_squared": 9.0, **bend})
+        return Known({"A": A, "B": B, "film_error": 0.01, **{k: v(A) if callable(v) else v for k, v in others.items()}})
 
     monkeypatch.setattr(pull_in, "_made", make)
     monkeypatch.setattr(pull_in, "_curves", {})
-    return films, bend
+    return films, others
 
 
 def wrinkling(count):
@@ -158,10 +159,33 @@ def test_few_membranes_stand_for_the_films_of_many_draws(made):
         assert between.films == 40
         assert between.error < 1e-12
         assert np.abs(off(members, x)).max() < 1e-6
-        read = [curve for curve in pull_in._curves.values() if isinstance(curve, pull_in.ReadCurve)]
+        read = list(pull_in._between.values())
         assert len(read) == 32
-        assert all(np.isinf(curve.voltage(3.5)) and curve.error == 0.01 for curve in read)
+        assert all(curve.voltage(3.5) == curve.voltage(3.0) and curve.error == 0.01 for curve in read)
     assert len(pull_in._curves) == 8
+    assert not pull_in._between
+
+
+def test_more_films_than_are_held_are_interpolated_all(made, monkeypatch):
+    films, _ = made
+    monkeypatch.setattr(pull_in, "MOST", 16)
+    members = wrinkling(40)
+    with pull_in.interpolated_curves(members):
+        for _ in range(2):
+            for key in pull_in._keys_of(members):
+                pull_in.curve_of(*key)
+    assert len(films) == 8
+
+
+@pytest.mark.parametrize(
+    "other", [{"bend": 2000.0}, {"ends": 2.0}, {"reach_squared": lambda A: 9.0 if A < 1.44 else 8.0}]
+)
+def test_films_that_are_not_alike_have_a_membrane_each(made, other):
+    _, others = made
+    others.update(other)
+    with pull_in.interpolated_curves(wrinkling(40)) as between:
+        assert between is None
+        assert not pull_in._between
 
 
 def test_taut_cones_whose_membranes_are_asked_for_share_them_too(made):
@@ -172,8 +196,8 @@ def test_taut_cones_whose_membranes_are_asked_for_share_them_too(made):
 
 
 def test_the_error_of_films_between_others_is_said(made):
-    _, bend = made
-    bend["bend"] = 30.0
+    _, others = made
+    others["bend"] = 10.0
     members = wrinkling(60)
     with pull_in.interpolated_curves(members) as between:
         own = float(np.sqrt(np.mean(off(members, np.linspace(0.0, 2.0, 9)) ** 2)))

@@ -28,6 +28,8 @@ DEFAULT_RADIUS_RATIO = 0.2
 """a/b of the source paper's Table 1: 10 mm in 50 mm."""
 MOST = 4096
 """Curves held in memory."""
+LARGEST_ERROR = 0.03
+"""Share by which interpolated voltages may be off, root mean square; beyond it each film has a membrane of its own."""
 MORE_NODES, PLACES = 4, 2001
 """Films beyond twice the number of ways in which films differ, of which membranes are made to interpolate between; and
 displacements at which their curves are read."""
@@ -62,13 +64,13 @@ class PullInCurve:
 @dataclass(frozen=True)
 class ReadCurve(PullInCurve):
     """A curve between those of other films, whose ``numbers`` are error and reach: ``voltages`` at displacements evenly
-    from 0 to the reach; infinite beyond."""
+    from 0 to the reach; beyond it the last, as of the film's own table."""
 
     voltages: Array
 
     def voltage(self, x: npt.ArrayLike) -> Array:
         places = np.linspace(0.0, self.reach, self.voltages.size)
-        return np.asarray(np.interp(np.abs(x), places, self.voltages, right=np.inf))
+        return np.asarray(np.interp(np.abs(x), places, self.voltages))
 
 
 def membrane_pull_in(model: ConeModel) -> PullInCurve | None:
@@ -91,6 +93,8 @@ def membrane_pull_in(model: ConeModel) -> PullInCurve | None:
 CurveKey = tuple[StrainEnergyLaw, tuple[tuple[str, float], ...], float, float, float]
 """A law with its numbers, squared pre-stretches and a/b."""
 _curves: dict[CurveKey, PullInCurve | None] = {}
+_between: dict[CurveKey, ReadCurve] = {}
+"""Curves between others, inside `interpolated_curves`; those of ``_curves`` come first."""
 _thread = threading.local()
 
 
@@ -119,6 +123,8 @@ def curve_of(
     """The curve of a film of a law with its numbers, squared pre-stretches and a/b; None for one of which there is no
     table."""
     key = (law, law_numbers, A, B, ratio)
+    if key in _between and key not in _curves:
+        return _between[key]
     if key not in _curves:
         keep_curve(key, _made(*key))
     return _curves[key]
@@ -139,8 +145,9 @@ def interpolated_curves(members: Members) -> Iterator[Between | None]:
     """Inside, the curves of the films of many ``members`` are interpolated between those of a few of them, which takes
     a membrane for each of these alone: linearly in the numbers in which the films differ, each over its deviation.
 
-    Yields None, and changes nothing, for few films, for other films than homogeneous cones, and where one of the few
-    has no curve.
+    Yields None, and changes nothing, for few films and for other films than homogeneous cones; where one of the few has
+    no curve, another reach, or no pull-in at a displacement at which another has one; and where the error exceeds
+    ``LARGEST_ERROR``.
     """
     keys = _keys_of(members)
     table = np.array([_row(key) for key in keys])
@@ -156,24 +163,30 @@ def interpolated_curves(members: Members) -> Iterator[Between | None]:
     if len(known) < count:
         yield None
         return
-    reach = min(curve.reach for curve in known)
+    reach = known[0].reach
     volts = np.array([curve.voltage(np.linspace(0.0, reach, PLACES)) for curve in known])
+    always = np.isfinite(volts).all(axis=0)
+    alike = (
+        np.ptp([curve.reach for curve in known]) <= 1e-9 * reach and (always == np.isfinite(volts).any(axis=0)).all()
+    )
     features = np.column_stack([np.ones(len(keys)), places])
     weights = features @ np.linalg.pinv(features[nodes])
-    numbers = {"film_error": max(curve.error for curve in known), "reach_squared": reach**2}
-    always = np.isfinite(volts).all(axis=0)
     found = np.full((len(keys), PLACES), np.inf)
     found[:, always] = weights @ volts[:, always]
-    others = [k for k in range(len(keys)) if k not in nodes and keys[k] not in _curves]
-    for k in others:
-        keep_curve(keys[k], ReadCurve(numbers, found[k]))
     off = volts[:, always] - found[nodes][:, always]
     off /= (1.0 - np.diag(weights[nodes]))[:, None] * volts[:, always]
+    error = float(np.sqrt(np.mean(off**2))) if always.any() else 0.0
+    if not alike or not error <= LARGEST_ERROR:
+        yield None
+        return
+    numbers = {"film_error": max(curve.error for curve in known), "reach_squared": reach**2}
+    own = [k for k in range(len(keys)) if k not in nodes and keys[k] not in _between]
+    _between.update((keys[k], ReadCurve(numbers, found[k])) for k in own)
     try:
-        yield Between(len(keys), count, float(np.sqrt(np.mean(off**2))))
+        yield Between(len(keys), count, error)
     finally:
-        for k in others:
-            _curves.pop(keys[k], None)
+        for k in own:
+            _between.pop(keys[k], None)
 
 
 def _keys_of(members: Members) -> list[CurveKey]:
@@ -232,7 +245,7 @@ def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, volt
     missing = getattr(_thread, "missing", None)
     for k, (A, B, ratio, *numbers) in enumerate(rows.tolist()):
         key = (film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio)
-        if missing is not None and key not in _curves and 0.0 < ratio < 1.0:
+        if missing is not None and key not in _curves and key not in _between and 0.0 < ratio < 1.0:
             missing[key] = None
             return None
         curve = curve_of(*key) if 0.0 < ratio < 1.0 else None
