@@ -59,7 +59,10 @@ def test_a_draw_without_a_state_is_said_and_the_others_have_theirs():
     assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.ERROR]
     assert np.isfinite(found.recommended_peak[0]).all()
     assert np.isnan(found.recommended_peak[1]).all()
-    assert "1 of 2 run(s) failed" in gelcone.in_words(found)
+    words = gelcone.in_words(found)
+    assert "1 of 2 run(s) failed" in words
+    rows = words.partition("in how many draws\n")[2].splitlines()[:2]
+    assert all(row.endswith(" 1, failed 1") and "none" not in row for row in rows)
 
 
 def test_a_draw_that_is_refused_leaves_the_others_their_frequency_response(monkeypatch):

@@ -9,6 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.grids import QUANTILES, drawn_names, membranes_lines, spread_line
+from gelcone.codes import Outcome
 from gelcone.words import unit_of
 
 if TYPE_CHECKING:
@@ -44,14 +45,15 @@ def _window_lines(shown: xr.Dataset) -> list[str]:
         heads = [head.partition(" (")[0] for head in heads]
     head = "".join(f"{text:{width}s}" for text, width in zip(heads, WIDTHS, strict=True))
     lines += [f"recommended drive, {margin:.0%} below its limits:", f"  {head}first limit, in how many draws"]
-    first = _first_limits(shown)
+    failed = shown["outcome"].values != Outcome.OK
+    first, lost = _first_limits(shown)[~failed], [f"failed {failed.sum()}"] * bool(failed.any())
     for k, at in enumerate(shown["drive_frequency"].values):
         peaks = shown["recommended_peak"].values[:, k]
         peaks = peaks[np.isfinite(peaks)]
         low, middle, high = np.quantile(peaks, QUANTILES) if peaks.size else (np.nan,) * 3
         cells = (f"{at:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}")
         limits, counts = np.unique(first[:, k], return_counts=True)
-        every = ", ".join(f"{limits[i]} {counts[i]}" for i in np.argsort(-counts))
+        every = ", ".join([*(f"{limits[i]} {counts[i]}" for i in np.argsort(-counts)), *lost])
         lines.append("  " + "".join(f"{cell:{width}s}" for cell, width in zip(cells, WIDTHS, strict=True)) + every)
     return [*lines, _own_line(shown)]
 
