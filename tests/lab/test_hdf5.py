@@ -54,6 +54,56 @@ def test_a_file_of_netcdf_is_one_of_hdf5(tmp_path):
     assert table.columns["force"].unit == "mN"
 
 
+def test_units_of_variable_length_are_read_and_dimensions_are_no_columns(tmp_path):
+    with netCDF4.Dataset(tmp_path / "own.h5", "w") as file:
+        file.createDimension("row", 5)
+        for name, values, unit in (("voltage", VOLTS, "kV"), ("force", FORCES, "mN")):
+            file.createVariable(name, "f8", ("row",))[:] = values
+            file[name].setncattr_string("units", unit)
+    table = read_table(tmp_path / "own.h5")
+    assert {name: column.unit for name, column in table.columns.items()} == {"voltage": "kV", "force": "mN"}
+
+
+@pytest.mark.parametrize("chunks", [None, [2]])
+def test_what_was_never_written_has_the_fill_value(chunks, tmp_path):
+    with netCDF4.Dataset(tmp_path / "own.h5", "w") as file:
+        file.createDimension("row", 5)
+        file.createVariable("voltage_kV", "f8", ("row",), fill_value=-7.5, chunksizes=chunks, contiguous=chunks is None)
+        if chunks:
+            file["voltage_kV"][:2] = [1.0, 2.0]
+    content = (tmp_path / "own.h5").read_bytes()
+    ((values, _),) = hdf5.vectors_of(content).values()
+    assert values.tolist() == ([1.0, 2.0] if chunks else [-7.5] * 2) + [-7.5] * 3
+
+
+def test_fill_values_of_all_versions():
+    value, size = np.array(-7.5).tobytes(), bytes([8, 0, 0, 0])
+    for parts in (
+        {5: bytes([1, 2, 2, 0]) + size + value}, {5: bytes([2, 2, 2, 1]) + size + value},
+        {5: bytes([3, 0x20]) + size + value}, {4: size + value},
+    ):  # fmt: skip
+        assert hdf5._fill(parts, 8) == value
+    for parts in ({}, {5: bytes([2, 2, 2, 0])}, {5: bytes([3, 0x0A])}, {5: bytes([2, 2, 2, 1, 0, 0, 0, 0])}):
+        assert hdf5._fill(parts, 8) == bytes(8)
+
+
+def test_empty_arrays_of_matlab_are_no_columns():
+    name, of, space = b"MATLAB_empty\0", bytes([0x10, 0, 0, 0, 1, 0, 0, 0, 0, 0, 8, 0]), bytes([2, 0, 0, 0])
+    sizes = b"".join(len(part).to_bytes(2, "little") for part in (name, of, space))
+    body = bytes([3, 0]) + sizes + b"\0" + name + of + space + b"\1"
+    file = hdf5.File(unpacked("matlab.mat"))
+    whole = file.messages
+    file.messages = lambda address: [*whole(address), (hdf5.ATTRIBUTE, body)]
+    assert [file.vector(own, at) for own, at in file.links(file.root)] == [None] * len(list(file.links(file.root)))
+
+
+def test_chunks_that_unpack_to_too_much_are_refused(stored, monkeypatch):
+    monkeypatch.setattr(hdf5, "MOST_VALUES", 20)
+    monkeypatch.setattr(hdf5, "UNPACKED", 2)
+    with pytest.raises(InputError, match="unpacks to more than 40 bytes"):
+        read_table(stored("chunks.h5"))
+
+
 def test_a_dataset_without_values_is_zero(stored):
     assert read_table(stored("filled.h5")).columns["empty"].values.tolist() == [0.0] * 5
 

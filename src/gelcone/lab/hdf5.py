@@ -21,14 +21,23 @@ MOST_VALUES, MOST_NAMES, MOST_PARTS = 2_000_000, 64, 20_000
 """Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks) that are looked at."""
 DEEPEST = 16
 UNDEFINED = 2**64 - 1
-SPACE, TYPE, LINK_INFO, LINK, EXTERNAL, LAYOUT, FILTERS, ATTRIBUTE, MORE, TABLE = 1, 3, 2, 6, 7, 8, 11, 12, 16, 17
+UNPACKED = 64
+"""Bytes that chunks may unpack to, all together, for each of the most values."""
+SPACE, TYPE, OLD_FILL, FILL, LINK_INFO, LINK, EXTERNAL, LAYOUT, FILTERS, ATTRIBUTE, MORE, TABLE = (
+    1, 3, 4, 5, 2, 6, 7, 8, 11, 12, 16, 17,
+)  # fmt: skip
 """Kinds of messages in the header of an object."""
-COMPOUND = 6
+NUMBER, TEXT, COMPOUND, VARIABLE = 0, 3, 6, 9
+"""Classes of types."""
 IEEE = {2: (5, 10), 4: (8, 23), 8: (11, 52)}
 """Bits of exponent and mantissa of floating-point numbers, by their bytes."""
 DEFLATE, SHUFFLE, CHECKSUM = 1, 2, 3
 """Filters of chunks."""
 PLAINLY = "save it for an early version of HDF5 (h5py: libver='earliest'), or as CSV"
+UNITS = ("units", "unit", "Units", "Unit")
+"""Attributes that hold the unit of a dataset."""
+NO_VARIABLE = "This is a netCDF dimension but not"
+"""How the attribute NAME of a dimension of netCDF begins that has no values of its own."""
 WORDS = ("char", "cell", "logical", "struct", "function_handle", "string")
 """Classes of MATLAB that are no numbers."""
 
@@ -75,11 +84,13 @@ def too_many() -> InputError:
 
 @dataclass
 class File:
-    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been looked at."""
+    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been looked at, and
+    ``unpacked`` how many bytes its chunks unpacked to."""
 
     data: bytes
     base: int = 0
     parts: int = 0
+    unpacked: int = 0
     root: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -186,6 +197,44 @@ class File:
             return self.number(at, 1), self.number(at + 1, 2), self.number(at + 3, 1)
         return self.number(at, 2), self.number(at + 2, 2), self.number(at + 4, 1)
 
+    def _attribute(self, body: bytes) -> dict[str, str]:
+        """The name and text of an attribute, or whether it is an empty array of MATLAB; nothing for another one."""
+        version = body[0]
+        if version not in (1, 2, 3):
+            return {}
+        sizes = [int.from_bytes(body[2 + 2 * k : 4 + 2 * k], "little") for k in range(3)]
+        at = 8 + (version == 3)
+        parts = []
+        for size in sizes:
+            parts.append(body[at : at + size])
+            at += -(-size // 8) * 8 if version == 1 else size
+        name, of, _ = parts
+        if not of or len(name) > 64:
+            return {}
+        length, named = int.from_bytes(of[4:8], "little"), name.rstrip(b"\0").decode(errors="replace")
+        kind, value = of[0] & 15, body[at : at + min(length, 64)]
+        if kind == NUMBER and named == "MATLAB_empty":
+            return {named: str(int.from_bytes(value, "little"))}
+        if kind == VARIABLE and of[1] & 15 == 1 and named in (*UNITS, "MATLAB_class"):
+            value = self._of_heap(*(int.from_bytes(value[k : k + n], "little") for k, n in ((4, 8), (12, 4), (0, 4))))
+        elif kind != TEXT:
+            return {}
+        return {named: value.rstrip(b"\0 ").decode(errors="replace")}
+
+    def _of_heap(self, heap: int, wanted: int, length: int) -> bytes:
+        """The first bytes of a text of variable length, an object of a heap."""
+        if not length:
+            return b""
+        if self.read(heap, 4) != b"GCOL":
+            raise ValueError("no heap of texts")
+        at, end = heap + 16, heap + self.number(heap + 8, 8)
+        while at + 16 <= end and (number := self.number(at, 2)):
+            size = self.number(at + 8, 8)
+            if number == wanted:
+                return self.read(at + 16, min(size, length, 64))
+            at += 16 + -(-size // 8) * 8
+        raise ValueError("a text outside of its heap")
+
     # --- datasets -----------------------------------------------------------------------------------------------------
 
     def vector(self, name: str, address: int) -> Vector | None:
@@ -194,11 +243,13 @@ class File:
         texts: dict[str, str] = {}
         for kind, body in self.messages(address):
             if kind == ATTRIBUTE:
-                texts |= _attribute(body)
+                texts |= self._attribute(body)
             else:
                 parts.setdefault(kind, body)
         if EXTERNAL in parts:
             raise InputError(f"{name!r} lies in another file, which is not opened; store the values themselves")
+        if texts.get("NAME", "").startswith(NO_VARIABLE) or texts.get("MATLAB_empty", "0") != "0":
+            return None
         if not {LAYOUT, TYPE, SPACE} <= set(parts) or texts.get("MATLAB_class", "") in WORDS:
             return None
         of, shape = _datatype(parts[TYPE]), _shape(parts[SPACE])
@@ -212,7 +263,7 @@ class File:
         content = self._content(name, parts, of.number.itemsize, shape)
         with np.errstate(invalid="ignore"):  # a damaged NaN
             values = np.frombuffer(content, of.number, size).astype(float)
-        return Vector(values, next((texts[key] for key in ("units", "unit", "Units", "Unit") if key in texts), ""))
+        return Vector(values, next((texts[key] for key in UNITS if key in texts), ""))
 
     def _content(self, name: str, parts: Mapping[int, bytes], width: int, shape: list[int]) -> bytes:
         """The bytes of all values of a vector."""
@@ -224,7 +275,7 @@ class File:
             return layout[4 : 4 + size]
         if kind == 1:
             at = int.from_bytes(layout[2:10], "little")
-            return bytes(size) if at == UNDEFINED else self.read(at, size)
+            return _fill(parts, width) * max(shape) if at == UNDEFINED else self.read(at, size)
         if kind != 2 or version == 4:
             raise InputError(f"{name!r} is stored in a way that is not read; {PLAINLY}")
         rank, tree = layout[2], int.from_bytes(layout[3:11], "little")
@@ -232,7 +283,7 @@ class File:
         if rank != len(shape) + 1 or min(sides) < 1 or max(sides[:-1]) > MOST_VALUES:
             raise ValueError("chunks of another shape")
         filters = _filters(name, parts.get(FILTERS, b""))
-        found, along = bytearray(size), int(np.argmax(shape))
+        found, along = bytearray(_fill(parts, width) * max(shape)), int(np.argmax(shape))
         whole = width * int(np.prod(np.array(sides[:-1], dtype=object)))
         if whole > width * MOST_VALUES:
             raise too_many()
@@ -241,6 +292,9 @@ class File:
                 begin = int.from_bytes(key[8 + 8 * along : 16 + 8 * along], "little")
                 packed = self.read(at, int.from_bytes(key[:4], "little"))
                 skipped = int.from_bytes(key[4:8], "little")
+                self.unpacked += whole
+                if self.unpacked > UNPACKED * MOST_VALUES:
+                    raise InputError(f"unpacks to more than {UNPACKED * MOST_VALUES:.3g} bytes; store columns alone")
                 chunk = _unpacked(packed, filters, skipped, width, whole)
                 # of a vector one side of a chunk lies along it, and the others begin with its only row
                 values = np.frombuffer(chunk, f"V{width}").reshape(sides[:-1])
@@ -301,23 +355,20 @@ def _shape(body: bytes) -> list[int]:
     return sides or [1]
 
 
-def _attribute(body: bytes) -> dict[str, str]:
-    """The name and text of an attribute; nothing for one that is no text of a fixed length."""
-    version = body[0]
-    if version not in (1, 2, 3):
-        return {}
-    sizes = [int.from_bytes(body[2 + 2 * k : 4 + 2 * k], "little") for k in range(3)]
-    at = 8 + (version == 3)
-    parts = []
-    for size in sizes:
-        parts.append(body[at : at + size])
-        at += -(-size // 8) * 8 if version == 1 else size
-    name, of, _ = parts
-    if not of or of[0] & 15 != 3 or len(name) > 64:
-        return {}
-    length = min(int.from_bytes(of[4:8], "little"), 64)
-    text = body[at : at + length].rstrip(b"\0 ").decode(errors="replace")
-    return {name.rstrip(b"\0").decode(errors="replace"): text}
+def _fill(parts: Mapping[int, bytes], width: int) -> bytes:
+    """The value of what was never written, 0 if none is stated."""
+    body = parts.get(FILL, b"")
+    if not body:
+        old = parts.get(OLD_FILL, b"")
+        body = b"\3\x20" + old if old else b"\3\0"
+    stated, at = (body[1] & 0x20, 2) if body[0] == 3 else (body[0] == 1 or body[3], 4)
+    size = int.from_bytes(body[at : at + 4], "little") if stated else 0
+    if size in (0, 0xFFFFFFFF):
+        return bytes(width)
+    value = body[at + 4 : at + 4 + size]
+    if size != width or len(value) != width:
+        raise ValueError("a fill value of another size")
+    return value
 
 
 def _filters(name: str, body: bytes) -> list[int]:
