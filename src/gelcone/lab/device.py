@@ -48,6 +48,8 @@ BAND_DRAWS, BAND_VOLTAGES = 200, 61
 """Draws and voltages of the band over a ramp."""
 UPWARD, OPPOSITE = ("force", "stroke"), -0.8
 """Readings that have a direction, and the cosine between measured and predicted ones below which theirs is reversed."""
+CERTAIN = 5.0
+"""Root mean square, over the noise, that both have where their direction is judged."""
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
@@ -256,16 +258,19 @@ def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], d
 
 
 def _check_signs(problem: Problem) -> None:
-    """`InputError` for forces and strokes whose sign is the opposite of the device's in all of a test."""
+    """`InputError` for forces and strokes whose sign is the opposite of the device's in all of a test, as far as they
+    stand out of the noise."""
     (predicted,) = problem.predict(np.zeros((1, problem.priors.size)))
     first = 0
     for test in problem.tests:
         for name, values in test.read.items():
-            own = predicted[first : first + len(values)]
+            own, noise = predicted[first : first + len(values)], test.noise[name]
             first += len(values)
             known = np.isfinite(own) & np.isfinite(values)
-            size = np.linalg.norm(own[known]) * np.linalg.norm(values[known])
-            if name in UPWARD and size > 0.0 and own[known] @ values[known] < OPPOSITE * size:
+            both = np.array([own[known], values[known]]) / noise[known]
+            sizes = np.linalg.norm(both, axis=1)
+            certain = (sizes > CERTAIN * np.sqrt(known.sum())).all()
+            if name in UPWARD and certain and both[0] @ both[1] < OPPOSITE * sizes.prod():
                 raise InputError(
                     f"{test.name}: {name} has the opposite sign of the device's; upward is positive, of a force that "
                     f'holds the disc, too: write a minus before its column, {name} = "-{name.title()}, ..."'

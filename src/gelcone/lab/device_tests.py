@@ -142,12 +142,13 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
 
 
 def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Mapping[str, Array], table: Table) -> None:
-    """`InputError` for a file that lacks something and has columns of numbers that stand for nothing."""
+    """`InputError` for a file that has columns of numbers that stand for nothing, and lacks what is set or all
+    readings, or an amplitude or a phase without the other."""
     used = {own for name in _units(kind) if (own := _named(where, name, entry.get(name), table)[0])}
     left = [name for name, column in table.columns.items() if name not in used and column.values is not None]
     halves = ("amplitude", "phase")
     readings = halves if any(name in numbers for name in halves) else tuple(KINDS[kind].read)
-    readings = () if kind == "series" and any(name in numbers for name in readings) else readings
+    readings = () if set(readings) == set(KINDS[kind].read) and any(name in numbers for name in readings) else readings
     lacking = [name for name in (*KINDS[kind].set, *readings) if name not in numbers]
     if left and lacking:
         unit = {"N": "mN", "m": "mm"}.get(_units(kind)[lacking[0]], _units(kind)[lacking[0]])
