@@ -38,3 +38,8 @@ def test_a_design_names_its_limit_and_what_binds_it():
         "# bound by stroke",
     ]
     assert said[-1] == "a device"
+    assert "of the devices within the tolerances meet all" in said[2]
+    drawn = designs.assign_attrs(samples='{"names": ["film_thickness"]}')
+    assert "96.0% of the draws meet all" in device_text(drawn, 0).splitlines()[2]
+    words = "where nothing is uncertain the best designs meet all in 40.0% (best current) of the draws"
+    assert design_words(drawn).endswith(words)

@@ -193,6 +193,10 @@ def test_samples_are_drawn_with_their_correlations(wish):
             with_samples(replace(own, tolerances=()), given)
     own = with_samples(replace(own, tolerances=()), draws)
     assert own.uncertain == 2
+    stored = designs._stored(own)
+    assert list(stored["names"]) == list(draws)
+    np.testing.assert_allclose(stored["medians"], [np.exp(np.median(np.log(v))) for v in draws.values()], rtol=1e-12)
+    np.testing.assert_allclose(stored["covariance"], np.cov([np.log(v) for v in draws.values()]), rtol=1e-9, atol=1e-12)
     assert float(own.device.material.shear_modulus) == pytest.approx(np.median(mu))
     problem, seen = designs.Problem(own, 2048), {}
 

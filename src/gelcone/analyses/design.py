@@ -31,8 +31,21 @@ def design_words(result: xr.Dataset) -> str:
     traps = json.loads(attrs["nominal_probabilities"])
     if traps:
         every = ", ".join(f"{share:.1%} (best {name})" for name, share in traps.items())
-        lines.append(f"without tolerances the best designs meet all in {every} of the devices within them")
+        alone, those = (
+            ("where nothing is uncertain", "draws")
+            if _drawn(result)
+            else (
+                "without tolerances",
+                "devices within them",
+            )
+        )
+        lines.append(f"{alone} the best designs meet all in {every} of the {those}")
     return "\n".join(lines)
+
+
+def _drawn(result: xr.Dataset) -> bool:
+    """Whether fields were drawn as a fit leaves them."""
+    return bool(json.loads(result.attrs.get("samples", "{}")))
 
 
 _HEADS = ("design", "stroke", "as membrane", "peak", "apparent", "probability", "first limit")
@@ -71,20 +84,20 @@ def _short(value: Any) -> float:
 def design_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of designs."""
     found = result_json(result, ())
-    for name in ("objectives", "free", "left_out", "nominal_probabilities"):
-        found[name] = json.loads(found[name])
+    for name in ("objectives", "free", "left_out", "nominal_probabilities", "samples"):
+        found[name] = json.loads(found.get(name, "{}"))
     found["devices"] = [device.parameters() for device in designed_devices(result)]
     return found
 
 
 def device_text(result: xr.Dataset, k: int) -> str:
     """The device file of a design, with what was found of it as comments."""
-    one = result.isel(design=k)
+    one, those = result.isel(design=k), "draws" if _drawn(result) else "devices within the tolerances"
     said = [
         f"design {k + 1} of {result.attrs['title'].removeprefix('designs: ')}, found by gelcone design",
         f"settled stroke {float(one['stroke']):.3g} mm at {result.attrs['frequency']:g} Hz "
         f"({float(one['membrane_stroke']):.3g} mm as a membrane), {float(one['apparent_power']):.3g} mVA",
-        f"{float(one['probability']):.1%} of the devices within the tolerances meet all "
+        f"{float(one['probability']):.1%} of the {those} meet all "
         f"({float(one['probability_low']):.1%} to {float(one['probability_high']):.1%})",
         f"first limit: {one['first_limit'].item()}; recommended up to {float(one['recommended']):.4g} V, "
         f"{result.attrs['margin']:.0%} below it",

@@ -405,7 +405,8 @@ def design(
     is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest probability of the designs that
     are best in an objective where nothing is uncertain, ``nominal_probabilities`` those by objective. Designs that the
     settled motion or the envelope refuse are left out; the attribute
-    ``left_out`` says why. `gelcone.designed_devices` gives the devices.
+    ``left_out`` says why; ``samples`` holds names, medians and the covariance of the logarithms of fields that are
+    uncertain together. `gelcone.designed_devices` gives the devices.
 
     Raises
     ------
@@ -450,7 +451,7 @@ def design(
     if not wish.uncertain and not nominal:
         raise InputError(
             "design: nothing is uncertain: tolerances are needed to tell a design from a coincidence; give "
-            "[tolerances], or --nominal to see the trap"
+            "[tolerances], --samples of a fit, or --nominal to see the trap"
         )
     counted = Counted(progress)
     with quiet_input():
@@ -518,13 +519,19 @@ def traps(wish: Wish, seed: int) -> dict[str, float]:
     return found
 
 
+def _stored(wish: Wish) -> dict[str, Any]:
+    """What was drawn together, so that the result says it: names, medians, and the covariance of the logarithms."""
+    names, medians, root = wish.samples
+    return {"names": names, "medians": medians.tolist(), "covariance": (root @ root.T).tolist()} if names else {}
+
+
 _NUMBERS = {
     "stroke": ("settled stroke, peak to peak", "length"),
     "membrane_stroke": ("settled stroke of the film as a membrane", "length"),
     "peak_voltage": ("peak voltage of the drive", "voltage"),
     "apparent_power": ("apparent power of the settled motion", "apparent power"),
     "recommended": ("highest peak voltage recommended at its frequency", "voltage"),
-    "probability": ("share of devices within the tolerances that meet all", "share"),
+    "probability": ("share of devices, as uncertain as they are, that meet all", "share"),
     "probability_low": ("lower end of its 95 % interval", "share"),
     "probability_high": ("upper end of its 95 % interval", "share"),
     "distance": ("natural frequency less that of the drive, in half widths of the resonance", "share"),
@@ -590,6 +597,7 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
             "devices": json.dumps(
                 [row.device.replace_quietly(name=f"{wish.name} {k}").to_toml() for k, row in enumerate(good, 1)]
             ),
+            "samples": json.dumps(_stored(wish)),
             "seed": seed,
             "gelcone_version": __version__,
         },

@@ -55,13 +55,15 @@ class Tolerance(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Fields that are uncertain together: their ``names``, and a ``root`` of the covariance of their logarithms."""
+    """Fields that are uncertain together: their ``names``, the ``medians`` of their draws, and a ``root`` of the
+    covariance of their logarithms."""
 
     names: tuple[str, ...]
+    medians: Array
     root: Array
 
 
-NO_SAMPLES = Samples((), np.zeros((0, 0)))
+NO_SAMPLES = Samples((), np.zeros(0), np.zeros((0, 0)))
 
 
 class Objective(NamedTuple):
@@ -173,9 +175,10 @@ def with_samples(wish: Wish, draws: Mapping[str, Array]) -> Wish:
     logs = np.log(np.array([np.asarray(values, dtype=float) for values in draws.values()]))
     size, vectors = np.linalg.eigh(np.cov(logs).reshape(len(logs), len(logs)))
     root = vectors * np.sqrt(np.maximum(size, 0.0))
-    middle = zip(draws, np.exp(np.median(logs, axis=1)).tolist(), strict=True)
+    medians = np.exp(np.median(logs, axis=1))
+    middle = zip(draws, medians.tolist(), strict=True)
     device = wish.device.replace_quietly({name: value for name, value in middle if name not in wish.free})
-    return replace(wish, device=device, samples=Samples(tuple(draws), root))
+    return replace(wish, device=device, samples=Samples(tuple(draws), medians, root))
 
 
 def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
