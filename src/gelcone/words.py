@@ -207,7 +207,10 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
     if is_toleranced(sheet):
         failed = f", of which {sheet.attrs['failed']} have no state" if sheet.attrs["failed"] else ""
         named = json.loads(sheet.attrs["drawn"]).items()
-        every = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in named)
+        every = ", ".join(
+            f"{name} {own[0]:.3g} ± {own[1]:.2g}" if isinstance(own, list) else f"{name} {100.0 * own:.2g} %"
+            for name, own in named
+        )
         text = f"tolerances: within these intervals lie 95 % of {sheet.attrs['draws']} draws{failed}, of {every}"
         lines += textwrap.wrap(text, SHEET_WIDTH, subsequent_indent="  ")
     return lines

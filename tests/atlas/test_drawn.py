@@ -103,6 +103,8 @@ def test_a_draw_that_fails_at_one_frequency_has_failed(monkeypatch):
     ("analysis", "options", "message"),
     [
         ("tongues", {}, "analysis of draws"),
+        ("envelope", {"initial": (0.1, 0.0)}, "initial: envelope has a start of its own; leave it out"),
+        ("datasheet", {"initial": (0.1, 0.0)}, "initial: datasheet has a start of its own; leave it out"),
         ("envelope", {"margin": 1.0}, "margin = 1: must be at least 0 and below 1"),
         ("envelope", {"patience": 1.0}, "patience"),
         ("frequency", {"branches": True}, "branches: is not computed for draws; leave it out, or run frequency of one"),
@@ -239,6 +241,12 @@ def test_a_data_sheet_has_the_interval_of_every_figure():
     assert f"{1e3 * min(ends):.3g} to {1e3 * max(ends):.3g} mN" in words
     spread = float(np.std(thickness) / 2e-4)
     assert f"tolerances: within these intervals lie 95 % of 5 draws, of film_thickness {100 * spread:.2g} %" in words
+
+
+def test_fields_about_zero_are_said_by_mean_and_deviation():
+    offsets = np.array([-30.0, 0.0, 30.0])
+    found = gelcone.over_draws(PUMP, {"voltage_offset": offsets}, "datasheet", voltages=["1 kV"])
+    assert f"voltage_offset 0 ± {np.std(offsets):.2g}" in gelcone.in_words(found)
 
 
 def test_the_ends_of_an_interval_count_what_is_infinite_and_know_what_is_not_known():

@@ -79,7 +79,7 @@ def over_draws(
     model : a single model or `Device`; what is drawn replaces its own.
     draws : name -> values, as many of each, as in `Plan`; or a Dataset of `gelcone.fitted_draws`.
     analysis : one that can be swept, ``"envelope"``, ``"frequency"`` or ``"datasheet"``. Default ``"limits"``.
-    initial : as in `Plan`.
+    initial : as in `Plan`; not of an envelope or a data sheet, which have starts of their own.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
     **options : of the analysis, in SI units with a device. An envelope takes ``frequencies``, ``peaks``, ``margin``
@@ -92,7 +92,8 @@ def over_draws(
     ``limit_low`` and ``limit_high`` over ``drive_frequency``, ``static_limit_voltage`` and ``recommended_constant``; of
     a frequency response what `gelcone.frequency` gives, with the number of ``jumps`` in their place. ``outcome`` says
     which draws failed. Of a data sheet that of the model, with the 95 % interval of each figure over the draws as
-    ``NAME_low`` and ``NAME_high``, and the standard deviation of each field over its mean as the attribute ``drawn``.
+    ``NAME_low`` and ``NAME_high``, and the standard deviation of each field over its mean as the attribute ``drawn``;
+    where that is above 1, mean and standard deviation.
 
     Raises
     ------
@@ -112,6 +113,8 @@ def over_draws(
     known = (*sweepable(), *ALONE, SHEET)
     if analysis not in known:
         raise unknown_name("analysis of draws", analysis, known)
+    if initial is not None and analysis in ("envelope", SHEET):
+        raise InputError(f"initial: {analysis} has a start of its own; leave it out")
     plan = Plan(model, {}, initial, values, {} if analysis in (*ALONE, SHEET) else options)
     members = plan.at(plan.grid)[0].members()
     with interpolated_curves(members) as between:
@@ -367,8 +370,14 @@ def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress
     for name, found in rows.items():
         for end, values in zip(("low", "high"), _ends(np.array(found)), strict=True):
             sheet[f"{name}_{end}"] = sheet[name].dims, values, dict(sheet[name].attrs)
-    spread = {name: float(np.std(drawn) / max(abs(np.mean(drawn)), 1e-300)) for name, drawn in plan.draws.items()}
+    spread = {name: _spread(drawn) for name, drawn in plan.draws.items()}
     return sheet.assign_attrs(draws=plan.size, drawn=json.dumps(spread), failed=failed)
+
+
+def _spread(drawn: Array) -> float | list[float]:
+    """The standard deviation over the mean; where the mean is the smaller one, both."""
+    mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
+    return deviation / abs(mean) if abs(mean) > deviation else [mean, deviation]
 
 
 def _ends(values: Array) -> Array:
