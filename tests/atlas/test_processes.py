@@ -77,6 +77,25 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
     assert len(team) == 3
 
 
+def inside():
+    return disk_cache.made("inner", 1, bytes, ())
+
+
+def twice():
+    return inside() + inside()
+
+
+def refused():
+    raise InputError("refused")
+
+
+def after_an_error(_):
+    try:
+        disk_cache.made("refused", 1, refused, ())
+    except InputError:
+        return inside()
+
+
 def test_what_a_process_makes_is_heard_here(monkeypatch):
     monkeypatch.setenv(disk_cache.VARIABLE, "")
     heard = []
@@ -93,6 +112,12 @@ def test_what_a_process_makes_is_heard_here(monkeypatch):
     with disk_cache.heard(hear), processes(1)() as one:
         assert next(one.run(partial(make, "code"), [7])) == (b"", 0)
         assert heard == ["code begins", "code ends"]
+        heard.clear()
+        next(one.run(partial(disk_cache.made, "outer", make=twice, sources=()), [7]))
+        assert heard == ["outer begins", *["inner begins", "inner ends"] * 2, "outer ends"]
+        heard.clear()
+        next(one.run(after_an_error, [7]))
+        assert heard == ["refused begins", "refused ends", "inner begins", "inner ends"]
         heard.clear()
         with pytest.warns(LostWorker), pytest.raises(InputError):
             next(one.run(partial(disk_cache.made, "code", make=os.abort, sources=()), [7]))

@@ -164,15 +164,17 @@ class Process:
 
     def _heard(self, report: Callable[[float], None]) -> Any:
         """The answer of the process; before it come shares of the work, and texts: kinds of content of which it begins
-        to make one, and empty ones where it ends."""
+        to make one, and empty ones where it ends the last one begun."""
+        begun: list[ExitStack] = []
         with ExitStack() as making:
             while not isinstance(message := pickle.load(_pipe(self._process.stdout)), tuple):
                 if isinstance(message, float):
                     report(message)
                 elif message:
-                    making.enter_context(disk_cache.making(message))
+                    begun.append(making.enter_context(ExitStack()))
+                    begun[-1].enter_context(disk_cache.making(message))
                 else:
-                    making.close()
+                    begun.pop().close()
         return message
 
     def _restart(self) -> None:
@@ -261,9 +263,11 @@ def _passed_on(kind: str) -> Iterator[None]:
     """Says when content of a kind begins to be made, and when it is there."""
     with _reporting:
         _send(pickle.dumps(kind))
-    yield
-    with _reporting:
-        _send(pickle.dumps(""))
+    try:
+        yield
+    finally:
+        with _reporting:
+            _send(pickle.dumps(""))
 
 
 def _send(message: bytes) -> None:
