@@ -236,6 +236,22 @@ def test_a_data_sheet_has_tolerances(command_line, tmp_path):
     assert "--uncertain film_thickness: the samples hold it already, with its correlations; leave one out" in err
 
 
+def test_an_envelope_of_draws_of_a_model_needs_no_start(command_line, tmp_path):
+    (tmp_path / "draws.csv").write_text("rest_height\n0.3\n0.31\n")
+    own = (
+        "envelope",
+        "--set",
+        "voltage_bias=0.1",
+        "--over",
+        "voltage=0.3:0.6:2",
+        "--over",
+        "drive_frequency=0.3:0.5:2",
+    )
+    code, out, err = command_line(*own, "--samples", "draws.csv")
+    assert code == 0, err
+    assert "recommended drive, 20% below its limits" in out
+
+
 def test_a_first_list_of_tests_is_a_plan_as_it_is(pump):
     assert pump("init", "--tests", "first.toml")[0] == 0
     code, out, err = pump("fit", "pump.toml", "--data", "first.toml", *FREE, "--plan")

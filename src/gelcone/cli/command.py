@@ -105,14 +105,15 @@ def _run_draws(
     """Runs an analysis of every draw, and delivers what they show."""
     from gelcone.atlas.drawn import over_draws
 
-    if "initial" not in analysis.signature.parameters:
+    starts = "initial" in analysis.signature.parameters
+    if not starts:
         subject.without_initial(f"{analysis.command} does not start from a state; leave it out")
     subject.alone(analysis.command)
     options = drawn_options(analysis, subject, given)
     answers = answers_of(find_analysis("sweep") if analysis.swept else analysis)
     answers = drawn_answers(analysis.name) if analysis.drawn else answers
     check_folder(out, answers.command, how["force"])
-    start = subject.beginning if subject.starts or subject.device is None else None
+    start = subject.beginning if starts and (subject.starts or subject.device is None) else None
     with progress_bar(analysis.command) as progress, device_words(subject.device):
         result = over_draws(subject.target, draws, analysis.name, initial=start, progress=progress, **options)
     return deliver(answers, result, subject, out, **how)
