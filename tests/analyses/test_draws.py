@@ -40,7 +40,7 @@ def test_a_table_is_read_as_it_comes(tmp_path):
 
 
 def test_columns_of_a_device_have_units(tmp_path):
-    path = table(tmp_path, "film_thickness [um], prestretch ,material.shear_modulus [kPa]\n100,1.3,8\n90,1.2,9\n")
+    path = table(tmp_path, "film_thickness [um], prestretch ,material.shear_modulus (kPa)\n100,1.3,8\n90,1.2,9\n")
     found = read_draws([path], of_device(), **HOW)
     np.testing.assert_allclose(found["film_thickness"], [1e-4, 9e-5])
     np.testing.assert_allclose(found["material.shear_modulus"], [8e3, 9e3])

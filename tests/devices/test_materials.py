@@ -237,7 +237,5 @@ def test_branches_of_a_material_that_cannot_be_are_refused(given, message):
 
 
 def test_a_film_that_does_not_creep_is_refused_with_a_remedy():
-    with pytest.raises(
-        InputError, match="'power film' does not creep; set film = membrane, wrinkling or taut"
-    ):
+    with pytest.raises(InputError, match="'power film' does not creep; set film = membrane, wrinkling or taut"):
         find_device("biased-pump").replace(material=Material(**VHB), film=PowerFilm()).to_model()
