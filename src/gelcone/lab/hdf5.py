@@ -18,7 +18,7 @@ from gelcone.quantity import Array
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_VALUES, MOST_NAMES, MOST_PARTS = 2_000_000, 64, 20_000
-"""Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks) that are looked at."""
+"""Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks) that are read."""
 DEEPEST = 16
 UNDEFINED = 2**64 - 1
 UNPACKED = 64
@@ -84,7 +84,7 @@ def too_many() -> InputError:
 
 @dataclass
 class File:
-    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been looked at, and
+    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been read, and
     ``unpacked`` how many bytes its chunks unpacked to."""
 
     data: bytes
