@@ -6,8 +6,9 @@ In a membrane each ring has branches of its own. Here all are stretched by the m
     E(x, V) + psi(M(x^2); states),
 
 of which the first is that of the relaxed membrane, and pulls with x K, K = k + M' t1/M with the stress t1 of the
-branches. A relaxed film is the membrane itself. At once, and in between, its force is within some per cent of the one
-with branches in every ring, in half of the films tried within 0.5 % (``benchmarks/creeping_membrane.py``). It pulls in
+branches. A relaxed film is the membrane itself. At once, and in between, its force errs, against branches in every
+ring, by some per cent of that without voltage, in half of the films tried by less than 0.5 %
+(``benchmarks/creeping_membrane.py``). It pulls in
 where the relaxed membrane does: what a branch in the ring that localises would withstand for a while is left out, on
 the safe side.
 
