@@ -130,3 +130,19 @@ def test_a_root_of_a_graph_is_evaluated_with_what_it_depends_on():
     found = evaluated([root, slope], {a.index: wanted * np.exp(wanted)})
     np.testing.assert_allclose(found[0], wanted, rtol=1e-15)
     np.testing.assert_allclose(found[1], 2.0 * wanted / (np.exp(wanted) * (1.0 + wanted)), rtol=1e-13)
+
+
+def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
+    graph = Graph()
+    a, b = graph.state(0), graph.state(1)
+    root = graph.root("y", lambda y, a, b, xp: xp.exp(y) + b * y * y - a, [a, b], lambda a, b, xp: 0.5 * a)
+    held = np.linspace(-1.0, 8.0, 7)[:, None]  # an array of the graph itself, cut with the others
+    rng = np.random.default_rng(3)
+    values = {a.index: rng.uniform(-1.0, 3.0, 40), b.index: rng.uniform(0.0, 2.0, (7, 1))}
+    together = evaluated([root + graph.node(held)], values)[0] - held
+    alone = [
+        [evaluated([root], {a.index: x, b.index: y})[0] for x in values[a.index]] for y in values[b.index].ravel()
+    ]
+    np.testing.assert_allclose(together, alone, rtol=1e-14, atol=1e-14)
+    exists = np.abs(np.exp(together) + values[b.index] * together**2 - values[a.index]) < 1e-12
+    assert 100 < exists.sum() < 270  # the others are of no use, and wander until the last step

@@ -7,11 +7,14 @@ from them or they are evaluated for arrays. Griewank and Walther, Evaluating Der
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from gelcone.physics.trace import Graph, Node, ordered
+from gelcone.quantity import Array
 
 ENOUGH = 1e-9
 """Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
@@ -137,27 +140,51 @@ def _root(node: Node, values: Mapping[int, Any]) -> Any:
     equation = node.graph.equations[node.index]
     (first,) = evaluated([node.graph.guesses[node.index]], values)
 
-    def residual(y: Any) -> Any:
-        return evaluated([equation], {**values, node.index: y})[0]
-
     if node.index not in node.graph.root_slopes:
         (node.graph.root_slopes[node.index],) = derivatives([equation], node)
     slope = node.graph.root_slopes[node.index]
-    return newton(residual, lambda y: evaluated([slope], {**values, node.index: y})[0], first)
+
+    def at(target: Node, y: Any, known: Mapping[int, Any]) -> Any:
+        return evaluated([target], {**known, node.index: y})[0]
+
+    arrays = {part.index: part.value for part in ordered([equation, slope]) if part.operation == "array"}
+    return newton(partial(at, equation), partial(at, slope), first, {**values, **arrays})
 
 
-def newton(residual: Callable[[Any], Any], slope: Callable[[Any], Any], first: Any) -> Any:
-    """The root of ``residual``, elementwise, that Newton's method finds from ``first``."""
+def newton(
+    residual: Callable[[Any, Mapping[int, Any]], Any],
+    slope: Callable[[Any, Mapping[int, Any]], Any],
+    first: Any,
+    known: Mapping[int, Any] = MappingProxyType({}),
+) -> Any:
+    """The root of ``residual(y, known)``, elementwise, that Newton's method finds from ``first``.
+
+    ``known`` holds all that residual and slope depend on besides the root, numbers or arrays that broadcast against
+    it: it is cut to the elements that still move each time half of them have stopped. Those for which there is no root,
+    as on the other side of a border, take `MOST_STEPS` steps. Without it all elements are computed until the last
+    stops.
+    """
     with np.errstate(all="ignore"):
-        y = first + np.zeros(np.shape(residual(first)))
-        moving = np.ones(y.shape, dtype=bool)
+        roots = np.asarray(first + np.zeros(np.shape(residual(first, known))))
+        places, y = np.arange(roots.size), roots
+        moving = np.ones(roots.shape, dtype=bool)
         for _ in range(MOST_STEPS):
-            step = residual(y) / slope(y)
+            step = residual(y, known) / slope(y, known)
             y = np.where(moving, y - step, y)
             moving = moving & (np.abs(step) > ENOUGH * np.abs(y))
             if not moving.any():
                 break
-    return y[()]
+            if known and 2 * np.count_nonzero(moving) <= moving.size:
+                roots.flat[places] = y.ravel()
+                known = {key: _rows(value, moving) for key, value in known.items()}
+                places, y, moving = places[moving.ravel()], y[moving], moving[moving]
+        roots.flat[places] = y.ravel()
+    return roots[()]
+
+
+def _rows(value: Any, chosen: Array) -> Any:
+    """The elements of a number or array, broadcast to the shape of ``chosen``, that are chosen."""
+    return value if np.ndim(value) == 0 else np.broadcast_to(value, chosen.shape)[chosen]
 
 
 def gradients(

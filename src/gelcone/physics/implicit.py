@@ -30,7 +30,7 @@ def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First
     leaf = graph.state(0)
     (slope,) = derivatives([graph.node(residual(leaf, *at, graph))], leaf)
     begin = first(*at, np) + np.zeros(np.broadcast_shapes(*map(np.shape, at)))
-    return newton(lambda y: residual(y, *at, np), lambda y: evaluated([slope], {leaf.index: y})[0], begin)
+    return newton(lambda y, _: residual(y, *at, np), lambda y, _: evaluated([slope], {leaf.index: y})[0], begin)
 
 
 def traced(xp: Any) -> bool:
