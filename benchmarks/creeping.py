@@ -46,8 +46,9 @@ APART = (1e-9, -1e-9)
 """Starts of the reference beside one that disagrees, in displacement."""
 GROWN = 1e-3
 """Share of what these starts part by that errors may have grown to."""
-CLOSER = 3e-14
-"""Tolerance of the reference for one that disagrees."""
+CLOSER, SHORTER = 3e-14, 1 / 400
+"""Tolerance of the reference for one that disagrees, and the share of the time that its steps then have at most: where a
+current meets its limit within a longer one the tolerance says nothing of its error."""
 BIASES = ("spring", "beam", "spring+weight", "spring+force", "beam+weight")
 AMPLIFIER = (
     ("filter_time", "slew_rate"),
@@ -244,8 +245,8 @@ def judge(
 
     said = outcome.name.lower()
     allowed_time = EARLY if "series_resistance" in structure["takes"] else ALLOWED_TIME
-    for relative in (RELATIVE, CLOSER):
-        other = follow(relative=relative)
+    for options in ({"relative": RELATIVE}, {"relative": CLOSER, "longest": SHORTER * float(times[-1])}):
+        other = follow(**options)
         error = far(other)
         if outcome in (Outcome.OK, Outcome.PULLED_IN) and other.end == FAILED:
             continue

@@ -14,12 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
 
 ARRIVED, PULLED_IN, FAILED = "arrived", "pulled in", "failed"
 RELATIVE, ABSOLUTE = 1e-12, 1e-13
@@ -317,10 +319,21 @@ class Film:
         return self._slack(q, y, squared, charge)
 
     def _slack(self, q: float, y: Sequence[float], squared: float | None, charge: float | None) -> Lengths:
+        try:
+            return self._minimum(q, y, squared, charge)
+        except Lost:  # Newton's method from lengths beyond this minimum loses it
+            self.last = (q, 1.0)
+            for k in range(1, LEVELS):
+                less = None if squared is None else squared * k / LEVELS
+                self._minimum(q, y, less, None if charge is None else charge * k / LEVELS)
+            return self._minimum(q, y, squared, charge)
+
+    def _minimum(self, q: float, y: Sequence[float], squared: float | None, charge: float | None) -> Lengths:
         m, n = max(self.last[0], q), max(self.last[1], 1.0)
         low = math.log(q)
         a, b = math.log(m), math.log(n)
-        for _ in range(60):
+        good: tuple[float, float] | None = None
+        for _ in range(120):
             sums = self.sums(m, n, y)
             if squared is not None:
                 pressed, sign = squared * m * n, -1.0
@@ -330,14 +343,17 @@ class Film:
             h11, h12, h22 = sums.h11 + more, sums.h12 + more, sums.h22 + more
             free1, free2 = a > low or s1 < 0.0, b > 0.0 or s2 < 0.0
             step1 = step2 = 0.0
-            if free1 and free2:
-                det = h11 * h22 - h12 * h12
-                if not (det > 0.0 and h11 > 0.0):
+            det = h11 * h22 - h12 * h12
+            if free1 and not (h11 > 0.0 and (det > 0.0 or not free2)):
+                if good is None:
                     raise Lost
+                a, b = 0.5 * (a + good[0]), 0.5 * (b + good[1])  # stepped beyond the end of the minimum
+                m, n = math.exp(a), math.exp(b)
+                continue
+            good = a, b
+            if free1 and free2:
                 step1, step2 = (h12 * s2 - h22 * s1) / det, (h12 * s1 - h11 * s2) / det
             elif free1:
-                if not h11 > 0.0:
-                    raise Lost
                 step1 = -s1 / h11
             elif free2:
                 step2 = -s2 / h22
@@ -358,15 +374,37 @@ class Film:
             n,
             sums.s1 - pressed,
             sums.s2 - pressed,
-            self._margin(sums, pressed, m > q, n > 1.0, squared is None),
+            self._margin(sums, pressed, q, m, n, squared is None),
             sums,
         )
 
-    def _margin(self, sums: Sums, pressed: float, slack1: bool, slack2: bool, charged: bool) -> float:
+    @cached_property
+    def valley(self) -> float:
+        """The m of a film in which nothing creeps at the minimum of Vb(t) = R (1 - t^-3)/t behind its hump, infinite
+        without: what is longer has pulled in unless the disc stretches it so far."""
+        def slope(t: float) -> float:
+            r, change = self.response(2.0 * t + t**-2 - 3.0)
+            return 2.0 * change * (1.0 - t**-3) ** 2 / t + r * (4.0 * t**-5 - t**-2)
+
+        before = 1.0
+        for t in (1.0 + 1e-3 * k for k in range(1, 30_000)):
+            try:
+                value = slope(t)
+            except Lost:
+                break
+            if before < 0.0 < value:
+                return float(brentq(slope, t - 1e-3, t, xtol=1e-15)) / self.A
+            before = value
+        return math.inf
+
+    def _margin(self, sums: Sums, pressed: float, q: float, m: float, n: float, charged: bool) -> float:
         """At a held voltage: of a film with slack hoops what is left before it localises, else of the minimum, which a
         film that has a charge passes smoothly."""
+        slack1, slack2 = m > q, n > 1.0
         ended = 0.0 if charged else ENDED
         h11, h12, h22 = sums.h11 - pressed, sums.h12 - pressed, sums.h22 - pressed
+        if slack1 and slack2 and not self.branches:
+            return min((h11 * h22 - h12 * h12) - ended, q / self.valley - 1.0 if m > self.valley else 1.0)
         if slack1 and slack2:
             return (h11 * h22 - h12 * h12) / self.modulus**2 - ended
         if slack1:
@@ -551,8 +589,10 @@ class Motion:
 class Run:
     """One motion of a device from a start."""
 
-    def __init__(self, device: Device, start: Sequence[float], relative: float = RELATIVE) -> None:
-        self.device, self.z, self.relative = device, device.start(start), relative
+    def __init__(
+        self, device: Device, start: Sequence[float], relative: float = RELATIVE, longest: float = math.inf
+    ) -> None:
+        self.device, self.z, self.relative, self.longest = device, device.start(start), relative, longest
         self.evaluations = 0
         self.source = len(self.z) - len(CAUSES) + CAUSES.index("source")
 
@@ -615,13 +655,14 @@ class Run:
 
         inner = not (device.resisted or device.charged)
         first = self._stored(value(begin)) if inner else 0.0
-        solver = DOP853(right, begin, np.array(self.z), stop, rtol=self.relative, atol=0.1 * self.relative)
+        solver = DOP853(right, begin, np.array(self.z), stop, rtol=self.relative, atol=0.1 * self.relative, max_step=self.longest)
         steps, left = 0, margin(begin, solver.y)
         while solver.status == "running":
             solver.step()
             steps += 1
             if solver.status == "failed" or steps > MOST_STEPS or not np.isfinite(solver.y).all():
-                return (PULLED_IN if left < 0.1 * NEAR else FAILED), float(solver.t)
+                runaway = left != 1.0  # of a slack film, towards which steps vanish
+                return (PULLED_IN if runaway else FAILED), float(solver.t)
             before, left = left, margin(solver.t, solver.y) if device.film.wrinkles else 1.0
             if min(before, left) < NEAR and (ended := self._ended(solver, margin)) is not None:
                 return PULLED_IN, ended

@@ -1,16 +1,21 @@
 """The back end: any number of states, equal systems share a program, and heyoka as the second integrator agrees."""
 
+from dataclasses import dataclass
+
 import heyoka_backend as heyoka
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import FilmPullIn, Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.engine import backend
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.motion.regime import regime
+from gelcone.physics.circuit import Circuit
+from gelcone.physics.component import State
+from gelcone.physics.film.film import Border
 from gelcone.physics.model import ConeModel
 from tests.physics.test_system import ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
@@ -254,3 +259,71 @@ def test_a_member_with_too_many_corners_ends_where_it_begins_and_the_others_run(
     assert np.isnan(run.states[1, 1:]).all()
     assert (run.end_times[1], *run.end_states[1]) == (0.0, 0.5, 0.0)
     assert np.isfinite(run.states[[0, 2]]).all()
+
+
+JUMPING = {
+    "law": "neo-hookean", "branches": 1, "flow": "linear", "bias": "beam", "waveform": {"component": "trapezoid"},
+    "damping_ratio": 0.009, "voltage": 0.94, "voltage_bias": -0.75, "drive_frequency": 1.54,
+    "meridional_prestretch": 1.57, "hoop_prestretch": 1.31, "beam_stiffness": 1.2, "beam_cubic": 0.5,
+    "beam_height": -0.27, "high": 0.23, "rise": 0.09, "fall": 0.0, "viscous_modulus_1": 0.21, "relaxation_time_1": 6.4,
+}  # fmt: skip
+BEHIND_A_RESISTANCE = {
+    "branches": 1, "bias": "beam+weight", "circuit": "amplifier", "series_resistance": 0.09,
+    "waveform": {"component": "chirp", "sweep": "logarithmic", "repeat": False},
+    "damping_ratio": 0.019, "voltage": 0.93, "voltage_bias": -0.6, "drive_frequency": 2.06, "start_frequency": 2.34,
+    "end_frequency": 3.16, "meridional_prestretch": 0.89, "hoop_prestretch": 1.57, "beam_stiffness": 0.6,
+    "beam_cubic": 0.93, "beam_height": 0.16, "weight": -0.18, "stretch_limit": 140.0, "viscous_modulus_1": 0.35,
+    "relaxation_time_1": 0.085, "viscous_limit_1": 52.0,
+}  # fmt: skip
+RUNAWAY = {
+    "branches": 2, "bias": "spring+weight", "flow_exponent": 5, "damping_ratio": 0.0, "voltage": 0.624201,
+    "voltage_bias": -0.452007, "drive_frequency": 6.5, "meridional_prestretch": 0.849009, "hoop_prestretch": 0.968389,
+    "spring_stiffness": 0.582296, "rest_height": 0.362262, "weight": -0.244544, "stretch_limit": 48.9971,
+    "flow_stress": 0.351251, "viscous_modulus_1": 0.0789535, "relaxation_time_1": 0.0591071,
+    "viscous_modulus_2": 2.08603, "relaxation_time_2": 0.327714,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("device", "start", "ends"),
+    [
+        (JUMPING, (0.26, -0.06), 1.121997376282069),
+        (BEHIND_A_RESISTANCE, (-0.29, -0.04), 1.777603780970001),
+        (RUNAWAY, (0.43, 0.356), 0.582369316285389),
+    ],
+    ids=["after a jump of the voltage", "where it enters a state without a minimum", "by flow faster than any step"],
+)
+def test_a_film_that_finds_no_minimum_has_pulled_in(device, start, ends):
+    """The times are those of ``benchmarks/creeping_reference.py``, another integrator on other equations."""
+    run = integrate(ConeModel(film="wrinkling", **device), np.array([start]), np.array([[8.0]]))
+    assert run.outcome[0] == Outcome.PULLED_IN
+    assert run.pull_in[0, 0] == FilmPullIn.MINIMUM
+    assert run.end_times[0] == pytest.approx(ends, rel=3e-6)
+    assert run.steps[0] < 1000
+
+
+@dataclass(frozen=True)
+class Clutch(Circuit):
+    """A circuit whose voltage is drawn back to where it slips, from both sides."""
+
+    name = "clutch"
+    parameters = {}
+    states = (State("slip", "what slips"),)
+    borders = (Border(lambda port, y, n, xp: n["slips"] * (y[0] - 0.5), "slips"),)
+
+    def numbers(self, parameters):
+        return {"slips": 1.0}
+
+    def voltage(self, port, y, n, xp=np):
+        return port.command
+
+    def rates(self, port, y, n, xp=np):
+        return [-1.0 * n["slips"]]
+
+
+def test_a_circuit_that_switches_on_and_on_ends_the_motion_at_once_and_no_film_has_pulled_in():
+    run = integrate(ConeModel(film="wrinkling", circuit=Clutch()), np.array([[0.3, 0.0, 0.8]]), np.array([[2.0]]))
+    assert run.outcome[0] == Outcome.STEP_LIMIT
+    assert run.end_times[0] == pytest.approx(0.3, abs=1e-12)
+    assert run.pull_in[0, 0] == FilmPullIn.NONE
+    assert run.steps[0] < 1000

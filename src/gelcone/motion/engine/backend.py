@@ -12,7 +12,15 @@ import numpy.typing as npt
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, FilmPullIn, Outcome
 from gelcone.motion.engine.charges import voltage_turns
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
-from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Raw
+from gelcone.motion.engine.program import (
+    ARRIVED,
+    NOT_FINITE,
+    STEP_TOO_SMALL,
+    TERMINAL_EVENT,
+    TOO_MANY_STEPS,
+    Program,
+    Raw,
+)
 from gelcone.motion.job import Job, Keep, Trajectories
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
@@ -24,6 +32,8 @@ SMALLEST_STEP = 2e-8
 lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
 RUNAWAY = 1e-3
 """A film with states and borders may end in a runaway, towards which steps shrink: its smallest step is this share."""
+AWAY = 0.9
+"""Share of its stretch limit up to which a film is not near it."""
 MOST_CORNERS = 2**22
 """Corners of the drive that are held at once, some 50 bytes each."""
 MOST_PROGRAMS = 64
@@ -142,8 +152,9 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
             kept[run] = values if inside.all() else np.where(_spread(inside, values.ndim), values, np.nan)
     result.steps[run] = raw.steps
     result.end_times[run], result.end_states[run] = raw.end_time, raw.end_state
-    result.outcome[run] = _outcomes(job, members, raw, smallest_step, ~inside[:, -1])
-    _store_films(result, run, members.system, raw)
+    ended = _ended_by(members, raw)
+    result.outcome[run] = _outcomes(job, members, raw, ended[0], smallest_step, ~inside[:, -1])
+    _store_films(result, run, members.system, raw, ended)
 
 
 def _of_voltages(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw) -> None:
@@ -158,18 +169,44 @@ def _of_voltages(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw
         raw.divergence[:] += scale[:, :-1] - scale[:, 1:]
 
 
-def _store_films(result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw) -> None:
+def _store_films(
+    result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw, ended: tuple[Array, Array]
+) -> None:
     """How long each film was in each of its states, and how it pulled in."""
-    ended, owners = raw.status - TERMINAL_EVENT, np.array([-1 if k is None else k for k, _ in system.borders])
-    by = np.where(ended >= 0, np.take(owners, np.maximum(ended, 0)), -1) if owners.size else np.full(run.size, -1)
+    by, how = ended
     for k, film in enumerate(system.films):
         if film.borders:
             result.film_times[run, k, : len(film.kinds)] = film.times_of_kinds(list(raw.switches), raw.dwell)
-            result.pull_in[run, k] = np.where(by == k, film.pull_in_kind(raw.switches), FilmPullIn.NONE)
+            result.pull_in[run, k] = np.where(by == k, how, FilmPullIn.NONE)
+
+
+def _ended_by(members: Members, raw: Raw) -> tuple[Array, Array]:
+    """The film that each member ended with, -1 where none did, and how it pulled in.
+
+    One has no minimum any more where it finds no state of tension, so that switches flip on and on in place, or where
+    it runs away so fast that the steps towards that end become too short before it is met.
+    """
+    system = members.system
+    by, how = np.full(raw.status.shape, -1), np.full(raw.status.shape, FilmPullIn.MINIMUM)
+    lost = raw.status == STEP_TOO_SMALL
+    z, n = list(raw.end_state.T), members.numbers() if lost.any() else {}
+    voltages = system.voltages(raw.end_time, z, n) if lost.any() else ()
+    for k, film in enumerate(system.films):
+        if not film.borders:
+            continue
+        kind = np.broadcast_to(film.pull_in_kind(raw.switches), by.shape)
+        for place, (owner, border) in enumerate(system.borders):
+            here = (raw.status == TERMINAL_EVENT + place) & (owner == k)
+            by[here] = k
+            how[here] = FilmPullIn.MINIMUM if border.switch else kind[here]
+        if lost.any() and film.states and film.film.folds:
+            share = film.limit_share(z[0], voltages[k], system.states_of(z, "film", k), n)
+            by[lost & (kind == FilmPullIn.MINIMUM) & ~(share > AWAY)] = k
+    return by, how
 
 
 def _outcomes(
-    job: Job, members: Members, raw: Raw, smallest_step: Array, beyond: npt.NDArray[np.bool_]
+    job: Job, members: Members, raw: Raw, by: Array, smallest_step: Array, beyond: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.int8]:
     """How each member ended."""
     ending = members.system.film.ending
@@ -179,7 +216,9 @@ def _outcomes(
         far = (job.keep == "tangents") & (raw.smallest_step >= smallest_step)
         outcome[(raw.status == NOT_FINITE) & (far | (smallest_step == 0.0)) & ~beyond] = Outcome.NOT_FINITE
     outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
-    outcome[raw.status >= TERMINAL_EVENT] = Outcome.PULLED_IN
+    switching = [TERMINAL_EVENT + k for k, (owner, border) in enumerate(members.system.borders) if border.switch]
+    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT
+    outcome[(raw.status >= TERMINAL_EVENT) & ~np.isin(raw.status, switching) | (by >= 0)] = Outcome.PULLED_IN
     return outcome.astype(np.int8)
 
 

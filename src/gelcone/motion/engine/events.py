@@ -53,7 +53,7 @@ class Event:
     makes g positive (direction -1) or negative (direction 1), else it flips at once; so it does where another
     switch changes g for this one. Where the rates of change jump at a switch, the tangent maps across it lack the
     jump (the saltation matrix); where they are continuous there is none. Where the rates on both sides lead back to
-    the border (dry friction at rest), a member switches on and on in place, until it has made all its steps. A
+    the border (dry friction at rest), or no law holds, a member would switch on and on in place: it ends there. A
     member that starts on a border counts as having just crossed it.
     """
 

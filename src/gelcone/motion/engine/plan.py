@@ -12,7 +12,9 @@ CROWD = 4
 """Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with
 more this lasts longer at the end."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
-"""Ways in which a member ends; TERMINAL_EVENT + k stands for the terminal event k."""
+"""Ways in which a member ends; TERMINAL_EVENT + k stands for the event k, which is terminal or switches on and on."""
+MOST_IN_PLACE = 100
+"""Switches at once after which no law is taken to hold: each of a few borders has only two sides."""
 THREAD = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %words", "ptr noalias %store"]
 """A thread's lanes (laws, rows, width), room for the last step, job, words, and slots (slots, rows)."""
 SAME_THREAD = "ptr %lanes, ptr %scratch, ptr %job, ptr %words, ptr %store"
@@ -172,7 +174,8 @@ class Layout:
         self.dwell: int = self.roots + len(self.equations)
         self.combinations: int = 2**plan.signs if plan.signs else 0
         self.since: int = self.dwell + self.combinations
-        self.rows: int = self.since + 1
+        self.in_place: int = self.since + 1
+        self.rows: int = self.since + 2
         self.terms: int = plan.order + 1
         self.borders: int = self.states * self.terms
         self.root_terms: int = self.borders + len(plan.borders) * self.terms

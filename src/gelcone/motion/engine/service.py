@@ -8,6 +8,7 @@ from gelcone.motion.engine.code import Function, Value
 from gelcone.motion.engine.events import ON_BORDER
 from gelcone.motion.engine.plan import (
     ARRIVED,
+    MOST_IN_PLACE,
     NOT_FINITE,
     STEP_TOO_SMALL,
     TERMINAL_EVENT,
@@ -21,6 +22,9 @@ from gelcone.motion.engine.step import later
 
 THERE = 2.0**-13
 """Share of a step below which the short polynomial of a border that is seldom near is exact."""
+
+AT_ONCE = 2.0**-40
+"""Share of the time within which two switches come at once."""
 
 
 class _Lane:
@@ -175,6 +179,7 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
             f.store(f.real(0.0), lane.dwell(layout, place))
     lane.set(layout.time, f.load(lane.array(Job.START, member)))
     lane.set(layout.since, lane.get(layout.time))
+    lane.set_whole(layout.in_place, "0")
     lane.set(layout.time_low, f.real(0.0))
     lane.set(layout.target, f.load(lane.array(Job.TIMES, lane.times(member, lane.size(Job.SAMPLES)))))
     lane.set(layout.corner, f.load(lane.array(Job.CORNERS, lane.times(member, lane.size(Job.CORNER_COUNT)))))
@@ -363,8 +368,8 @@ def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Val
 
 
 def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
-    """The event itself: the member ends, or its switch flips. An event in the direction that does not count only
-    records the side of the border."""
+    """The event itself: the member ends, or its switch flips; it ends as well where switches flip on and on in place.
+    An event in the direction that does not count only records the side of the border."""
     side = lane.get(layout.sides + k)
     counts = f.compare("ogt", side, f.real(0.0)) if border.direction else f.compare_whole("eq", "0", "0")
     if not border.sided:
@@ -373,6 +378,14 @@ def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: B
         if border.switch is None:
             f.store_whole(str(TERMINAL_EVENT + k), status)
         else:
+            before = lane.get_whole(layout.in_place)
+            now, since = lane.get(layout.time), lane.get(layout.since)
+            room = f.multiply(f.real(AT_ONCE), f.larger(f.absolute(now), f.real(1.0)))
+            still = f.compare("ole", f.subtract(now, since), room)
+            count = f.new(f"select i1 {still}, i64 {f.whole('add', before, '1')}, i64 0")
+            lane.set_whole(layout.in_place, count)
+            with f.when(f.compare_whole("sgt", count, str(MOST_IN_PLACE))):
+                f.store_whole(str(TERMINAL_EVENT + k), status)
             _count_dwell(lane, plan, layout)
             row = layout.switches + border.switch
             lane.set(row, f.negative(lane.get(row)))
