@@ -2,6 +2,7 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.stats import linregress
 
 from gelcone.atlas.refinement import CHECKED_SHARE, MOST_CHECKED, _nearest, border_dimension, refine
 from gelcone.errors import InputError
@@ -134,6 +135,16 @@ def test_borders_have_the_dimension_of_their_boxes(kinds, expected, within):
     dimension, error = border_dimension(kinds)
     assert dimension == pytest.approx(expected, abs=within)
     assert error < within
+
+
+def test_the_dimension_and_its_error_are_those_of_the_line_through_counted_boxes():
+    kinds, counts = carpet(5)[:129, :129] + np.eye(129, dtype=int), []
+    for side in (1, 2, 4, 8, 16):
+        corners = itertools.product(range(0, 128, side), repeat=2)
+        counts.append(sum(np.ptp(kinds[i : i + side + 1, j : j + side + 1]) > 0 for i, j in corners))
+    line = linregress(-np.arange(5), np.log2(counts))
+    assert border_dimension(kinds) == pytest.approx((line.slope, line.stderr), rel=1e-12)
+    assert line.stderr > 0.01
 
 
 def test_borders_without_boxes_of_three_sizes_have_no_dimension():

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -615,3 +616,13 @@ def test_each_thing_that_decides_the_numbers_is_in_the_record_of_a_store():
     assert len({of(), *others}) == 1 + len(others)
     shown = gelcone.sweep(gelcone.Plan(ConeModel(), {"voltage": [0.4, 0.5]}, (0.5, 0.1)), "limits")
     assert json.loads(shown.attrs["options"])["initial"] == [0.5, 0.1]
+
+
+@pytest.mark.parametrize(("took", "waits"), [(0.0, 2.0), (0.2, 4.0), (60.0, 10.0)])
+def test_writing_takes_a_small_share_of_the_time_and_comes_every_two_to_ten_seconds(monkeypatch, took, waits):
+    clock = iter([100.0, 100.0 + took, 100.0 + took])
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    cells = SimpleNamespace(_store=None, _unwritten=[np.arange(3)])
+    module._Cells.flush(cells)
+    assert cells._unwritten == []
+    assert cells._write_at == pytest.approx(100.0 + took + waits)

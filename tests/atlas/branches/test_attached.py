@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.answer import result_json
-from gelcone.atlas.branches.attached import attached_branches
+from gelcone.atlas.branches.attached import KEPT, attach, attached_branches
 from gelcone.presets import find_preset
 
 BASE = find_preset("base").model
@@ -22,6 +22,23 @@ def test_every_settled_cycle_lies_on_a_branch(diagram):
     assert int(followed["checked_cycles"]) == 2
     assert int(followed["seeded"]) == 0
     assert not followed.sizes["flag"]
+
+
+def test_what_is_attached_comes_back_as_it_was(diagram):
+    followed = gelcone.continue_branch(
+        gelcone.find_device("biased-pump").replace(film="taut"),
+        "frequency", "9.5 Hz", "10 Hz", start="settled", switch=0, checks=2,
+    )  # fmt: skip
+    assert any("along" in variable.attrs for variable in followed.variables.values())
+    again = attached_branches(
+        attach(diagram.drop_vars([v for v in diagram.variables if v.startswith("followed_")]), followed)
+    )
+    assert set(again.variables) == set(followed.variables)
+    for name, variable in followed.variables.items():
+        assert again[name].dims == variable.dims
+        assert again[name].attrs == variable.attrs, name
+        np.testing.assert_array_equal(again[name].values, variable.values)
+    assert {name: again.attrs[name] for name in KEPT} == {name: followed.attrs[name] for name in KEPT}
 
 
 def test_branches_survive_the_file(diagram, tmp_path):

@@ -9,8 +9,11 @@ from scipy.integrate import solve_ivp
 
 import gelcone
 from gelcone import InputError
-from gelcone.atlas.branches import follow
+from gelcone.atlas.branches import check, continuation, follow
 from gelcone.atlas.branches.branch import Ending
+from gelcone.atlas.branches.point import Corrected
+from gelcone.atlas.branches.varied import vary
+from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
 
@@ -127,6 +130,44 @@ def test_extent_is_that_of_the_motion():
         settled = gelcone.settled(SPRING.replace(drive_frequency=float(own["value"])))
         assert float(own["highest"]) == pytest.approx(float(settled["highest"]), abs=1e-6)
         assert float(own["lowest"]) == pytest.approx(float(settled["lowest"]), abs=1e-6)
+
+
+def test_extents_and_symmetry_are_those_of_the_orbit_integrated_over_its_period(base):
+    """One orbit of each branch, in the middle; all of a symmetric branch reach as far to both sides."""
+    for number in range(base.sizes["branch"]):
+        own = base.isel(branch=number)
+        found = np.flatnonzero(np.isfinite(own["lowest"].values))
+        point = own.isel(point=found[found.size // 2])
+        model = BASE.replace(voltage=float(point["value"]))
+        times = np.linspace(0.0, float(own["period"]) * model.forcing_period, 20_001)
+        x = integrate(model, point["orbit"].values[0], times).states[0, :, 0]
+        assert float(point["lowest"]) == pytest.approx(x.min(), abs=3e-4)
+        assert float(point["highest"]) == pytest.approx(x.max(), abs=3e-4)
+        mirrored = bool(np.allclose(x + np.roll(x[:-1], 10_000)[np.arange(20_001) % 20_000], 0.0, atol=1e-6))
+        assert bool(own["symmetric"]) == (mirrored and np.abs(x).max() > 0.0)
+        if own["symmetric"]:
+            np.testing.assert_array_equal(own["lowest"].values[found], -own["highest"].values[found])
+
+
+def test_flags_of_both_checks_are_in_the_result(monkeypatch):
+    one, other = check.Flag(check.NO_ORBIT, -1, 0.5), check.Flag(check.LEAVES, 0, 0.6, "nearby")
+    monkeypatch.setattr(continuation, "cover", lambda *_, **__: check.Checked(7, 5, 0, [one]))
+    monkeypatch.setattr(continuation, "run_perturbed", lambda *_, **__: check.Checked(0, 0, 9, [other]))
+    model = gelcone.ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.5)
+    result = gelcone.continue_branch(model, "voltage", 0.4, 0.7, checks=2, switch=0)
+    assert result["flag_kind"].values.tolist() == [check.FLAGS.index(flag.kind) for flag in (one, other)]
+    assert result["flag_branch"].values.tolist() == [-1, 0]
+    assert result["flag_value"].values.tolist() == [0.5, 0.6]
+    assert result["flag_explanation"].values.tolist() == ["", "nearby"]
+    assert [int(result[name]) for name in ("checked_cycles", "seeded", "checked_orbits")] == [7, 5, 9]
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.5, True), (2.0, False)])
+def test_an_orbit_far_from_the_motion_is_not_the_orbit_of_the_motion(monkeypatch, share, found):
+    point = object()
+    monkeypatch.setattr(check, "at_value", lambda *_: Corrected(point, True, share * check.FARTHEST))
+    shooting = vary(BASE, {"voltage": (0.95, 1.0)}, (1.0, 0.0)).shooting(1e-9)
+    assert (check.polished(shooting, np.array([[0.3, 0.0]]), 0.97, 1.0) is point) == found
 
 
 @pytest.mark.parametrize("key", [k for k in REFERENCES if k.startswith("frequency/spring_zeta0.01")])

@@ -1,5 +1,8 @@
 """With more than two states a pair of multipliers can leave the unit circle: a torus is born, and is reported."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ import gelcone
 from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
+from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
 from tests.toys import TurningBias
 
@@ -33,6 +37,25 @@ def test_a_torus_is_born_where_the_wheel_begins_to_grow(result):
     np.testing.assert_allclose(sorted(found, key=abs)[-2:], [pair, pair.conjugate()], atol=1e-9)
     # those of the disc shrink areas by exp(-2 zeta T)
     assert abs(np.prod(sorted(found, key=abs)[:2])) == pytest.approx(np.exp(-0.2 * period), rel=1e-9)
+
+
+CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "continuation.json").read_text())["references"]
+SPRING = find_preset("spring").model.replace(damping_ratio=0.01)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "names", "within"),
+    [(0.9, 1.2, ("pd1", "pd2"), 1e-9), (0.5, 0.56, ("fold1", "fold2"), 1e-3)],
+)
+def test_where_newtons_method_fails_ever_narrower_brackets_find_the_event(monkeypatch, low, high, names, within):
+    monkeypatch.setattr(crossing, "locate", lambda *_, **__: None)
+    found = gelcone.continue_branch(SPRING, "drive_frequency", low, high, start="settled", switch=0, checks=2)
+    certified = {r["key"]: r.get("value") for r in CERTIFIED}
+    values = sorted(certified[f"frequency/spring_zeta0.01/{name}"] for name in names)
+    events = sorted(events_of(found), key=lambda event: event["value"])
+    assert len(events) == len(values)
+    for event, value in zip(events, values, strict=True):
+        assert abs(event["value"] - value) <= 3.0 * event["value_error"] < within
 
 
 @pytest.mark.parametrize("width", [0.3, 1e-2, 1e-5])

@@ -66,6 +66,25 @@ def test_a_branch_does_not_depend_on_its_steps(usual, steps):
         assert their_ends == ends
 
 
+def test_the_curvature_of_an_event_is_that_of_the_branch_that_leaves_it(usual):
+    """The value changes by the curvature times the squared amplitude: of the branch itself at a fold, else of the one
+    that is born. Nearby, the next power of the amplitude is a few per cent of that."""
+    kinds = set()
+    for result in usual:
+        for k, event in enumerate(events_of(result)):
+            leaving = event["branch"] if event["kind"] == "fold" else event["born_branch"]
+            if leaving is None:
+                continue
+            orbit = result["event_orbit"].values[k]
+            count = int(np.isfinite(orbit[:, 0]).sum())
+            apart = np.abs(result["orbit"].values[leaving, :, :count] - orbit[:count]).max(axis=(1, 2))
+            near = np.nanargmin(np.where(apart > 1e-3, apart, np.nan))
+            change = float(result["value"][leaving, near]) - event["value"]
+            assert change / apart[near] ** 2 == pytest.approx(float(result["event_curvature"][k]), rel=0.05)
+            kinds.add(event["kind"])
+    assert kinds == {"fold", "loss of rest", "symmetry breaking", "period doubling"}
+
+
 def outside(result, branch, point):
     multipliers = result["multiplier_real"].values[branch, point] + 1j * result["multiplier_imag"].values[branch, point]
     return int((np.abs(multipliers) > 1.0).sum())

@@ -11,6 +11,7 @@ import gelcone
 from gelcone import InputError
 from gelcone.atlas.branches import curve, locus
 from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular
 from gelcone.presets import find_preset
 
 REFERENCES = {
@@ -157,3 +158,17 @@ def test_what_cannot_be_followed_is_refused():
         gelcone.locus(BASE, "fold", over | {"drive_frequency": (0.2, 0.3)})
     with pytest.raises(InputError, match="none lies on voltage"):
         gelcone.locus(BASE, "fold", {"voltage": (0.5, 0.6), "drive_frequency": (0.09, 0.11)}, checks=2)
+
+
+@pytest.mark.parametrize(
+    ("null", "left", "fold", "other"), [(1, 1, 1, 1), (-1, 1, 1, -1), (1, -1, -1, -1), (-1, -1, -1, 1)]
+)
+def test_a_vector_that_turns_round_changes_the_sign_of_what_is_odd_in_it(null, left, fold, other):
+    """A fold's coefficient is left . second(null, null), the others' left . third(null, null, null)."""
+    vector, nothing = np.array([[1.0, -2.0]]), np.zeros(2)
+    for at, turned in ((FOLD, fold), (DOUBLE, other)):
+        one, two = (
+            Singular(vector, nothing, nothing, a * vector, b * vector, np.ones(2, complex), at)
+            for a, b in ((1.0, 1.0), (null, left))
+        )
+        assert curve._turned(one, two) == turned

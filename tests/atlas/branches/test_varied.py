@@ -44,6 +44,19 @@ def test_two_fields_that_share_a_scale_are_asked_of_the_device():
     assert together.parameters == ("voltage", "drive_frequency")
 
 
+@pytest.mark.parametrize(
+    ("name", "quantity"),
+    [
+        ("voltage", "voltage"), ("rest_height", "length"), ("drive_frequency", "frequency"),
+        ("spring_stiffness", "stiffness"), ("damping_ratio", "parameter value"),
+    ],
+)  # fmt: skip
+def test_values_of_a_parameter_have_its_quantity_and_meaning(name, quantity):
+    model = gelcone.ConeModel(rest_height=0.3)
+    attributes = vary(model, {name: (0.2, 0.4)}, (1.0, 0.0)).attributes()
+    assert attributes == {"quantity": quantity, "units": "1", "long_name": model.system.parameters[name].meaning}
+
+
 @pytest.fixture(scope="module")
 def thickness():
     return gelcone.continue_branch(PUMP, "film_thickness", "0.19 mm", "0.2 mm", start="settled", checks=2)
