@@ -103,6 +103,95 @@ def test_si_to_model_and_back(a, width, H, m, mu, k, c, eps, volts, hertz):
     assert VACUUM_PERMITTIVITY * eps * s.field**2 == pytest.approx(s.stress, rel=1e-12)
 
 
+ELECTRIC = {
+    "series_resistance": "2 Mohm",
+    "damping_coefficient": 0.01,
+    "release_height": "4 mm",
+    "release_velocity": 0.1,
+}
+DOUBLE = ELECTRIC | {
+    "film": "taut", "second_film": "taut", "second_drive": "constant", "second_voltage": "500 V",
+    "second_prestretch": 1.2, "spring_rate": 10.0, "initial_height": "5 mm", "beam_rate": 30.0, "beam_cubic_rate": 1e5,
+    "beam_height": "3 mm", "constant_force": "10 mN", "gravity": 9.81,
+    "material.resistivity": "1 Gohm m", "material.resistivity_field": "9 V/um",
+}  # fmt: skip
+LOSSY = ELECTRIC | {
+    "film": "taut", "slew_rate": "1 V/us", "current_limit": "1 mA", "filter_frequency": "2 kHz",
+    "material.dielectric_share": 0.2, "material.dielectric_time": "20 ms", "material.viscous_modulus_1": "2 kPa",
+    "material.relaxation_time_1": "0.3 s", "material.viscous_stretch_limit_1": 20.0,
+}  # fmt: skip
+VOLT, TIME = (0, -2, 0, -1, 1), (0, 1, -1, 1, 0)
+SIZES = {
+    "damping_ratio": ("damping_coefficient", (0, -1, -1, -1, 0)),
+    "spring_stiffness": ("spring_rate", (0, -2, 0, -2, 0)),
+    "beam_stiffness": ("beam_rate", (0, -2, 0, -2, 0)),
+    "beam_cubic": ("beam_cubic_rate", (4, -2, 0, -2, 0)),
+    "push": ("constant_force", (-2, -2, 0, -2, 0)),
+    "weight": ("gravity", (-2, -2, 2, -2, 0)),
+    "rest_height": ("initial_height", (-2, 0, 0, 0, 0)),
+    "beam_height": ("beam_height", (-2, 0, 0, 0, 0)),
+    "second_flat_height": ("second_flat_height", (-2, 0, 0, 0, 0)),
+    "x": ("release_height", (-2, 0, 0, 0, 0)),
+    "u": ("release_velocity", (-2, -1, 1, -1, 0)),
+    "voltage": ("voltage_amplitude", VOLT),
+    "voltage_bias": ("voltage_offset", VOLT),
+    "second_voltage": ("second_voltage", VOLT),
+    "drive_frequency": ("frequency", (0, -1, 1, -1, 0)),
+    "relaxation_time_1": ("material.relaxation_time_1", TIME),
+    "dielectric_time": ("material.dielectric_time", TIME),
+    "filter_time": ("1/filter_frequency", TIME),
+    "leakage_time": ("material.resistivity", (0, 1, -1, 1, 2)),
+    "leakage_field": ("material.resistivity_field", (0, 0, 0, -1, 1)),
+    "dielectric_strength": ("dielectric_strength", (0, 0, 0, -1, 1)),
+    "slew_rate": ("slew_rate", (0, -3, 1, -2, 1)),
+    "series_resistance": ("series_resistance", (4, -1, -1, 1, 2)),
+    "current_limit": ("current_limit", (-4, -1, 1, -2, -1)),
+    "viscous_modulus_1": ("material.viscous_modulus_1", (0, 0, 0, -2, 0)),
+    "viscous_limit_1": ("material.viscous_stretch_limit_1", (0, 0, 0, 0, 0)),
+    "dielectric_share": ("material.dielectric_share", (0, 0, 0, 0, 0)),
+    "stretch_limit": ("material.stretch_limit", (0, 0, 0, 0, 0)),
+    "second_stretch_limit": ("material.stretch_limit", (0, 0, 0, 0, 0)),
+    "meridional_prestretch": ("meridional_prestretch", (0, 0, 0, 0, 0)),
+    "hoop_prestretch": ("hoop_prestretch", (0, 0, 0, 0, 0)),
+    "second_prestretch": ("second_prestretch", (0, 0, 0, 0, 0)),
+}
+
+
+@pytest.mark.filterwarnings("ignore::gelcone.errors.DoubtfulInput")
+@pytest.mark.parametrize(("name", "changes"), [("double-cone", DOUBLE), ("biased-pump", LOSSY)])
+def test_each_field_changes_exactly_the_numbers_that_hold_it(name, changes):
+    """`SIZES`: the field in each number of the model, and twice the power at which it holds both radii, the thickness,
+    the mass, the modulus and the permittivity: by hand from energy, mass and field."""
+
+    def numbers(device):
+        values = {n: float(v) for n, v in device.to_model().values.items() if np.isfinite(v) and v}
+        return values | dict(zip("xu", device.initial_state(), strict=True))
+
+    device = find_device(name).replace(changes)
+    before, radii = numbers(device), ("disc_radius", "film_radius")
+    assert set(before) - {"radius_ratio", "second_radius_ratio"} <= set(SIZES)
+    shared = (
+        radii,
+        ("film_thickness",),
+        ("moving_mass",),
+        ("material.shear_modulus",),
+        ("material.relative_permittivity",),
+    )
+    held = [name for name, (field, _) in SIZES.items() if device.get(field.removeprefix("1/"))]
+    held = [name for name in held if name != "second_stretch_limit" or device.second_film]
+    for k, fields in enumerate(shared):
+        after = numbers(device.replace({field: 1.0201 * device.get(field) for field in fields}))
+        for number in held:
+            power = SIZES[number][1][k] / 2.0
+            assert after[number] == pytest.approx(before[number] * 1.0201**power, rel=1e-12), (fields, number)
+    for field in {SIZES[number][0] for number in held}:
+        own, inverse = field.removeprefix("1/"), field.startswith("1/")
+        after = numbers(device.replace({own: 1.01 * device.get(own)}))
+        for number in held:
+            factor = 1.0 if SIZES[number][0] != field else 1.0 / 1.01 if inverse else 1.01
+            assert after[number] == pytest.approx(before[number] * factor, rel=1e-12), (field, number)
+
+
 def test_strings_and_numbers_agree(device):
     assert Device(**device.parameters()) == device
     assert device.film_radius == 0.05

@@ -39,6 +39,18 @@ def test_a_device_follows_a_recording(write):
     assert (model.voltage, model.drive_frequency) == (0.4, pytest.approx(np.pi))
 
 
+@pytest.mark.parametrize("scale", [0.5, -0.5])
+def test_a_recording_may_swing_further_below_zero(write, scale):
+    device = recorded(
+        PUMP.replace(voltage_offset="100 V"), write("time (s),voltage (V)\n0,0\n1,300\n2,-800\n4,0\n"), scale=scale
+    )
+    assert (device.voltage_amplitude, device.voltage_offset, device.frequency) == (400.0, 0.0, 0.25)
+    assert max(map(abs, device.waveform.values)) == 1.0
+    members = device.to_model().members()
+    volts = np.ravel(members.voltages(np.array([[1.0, 2.0, 3.0]]) / device.scales.time, np.zeros((1, 3, 2)))[0])
+    np.testing.assert_allclose(volts * device.scales.voltage, scale * np.array([300.0, -800.0, -400.0]), rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     "text",
     [

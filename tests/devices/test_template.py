@@ -1,0 +1,30 @@
+"""What is said of a device in its title and in answers: everything that is set, once."""
+
+import pytest
+
+import gelcone
+from gelcone.devices.template import told_fields
+
+DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
+
+
+def test_what_is_set_is_said_with_its_unit_and_what_is_usual_is_not():
+    told = dict(text.split(" ", 1) for text in told_fields(DOUBLE))
+    usual = {"initial_height", "release_velocity", "film", "name", "waveform", "prestretch_mode"}
+    assert set(told) == {name for name, value in DOUBLE if value is not None} - usual
+    assert (told["film_radius"], told["frequency"], told["second_drive"]) == ("25 mm", "14 Hz", "opposite")
+    assert (told["material"], told["hoop_prestretch"], told["spring_rate"]) == ("PVC-DBA 6:1", "1.3", "0 N/m")
+
+
+@pytest.mark.parametrize("swept", [("frequency",), ("hoop_prestretch", "second_flat_height")])
+def test_what_is_swept_is_left_out(swept):
+    told, fewer = told_fields(DOUBLE), told_fields(DOUBLE, swept)
+    assert [text for text in told if text.split()[0] not in swept] == fewer
+    assert len(fewer) == len(told) - len(swept)
+
+
+def test_a_law_and_a_waveform_that_are_not_the_usual_ones_are_said():
+    own = DOUBLE.replace({"material.law": "neo-hookean"}, waveform="triangle", initial_height="3 mm")
+    assert set(told_fields(own)) - set(told_fields(DOUBLE)) == {
+        "material PVC-DBA 6:1, changed", "law neo-hookean", "waveform triangle", "initial_height 3 mm",
+    }  # fmt: skip
