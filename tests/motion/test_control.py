@@ -55,6 +55,11 @@ def test_what_no_voltage_gives_is_said_and_the_largest_voltage_kept():
     up = gelcone.follow(own, times, rest + 2e-3 * (1.0 - np.cos(20.0 * times)), most="900 V")
     assert float(up.voltage.max()) == pytest.approx(900.0)
     assert not up.reachable.values.all()
+    for found in (down, up):
+        error = found.followed.values - found.displacement.values
+        np.testing.assert_allclose(found.error.values, error, atol=1e-12)
+        assert float(found.largest_error) == pytest.approx(np.abs(error).max(), rel=1e-12)
+        assert float(found.largest_error) > 0.1
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,20 @@ def test_a_disc_held_by_a_stiff_spring_takes_the_current_of_a_capacitor():
     assert all(np.isnan(values[0]) for values in electrical(members, times, states, states[:, 0]).values())
 
 
+def test_two_equal_films_on_one_source_take_twice_what_one_takes():
+    """Both flat together: charge, current, power and apparent power of the source double; the field does not."""
+    one = gelcone.ConeModel(film="taut", prestretch=1.3, voltage=0.3, voltage_bias=0.4, rest_height=0.5)
+    pair = one.replace(second_film="taut")
+    members = [model.replace(drive_frequency=0.7, damping_ratio=0.1).members() for model in (one, pair)]
+    times = members[0].drive_period[:, None] * np.arange(64) / 64
+    phase = 2.0 * np.pi * np.arange(64) / 64
+    states = np.stack([0.5 + 0.1 * np.sin(phase), 0.07 * np.cos(phase)], axis=-1)[None]
+    single, double = (electrical(own, times, states, states[:, 0]) for own in members)
+    assert single["apparent_power"][0] > 0.01
+    for name, factor in (("apparent_power", 2.0), ("current", 1.0), ("field", 1.0), ("damper_power", 1.0)):
+        assert double[name][0] == pytest.approx(factor * single[name][0], rel=1e-12), name
+
+
 def test_the_page_envelope_and_settled_give_one_power_and_one_field():
     found = gelcone.settled(PUMP)
     subject = Subject(PUMP.to_model(), PUMP, PUMP.initial_state())

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import odeint
+from scipy.signal import lfilter
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
@@ -380,6 +381,20 @@ def test_half_of_what_the_halves_of_a_run_differ_by_is_an_error():
     assert not steady[0]
     assert means[0, 0] == pytest.approx(2.0, abs=1e-3)
     assert errors[0, 0] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize(("memory", "grown_share", "spread"), [(0.0, 1.0, 1.0), (0.7, 0.0, 1.07), (0.95, 0.0, 1.8)])
+def test_stated_errors_cover_averages_of_noise_with_a_memory(memory, grown_share, spread):
+    """400 averages of 640 stretches: deviations over stated errors scatter by about 1, also where longer blocks have to
+    be taken because errors still grow; a memory longer than most blocks is too long."""
+    noise = np.random.default_rng(4).standard_normal((400, 2640))
+    rates = 0.3 + lfilter([1.0], [1.0, -memory], noise, axis=1)[:, 2000:]
+    clock = Clock(1, 1, np.ones(400), np.ones(400))
+    means, errors, grown = module.grown_statistics(rates[:, :, None], clock)
+    off = (means[:, 0] - 0.3) / errors[:, 0]
+    assert off.std() == pytest.approx(spread, rel=0.15)
+    assert abs(off.mean()) < 0.3 * spread
+    assert grown.mean() == pytest.approx(grown_share, abs=0.1)
 
 
 def test_a_strong_contraction_is_not_rounding():

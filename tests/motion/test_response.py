@@ -13,6 +13,7 @@ from gelcone import ConeModel, InputError, Outcome, dataset, simulate
 from gelcone.motion import response
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import SHARES
+from tests.toys import PowerFilm
 
 KNOWN = tuple(name for name in SHARES if name != "beyond_membrane")
 """Those of a model without a radius ratio."""
@@ -463,3 +464,20 @@ def test_shares_are_counted_to_where_a_run_ends():
     assert kept[1, last] == run.end_times[1] > kept[1, last - 1]
     np.testing.assert_array_equal(states[1, last], run.end_states[1])
     np.testing.assert_array_equal(states[0], run.states[0, ::2])
+
+
+class Unaccounted(PowerFilm):
+    """A film whose energy nobody knows."""
+
+    name = "unaccounted"
+
+    def work(self, x, squared, y, n):
+        return np.nan * x
+
+
+@pytest.mark.parametrize(("film", "known"), [(PowerFilm(), True), (Unaccounted(), False)])
+def test_the_balance_of_a_film_whose_energy_is_unknown_is_unknown(film, known):
+    run = simulate(ConeModel(film=film, voltage=0.2, rest_height=0.1), (0.3, 0.0), periods=2)
+    assert np.isfinite(run["displacement"].values).all()
+    assert np.isfinite(run["energy_residual"].values).all() == known
+    assert np.isnan(run["energy_residual"].values[1:]).all() != known

@@ -8,6 +8,8 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
+from gelcone.motion import transfer
+from gelcone.motion.attractor.cycle import find_cycles
 from gelcone.motion.linear import state_space
 from gelcone.motion.transfer import _amplitudes
 
@@ -72,6 +74,21 @@ def test_a_large_signal_is_the_settled_motion():
     assert found["measured_gain"].item() == pytest.approx(float(settled["harmonic_amplitude"][0]) / 0.4, rel=1e-6)
     assert found["measured_phase"].item() == pytest.approx(float(settled["harmonic_phase"][0]), abs=1e-5)
     assert abs(found["measured_gain"].item() / found["gain"].item() - 1.0) > 0.01
+
+
+def test_a_cycle_that_is_not_stable_is_not_measured(monkeypatch):
+    """One that Newton's method found nearby; a run from the linear motion ends elsewhere."""
+
+    def elsewhere(*arguments, **options):
+        cycles = find_cycles(*arguments, **options)
+        cycles.exponents[1], cycles.point[1] = [0.1, -0.3], [0.9, 0.2]
+        return cycles
+
+    own = {"amplitudes": "50 V", "bias": "1 kV", "tolerance": 1e-10}
+    expected = gelcone.transfer(PUMP, ["6 Hz", "8 Hz"], **own)
+    monkeypatch.setattr(transfer, "find_cycles", elsewhere)
+    found = gelcone.transfer(PUMP, ["6 Hz", "8 Hz"], **own)
+    np.testing.assert_allclose(found["measured_gain"], expected["measured_gain"], rtol=1e-6)
 
 
 def test_about_a_leaking_film_all_is_as_about_its_own_voltage():

@@ -333,7 +333,7 @@ def test_a_second_film_that_cannot_hold_its_voltage_has_pulled_in_at_the_start(l
     run = integrate(model, np.array([[x, 0.1]]), np.array([[5.0]]))
     assert run.outcome[0] == Outcome.PULLED_IN
     assert run.end_times[0] == 0.0
-    assert run.pull_in[0, 1] != FilmPullIn.NONE == run.pull_in[0, 0]
+    assert run.pull_in[0].tolist() == [FilmPullIn.NONE, FilmPullIn.MINIMUM]
 
 
 def test_the_current_follows_from_the_states():

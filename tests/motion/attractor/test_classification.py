@@ -8,7 +8,9 @@ import pytest
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor import classification
 from gelcone.motion.attractor.classification import Evidence, classify
+from gelcone.motion.flow import integrate
 from gelcone.physics.model import ConeModel
+from tests.toys import TurningBias
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -40,6 +42,20 @@ def test_the_test_is_taken_at_the_phase_at_which_the_motion_varies_the_most():
         size = 1.0 + np.exp(-50.0 * (at - widest / 8.0) ** 2)
         path = np.array([1.0, -1.0, 0.5])[None, :, None] * size
         assert classification._widest(path).tolist() == [expected]
+
+
+@pytest.mark.parametrize("phase", [0, 1, 3, 6])
+def test_the_0_1_test_takes_the_displacement_once_a_period_at_its_phase(monkeypatch, phase):
+    """And the state that is left is the one after all of its periods."""
+    taken = []
+    monkeypatch.setattr(classification, "zero_one", lambda values: taken.append(values) or np.array([0.5]))
+    members, evidence = ConeModel(**SET, voltage=1.0).members(), Evidence.blank(1)
+    evidence.final[:], evidence.test_phase[:] = [0.3, 0.1], phase
+    classification._test(members, np.array([0]), evidence, 100, {})
+    shares = np.arange(100) + (phase / 8.0 or 1.0)
+    run = integrate(members, [0.3, 0.1], members.forcing_period[:, None] * np.unique([*shares, 100.0]))
+    np.testing.assert_allclose(taken[0], run.states[:, :100, 0], atol=1e-9)
+    np.testing.assert_allclose(evidence.final, run.states[:, -1], atol=1e-9)
 
 
 def test_a_member_that_ran_out_of_steps_or_digits_has_not_left_the_domain():
@@ -112,3 +128,37 @@ def test_a_model_with_more_starts_than_one_may_start_outside_with_some():
     states = np.array([[0.1, 0.0], [30.0, 0.0]])
     evidence = classify(ConeModel(**SET | {"damping_ratio": [0.05, 0.05]}, voltage=0.3).members(), states)
     assert [Regime(code).name for code in evidence.regime] == ["REST", "LEFT_THE_DOMAIN"]
+
+
+class TwoWays(TurningBias):
+    """The wheel pushes the disc, and the disc the wheel."""
+
+    name = "turning two ways"
+
+    def force(self, x, y, n, xp=np):
+        force, slope = super().force(x, y, n, xp)
+        return (force + 0.1 * y[0] if y else force), slope
+
+    def rates(self, x, velocity, y, n, xp=np):
+        along, across = super().rates(x, velocity, y, n, xp)
+        return [along + 0.05 * (x - 0.35), across]
+
+
+def test_a_motion_on_a_torus_is_quasi_periodic_and_its_evidence_that_of_the_path():
+    """Section, extent, exponents and 0-1 test are found again from the states of the section."""
+    model = ConeModel(bias=TwoWays(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8, wheel_growth=0.05)
+    members = model.members()
+    found = classify(members, np.array([[0.4, 0.0, 0.1, 0.0]]), transient=200.0, patience=400.0, budget=3000.0)
+    assert Regime(int(found.regime[0])) is Regime.QUASI_PERIODIC
+    assert (found.sign[0], found.period[0], found.doubtful[0]) == (0, 0, False)
+    assert 0.0 <= found.zero_one[0] < 0.1
+    assert found.exponents[0].sum() == pytest.approx(-0.2 - 4.0 * 0.05 + 2.0 * 0.05, abs=0.01)
+    section = found.section[0]
+    period = members.forcing_period[0]
+    run = integrate(members.take(np.zeros(len(section) - 1, int)), section[:-1], period * np.arange(1, 65) / 64)
+    np.testing.assert_allclose(run.states[:, -1], section[1:], atol=1e-9)
+    x = run.states[..., 0]
+    assert found.lowest[0] == pytest.approx(x.min(), abs=3e-3)
+    assert found.highest[0] == pytest.approx(x.max(), abs=3e-3)
+    spread = np.ptp(x, axis=0)
+    assert spread[8 * int(found.test_phase[0] or 8) - 1] == pytest.approx(spread.max(), rel=0.1)

@@ -79,12 +79,12 @@ def sample(low, high, count=2000):
 
 
 @pytest.mark.parametrize("name", ["sin", "cos"])
-def test_sine_and_cosine_are_good_to_an_ulp_up_to_1e9(compiled, name):
+def test_sine_and_cosine_are_good_to_three_quarters_of_an_ulp_up_to_1e9(compiled, name):
     multiples = np.pi / 2 * np.arange(-500.0, 500.0)  # close to zeros, where the reduction loses most
     angles = np.concatenate([sample(1e-8, 1e9, 4000), multiples, multiples * 1e5, [0.0, math.pi / 4, -math.pi / 4]])
     with mpmath.workdps(60):
         exact = [getattr(mpmath, name)(mpmath.mpf(a)) for a in angles.tolist()]
-        assert errors_in_last_places(compiled[name](angles), exact) < 1.0
+        assert errors_in_last_places(compiled[name](angles), exact) < 0.75
     assert np.isnan(compiled[name]([np.inf, -np.inf, np.nan])).all()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import gelcone
 from gelcone.codes import Outcome
@@ -44,6 +45,23 @@ def test_a_number_counts_from_the_step_after_it_was_set(made, name):
     assert (steps.step() == Outcome.OK).all()
     np.testing.assert_array_equal(steps.states, right({name: values}, before, steps.lengths))
     assert (steps.states != right({}, before, steps.lengths)).any(axis=1).all()
+
+
+def test_voltage_and_force_change_evenly_over_a_step(made):
+    """Against an integration of the model's own acceleration, with a constant voltage at each moment."""
+    steps, _ = made
+    names = ("input_voltage", "input_voltage_rate", "input_force", "input_force_rate")
+    for name, value in zip(names, (0.2, 0.1, -0.05, 0.03), strict=True):
+        steps.set(name, value)
+    steps.step()
+
+    def rates(time, state):
+        held = MODEL.replace(voltage=0.0, voltage_bias=0.2 + 0.1 * time)
+        acceleration = held.system.rates(0.0, list(state), held.own_numbers)[1]
+        return [state[1], float(acceleration) - 0.05 + 0.03 * time]
+
+    run = solve_ivp(rates, (0.0, 3.0), [0.4, 0.0], t_eval=[1.0, 2.0, 3.0], rtol=1e-8, atol=1e-10)
+    np.testing.assert_allclose(steps.states, run.y.T, atol=1e-6)
 
 
 def test_a_step_of_two_lengths_is_that_of_both(made):
