@@ -140,6 +140,17 @@ def test_the_permittivity_is_that_of_the_spectrum_at_the_temperature_of_the_test
     assert vhb.attrs["permittivity_note"].startswith("vhb-dielectric 2002 at 10 Hz, 20 degC (3.59 to 4.73")
 
 
+def test_intervals_are_two_deviations_to_either_side_in_the_logarithm_of_what_is_positive(vhb):
+    rng = np.random.default_rng(5)
+    drawn = np.stack([np.exp(rng.normal(2.0, 0.3, 4000)), rng.normal(-1.0, 0.5, 4000)], axis=1)
+    low, high = _intervals(np.array([np.exp(2.0), -1.0]), drawn)
+    np.testing.assert_allclose(np.log([low[0], high[0]]), [2.0 - 0.588, 2.0 + 0.588], atol=0.03)
+    np.testing.assert_allclose([low[1], high[1]], [-1.98, -0.02], atol=0.05)
+    assert np.isnan(_intervals(np.ones(2), drawn[:1])).all()
+    assert (vhb["low"] < vhb["value"]).all()
+    assert (vhb["value"] < vhb["high"]).all()
+
+
 def test_what_is_read_and_done_is_in_the_result(vhb):
     reading = dict(map(tuple, ((note, tuple(where)) for note, where in json.loads(vhb.attrs["reading"]))))
     assert reading["at 50 degC, not at 20 degC as most: left out"] == ("vhb-cyclic-0kV 702",)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
 
 from gelcone.devices.materials import Material
 from gelcone.errors import InputError
@@ -99,6 +100,26 @@ def test_under_voltage_with_free_width():
     assert (expected > 0.0).all()
     found = stress_of(still(stretch, voltage=voltage, thickness=thickness), Material(**SOFT))
     np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("limit", [3.0, 8.0])
+def test_under_voltage_a_gel_with_a_limit_takes_the_width_of_least_energy(limit):
+    """W(I1)/mu - f m n/2 is least at its squared width n; its slope by the stretch is the stress."""
+    stretch, voltage, thickness = np.array([1.05, 1.3, 1.6]), 4e3, 5e-4
+    gel = Material(**SOFT | {"law": "gent", "stretch_limit": limit})
+    f = 5.0 * EPS0 * (voltage / thickness) ** 2 / 2e4
+
+    def energy(m, n):
+        return -0.5 * limit * np.log1p(-(m + n + 1.0 / (m * n) - 3.0) / limit) - 0.5 * f * m * n
+
+    expected = []
+    for one in stretch:
+        m, h = one * one, 1e-5
+        n = minimize_scalar(lambda n, m=m: energy(m, n), bounds=(0.3 / m**0.5, 3.0), options={"xatol": 1e-10}).x
+        expected.append(2e4 * (energy((one + h) ** 2, n) - energy((one - h) ** 2, n)) / (2.0 * h))
+    assert min(expected) > 0.0
+    found = stress_of(still(stretch, voltage=voltage, thickness=thickness), gel)
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 def test_under_voltage_with_held_width():

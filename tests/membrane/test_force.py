@@ -27,3 +27,12 @@ def test_sums_and_their_derivatives_are_those_of_the_powers(piece, what, shape):
     if what == "disc":
         field = n | {name.replace("disc", "field"): value for name, value in n.items()}
         np.testing.assert_allclose(force.ends(piece, u, q, field), [expected[0]] * 2, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(("before", "beyond"), [(-2.5, 1.5), (-1.3, 0.3), (-0.5, 0.0)])
+def test_pull_in_falls_to_its_lowest_up_to_the_star_and_stays_there(before, beyond):
+    """By a sum that is 0.4 wherever, times how far the place, -1/s, is below the star's, -1."""
+    n = dict.fromkeys(force.END_NAMES, 0.0) | {force.END_NAMES[0]: 0.4, "lowest_pull_in": 0.7, "star_place": -1.0}
+    n |= {"end_scale": 0.3, "end_begin": -9.0, "end_offset": 0.1, "far_shift": 0.0, "far_exponent": -1.0}
+    assert force.place("far", -1.0 / before, n)[0] == pytest.approx(before)
+    assert force.pull_in(-1.0 / before, n) == pytest.approx(0.7 + 0.4 * beyond, abs=force.ROUNDED)

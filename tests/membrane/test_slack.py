@@ -94,3 +94,13 @@ def test_voltages_of_a_film_whose_rims_end_early_rise_with_its_height():
     voltages = slack_voltage(soft, 0.25, np.array([0.01, 0.05, 0.08]))
     assert np.all(np.diff(voltages) > 0.0)
     assert slack_height(soft, 0.25, voltages[1]) == pytest.approx(0.05, rel=1e-3)
+
+
+@pytest.mark.parametrize("lengthened", [1.46, 1.5, 1.55])
+def test_a_film_whose_hoop_is_slack_when_flat_falls_slack_as_a_whole_too(lengthened):
+    """Its voltage lengthens it beyond both pre-stretches: A (1 + x^2) is the natural stretch, as of equal ones."""
+    gel = gel_of(1.1, 1.2)
+    V, x = float(gel.crumpling(lengthened)) / gel.G, np.sqrt(lengthened / gel.A - 1.0)
+    assert lengthened > gel.B
+    assert slack_height(gel, 0.25, V) == pytest.approx(x, rel=1e-9)
+    assert slack_voltage(gel, 0.25, np.array([x]))[0] == pytest.approx(V, rel=1e-12)

@@ -245,3 +245,21 @@ def test_motions_of_a_member_that_cannot_start_are_nan():
     assert list(study["outcome"].values) == [Outcome.OUTSIDE, Outcome.OK]
     assert np.isnan(study["late_displacement"].values[0]).all()
     assert np.isfinite(study["late_displacement"].values[1]).all()
+
+
+def test_the_long_run_of_a_member_that_failed_on_the_way_is_nan_and_not_its_start_again(monkeypatch):
+    model, preset = gelcone.ConeModel(voltage=[0.3, 0.4], drive_frequency=3.0), find_preset("base")
+    late = gelcone.section(model, preset.initial, repeats=3, discard=0)
+    late["outcome"].values[1] = Outcome.PULLED_IN
+    for name in ("displacement", "velocity"):
+        late[name].values[1, -1] = np.nan
+    monkeypatch.setattr(triples, "LATE_REPEATS", 1)
+    run = triples._long_run(model, late, preset, None)
+    for name in ("late_displacement", "late_lowest", "late_highest", "late_validity_slack"):
+        assert np.isfinite(run[name].values[0]).all()
+        assert np.isnan(run[name].values[1]).all(), name
+    assert float(run["late_displacement"][0, 0]) == float(late["displacement"][0, -1])
+
+
+def test_the_one_voltage_that_the_papers_text_names_is_in_the_middle():
+    assert triples.TRIPLES["voltage"][1:3] == ("voltage", (0.5, 1.04, 1.7))

@@ -85,8 +85,10 @@ def test_a_function_may_be_infinite_or_flat_inside_the_bracket() -> None:
 
 
 def test_without_a_root_it_is_the_end_nearest_to_one() -> None:
-    low, high = np.zeros(2), np.ones(2)
-    assert rise(lambda x: x + np.array([1.0, -3.0]), low, high).tolist() == [0.0, 1.0]
+    """Above zero throughout, below, and with a root at either end, also from the right to the left."""
+    low, high = np.zeros(4), np.ones(4)
+    assert rise(lambda x: x + np.array([1.0, -3.0, 0.0, -1.0]), low, high).tolist() == [0.0, 1.0, 0.0, 1.0]
+    assert rise(lambda x: np.array([1.0, -3.0, 0.0, 2.0]) - x, high, low).tolist() == [1.0, 0.0, 0.0, 1.0]
 
 
 def test_company_changes_no_bit() -> None:

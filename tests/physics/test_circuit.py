@@ -201,9 +201,10 @@ def test_both_films_of_a_double_cone_are_charged_through_one_resistance():
 # --- powers -----------------------------------------------------------------------------------------------------------
 
 
-def test_what_the_source_gives_is_lost_somewhere_or_stored():
+@pytest.mark.parametrize("circuit", [SeriesResistor(), "amplifier"], ids=["own", "shipped"])
+def test_what_the_source_gives_is_lost_somewhere_or_stored(circuit):
     """Each loss by a quadrature of its own formula over SciPy's motion; the balance closes, and would not without."""
-    model = ConeModel(circuit=SeriesResistor(), series_resistance=5.0, leakage_time=20.0, **DRIVE)
+    model = ConeModel(circuit=circuit, series_resistance=5.0, leakage_time=20.0, **DRIVE)
     run = simulate(model, (0.6, 0.0), times=TIMES)
 
     def rates(t, x, u, y, command):

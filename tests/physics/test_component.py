@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gelcone.errors import InputError
-from gelcone.physics.bias import BIASES, Bias, LinearSpring
-from gelcone.physics.component import Component, from_record, to_record
+from gelcone.physics.bias import BIASES, Bias, LinearSpring, Together
+from gelcone.physics.component import Component, from_record, names_of, to_record
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent, StrainEnergyLaw, Yeoh
 from gelcone.physics.model import ConeModel
@@ -240,3 +240,12 @@ def test_parameters_give_a_model_of_own_components_back():
     again = ConeModel.from_parameters(model.parameters())
     assert again.system == model.system
     assert again.parameters() == model.parameters()
+
+
+@pytest.mark.parametrize("several", [tuple, list])
+def test_the_permissions_of_a_component_are_its_own_and_those_of_all_its_parts(several):
+    parts = several([Cubic(0.7, (1.0,), Holder.Inner(3.0)), BIASES["weight"]])
+    needed = names_of(Together(parts))
+    assert needed >= {f"{HERE}:Cubic", f"{HERE}:Holder.Inner", "gelcone.physics.bias:Together"}
+    assert needed >= set().union(*map(names_of, parts))
+    assert names_of(parts[0]) > names_of(parts[0].other)

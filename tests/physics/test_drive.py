@@ -210,3 +210,14 @@ def test_a_waveform_with_corners_takes_them_as_a_program_does():
     passed = waveform.corners_between(tau, tau, {**n, "drive_frequency": np.full(301, 2.0)})
     told = {**n, **dict(zip(PIECE, passed.passed.T, strict=True)), "since": 2.0 * (tau - passed.passed[:, 0])}
     np.testing.assert_allclose(0.2 + 0.7 * waveform.shape(2.0 * tau, told), waveform.voltage(tau, n), atol=1e-13)
+
+
+@pytest.mark.parametrize("waveform", [w for w in WAVEFORMS.values() if w.pieced], ids=lambda w: w.name)
+def test_the_rate_of_a_piece_is_the_derivative_of_its_cubic(waveform):
+    terms = dict(zip(PIECE, (0.0, 0.3, -0.7, 0.9, -1.1, 0.0), strict=True))
+    n = {**waveform.numbers(waveform.complete({"drive_frequency": 0.7})), **terms}
+    for since in (0.0, 0.4, 1.3):
+        ahead, behind = (float(waveform.shape(0.0, n | {"since": since + h})) for h in (1e-6, -1e-6))
+        rate = float(waveform.shape_rate(0.0, n | {"since": since}))
+        assert rate == pytest.approx((ahead - behind) / 2e-6, abs=1e-8)
+        assert rate == pytest.approx(-0.7 + 1.8 * since - 3.3 * since**2, rel=1e-12)
