@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 pytest.importorskip("skfem")
 
 import gelcone
+from gelcone.continuum import compare as module
 from gelcone.continuum.compare import (
     LIMIT_SHARES,
     MESHES,
@@ -135,3 +137,36 @@ def test_the_pull_in_voltage_is_unknown_where_no_voltage_was_that_high():
     share = found["membrane_force"] / found["continuum_force"] - 1.0
     np.testing.assert_allclose(found["membrane_deviation"], share, rtol=1e-9)
     assert np.abs(share).max() < 0.02
+
+
+def made_up(monkeypatch, **changes):
+    """`compare` on results that no continuum gave: two voltages and two displacements, forces of 2."""
+    at = ("constant_voltage", "displacement")
+    values = {
+        "force": np.full((2, 2), 2.0), "ending": np.full((2, 2), Ending.CONVERGED), "folds": np.zeros((2, 2), int),
+        "reached_voltage": np.full((2, 2), 0.5),
+    } | changes  # fmt: skip
+    coords = {"constant_voltage": [0.1, 0.6], "displacement": [0.3, 0.5]}
+    result = xr.Dataset({name: (at, value) for name, value in values.items()}, coords=coords)
+    monkeypatch.setattr(module, "membrane", lambda *_, **__: result)
+    monkeypatch.setattr(module, "limit_displacements", lambda film: np.full(len(module.LIMIT_SHARES), np.nan))
+    return module.compare(ConeModel(), 0.2, displacements=[0.3, 0.5], voltages=[0.1, 0.6], wrinkles="relax", elements=4)
+
+
+def test_the_continuum_has_pulled_in_above_the_lowest_of_its_voltages(monkeypatch):
+    ending = np.array([[Ending.PULLED_IN, Ending.CONVERGED], [Ending.PULLED_IN, Ending.SLACK]])
+    reached = np.array([[0.42, 0.1], [0.45, 0.2]])
+    found = made_up(monkeypatch, ending=ending, reached_voltage=reached)
+    np.testing.assert_array_equal(found["pull_in_voltage"].values.squeeze(), [0.42, np.nan])
+
+
+def test_the_cone_is_compared_where_the_continuum_pulls_back_without_folds(monkeypatch):
+    folds, ending = np.array([[0, 1], [0, 0]]), np.array([[Ending.CONVERGED] * 2, [Ending.SLACK, Ending.CONVERGED]])
+    force = np.array([[2.0, 2.0], [2.0, -2.0]])
+    found = made_up(monkeypatch, folds=folds, ending=ending, force=force)
+    deviation = found["deviation"].values.squeeze()
+    np.testing.assert_array_equal(np.isfinite(deviation), [[True, False], [False, False]])
+    assert deviation[0, 0] == pytest.approx(found["cone_force"].values.squeeze()[0, 0] / 2.0 - 1.0)
+    assert found["membrane_deviation"].values.squeeze()[0, 0] == pytest.approx(
+        found["membrane_force"].values.squeeze()[0, 0] / 2.0 - 1.0
+    )

@@ -45,6 +45,20 @@ def test_the_margin_is_that_to_the_certified_threshold_at_once():
     np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(instant / volts - 1.0, 0.0), atol=1e-8)
 
 
+def test_a_film_that_no_voltage_pulls_in_has_an_endless_margin_and_one_beyond_has_none():
+    """Raised neo-Hookean films at v^2 = 0.2 and beyond the stiffness; one with a low limit that stiffens before."""
+    model = ConeModel(
+        film="taut", rest_height=0.6, spring_stiffness=2.0, voltage=0.0, voltage_bias=[0.447, 0.447, 2.5],
+        stretch_limit=[np.inf, 0.6, np.inf],
+    )  # fmt: skip
+    members = films_at_once(model.members())
+    margin = _margin(members, np.full(3, 0.45), np.array([0.447, 0.447, 2.5]))
+    jump = gelcone.pull_in_voltage(model.take([0]))["pull_in_voltage"].item()
+    assert margin[0] == pytest.approx(jump / 0.447 - 1.0, rel=1e-3)
+    assert margin[1] == np.inf
+    assert margin[2] == 0.0
+
+
 @pytest.mark.slow
 def test_a_raised_disc_localises_as_late_as_certified():
     """`viscous.md`, section 4: after 49.0, 15.7 and 3.9, from a start nearby."""

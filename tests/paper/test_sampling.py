@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.reading import finite_not_positive
 from gelcone.paper.sampling import FIRST, SIGN_BUDGET, Sample, part, sampled, share_of
+from gelcone.paper.studies import samples
 from gelcone.paper.studies.samples import BANDS, DRAWN, FACTOR, SAMPLES, neighbours
 from gelcone.presets import find_preset
 from tests.paper.worlds import World, made_up
@@ -113,3 +115,21 @@ def test_a_sample_of_two_parameters_counts_as_independent_draws():
     assert share_of(found, (found["regime"] == 3).values).apart is None
     one = drawn(replace(two, drawn={"voltage": (0.0, 2.0)}), world=World(lambda n: n["voltage"] > 1.0))
     assert share_of(one, (one["regime"] == 3).values).apart == 0
+
+
+def test_the_extent_of_the_base_set_is_its_farthest_on_either_side(monkeypatch):
+    """For each of the nearby starts, in order, at each voltage."""
+
+    def made(members, states, **options):
+        evidence = Evidence.blank(members.size)
+        evidence.lowest[:], evidence.highest[:] = -members.values["voltage"], states[:, 0]
+        evidence.regime[:] = np.arange(members.size) % 3
+        return evidence
+
+    monkeypatch.setattr(samples, "sampled", lambda *_: xr.Dataset())
+    monkeypatch.setattr(samples, "classify", made)
+    found = neighbours(QUICK, lambda share: None)
+    voltages = np.linspace(samples.VOLTAGE_THRESHOLD, samples.HIGHEST, samples.SET_VOLTAGES)
+    starts = QUICK.preset("base").initial[0] + samples.NEARBY * np.linspace(-1.0, 1.0, samples.STARTS)
+    np.testing.assert_allclose(found["own_extent"], np.maximum(voltages, starts[:, None]), rtol=1e-12)
+    np.testing.assert_array_equal(found["own_regime"].values.ravel(), np.arange(found["own_regime"].size) % 3)

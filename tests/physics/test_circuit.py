@@ -224,6 +224,14 @@ def test_what_the_source_gives_is_lost_somewhere_or_stored(circuit):
     np.testing.assert_allclose(power, np.gradient(expected[:, 3], TIMES), atol=0.05)
 
 
+def test_what_a_permittivity_that_follows_late_loses_closes_the_balance():
+    late = {"series_resistance": 0.5, "leakage_time": 20.0, "dielectric_share": 0.4, "dielectric_time": 2.0}
+    run = simulate(ConeModel(circuit="amplifier", **late, **DRIVE), (0.6, 0.0), times=TIMES)
+    assert float(run["dielectric_dissipation"][-1]) > 0.01
+    assert float(run["leak_dissipation"][-1]) > 0.01
+    assert float(abs(run["energy_residual"]).max()) < 1e-10
+
+
 def test_a_film_that_wrinkles_is_charged_through_a_resistance():
     """What the source gives, integrated in the program, is what is stored, by the lengths of the film, or lost."""
     model = ConeModel(

@@ -219,3 +219,18 @@ def test_a_parameter_has_its_name_and_another_name_is_none():
     assert members.meridional_prestretch is None
     with pytest.raises(AttributeError, match="has no parameter 'volage'"):
         _ = members.volage
+
+
+@pytest.mark.parametrize(
+    ("drive", "more", "squares"), [("same", {}, 2 * 0.9), ("constant", {"second_voltage": 0.7}, 0.9 + 0.49)]
+)
+def test_the_rate_counts_the_fields_of_all_films_at_their_peaks(drive, more, squares):
+    pair = ConeModel(film="taut", second_film="taut", second_flat_height=0.5, second_drive=drive, **more)
+    volts = np.sqrt(0.9)
+    rates = [
+        float(pair.replace(voltage=amplitude * volts, voltage_bias=bias * volts, damping_ratio=0.1).members().rate[0])
+        - 0.2
+        for amplitude, bias in ((0.3, 0.7), (0.0, 0.0))
+    ]
+    second = more.get("second_voltage", 0.0) ** 2
+    assert rates[0] ** 2 - rates[1] ** 2 == pytest.approx(squares - second, rel=1e-12)

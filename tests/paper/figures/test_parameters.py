@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from gelcone.codes import Regime
-from gelcone.paper.figures import FIGURES
+from gelcone.paper.figures import FIGURES, parameters
 from gelcone.paper.figures.parameters import _exponent_map, _exponents, _sections, _stack
 from gelcone.paper.studies.diagrams import PANELS, diagram_name
 from tests.paper.made_up import cells, diagram
@@ -158,3 +158,23 @@ def test_figure_14_shows_both_meanings_the_long_run_above_the_window():
     for (row, column), shift in {(1, 0): 0.0, (1, 1): 5.0, (2, 0): 1.0, (2, 1): 1.0}.items():
         assert cells_of(grid[row, column].collections[0])[2][0, 0] == pytest.approx(shift - 0.1)
     assert isinstance(radial, xr.Dataset)
+
+
+def test_events_of_orbits_of_up_to_the_longest_period_shown_are_ticked(monkeypatch):
+    monkeypatch.setattr(parameters, "sections_of", lambda own: np.zeros((2, 1)))
+    short = parameters.SHORT
+    followed = xr.Dataset(
+        {
+            "period": ("branch", [1, short, short + 1]),
+            "value": (("branch", "point"), [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]),
+            "stable": (("branch", "point"), np.ones((3, 2), int)),
+            "event_branch": ("event", [2, 0, 1, 1]),
+            "event_value": ("event", [0.55, 0.15, 0.31, 0.39]),
+        }
+    )
+    axes = Figure().subplots()
+    parameters._branches(followed, axes)
+    ticks = [line for line in axes.lines if line.get_marker() == "|"]
+    assert [line.get_xdata().tolist() for line in ticks] == [[0.15, 0.31, 0.39]]
+    drawn = {tuple(line.get_xdata()) for line in axes.lines if line.get_marker() != "|"}
+    assert drawn == {(0.1, 0.2), (0.3, 0.4)}

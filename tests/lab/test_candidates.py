@@ -1,0 +1,108 @@
+"""Designs by closed forms, against the analyses of the devices that they stand for."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.lab import candidates
+from gelcone.lab.candidates import LIMITS, draws_of, examine
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut", voltage_amplitude=30.0, voltage_offset=900.0)
+THICK = np.array([[1.9e-4, 2.1e-4], [2.3e-4, 2.5e-4]])
+
+
+@pytest.fixture(scope="module")
+def found():
+    return examine(PUMP, {"film_thickness": THICK}, 1.2)
+
+
+def device(thickness, **changes):
+    return PUMP.replace(film_thickness=float(thickness), **changes)
+
+
+def test_values_are_those_of_each_device(found):
+    for place in ((0, 0), (1, 1)):
+        own = device(THICK[place])
+        settled, s = gelcone.settled(own), own.scales
+        values = {name: float(value[place]) for name, value in found.values.items()}
+        assert values["rest_height"] == pytest.approx(own.initial_state()[0] * s.length, rel=1e-9)
+        assert values["peak_voltage"] == pytest.approx(930.0, rel=1e-12)
+        assert values["footprint"] == 2.0 * own.film_radius
+        assert 1e3 * values["stroke"] == pytest.approx(float(settled["stroke"]), rel=0.03)
+        assert 1e3 * values["apparent_power"] == pytest.approx(float(settled["apparent_power"]), rel=0.01)
+        assert 1e3 * values["current"] == pytest.approx(float(settled["current"]), rel=0.02)
+        blocked = gelcone.stroke_and_blocked_force(own, ["930 V"])["blocked_force"]
+        assert values["blocked_force"] == pytest.approx(float(blocked[0]), rel=1e-6)
+
+
+def test_the_natural_frequency_is_that_about_the_height_of_the_mean_square(found):
+    own = device(THICK[0, 0])
+    volts = np.hypot(900.0, 30.0 / np.sqrt(2.0))
+    transfer = gelcone.transfer(own, ["5 Hz"], bias=f"{volts} V", amplitudes=0.0)
+    assert float(found.values["natural_frequency"][0, 0]) == pytest.approx(
+        float(transfer["natural_frequency"]), rel=1e-6
+    )
+
+
+def test_limits_are_met_where_the_states_of_a_ramp_meet_them(found):
+    """The voltage at each limit, within the lines between forty heights; below the first none is met."""
+    own = device(THICK[1, 1])
+    limits = dict(zip(LIMITS, found.limits[:, 1, 1], strict=True))
+    volts = np.linspace(1.0, min(limits["pull-in"] * 0.999, 6e3), 400)
+    ramp = gelcone.stroke_and_blocked_force(own, volts)
+    model, s = own.to_model(), own.scales
+    x = ramp["displacement"].values * 1e-3 / s.length
+    state = model.system.film.state(x, volts / s.voltage, [], model.own_numbers)
+    strength = own.dielectric_strength / s.field
+    beyond = {
+        "hoop slack": state.hoop_stress < 0.0,
+        "meridional slack": state.meridional_stress < 0.0,
+        "dielectric breakdown": state.true_field > strength,
+        "stretch limit": state.limit_share > 1.0,
+    }
+    for name, met in beyond.items():
+        first = volts[np.argmax(met)] if np.any(met) else np.inf
+        expected = limits[name] if limits[name] < volts[-1] else np.inf
+        assert first == pytest.approx(expected, rel=0.02), name
+    pull_in = float(gelcone.pull_in_voltage(own)["pull_in_voltage"])
+    assert limits["pull-in"] == pytest.approx(pull_in, rel=0.02)
+
+
+def test_a_value_rises_through_zero_on_the_line_between_columns_up_to_the_last():
+    voltage = np.array([[0.0, 1.0, 2.0, 4.0]] * 4)
+    beyond = np.array([[-1.0, -1.0, 1.0, 5.0], [-3.0, -2.0, -1.0, 0.5], [2.0, 3.0, 4.0, 5.0], [-1.0, -1.0, -1.0, 3.0]])
+    last = np.array([3, 3, 3, 2])
+    with np.errstate(all="ignore"):
+        found = candidates._first(voltage, beyond, last)
+    np.testing.assert_allclose(found, [1.5, 2.0 + 2.0 * (1.0 / 1.5), 0.0, np.inf])
+
+
+def test_a_height_of_the_ramp_is_on_the_line_between_columns_and_none_beyond_its_fold():
+    x = np.array([[1.0, 2.0, 3.0, 4.0]])
+    squared = np.array([[0.0, 1.0, 3.0, 2.0]])
+    means = np.array([[0.0], [0.5], [2.0], [3.0], [3.5]])
+    with np.errstate(all="ignore"):
+        found = candidates._on_ramp(np.repeat(x, 5, axis=0), np.repeat(squared, 5, axis=0), means)[:, 0]
+    np.testing.assert_allclose(found, [1.0, 1.5, 2.5, 3.0, np.nan])
+
+
+def test_a_harder_drive_fails_where_a_limit_is_met_and_not_below():
+    """The share by which it is beyond: positive under a drive above the first limit of the ramp, negative below."""
+    volts = np.array([300.0, 900.0, 2300.0])
+    own = PUMP.replace(voltage_amplitude=1.0, voltage_offset=0.0)
+    found = examine(own, {"voltage_offset": volts[:, None]}, 1.0)
+    first = np.nanmin(found.limits[:, 0, 0])
+    beyond = found.failing[:, 0]
+    assert (beyond[volts < 0.97 * first] < 0.0).all()
+    assert not (beyond[volts > 1.03 * first] < 0.0).any()
+    assert (volts < 0.97 * first).any()
+
+
+def test_draws_are_normal_with_each_spread_and_repeat_with_their_seed():
+    drawn = draws_of([0.1, 0.02], 4096, 3)
+    np.testing.assert_allclose(drawn.std(axis=0), [0.1, 0.02], rtol=0.02)
+    np.testing.assert_allclose(drawn.mean(axis=0), 0.0, atol=2e-3)
+    assert abs(np.corrcoef(drawn.T)[0, 1]) < 0.02
+    np.testing.assert_array_equal(drawn, draws_of([0.1, 0.02], 4096, 3))
+    assert (drawn != draws_of([0.1, 0.02], 4096, 4)).any()
+    assert draws_of([], 8, 3).shape == (1, 0)

@@ -1,0 +1,94 @@
+"""Lists of measured files: what a table [[test]] may state, in SI, and which tests are taken."""
+
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.lab.measured import _setting, listed_tables, place_of, read_tests
+
+TABLE = "test,stretch,stress (kPa)\n" + "".join(
+    f"{test},{1.0 + 0.1 * k},{test * k}\n" for test in (1, 2) for k in range(5)
+)
+
+
+@pytest.fixture
+def lists(tmp_path):
+    (tmp_path / "pulls.csv").write_text(TABLE)
+
+    def write(text):
+        (tmp_path / "tests.toml").write_text(text)
+        return tmp_path / "tests.toml"
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "found"),
+    [
+        ("thickness", "0.5 mm", 5e-4), ("gauge_length", "20 mm", 0.02), ("specimen_width", "1 cm", 0.01),
+        ("voltage", "3 kV", 3e3), ("voltage", 0, 0.0), ("hold_from", "2 min", 120.0), ("hold_from", 0.0, 0.0),
+        ("rate", "0.05 1/s", 0.05), ("loading_rate", "0.2/s", 0.2), ("rate", 0.3, 0.3),
+        ("temperature", "20 degC", 293.15), ("temperature", "293 K", 293.0), ("only", [101, "b"], ["101", "b"]),
+        ("mode", "uniaxial", "uniaxial"), ("width", "held", "held"),
+    ],
+)  # fmt: skip
+def test_settings_are_read_in_si(key, value, found):
+    assert _setting("here", key, value) == pytest.approx(found) if isinstance(found, float) else found
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("thickness", 0.0, "thickness"), ("thickness", "-1 mm", "thickness"), ("gauge_length", "5 V", "gauge_length"),
+        ("voltage", "-1 kV", "voltage"), ("rate", 0.0, "rate"), ("temperature", 20, "has no unit"),
+        ("only", [], "must be a list of ids"), ("only", "a", "must be a list of ids"), ("mode", "uniaxal", "uniaxial"),
+        ("stress", 3.0, "must name a column"),
+    ],
+)  # fmt: skip
+def test_settings_that_cannot_be_are_refused_where_they_stand(key, value, message):
+    with pytest.raises(InputError, match=f"^here: .*{message}"):
+        _setting("here", key, value)
+
+
+def test_the_tests_that_are_asked_for_are_taken_in_that_order(lists):
+    every = read_tests(lists('[[test]]\nfile = "pulls.csv"\n'))
+    assert len(every.coupons) == 2
+    own = read_tests(lists('[[test]]\nfile = "pulls.csv"\nonly = [2, 1]\nthickness = "0.5 mm"\nvoltage = "1 kV"\n'))
+    assert [float(test.stress.max()) for test in own.coupons] == [8e3, 4e3]
+    assert {(test.thickness, test.voltage) for test in own.coupons} == {(5e-4, 1e3)}
+    assert len(read_tests(lists('[[test]]\nfile = "pulls.csv"\nonly = [2]\n')).coupons) == 1
+    with pytest.raises(InputError, match=r"pulls\.csv: .*'3'"):
+        read_tests(lists('[[test]]\nfile = "pulls.csv"\nonly = [3]\n'))
+
+
+@pytest.mark.parametrize(
+    "name", ["/etc/passwd", "../pulls.csv", "a/../../b.csv", "c:\\x.csv", "a:b", "", "  ", None, 3]
+)
+def test_files_lie_in_the_folder_of_the_list(tmp_path, name):
+    with pytest.raises(InputError, match=r"must lie in the folder|file is missing"):
+        place_of(tmp_path / "tests.toml", "here", name)
+    assert place_of(tmp_path / "tests.toml", "here", "sub/pulls.csv") == tmp_path / "sub" / "pulls.csv"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[[test]]\nfile = "pulls.csv"\n[[test]]\nfile = "pulls.csv"\n', "is listed twice"),
+        ('[[test]]\nfile = "pulls.csv"\nthicknes = 3\n', "test 1: .*did you mean 'thickness'"),
+        ('title = "mine"\n', "'title' is not known"),
+        ("test = []\n", "give a list of tests"),
+        ("[[test]\n", "broken TOML"),
+        ('[[test]]\nfile = "a.csv"\n' * 201, "lists 201 files; give at most 200"),
+    ],
+)
+def test_lists_that_cannot_be_used_are_refused(lists, text, message):
+    with pytest.raises(InputError, match=message):
+        read_tests(lists(text))
+
+
+def test_other_tables_are_handed_on_where_they_are_known(lists):
+    path = lists('[[test]]\nfile = "pulls.csv"\n[device]\nname = "x"\n')
+    tables, others = listed_tables(path, ("device", "amplifier"))
+    assert tables == [{"file": "pulls.csv"}]
+    assert others == {"device": {"name": "x"}}
+    with pytest.raises(InputError, match="'device' is not known"):
+        listed_tables(path)

@@ -1,0 +1,91 @@
+"""A ring of gel: its tensions and firmness are slopes of one energy, which wrinkles make least."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from gelcone.membrane.gel import Gel, bisected
+from gelcone.physics.laws import LAWS
+
+NUMBERS = {"gent": {"stretch_limit": 20.0}, "neo-hookean": {}, "yeoh": {"yeoh_c2": 0.05, "yeoh_c3": 0.002}}
+TENSE = [(1.3, 1.1, 0.1), (0.9, 1.2, 0.0), (1.6, 0.95, 0.2)]
+SLACK = [(1.5, 0.6, 0.1), (1.8, 0.5, 0.0), (1.4, 0.7, 0.25)]
+
+
+def gel_of(law, A=1.2, B=1.5):
+    return Gel(LAWS[law], LAWS[law].numbers(NUMBERS[law]), A, B)
+
+
+def energy(gel, m, n, V):
+    """W/mu - V m n/2, of squared lengths, by the law's own energy."""
+    return gel.law.energy(gel.A * m + gel.B * n + 1.0 / (gel.A * gel.B * m * n) - 3.0, gel.numbers) - 0.5 * V * m * n
+
+
+def relaxed(gel, l1, l2, V):
+    """The energy of a ring that may wrinkle: the least over all widths from the span on."""
+    m, span = l1 * l1, l2 * l2
+    found = minimize_scalar(
+        lambda n: energy(gel, m, n, V), bounds=(span, 4.0), options={"xatol": 1e-12}, method="bounded"
+    )
+    return min(found.fun, energy(gel, m, span, V))
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+@pytest.mark.parametrize("place", TENSE + SLACK)
+def test_tensions_and_firmness_are_the_slopes_of_the_relaxed_energy(law, place):
+    gel, h, (l1, l2, V) = gel_of(law), 2e-3, place
+    ring = Gel.at(gel, *(np.array([value]) for value in place))
+    assert (gel.hoop(*(np.array([value]) for value in place)) < 0.0) == (place in SLACK)
+
+    def E(i, j):
+        return relaxed(gel, l1 + i * h, l2 + j * h, V)
+
+    def slope(i, j):
+        return (8.0 * (E(i, j) - E(-i, -j)) - (E(2 * i, 2 * j) - E(-2 * i, -2 * j))) / (12.0 * h)
+
+    cross = (E(1, 1) - E(1, -1) - E(-1, 1) + E(-1, -1)) / (4.0 * h * h)
+    curve = [(E(i, j) - 2.0 * E(0, 0) + E(-i, -j)) / (h * h) for i, j in ((1, 0), (0, 1))]
+    assert ring.meridional[0] == pytest.approx(slope(1, 0), abs=2e-7)
+    assert ring.hoop[0] == pytest.approx(slope(0, 1), abs=2e-7)
+    for own, other in ((ring.firmness, curve[0]), (ring.hoop_firmness, curve[1]), (ring.coupling, cross)):
+        assert own[0] == pytest.approx(other, rel=2e-4, abs=1e-4)
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+def test_the_width_of_a_slack_ring_is_the_one_of_least_energy_and_of_a_tense_one_its_span(law):
+    gel = gel_of(law)
+    for l1, l2, V in SLACK:
+        n = float(gel.width(np.array([l1]), np.array([l2]), np.array([V]))[0])
+        assert n > l2 * l2
+        assert energy(gel, l1 * l1, n, V) < min(energy(gel, l1 * l1, n * share, V) for share in (0.99, 1.01))
+        assert gel.natural(np.array([l1 * l1]), np.array([V]), np.array([1.0]))[0] == pytest.approx(n, rel=1e-12)
+    for l1, l2, V in TENSE:
+        assert gel.width(np.array([l1]), np.array([l2]), np.array([V]))[0] == l2 * l2
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+def test_the_crumpling_voltage_leaves_a_film_stretched_alike_without_stress(law):
+    gel, t = gel_of(law), np.array([1.1, 1.3, 1.5])
+    V = gel.crumpling(t) / gel.G
+    m, n = t / gel.A, t / gel.B
+    for k in range(t.size):
+        for one, other in ((1e-5, 0.0), (0.0, 1e-5)):
+            change = energy(gel, m[k] + one, n[k] + other, V[k]) - energy(gel, m[k] - one, n[k] - other, V[k])
+            assert change / 2e-5 == pytest.approx(0.0, abs=1e-8)
+    below = float(gel.crumpling(gel.hump())) / gel.G > V if np.isfinite(gel.hump()) else V > 0.0
+    np.testing.assert_allclose(gel.natural_stretch(V)[below], t[below], rtol=1e-9)
+
+
+def test_the_hump_of_a_neo_hookean_gel_and_of_one_with_a_low_limit():
+    """(1 - t^-3)/t is largest where t^3 = 4; a gel with a low limit stiffens before."""
+    assert gel_of("neo-hookean").hump() == pytest.approx(4.0 ** (1.0 / 3.0), rel=1e-4)
+    stiff = Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": 1.0}), 1.0, 1.0)
+    assert stiff.hump() == np.inf
+    assert stiff.crumpling(2.1) == np.inf
+    assert np.isfinite(stiff.crumpling(1.5))
+
+
+def test_a_bisection_goes_from_where_a_value_is_not_positive_to_where_it_is():
+    found = bisected(lambda x: x - np.array([0.3, -0.7]), np.full(2, -1.0), np.full(2, 1.0))
+    np.testing.assert_allclose(found, [0.3, -0.7], atol=1e-14)
+    np.testing.assert_allclose(bisected(lambda x: 0.25 - x, np.array([1.0]), np.array([0.0])), [0.25], atol=1e-14)

@@ -1,0 +1,54 @@
+"""What a source has to give over a run: root mean squares of its second half, peaks of all of it."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.motion import delivery
+from gelcone.motion.natural import frequency_of, natural_frequency
+
+NAMES = ("rms_voltage", "rms_current", "apparent_power", "peak_current", "peak_slew_rate")
+
+
+def test_a_root_mean_square_is_of_the_second_half_whatever_its_spacing():
+    times = np.concatenate([np.linspace(0.0, 1.0, 50, endpoint=False), np.linspace(1.0, 3.0, 4001)])[None]
+    half = times.shape[1] // 2
+    values = np.where(np.arange(times.shape[1]) < half, 100.0, 2.0 + np.sin(2.0 * np.pi * times))
+    begin, end = times[0, half], times[0, -1]
+    expected = np.sqrt(
+        np.trapezoid((2.0 + np.sin(2.0 * np.pi * times[0, half:])) ** 2, times[0, half:]) / (end - begin)
+    )
+    assert delivery._root_mean_square(times, values)[0] == pytest.approx(expected, rel=1e-12)
+    assert delivery._peak(np.array([[1.0, -4.0, np.nan, 2.0]])).tolist() == [4.0]
+
+
+@pytest.mark.parametrize("films", [1, 2])
+def test_a_held_disc_takes_the_current_of_its_capacitors(films):
+    """V0 + V sin: of two equal films on one source twice the current of one."""
+    second = {"second_film": "taut"} if films == 2 else {}
+    model = gelcone.ConeModel(
+        film="taut", spring_stiffness=1e8, rest_height=0.5, voltage=0.3, voltage_bias=0.4, drive_frequency=0.7, **second
+    )
+    times = np.linspace(0.0, 8.0 * np.pi / 0.7, 4001)
+    run = gelcone.simulate(model, (0.5, 0.0), times=times)
+    capacitance = films * 1.25
+    expected = {
+        "rms_voltage": np.sqrt(0.4**2 + 0.3**2 / 2.0),
+        "rms_current": capacitance * 0.3 * 0.7 / np.sqrt(2.0),
+        "peak_current": capacitance * 0.3 * 0.7,
+        "peak_slew_rate": 0.3 * 0.7,
+    }
+    expected["apparent_power"] = expected["rms_voltage"] * expected["rms_current"]
+    for name in NAMES:
+        assert float(run[name]) == pytest.approx(expected[name], rel=2e-3), name
+
+
+def test_the_natural_frequency_is_the_root_of_the_stiffness_about_the_ramps_end():
+    model = gelcone.ConeModel(rest_height=0.6, hoop_prestretch=1.3)
+    volts = np.array([0.0, 0.3])
+    x = gelcone.stroke_and_blocked_force(model, volts)["displacement"].values
+    np.testing.assert_allclose(natural_frequency(model, volts), np.sqrt(model.stiffness(x, volts)), rtol=1e-12)
+    assert natural_frequency(model, 0.3) == pytest.approx(float(natural_frequency(model, volts)[1]), rel=1e-12)
+    at = np.array([0.2, 0.4])
+    np.testing.assert_allclose(natural_frequency(model, volts, at) ** 2, model.stiffness(at, volts), rtol=1e-12)
+    np.testing.assert_array_equal(frequency_of(np.array([4.0, -1e-10, -1.0])), [2.0, 0.0, np.nan])
