@@ -261,3 +261,10 @@ def test_a_device_is_driven_by_waveforms_in_si_units():
     assert Device.from_text(burst.to_toml()) == burst
     run = simulate(burst, periods=2)
     assert float(run["drive_voltage"].max()) == pytest.approx(1470.0, rel=1e-3)
+
+
+def test_the_shares_of_a_repeat_may_add_up_to_all_of_it():
+    own = WAVEFORMS["trapezoid"]
+    assert own.complete({"rise": 0.25, "high": 0.5, "fall": 0.25})["fall"] == 0.25
+    with pytest.raises(InputError, match=r"rise \+ high \+ fall = 1.01"):
+        own.complete({"rise": 0.26, "high": 0.5, "fall": 0.25})

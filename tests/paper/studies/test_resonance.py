@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from gelcone.atlas.branches.branch import EventKind
+from gelcone.paper.studies import resonance
 from gelcone.paper.studies.resonance import BAND, RESPONSES, STIFFNESSES, _around, _frequencies, natural_frequencies
 from gelcone.presets import find_preset
 
@@ -49,3 +52,33 @@ def test_natural_frequencies_rise_with_the_stiffness_and_are_those_of_the_mean_s
         assert own**2 == pytest.approx((force[k + 1] - force[k]) / (x[1] - x[0]), rel=1e-3)
     assert (STIFFNESSES[0], STIFFNESSES[-1], len(STIFFNESSES)) == (0.1, 20.0, 6)
     assert RESPONSES == (0.7, 1.0, 1.5)
+
+
+def test_branches_of_each_stiffness_stand_one_behind_the_other_with_gaps(monkeypatch):
+    """Two of three branches are short; of each half of what it covers, and an instability that is not known is NaN."""
+    nan = np.nan
+
+    def followed(model, name, low, high, initial, **options):
+        own = float(model.spring_stiffness)
+        at = ("branch", "point")
+        return xr.Dataset(
+            {
+                "period": ("branch", [1, resonance.LONGEST_PERIOD + 1, resonance.LONGEST_PERIOD]),
+                "value": (at, [[low, own, nan], [9.0, 9.0, 9.0], [own, high, 3.0]]),
+                "highest": (at, [[1.0, 2.0, nan], [9.0, 9.0, 9.0], [4.0, 5.0, 6.0]]),
+                "lowest": (at, [[-1.0, 1.5, nan], [9.0, 9.0, 9.0], [1.0, 1.0, 1.0]]),
+                "stable": (at, [[1, 0, -1], [1, 1, 1], [1, -1, 0]]),
+                "event_value": ("event", [0.5 * own, 0.7]),
+                "event_kind": ("event", [int(EventKind.FOLD), int(EventKind.PERIOD_DOUBLING)]),
+            }
+        )
+
+    monkeypatch.setattr(resonance, "continue_branch", followed)
+    model, count = find_preset("spring").model, len(STIFFNESSES)
+    found = resonance._branches(model, (1.0, 0.0), np.tile([0.2, 0.9], (count, 1)))
+    for k, stiffness in enumerate(STIFFNESSES):
+        rows = {name: values[k] for name, (_, values, _) in found.items()}
+        np.testing.assert_array_equal(rows["branch_frequency"], [0.2, stiffness, nan, stiffness, 0.9, 3.0, nan])
+        np.testing.assert_array_equal(rows["branch_amplitude"], [1.0, 0.25, nan, 1.5, 2.0, 2.5, nan])
+        np.testing.assert_array_equal(rows["branch_stable"], [1, 0, nan, 1, nan, 0, nan])
+        np.testing.assert_array_equal(rows["branch_fold"], [0.5 * stiffness])

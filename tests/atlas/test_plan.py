@@ -1,0 +1,94 @@
+"""Plans: cells of a grid, their models and starts, and what their coordinates are."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.atlas.plan import Plan, about
+from gelcone.errors import InputError
+from gelcone.physics.model import ConeModel
+from tests.toys import FilteredVoltage
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
+FILTERED = ConeModel(circuit=FilteredVoltage(), voltage=0.3, rest_height=0.2)
+
+
+def test_the_first_name_varies_slowest_and_draws_fastest():
+    plan = Plan(
+        ConeModel(), {"voltage": [0.1, 0.2], "displacement": [0.3, 0.4, 0.5]}, draws={"damping_ratio": [0.05, 0.01]}
+    )
+    assert (plan.dims, plan.shape, plan.size) == (("voltage", "displacement", "draw"), (2, 3, 2), 12)
+    grid = plan.grid
+    assert grid["voltage"].tolist() == [0.1] * 6 + [0.2] * 6
+    assert grid["displacement"].tolist() == [0.3, 0.3, 0.4, 0.4, 0.5, 0.5] * 2
+    assert grid["damping_ratio"].tolist() == [0.05, 0.01] * 6
+    some = plan.values(np.array([7, 2]))
+    assert [some[name].tolist() for name in grid] == [[0.2, 0.1], [0.3, 0.4], [0.01, 0.05]]
+
+
+def test_cells_have_their_own_start_or_that_of_the_plan():
+    model, states = Plan(ConeModel(), {"velocity": [0.1, 0.2]}, (0.7, 0.5)).at({"velocity": np.array([0.1, 0.2])})
+    assert states.tolist() == [[0.7, 0.1], [0.7, 0.2]]
+    assert np.shape(model.damping_ratio) == (2,)
+    assert Plan(ConeModel(), {"voltage": [0.1, 0.2]}).initial == (1.0, 0.0)
+    assert Plan(PUMP, {"frequency": [8.0, 9.0]}).initial is None
+    assert Plan(PUMP, {"frequency": [8.0, 9.0]}, ("2 mm", 0.1)).initial == (2e-3, 0.1)
+
+
+def test_the_states_of_components_can_be_swept_and_follow_from_the_start_where_they_are_not():
+    plan = Plan(FILTERED, {"film_voltage": [0.1, 0.2], "displacement": [0.5, 0.6]})
+    _, states = plan.at(plan.grid)
+    np.testing.assert_array_equal(states, [[0.5, 0.0, 0.1], [0.6, 0.0, 0.1], [0.5, 0.0, 0.2], [0.6, 0.0, 0.2]])
+    whole = Plan(FILTERED, {"voltage": [0.1, 0.2]}, (0.5, 0.1, 0.25))
+    assert whole.at(whole.grid)[1].tolist() == [[0.5, 0.1, 0.25]] * 2
+    with pytest.raises(InputError, match="initial"):
+        Plan(FILTERED, {"voltage": [0.1, 0.2]}, (0.5, 0.1, 0.25, 0.3))
+
+
+def test_options_of_a_device_are_scaled_to_its_model():
+    plan = Plan(PUMP, {"frequency": [8.0, 9.0]}, options={"patience": "30 s", "tolerance": 1e-9})
+    assert float(np.ravel(plan.options["patience"])[0]) == pytest.approx(30.0 / PUMP.scales.time)
+    assert plan.options["tolerance"] == 1e-9
+    assert Plan(ConeModel(), {"voltage": [0.1, 0.2]}, options={"patience": 30.0}).options == {"patience": 30.0}
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "quantity", "units"),
+    [
+        (ConeModel(), "voltage", "parameter", "1"), (ConeModel(), "displacement", "length", "1"),
+        (ConeModel(), "velocity", "velocity", "1"), (FILTERED, "film_voltage", "parameter", "1"),
+        (PUMP, "film_thickness", "device field", "m"), (PUMP, "velocity", "device field", "m/s"),
+    ],
+)  # fmt: skip
+def test_a_coordinate_says_what_it_is(model, name, quantity, units):
+    found = about(Plan(model, {name: [1e-4, 2e-4]}), name)
+    assert (found["quantity"], found["units"]) == (quantity, units)
+    assert found["long_name"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((ConeModel(), {}), "over: is empty"),
+        ((ConeModel(voltage=[0.1, 0.2]), {"damping_ratio": [0.1, 0.2]}), "ensemble"),
+        ((ConeModel(), {"voltage": [0.1]}), "at least 2 values"),
+        ((ConeModel(), {"voltage": [0.2, 0.1]}), "must increase"),
+        ((ConeModel(), {"voltage": [0.1, 0.1]}), "must increase"),
+        ((ConeModel(), {"voltag": [0.1, 0.2]}), "did you mean 'voltage'"),
+        ((ConeModel(), {"voltage": [-0.1, 0.2]}), "voltage"),
+        ((ConeModel(), {"voltage": [0.1, 0.2]}, (1.0,)), "must be a displacement and a velocity"),
+        ((ConeModel(), {"voltage": [0.1, 0.2]}, None, {"voltage": [0.1, 0.2]}), "both swept and drawn"),
+        ((ConeModel(), {}, None, {"voltage": [0.1, 0.2], "damping_ratio": [0.1]}), "same number of values"),
+        ((PUMP, {"material": ["PVC-DBA 4:1", "PVC-DBA 4:1"]}), "at least 2 gels, each once"),
+    ],
+)
+def test_plans_that_cannot_be_are_refused(arguments, message):
+    with pytest.raises(InputError, match=message):
+        Plan(*arguments)
+
+
+def test_gels_have_no_order():
+    plan = Plan(PUMP, {"material": ["PVC-DBA 4:1", "PVC-DBA 6:1"]})
+    with pytest.raises(InputError, match="gels have no order; map takes numbers"):
+        plan.check_order("map")
+    assert Plan(PUMP, {"frequency": [8.0, 9.0]}).check_order("map") is None
