@@ -1,0 +1,117 @@
+"""Wishes: requirements, bounds, tolerances and objectives, in SI and within limits."""
+
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.lab.wish import (
+    MOST_OBJECTIVES,
+    Objective,
+    Requirement,
+    Tolerance,
+    _bounds,
+    _middle,
+    _objectives,
+    _requirement,
+    _share,
+    read_wish,
+)  # fmt: skip
+
+WISH = """
+stroke = ">= 2 mm"
+peak_voltage = "<= 2 kV"
+smallest = ["apparent_power"]
+frequency = "10 Hz"
+footprint = "60 mm"
+film = "taut"
+disc_radius = "8 mm"
+film_thickness = "0.2 mm"
+hoop_prestretch = 1.4
+moving_mass = "5 g"
+damping_coefficient = "10 mN s/m"
+material = "PVC-DBA 6:1"
+voltage_offset = "0.8 kV"
+voltage_amplitude = "0.7 kV"
+[free]
+spring_rate = "1 N/m:100 N/m"
+initial_height = "5 mm:40 mm"
+[tolerances]
+film_thickness = "5 %"
+hoop_prestretch = 0.02
+"""
+
+
+@pytest.fixture
+def wish(tmp_path):
+    def read(old="", new="", text=WISH):
+        path = tmp_path / "wish.toml"
+        path.write_text(text.replace(old, new) if old else text)
+        return read_wish(path)
+
+    return read
+
+
+def test_a_wish_holds_what_is_written_in_si(wish):
+    found = wish()
+    assert found.requirements == (Requirement("stroke", True, 2e-3), Requirement("peak_voltage", False, 2e3))
+    assert found.free == {"spring_rate": (1.0, 100.0), "initial_height": (5e-3, 0.04)}
+    assert found.tolerances == (Tolerance("film_thickness", 0.05, True), Tolerance("hoop_prestretch", 0.02, False))
+    assert found.objectives == (Objective("apparent_power", False),)
+    assert (found.margin, found.confidence, found.uncertain) == (0.2, 0.95, 2)
+    assert found.device.film_radius == pytest.approx(0.03)
+    assert found.device.spring_rate == pytest.approx(10.0)
+    assert found.device.initial_height == pytest.approx((5e-3 * 0.04) ** 0.5)
+
+
+def test_bounds_about_zero_have_their_mean_in_the_middle():
+    assert _middle((0.0, 2.0)) == 1.0
+    assert _middle((-1.0, 3.0)) == 1.0
+    assert _middle((1.0, 4.0)) == 2.0
+    assert _bounds({"voltage_offset": "0 V:2 kV", "hoop_prestretch": "1:2"}, {}) == {
+        "voltage_offset": (0.0, 2e3),
+        "hoop_prestretch": (1.0, 2.0),
+    }
+
+
+@pytest.mark.parametrize(("text", "bound"), [(">= 5 mVA", 5e-3), ("<=0.1 W", 0.1), (">=  3mW", 3e-3)])
+def test_powers_may_be_apparent(text, bound):
+    assert _requirement("apparent_power", text) == Requirement("apparent_power", text.startswith(">"), bound)
+
+
+def test_objectives_are_in_their_order_and_the_probability_where_there_are_none():
+    assert _objectives({}) == (Objective("probability", True),)
+    both = {"smallest": ["current", "peak_voltage"], "largest": "stroke"}
+    names = [("current", False), ("peak_voltage", False), ("stroke", True)]
+    assert _objectives(both) == tuple(Objective(*one) for one in names)
+    assert len(names) == MOST_OBJECTIVES
+    with pytest.raises(InputError, match="4 objectives: give at most 3"):
+        _objectives(both | {"largest": ["stroke", "blocked_force"]})
+    with pytest.raises(InputError, match="names an objective twice"):
+        _objectives({"smallest": ["current", "current"]})
+
+
+@pytest.mark.parametrize(
+    ("value", "share"), [("20 %", 0.2), (0.5, 0.5), ("0.3", 0.3), (None, 0.25), (0.1, 0.1), (0.9, 0.9)]
+)
+def test_shares_may_be_percent(value, share):
+    assert _share({} if value is None else {"margin": value}, "margin", 0.25, 0.1, 0.9) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("value", [0.09, 0.91, "95 %", "much", True, "nan"])
+def test_shares_out_of_bounds_are_refused(value):
+    with pytest.raises(InputError, match=r"margin = .*: must be a share from 0.1 to 0.9"):
+        _share({"margin": value}, "margin", 0.25, 0.1, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('">= 2 mm"', '"2 mm"', "must be a bound"), ('">= 2 mm"', '">= 0 mm"', "stroke"),
+        ('"1 N/m:100 N/m"', '"100 N/m:1 N/m"', "first bound must be the smaller"),
+        ('"1 N/m:100 N/m"', '"100 N/m"', "must be two bounds"), ("hoop_prestretch = 0.02", "beam_rate = 0.02", "not set"),
+        ('film = "taut"', 'film = "tau"', "did you mean 'taut'"), ("moving_mass", "moving_mas", "did you mean"),
+        ('damping_coefficient = "10 mN s/m"', "quality_factor = 10.0", "give damping_coefficient"),
+    ],
+)  # fmt: skip
+def test_wishes_that_cannot_be_are_refused(wish, old, new, message):
+    with pytest.raises(InputError, match=message):
+        wish(old, new)

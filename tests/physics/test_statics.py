@@ -1,0 +1,92 @@
+"""Balances and rests of ensembles: searched once for what is alike, for each as for it alone."""
+
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.physics import statics
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import (
+    balances_of,
+    continuing,
+    each,
+    every_balance,
+    rest_displacement,
+    rest_displacements,
+    switched_off,
+)  # fmt: skip
+
+MODEL = ConeModel(
+    rest_height=[0.5, 0.2, 0.5, 0.2],
+    voltage=[0.1, 0.2, 0.3, 0.4],
+    spring_stiffness=0.7,
+    drive_frequency=[0.1, 0.2, 0.3, 0.4],
+)
+
+
+def test_members_of_equal_films_and_bias_share_a_balance_and_each_has_its_own_rest(monkeypatch):
+    found = every_balance(MODEL)
+    assert found[0] is found[2]
+    assert found[1] is found[3]
+    assert found[0] is not found[1]
+    statics._rests.clear()
+    searched = []
+    monkeypatch.setattr(statics, "_rest", lambda balance, own=statics._rest: searched.append(balance) or own(balance))
+    rests = rest_displacements(MODEL)
+    assert len(searched) == 2
+    for k in range(4):
+        alone = rest_displacement(MODEL.take([k]))
+        assert rests[k] == pytest.approx(alone, rel=1e-12)
+        force, slope = (
+            MODEL.take([k])
+            .members()
+            .system.static_force(np.array([alone]), np.zeros(1), MODEL.take([k]).members().own_numbers)
+        )
+        assert abs(force[0]) < 1e-12
+        assert slope[0] > 0.0
+    rest_displacements(MODEL)
+    assert len(searched) == 2
+
+
+def test_a_rest_under_the_hand_continues_the_last_one_and_is_not_stored():
+    statics._rests.clear()
+    places = {}
+    with continuing(places) as guessed:
+        first = rest_displacements(ConeModel(rest_height=0.5))
+        assert not guessed
+        second = rest_displacements(ConeModel(rest_height=0.51))
+        assert list(guessed.values()) == [second]
+        far = rest_displacements(ConeModel(rest_height=1.5))
+        assert len(guessed) == 1
+    assert list(places.values()) == [far]
+    assert second == pytest.approx(rest_displacements(ConeModel(rest_height=0.51)), rel=1e-10)
+    assert 0.0 < first < second < far
+
+
+def test_what_is_the_same_is_computed_once():
+    computed, one, other = [], object(), object()
+    found = each(lambda balance, x: computed.append(x) or (balance, x), [one, other, one, one], [1.0, 1.0, 1.0, 2.0])
+    assert found == [(one, 1.0), (other, 1.0), (one, 1.0), (one, 2.0)]
+    assert computed == [1.0, 1.0, 2.0]
+
+
+def test_a_double_cone_rests_without_voltage_on_either_film():
+    pair = ConeModel(
+        film="taut",
+        second_film="taut",
+        second_flat_height=0.6,
+        second_drive="constant",
+        second_voltage=0.8,
+        voltage_bias=0.5,
+    )
+    off = switched_off(pair)
+    assert (off.voltage_bias, off.second_voltage) == (0.0, 0.0)
+    assert rest_displacement(pair) == rest_displacement(off)
+    assert switched_off(MODEL) is MODEL
+
+
+def test_an_ensemble_that_reaches_nothing_is_refused():
+    beyond = ConeModel(stretch_limit=[0.1, 0.2], prestretch=1.8)
+    with pytest.raises(InputError, match="stretch"):
+        balances_of(beyond)
+    assert np.isnan(rest_displacements(beyond)).all()
