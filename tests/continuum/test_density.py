@@ -89,3 +89,41 @@ def test_a_film_that_rests_only_shorter_than_its_gap_has_pulled_in(squared):
     assert 10 < kept.sum() < 50
     assert (m[kept] >= (1.0 + x * x)[kept]).all()
     assert (n[kept] >= 1.0).all()
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(("m", "n", "squared"), [(1.5, 1.2, 0.2), (0.8, 1.6, 0.0), (1.6, 0.4, 0.1), (0.5, 1.7, 0.2)])
+def test_derivatives_are_those_of_the_density_and_of_the_relaxed_one(name, m, n, squared):
+    model = MODELS[name]
+    law, c, h = model.gel_law(), model.numbers(), 1e-4
+    plain = (lambda m, n: density.value(law, c, m, n, squared), density.derivatives(law, c, m, n, squared))
+    relaxed = (
+        lambda m, n: density.relaxed_value(law, c, m, n, squared, 0.01),
+        density.relaxed_derivatives(law, c, np.array([m]), np.array([n]), squared, 0.01),
+    )
+    for value, found in (plain, relaxed):
+        at = lambda i, j, value=value: float(np.ravel(value(m + i * h, n + j * h))[0])  # noqa: E731
+        expected = {
+            "m": (at(1, 0) - at(-1, 0)) / (2 * h),
+            "n": (at(0, 1) - at(0, -1)) / (2 * h),
+            "mm": (at(1, 0) - 2 * at(0, 0) + at(-1, 0)) / h**2,
+            "nn": (at(0, 1) - 2 * at(0, 0) + at(0, -1)) / h**2,
+            "mn": (at(1, 1) - at(1, -1) - at(-1, 1) + at(-1, -1)) / (4 * h**2),
+        }
+        for which, number in expected.items():
+            own = float(np.ravel(getattr(found, which))[0])
+            assert own == pytest.approx(number, rel=1e-4, abs=3e-5), which
+
+
+@pytest.mark.parametrize("squared", [0.0, 0.1])
+def test_a_film_takes_the_widths_of_least_energy_that_are_not_shorter_than_its_gap(squared):
+    model = MODELS["gent"]
+    law, c = model.gel_law(), model.numbers()
+    for m, n in ((1.6, 0.4), (0.5, 1.7), (0.6, 0.7), (1.3, 1.3)):
+        free = [float(np.ravel(one)[0]) for one in density.natural(law, c, np.array([m]), np.array([n]), squared)]
+        assert free[0] >= m * (1.0 - 1e-9)
+        assert free[1] >= n * (1.0 - 1e-9)
+        least = density.value(law, c, *free, squared)
+        for i, j in ((1e-3, 0.0), (-1e-3, 0.0), (0.0, 1e-3), (0.0, -1e-3)):
+            other = max(free[0] + i, m), max(free[1] + j, n)
+            assert density.value(law, c, *other, squared) >= least - 1e-12

@@ -7,8 +7,10 @@ from gelcone.atlas.branches.branch import Event, EventKind, Walk, born_map, mult
 from gelcone.atlas.branches.event import DOUBLE, FOLD, Born, Singular
 from gelcone.motion.orbit import Kind
 
+ONCE = Kind(1)
 
-def event(kind, at, curvature=1.0, unstable=1.0, of=Kind(1)):
+
+def event(kind, at, curvature=1.0, unstable=1.0, of=ONCE):
     nodes = np.zeros((1, 2))
     orbit = Singular(nodes, np.array([0.7, 0.1]), np.zeros(2), nodes, nodes, np.ones(2, complex), at)
     born = None if curvature is None else Born(curvature, nodes)
