@@ -221,3 +221,33 @@ def test_operating_limits_of_members_without_voltage_or_inside(operating):
 def test_operating_limits_need_a_voltage():
     with pytest.raises(InputError, match="amplitude or a bias"):
         operating_limits(ConeModel(voltage=0.0))
+
+
+def test_the_mirror_image_of_a_model_has_mirrored_answers():
+    """The spring free below the film's plane instead of above, and the disc started there."""
+    model = ConeModel(
+        damping_ratio=[0.1, 0.15], spring_stiffness=0.5, drive_frequency=0.6, voltage=0.3, voltage_bias=0.4,
+        rest_height=0.5, dielectric_strength=0.8,
+    )  # fmt: skip
+    image = model.replace(rest_height=-0.5)
+    answers = {
+        regime: {"transient": 60.0, "patience": 120.0, "budget": 100.0},
+        settled: {},
+        limits: {},
+    }
+    for analysis, options in answers.items():
+        own, other = (
+            analysis(one, *() if analysis is limits else (start,), **options)
+            for one, start in ((model, (0.4, 0.1)), (image, (-0.4, -0.1)))
+        )
+        for name in own.data_vars:
+            if name == "initial" or own[name].dtype.kind not in "fiub":
+                continue
+            expected = other[{"lowest": "highest", "highest": "lowest"}.get(name, name)].values
+            if own[name].attrs.get("quantity") == "state" or name in ("lowest", "highest", "mean"):
+                expected = -expected
+            if name == "harmonic_phase":
+                off = (own[name].values - expected) % 360.0
+                np.testing.assert_allclose(off[np.isfinite(off)], 180.0, atol=1e-6)
+            else:
+                np.testing.assert_allclose(own[name].values, expected, atol=1e-9, err_msg=str(name))

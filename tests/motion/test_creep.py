@@ -8,7 +8,7 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
-from gelcone.motion.creep import _Held, _margin, _Ramp
+from gelcone.motion.creep import _Held, _margin, _Ramp, holding
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -144,6 +144,9 @@ def test_voltages_between_the_thresholds_are_those_of_the_source(monkeypatch):
     threshold = held.relaxed.lost.voltage
     assert voltages.min() * 0.8 > threshold > voltages.min() * 0.7
     assert highest == voltages.max()
+    found = holding(model, 10.0, 9.0, count=3, threads=None)
+    assert found.variables["holding_voltage"][1] == found.highest == pytest.approx(held.gain * highest, rel=1e-12)
+    np.testing.assert_allclose(found.levels, found.highest * np.array([0.0, 0.75, 1.0]))
 
 
 def test_a_voltage_above_that_at_once_pulls_in_at_once():

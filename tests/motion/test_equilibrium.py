@@ -404,8 +404,9 @@ def test_beyond_pull_in_there_is_no_work_of_a_cycle():
 
 def test_forces_and_branches_reach_past_all_that_happens():
     """Forces are sampled beyond the height at which the spring is free, branches reach beyond pitchforks and folds."""
-    lifted = static(ConeModel(spring_stiffness=0.05, rest_height=2.0), 0.1)
-    assert float(lifted["displacement"].max()) > 2.0
+    for height in (2.0, -2.0):
+        lifted = static(ConeModel(spring_stiffness=0.05, rest_height=height), 0.1)
+        assert float(np.abs(lifted["displacement"]).max()) > 2.0
     flat = static(ConeModel(), 0.1)
     assert float(flat["branch_voltage"].max()) > 1.2 * float(flat["pitchfork_voltage"])
 

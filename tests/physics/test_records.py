@@ -26,7 +26,7 @@ def test_films_that_ship_are_written_by_name_and_what_else_they_were_given():
 
 @pytest.mark.parametrize("given", ["continuum", '{"a": 1}', "  {", "film.json"])
 def test_fitted_films_of_earlier_versions_are_refused_with_the_remedy(given):
-    with pytest.raises(InputError, match="is a fitted film of gelcone 0.1 or 0.2.*take film = membrane"):
+    with pytest.raises(InputError, match=r"is a fitted film of gelcone 0.1 or 0.2.*take film = membrane"):
         find_film(given)
 
 
