@@ -97,6 +97,31 @@ def test_multipliers_of_a_map_that_grows_beyond_doubles():
     assert multipliers[1].real == pytest.approx(np.exp(-50.6))
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        (-0.9, -0.2),
+        (1.4, 0.3),
+        (0.5 + 0.6j, 0.5 - 0.6j),
+        (-1.2, 0.5, -1e-3),
+        (0.8, -0.3, 0.1),
+        (0.4 + 0.5j, 0.4 - 0.5j, -0.1),
+    ],
+)
+@pytest.mark.parametrize("scale", [0.0, 2.0])
+def test_multipliers_are_the_eigenvalues_with_their_signs(values, scale):
+    """Of a map with such eigenvalues, scaled; the modulus of the smallest is known from the determinant."""
+    size, turned = len(values), np.random.default_rng(1).normal(size=(len(values),) * 2)
+    blocks = np.diag(np.real(values)).astype(float)
+    if np.iscomplex(values[0]):
+        blocks[0, 1], blocks[1, 0] = values[0].imag, -values[0].imag
+    product = turned @ blocks @ np.linalg.inv(turned)
+    determinant = size * scale + float(np.log(np.abs(np.prod(values))))
+    found = multipliers_of(product, scale, determinant)
+    np.testing.assert_allclose(np.sort_complex(found / np.exp(scale)), np.sort_complex(np.array(values)), atol=1e-12)
+    assert (np.diff(np.abs(found)) <= 1e-12 * np.abs(found[0])).all()
+
+
 def test_what_is_no_orbit_is_not_found():
     # undamped and far from resonance from a point that never returns within reach
     members = ConeModel(voltage=1.3, drive_frequency=0.1, damping_ratio=0.01, spring_stiffness=0.9, stretch_limit=5.0)

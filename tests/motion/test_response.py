@@ -1,6 +1,7 @@
 """The time response: power balance, stresses and fields by hand, validity, and what the Dataset says about itself."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -481,3 +482,19 @@ def test_the_balance_of_a_film_whose_energy_is_unknown_is_unknown(film, known):
     assert np.isfinite(run["displacement"].values).all()
     assert np.isfinite(run["energy_residual"].values).all() == known
     assert np.isnan(run["energy_residual"].values[1:]).all() != known
+
+
+def test_samples_of_a_run_that_ended_have_its_end_behind_the_last_that_it_reached():
+    """One ends between two samples, one on a sample, one not at all, and one before the second sample taken."""
+    times = np.tile(np.arange(5.0), (4, 1))
+    states = np.stack([times, 0.0 * times], axis=-1)
+    for member, reached in enumerate((3, 3, 5, 1)):
+        states[member, reached:] = np.nan
+    ends = np.array([2.7, 2.0, 4.0, 0.4])
+    run = SimpleNamespace(times=times, states=states, end_times=ends, end_states=np.stack([ends, ends + 9.0], axis=-1))
+    at, found = response._to_the_end(run, np.array([0, 2, 3, 4]))
+    np.testing.assert_array_equal(at, [[0.0, 2.0, 2.7, 4.0], [0, 2, 3, 4], [0, 2, 3, 4], [0.0, 0.4, 3.0, 4.0]])
+    nan = np.nan
+    np.testing.assert_array_equal(found[..., 0], [[0, 2, 2.7, nan], [0, 2, nan, nan], [0, 2, 3, 4], [0, 0.4, nan, nan]])
+    np.testing.assert_array_equal(found[..., 1], [[0, 0, 11.7, nan], [0, 0, nan, nan], [0] * 4, [0, 9.4, nan, nan]])
+    np.testing.assert_array_equal(run.times, times)
