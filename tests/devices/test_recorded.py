@@ -161,3 +161,9 @@ def test_options_of_a_recording_are_checked(write):
     with pytest.raises(InputError, match=r"0\.388889 at the end, 0 at the start: repeated they would jump"):
         recorded(PUMP, write(text), repeat=True)
     assert recorded(PUMP, write(text), repeat=True, jump=True).waveform.jump
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_columns_are_separated_by_commas(write, separator):
+    with pytest.raises(InputError, match="line 1: separate the columns by commas"):
+        read_recording(write(GOOD.replace(",", separator)), True)

@@ -1,9 +1,13 @@
 """What is said of a device in its title and in answers: everything that is set, once."""
 
+import tomllib
+
+import numpy as np
 import pytest
 
 import gelcone
-from gelcone.devices.template import told_fields
+from gelcone.devices.template import _value, told_fields
+from gelcone.devices.units import parse
 
 DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
 
@@ -28,3 +32,21 @@ def test_a_law_and_a_waveform_that_are_not_the_usual_ones_are_said():
     assert set(told_fields(own)) - set(told_fields(DOUBLE)) == {
         "material PVC-DBA 6:1, changed", "law neo-hookean", "waveform triangle", "initial_height 3 mm",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (True, "", "true"), (3, "", "3"), (0.1, "m", '"100 mm"'), (0.1 + 0.2, "1", "0.30000000000000004"),
+        (0.0, "m", "0.0"), ([1e-3, 2e-3], "m", '["1 mm", "2 mm"]'), ("a", "", '"a"'),
+        ({"a": [1, 2.5]}, "", "{a = [1, 2.5]}"),
+        (np.inf, "m", "inf"), (1.0 / 3.0, "m", "0.3333333333333333"),
+    ],
+)  # fmt: skip
+def test_values_are_written_as_toml_that_reads_back_to_the_same(value, unit, text):
+    assert _value(value, unit) == text
+    (again,) = tomllib.loads(f"x = {text}").values()
+    if isinstance(value, float) and unit == "m":
+        assert parse("x", again, unit, infinite=True) == value
+    elif not isinstance(value, list):
+        assert again == value

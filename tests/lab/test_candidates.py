@@ -44,6 +44,21 @@ def test_the_natural_frequency_is_that_about_the_height_of_the_mean_square(found
     )
 
 
+def test_a_motion_lags_as_the_settled_one_does(monkeypatch):
+    """Near its resonance, by a quarter of a turn and more; its mean is that of the settled one."""
+    own, motions = device(THICK[0, 0], frequency=11.2, damping_coefficient="30 mN s/m"), []
+    monkeypatch.setattr(
+        candidates, "_motion", lambda *given, made=candidates._motion: motions.append(made(*given)) or motions[-1]
+    )
+    examine(own, {"film_thickness": THICK[:1, :1]}, 1.2)
+    settled = gelcone.settled(own)
+    parts = np.fft.rfft(motions[0].x[0]) * own.scales.length * 1e3 * 2.0 / candidates.PHASES
+    phase = np.degrees(np.angle(parts[1])) + 90.0  # ahead of a sine
+    assert abs(parts[1]) == pytest.approx(float(settled["harmonic_amplitude"][0]), rel=0.03)
+    assert (phase - float(settled["harmonic_phase"][0]) + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=3.0)
+    assert 0.5 * parts[0].real == pytest.approx(float(settled["mean"]), rel=0.01)
+
+
 def test_limits_are_met_where_the_states_of_a_ramp_meet_them(found):
     """The voltage at each limit, within the lines between forty heights; below the first none is met."""
     own = device(THICK[1, 1])

@@ -325,3 +325,25 @@ def test_a_file_of_designs_is_shown_in_the_words_of_its_command(small, tmp_path,
     code, out, err = command_line("show", str(tmp_path / "design.nc"))
     assert (code, err) == (0, "")
     assert out.rstrip("\n") == design_words(small[1])
+
+
+def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_margin(wish, monkeypatch):
+    """Relative deviations in the logarithm, absolute ones over the value; the harder drive leaves the margin below it."""
+    asked = []
+    monkeypatch.setattr(designs, "examine", lambda device, fields, share: asked.append((device, fields, share)))
+    problem = designs.Problem(wish(WISH), 1)
+    unit = np.array([[0.0] * len(problem.names), [0.5] * len(problem.names), [1.0] * len(problem.names)])
+    rows = problem.designs(unit)
+    bounds = np.array(list(problem.wish.free.values()))
+    np.testing.assert_allclose(rows[[0, 2]], bounds.T)
+    tolerances = problem.wish.tolerances
+    normal = np.array([[0.0] * len(tolerances), [1.0] * len(tolerances)])
+    problem.found(rows, normal)
+    ((device, fields, share),) = asked
+    assert share == pytest.approx(1.0 / (1.0 - problem.wish.margin), rel=1e-12)
+    for name, deviation, relative in tolerances:
+        values = np.broadcast_to(fields[name], (3, 2))
+        usual = rows[:, problem.names.index(name)] if name in problem.names else np.full(3, float(device.get(name)))
+        np.testing.assert_allclose(values[:, 0], usual)
+        np.testing.assert_allclose(np.log(values[:, 1] / usual), deviation / (1.0 if relative else usual), rtol=1e-9)
+    assert set(fields) == {*problem.names, *(one.name for one in tolerances)}

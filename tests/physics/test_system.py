@@ -59,6 +59,12 @@ MODELS = {
     "viscous": ConeModel(film=ViscousFilm(), voltage=0.9),
     "five": ConeModel(film=ViscousFilm(), bias=Lagging(), waveform=ThreeHarmonics(), circuit=FilteredVoltage()),
 }
+PAIRS = {
+    "pair": ConeModel(film="taut", second_film="taut", second_flat_height=0.6, second_prestretch=1.3, voltage=0.8),
+    "opposite": ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.6, second_drive="opposite", circuit=FilteredVoltage()
+    ),
+}
 every_model = pytest.mark.parametrize("name", MODELS)
 
 
@@ -70,9 +76,9 @@ def points(system, count=5):
 # --- rates and their Jacobian -----------------------------------------------------------------------------------------
 
 
-@every_model
+@pytest.mark.parametrize("name", [*MODELS, *PAIRS])
 def test_the_jacobian_is_that_of_the_traced_rates_and_of_central_differences(name):
-    model = MODELS[name]
+    model = (MODELS | PAIRS)[name]
     system, n, h = model.system, model.own_numbers, 1e-5
     for tau, z in points(system):
         rates, jacobian = system.flow(tau, z, n)

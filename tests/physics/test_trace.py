@@ -1,8 +1,12 @@
 """Tracing: one node for each value, constants drawn together, and nothing that depends on the machine folded."""
 
+import itertools
+import operator
+
 import numpy as np
 import pytest
 
+from gelcone.physics.differentiate import evaluated
 from gelcone.physics.trace import Graph, fingerprint, ordered
 
 
@@ -106,3 +110,18 @@ def test_long_chains_need_no_deep_recursion(graph):
     for k in range(5000):
         total = total * x + float(k)
     assert len(ordered([total])) > 10_000
+
+
+@pytest.mark.parametrize("operation", [operator.add, operator.sub, operator.mul, operator.truediv, operator.pow])
+def test_what_is_drawn_together_has_the_value_of_what_was_written(graph, operation):
+    """Of 0, 1, -1, numbers, states, their negatives and their multiples, in every pair."""
+    x, y = graph.state(0), graph.state(1)
+    values = {x.index: 1.7, y.index: 0.6}
+    numbers = [(number, number) for number in (0.0, 1.0, -1.0, 2.0, 0.5)]
+    terms = [(x, 1.7), (y, 0.6), (2.0 * y, 1.2), (x + y, 2.3), (1.0 / x, 1.0 / 1.7), *numbers]
+    terms += [] if operation is operator.pow else [(-x, -1.7), (-2.0 * y, -1.2)]
+    for (one, first), (other, second) in itertools.product(terms, terms):
+        undefined = second == 0.0 if operation is operator.truediv else operation is operator.pow and first <= 0.0
+        if not undefined:
+            (found,) = evaluated([graph.node(operation(one, other))], values)
+            assert found == pytest.approx(operation(first, second), rel=1e-12), (first, second)

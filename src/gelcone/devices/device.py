@@ -186,7 +186,7 @@ class Device(DeviceFields):
         values = {name: value for name, value in self if value is not None}
         for own, others in EXCLUDING:
             if any(changed.get(name) is not None for name in own):
-                values = {name: value for name, value in values.items() if name not in others or name in own}
+                values = {name: value for name, value in values.items() if name not in others}
         for part in PARTS:
             if part in changed:
                 values = {name: value for name, value in values.items() if not name.startswith(f"{part}.")}

@@ -23,7 +23,8 @@ def device_html(device: DeviceFields) -> str:
             rows.append((name, _with_unit(field, value), field.meaning))
 
     def mean(name: str) -> float:
-        return float(np.mean(device.get(name) or 0.0))
+        value = device.get(name)
+        return 0.0 if value is None else float(np.mean(value))
 
     a, b, free = mean("disc_radius"), mean("film_radius"), mean("initial_height")
     second = None if device.second_film is None else mean("second_flat_height")
