@@ -328,7 +328,7 @@ def test_a_file_of_designs_is_shown_in_the_words_of_its_command(small, tmp_path,
 
 
 def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_margin(wish, monkeypatch):
-    """Relative deviations in the logarithm, absolute ones over the value; the harder drive leaves the margin below it."""
+    """Relative deviations in the logarithm, absolute ones over the value."""
     asked = []
     monkeypatch.setattr(designs, "examine", lambda device, fields, share: asked.append((device, fields, share)))
     problem = designs.Problem(wish(WISH), 1)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone.membrane.elements import Elements
+from gelcone.membrane.elements import Chains, Elements
 from gelcone.membrane.gel import Gel
 from gelcone.physics.laws import LAWS
 
@@ -77,3 +77,20 @@ def test_the_tensions_after_a_step_are_foreseen_to_second_order():
         off.append(np.abs(foreseen - own.gel.at(l1, l2, V).meridional).max())
         assert off[-1] < 0.01 * np.abs(foreseen - at.tension).max()
     assert off[1] / off[0] == pytest.approx(0.25, abs=0.02)
+
+
+def test_the_least_firmness_is_looked_for_between_elements_too():
+    """Two elements of a gel with a low limit, one short and one near it, both firmer than what lies between."""
+    law = LAWS["gent"]
+    own = Elements(Gel(law, law.numbers({"stretch_limit": 6.0}), 1.0, 1.0), 0.5, 2)
+    lengths = np.array([1.05, 2.2])
+    r = np.tile(own.nodes, (1, 1))
+    z = np.concatenate([[0.0], np.cumsum(np.sqrt((lengths * own.lengths) ** 2 - np.diff(own.nodes) ** 2))])[None]
+    at = Chains(np.array([0.15]), r, z, np.full((1, 2), np.nan), np.ones(1, bool))
+    l1, l2, _, _ = own.stretches(at)
+    np.testing.assert_allclose(l1[0], lengths)
+    share = np.linspace(0.0, 1.0, 2001)
+    between = own.gel.at(l1[0, 0] + share * np.diff(l1[0]), l2[0, 0] + share * np.diff(l2[0]), np.full(2001, 0.15))
+    least = own.least_firmness(at)[0]
+    assert least < 0.98 * between.firmness[[0, -1]].min()
+    assert least == pytest.approx(between.firmness.min(), rel=0.05)

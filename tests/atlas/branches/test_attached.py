@@ -30,9 +30,9 @@ def test_what_is_attached_comes_back_as_it_was(diagram):
         "frequency", "9.5 Hz", "10 Hz", start="settled", switch=0, checks=2,
     )  # fmt: skip
     assert any("along" in variable.attrs for variable in followed.variables.values())
-    again = attached_branches(
-        attach(diagram.drop_vars([v for v in diagram.variables if v.startswith("followed_")]), followed)
-    )
+    together = attach(diagram.drop_vars([v for v in diagram.variables if v.startswith("followed_")]), followed)
+    again = attached_branches(together)
+    assert together.attrs["parameter"] == diagram.attrs["parameter"] != followed.attrs["parameter"]
     assert set(again.variables) == set(followed.variables)
     for name, variable in followed.variables.items():
         assert again[name].dims == variable.dims
