@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import gelcone
@@ -27,3 +28,47 @@ def test_with_a_limit_it_does_not(drive):
     found = gelcone.pull_in_voltage(PAIR.replace(second_drive=drive, law="gent"))
     assert int(found["pull_in_kind"]) == PullIn.NEVER
     assert float(found["pull_in_voltage"]) == math.inf
+
+
+SINGLE = gelcone.ConeModel(
+    film="taut", hoop_prestretch=1.3, rest_height=0.5, spring_stiffness=0.6, voltage=0.2, voltage_bias=0.4,
+    drive_frequency=0.7, damping_ratio=0.1, stretch_limit=30.0,
+)  # fmt: skip
+
+
+def doubled(model, **changes):
+    """Two such films flat in one plane, a spring twice as stiff, and all sqrt(2) as fast: the same motions."""
+    return model.replace(
+        second_film=model.film.name,
+        spring_stiffness=2.0 * model.spring_stiffness,
+        drive_frequency=math.sqrt(2.0) * model.drive_frequency,
+        damping_ratio=math.sqrt(2.0) * model.damping_ratio,
+        **changes,
+    )
+
+
+@pytest.mark.parametrize(
+    "more", [{}, {"rest_height": -0.5}, {"law": "neo-hookean"}, {"hoop_prestretch": 0.9, "rest_height": 0.0}]
+)
+def test_two_equal_films_are_lost_where_one_is_with_half_the_spring(more):
+    single = SINGLE.replace(**more)
+    one, two = (gelcone.pull_in_voltage(model) for model in (single, doubled(single)))
+    for name in ("rest_displacement", "pull_in_voltage", "pull_in_from", "pull_in_to"):
+        assert float(two[name]) == pytest.approx(float(one[name]), rel=2e-3, abs=1e-6, nan_ok=True), name
+    assert int(two["pull_in_kind"]) == int(one["pull_in_kind"])
+    levels = [0.0, 0.3, 0.5]
+    one, two = (gelcone.static(model, levels) for model in (single, doubled(single)))
+    for k in range(3):
+        at = [np.sort(found["equilibrium_displacement"].values[k].ravel()) for found in (one, two)]
+        at = [places[np.isfinite(places)] for places in at]
+        np.testing.assert_allclose(at[1], at[0], atol=1e-9)
+
+
+def test_two_equal_films_move_as_one_with_half_the_spring():
+    one, two = (gelcone.settled(model) for model in (SINGLE, doubled(SINGLE)))
+    for name in ("lowest", "highest", "mean", "stroke", "field"):
+        assert float(two[name]) == pytest.approx(float(one[name]), rel=1e-9), name
+    np.testing.assert_allclose(two["harmonic_amplitude"], one["harmonic_amplitude"], rtol=1e-6, atol=1e-12)
+    # the source gives twice the energy a period, whose length is the same over sqrt(2)
+    assert float(two["power"]) == pytest.approx(2.0 * math.sqrt(2.0) * float(one["power"]), rel=1e-6)
+    assert float(two["current"]) == pytest.approx(math.sqrt(2.0) * float(one["current"]), rel=1e-6)
