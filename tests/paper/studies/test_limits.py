@@ -7,6 +7,8 @@ import pytest
 from scipy.integrate import quad
 
 from gelcone.codes import Outcome
+from gelcone.motion.attractor.classification import Evidence
+from gelcone.motion.settled import Swing
 from gelcone.paper.effort import QUICK
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies import limits
@@ -79,27 +81,6 @@ def test_small_limits_start_from_half_of_what_they_allow():
     np.testing.assert_array_equal(found["fixed_step_exponent"], run.exponent)
 
 
-def test_a_fixed_step_is_of_the_fourth_order_and_counts_what_lies_beyond():
-    model = ConeModel(damping_ratio=np.array([0.1]), voltage=0.5)
-    exact = fixed_step(model, (1.0, 0.0), 0.0025, 1600)
-    errors = [
-        np.abs(fixed_step(model, (1.0, 0.0), h, n).states[0, -1] - exact.states[0, -1]).max()
-        for h, n in ((0.1, 40), (0.05, 80))
-    ]
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
-    assert exact.times[-1] == pytest.approx(4.0)
-    assert exact.beyond[0] == 0.0
-    outside = fixed_step(model.replace(stretch_limit=0.2), (1.0, 0.0), 0.01, 1)
-    assert outside.beyond[0] == 1.0
-
-
-def test_the_exponent_of_a_fixed_step_run_is_the_growth_of_its_tangent():
-    """Overdamped without voltage: the slower rate -zeta + sqrt(zeta^2 - kappa), per unit time."""
-    model = ConeModel(damping_ratio=np.array([2.0]), voltage=0.0, spring_stiffness=1.0, law="neo-hookean")
-    run = fixed_step(model, (0.0, 0.0), 0.01, 4000)
-    assert run.exponent[0] == pytest.approx(-2.0 + np.sqrt(3.0), abs=0.03)
-
-
 def test_the_map_of_limits_covers_its_ranges(monkeypatch):
     seen = {}
 
@@ -133,3 +114,28 @@ def test_large_limits_are_followed_from_nearby_starts(monkeypatch):
     assert found["extent"].dims == ("member", "limit", "start")
     assert found["extent"].shape == (2, 2, STARTS)
     assert found["extent"].values.max() < 1e-3
+
+
+def test_an_extent_is_the_farthest_on_either_side(monkeypatch):
+    """Of each voltage, limit and start, in this order."""
+
+    def made(members, states):
+        own = Swing.blank(members.size)
+        own.lowest[:] = -members.values["voltage"] * np.where(members.values["stretch_limit"] > 200.0, 3.0, 0.1)
+        own.highest[:] = np.linspace(0.4, 0.5, members.size)
+        return own
+
+    def classified(members, states, **options):
+        evidence = Evidence.blank(members.size)
+        evidence.regime[:] = np.arange(members.size) % 4
+        return evidence
+
+    monkeypatch.setattr(limits, "LARGE", (100.0, 1000.0))
+    monkeypatch.setattr(limits, "swing", made)
+    monkeypatch.setattr(limits, "classify", classified)
+    model = find_preset("fast").model.replace(voltage=np.array([0.3, 0.4]))
+    found = limits._extents(model, (1.0, 0.0), TINY)
+    sizes = np.linspace(0.4, 0.5, 4 * STARTS).reshape(2, 2, STARTS)
+    sizes[:, 1] = [[0.9] * STARTS, [1.2] * STARTS]
+    np.testing.assert_allclose(found["extent"], sizes)
+    np.testing.assert_array_equal(found["regime"].values.ravel(), np.arange(4 * STARTS) % 4)
