@@ -267,3 +267,11 @@ def test_biases_together_keep_their_states_apart(turned):
     for states, each in ((y, own), ([], ([], []))):
         pulls = [part.force(0.4, one, n) for part, one in zip(parts, each, strict=True)]
         np.testing.assert_allclose(both.force(0.4, states, n), np.sum(pulls, axis=0), rtol=1e-14)
+
+
+def test_the_stiffness_of_several_is_the_sum_of_theirs():
+    both = Together((BIASES["spring"], BIASES["beam"]))
+    n = both.numbers(both.complete({"spring_stiffness": 0.7, "beam_stiffness": 0.4, "beam_cubic": 1.5}))
+    alone = [float(part.stiffness_scale(n)) for part in both.parts]
+    assert min(alone) > 0.1
+    assert float(both.stiffness_scale(n)) == pytest.approx(sum(alone), rel=1e-12)

@@ -234,3 +234,13 @@ def test_the_rate_counts_the_fields_of_all_films_at_their_peaks(drive, more, squ
     ]
     second = more.get("second_voltage", 0.0) ** 2
     assert rates[0] ** 2 - rates[1] ** 2 == pytest.approx(squares - second, rel=1e-12)
+
+
+@pytest.mark.parametrize("more", [{"hoop_prestretch": 1.2}, {"film": "taut", "second_film": "taut"}])
+def test_the_energy_is_the_integral_of_the_static_force_of_films_and_bias(more):
+    model = ConeModel(rest_height=0.4, **more)
+    x = np.linspace(0.1, 0.8, 2001)
+    force = np.array([float(model.force(place)) for place in x])
+    energies = [float(np.ravel(model.members().energy(place))[0]) for place in (0.1, 0.8)]
+    assert energies[1] - energies[0] == pytest.approx(np.trapezoid(force, x), rel=1e-6)
+    assert energies == [float(model.energy(place)) for place in (0.1, 0.8)]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 import gelcone
@@ -13,6 +14,7 @@ from gelcone.atlas.branches import check, continuation, follow
 from gelcone.atlas.branches.branch import Ending
 from gelcone.atlas.branches.point import Corrected
 from gelcone.atlas.branches.varied import vary
+from gelcone.codes import Regime
 from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
@@ -291,3 +293,25 @@ def test_an_interrupt_ends_it_in_one_line(command_line, monkeypatch):
     assert (code, out) == (130, "")
     assert err.strip().count("\n") == 0
     assert "interrupted" in err.lower()
+
+
+def test_settled_motions_of_a_diagram_are_runs_of_cycles_and_rests():
+    """Of an odd period none is its own mirror image; what is neither rests nor repeats has no period."""
+    kinds = [Regime.PERIODIC, Regime.PERIODIC, Regime.REST, Regime.CHAOTIC]
+    at = ("branch", "voltage")
+    diagram = xr.Dataset(
+        {
+            "regime": (at, [kinds]), "period": (at, [[2, 3, 0, 0]]), "symmetric": (at, [[1, 1, 0, 1]]),
+            "section": ((*at, "repeat", "state"), np.arange(16.0).reshape(1, 4, 2, 2), {"units": "1"}),
+        },
+        coords={"voltage": ("voltage", [0.9, 0.95, 1.0, 1.05], {"units": "1"})},
+        attrs={"parameter": "voltage", "title": "bifurcation diagram"},
+    )  # fmt: skip
+    runs = continuation._runs(diagram, vary(BASE, {"voltage": (0.9, 1.1)}, (1.0, 0.0)))
+    assert runs.period.tolist() == [2, 3, 1, 0]
+    assert runs.symmetric.tolist() == [True, False, False, True]
+    assert runs.arrived.tolist() == [True, True, True, False]
+    assert runs.values.tolist() == [0.9, 0.95, 1.0, 1.05]
+    np.testing.assert_array_equal(runs.section, diagram["section"].values[0])
+    with pytest.raises(InputError, match="along 'voltage'; give one along 'damping_ratio'"):
+        continuation._runs(diagram, vary(BASE, {"damping_ratio": (0.1, 0.2)}, (1.0, 0.0)))

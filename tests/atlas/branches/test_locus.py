@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -172,3 +173,13 @@ def test_a_vector_that_turns_round_changes_the_sign_of_what_is_odd_in_it(null, l
             for a, b in ((1.0, 1.0), (null, left))
         )
         assert curve._turned(one, two) == turned
+
+
+@pytest.mark.parametrize(("path", "reverses"), [("forth", False), ("cusp", True)])
+def test_a_curve_turns_back_at_a_cusp(path, reverses):
+    """Values (t^2, t^3) about t = 0, scaled alike; a bend is none."""
+    t = np.array([-0.2, -0.1, 0.1, 0.2])
+    values = np.stack([t**2, t**3], axis=1) if path == "cusp" else np.stack([t, t**2], axis=1)
+    points = [SimpleNamespace(values=value) for value in values]
+    window = SimpleNamespace(scale=np.array([1.0, 0.5]))
+    assert curve._reverses(SimpleNamespace(points=points), 1, window) is reverses
