@@ -94,3 +94,19 @@ def test_the_least_firmness_is_looked_for_between_elements_too():
     least = own.least_firmness(at)[0]
     assert least < 0.98 * between.firmness[[0, -1]].min()
     assert least == pytest.approx(between.firmness.min(), rel=0.05)
+
+
+@pytest.mark.parametrize("outwards", [1.0, -1.0])
+def test_lengths_at_disc_and_rim_lie_on_the_line_through_the_two_elements_next_to_them(outwards):
+    """Of lengths that rise or fall evenly along the film; the longer of both is the edge."""
+    law = LAWS["gent"]
+    own = Elements(Gel(law, law.numbers({"stretch_limit": 50.0}), 1.0, 1.0), 0.3, 20)
+    line = lambda R: 1.4 + 0.3 * outwards * (R - own.middles.mean())  # noqa: E731
+    drop = np.sqrt((line(own.middles) * own.lengths) ** 2 - np.diff(own.nodes) ** 2)
+    z = np.concatenate([[drop.sum()], drop.sum() - np.cumsum(drop)])[None]
+    at = Chains(np.zeros(1), own.nodes[None], z, np.full((1, 20), np.nan), np.ones(1, bool))
+    found = own.measures(at)
+    disc, rim = (float(line(own.nodes[k])) for k in (0, -1))
+    assert found.disc[0] == pytest.approx(disc**2, rel=1e-12)
+    assert found.edge[0] == pytest.approx(max(disc, rim) ** 2, rel=1e-12)
+    assert found.x[0] == pytest.approx(drop.sum())
