@@ -7,6 +7,7 @@ pytest.importorskip("skfem")
 
 from scipy.optimize import brentq
 
+from gelcone.continuum import charged as charged_module
 from gelcone.continuum import density
 from gelcone.continuum.charged import charged, firmness, slack_limit
 from gelcone.continuum.membrane import membrane, raised_film
@@ -128,3 +129,11 @@ def test_a_film_whose_rings_move_inwards_falls_slack_without_pulling_in():
     assert found.ending == Ending.SLACK
     assert found.end == pytest.approx(0.41, abs=0.02)
     assert found.points[-1].force < 0.01 * start.force
+
+
+def test_the_cone_of_a_film_has_its_prestretches_and_law():
+    model = ConeModel(meridional_prestretch=1.1, hoop_prestretch=1.4, stretch_limit=20.0)
+    numbers, cone = charged_module._numbers(model), model.replace(film="wrinkling").members().own_numbers
+    for name, value in numbers.items():
+        assert float(value) == pytest.approx(float(np.ravel(cone[name])[0]), nan_ok=True), name
+    assert (float(numbers["A"]), float(numbers["B"])) == pytest.approx((1.21, 1.96))

@@ -170,3 +170,30 @@ def test_the_cone_is_compared_where_the_continuum_pulls_back_without_folds(monke
     assert found["membrane_deviation"].values.squeeze()[0, 0] == pytest.approx(
         found["membrane_force"].values.squeeze()[0, 0] / 2.0 - 1.0
     )
+
+
+def test_a_mesh_table_is_taken_in_the_middle_of_those_in_tension_at_the_lowest_voltage(monkeypatch):
+    asked = []
+    blank = {name: np.zeros(len(module.MESHES)) for name in module.MESH_VARIABLES}
+
+    def table(model, ratio, *, displacement, voltage):
+        asked.append((displacement, voltage))
+        return xr.Dataset({name: ("elements", values) for name, values in blank.items()})
+
+    ending = np.array(
+        [[Ending.SLACK, Ending.SLACK, Ending.SLACK], [Ending.CONVERGED] * 3, [Ending.CONVERGED] + [Ending.SLACK] * 2]
+    )
+    at, coords = (
+        ("constant_voltage", "displacement"),
+        {"constant_voltage": [0.1, 0.3, 0.6], "displacement": [0.3, -0.5, 0.7]},
+    )
+    force = np.tile([2.0, -2.0, 2.0], (3, 1))
+    values = {"force": force, "ending": ending, "folds": 0 * ending, "reached_voltage": 0.0 * force}
+    result = xr.Dataset({name: (at, value) for name, value in values.items()}, coords=coords)
+    monkeypatch.setattr(module, "membrane", lambda *_, **__: result)
+    monkeypatch.setattr(module, "limit_displacements", lambda film: np.full(len(module.LIMIT_SHARES), np.nan))
+    monkeypatch.setattr(module, "mesh_convergence", table)
+    found = module.validate(ConeModel(), [0.3, -0.5, 0.7], [0.1, 0.3, 0.6], wrinkles="relax")
+    assert asked == [(0.5, 0.3)]
+    assert float(found["mesh_displacement"].squeeze()) == -0.5
+    assert float(found["mesh_voltage"].squeeze()) == 0.3

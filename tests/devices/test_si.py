@@ -54,3 +54,21 @@ def test_results_of_a_device_are_scaled_once():
     assert [shown[name].attrs["units"] for name in ("time", "displacement", "hoop_stretch")] == ["ms", "mm", "1"]
     assert "device" not in result.attrs
     xr.testing.assert_identical(gelcone.to_si(shown, device), shown)
+
+
+@pytest.mark.parametrize(
+    "over", [{"frequency": [8.0, 9.0, 10.0]}, {"frequency": [8.0, 9.0, 10.0], "film_thickness": [1e-4, 2e-4]}]
+)
+def test_the_model_of_a_sweep_has_the_numbers_of_each_device(over):
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    cells = gelcone.sweep(gelcone.Plan(device, over), "limits")
+    model = gelcone.model_of(cells)
+    shape = tuple(len(values) for values in over.values())
+    assert np.shape(model.drive_frequency) == shape
+    for place in np.ndindex(shape):
+        own = device.replace(
+            {name: values[k] for (name, values), k in zip(over.items(), place, strict=True)}
+        ).to_model()
+        for name in ("drive_frequency", "voltage", "spring_stiffness"):
+            value = np.broadcast_to(model.values[name], shape)[place]
+            assert value == pytest.approx(float(own.values[name]), rel=1e-12)
