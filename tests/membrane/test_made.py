@@ -1,5 +1,7 @@
 """Tables by films: each once, for all that share it; and each part of a film in the key of its table."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,13 @@ from gelcone.membrane import made
 from gelcone.physics.laws import LAWS
 
 GENT = {"stretch_limit": 50.0}
+
+
+@dataclass(frozen=True)
+class Own:
+    """Stands for a law with data of its own."""
+
+    power: float
 
 
 @pytest.fixture
@@ -55,9 +64,10 @@ def test_each_part_of_a_film_is_in_the_key_of_its_table(monkeypatch):
     monkeypatch.setattr(made.disk_cache, "made", remembered)
     law, names, row = LAWS["gent"], ("stretch_limit",), (0.21, 1.1, 1.3, 50.0)
     others = [(law, names, tuple(x * (1.0 + 1e-3 * (k == i)) for i, x in enumerate(row))) for k in range(4)]
-    for one in [(law, names, row), *others, (LAWS["yeoh"], names, row), (law, ("another",), row)]:
+    others += [(LAWS["yeoh"], names, row), (law, ("another",), row), (Own(1.0), names, row), (Own(2.0), names, row)]
+    for one in [(law, names, row), *others]:
         assert made._made(*one) == (0.0,) * len(made.names())
-    assert len(set(keys)) == len(keys) == 7
+    assert len(set(keys)) == len(keys) == 9
 
 
 def test_digits_beyond_those_of_a_table_are_dropped():
