@@ -77,3 +77,11 @@ def test_the_quick_cone_has_the_numbers_of_the_model_and_a_taut_film():
     assert {"voltage", "second_flat_height", "radius_ratio"} <= shared
     for name in shared:
         np.testing.assert_array_equal(quick.values[name], model.values[name])
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_a_gel_that_creeps_has_crept_where_its_device_waits(film):
+    branch = {"material.viscous_modulus_1": "2 kPa", "material.relaxation_time_1": "0.3 s", "material.flow": "linear"}
+    own = model_of_device(PUMP.replace({"film": film, **branch})).film
+    assert (own.branches, own.flow, own.rested) == (1, "linear", "raised")
+    assert model_of_device(PUMP.replace(film=film)).film.branches == 0

@@ -140,9 +140,7 @@ def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
     rng = np.random.default_rng(3)
     values = {a.index: rng.uniform(-1.0, 3.0, 40), b.index: rng.uniform(0.0, 2.0, (7, 1))}
     together = evaluated([root + graph.node(held)], values)[0] - held
-    alone = [
-        [evaluated([root], {a.index: x, b.index: y})[0] for x in values[a.index]] for y in values[b.index].ravel()
-    ]
+    alone = [[evaluated([root], {a.index: x, b.index: y})[0] for x in values[a.index]] for y in values[b.index].ravel()]
     np.testing.assert_allclose(together, alone, rtol=1e-14, atol=1e-14)
     exists = np.abs(np.exp(together) + values[b.index] * together**2 - values[a.index]) < 1e-12
     assert 100 < exists.sum() < 270  # the others are of no use, and wander until the last step

@@ -1,6 +1,7 @@
 """Branches against certified bifurcations, and what the result says of them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +150,21 @@ def test_extents_and_symmetry_are_those_of_the_orbit_integrated_over_its_period(
         assert bool(own["symmetric"]) == (mirrored and np.abs(x).max() > 0.0)
         if own["symmetric"]:
             np.testing.assert_array_equal(own["lowest"].values[found], -own["highest"].values[found])
+
+
+def test_extents_of_mirrored_orbits_are_mirrored(monkeypatch):
+    """Symmetric orbits reach as far to both sides, in whichever half of their period they reach the farthest."""
+    branches, extent = [], continuation._extent
+    monkeypatch.setattr(continuation, "_extent", lambda branch: branches.append(branch) or extent(branch))
+    gelcone.continue_branch(BASE, "voltage", 0.935, 1.0, switch=1, checks=2)
+    reflected = [branch.shooting.kind.reflected for branch in branches]
+    assert {True, False} <= set(reflected)
+    for branch in branches:
+        image = replace(branch, points=[replace(point, nodes=-point.nodes) for point in branch.points[1:4]])
+        low, high, _ = extent(replace(branch, points=branch.points[1:4]))
+        lower, higher, _ = extent(image)
+        np.testing.assert_allclose(lower, -high, atol=1e-12)
+        np.testing.assert_allclose(higher, -low, atol=1e-12)
 
 
 def test_flags_of_both_checks_are_in_the_result(monkeypatch):

@@ -327,3 +327,17 @@ def test_a_circuit_that_switches_on_and_on_ends_the_motion_at_once_and_no_film_h
     assert run.end_times[0] == pytest.approx(0.3, abs=1e-12)
     assert run.pull_in[0, 0] == FilmPullIn.NONE
     assert run.steps[0] < 1000
+
+
+def test_a_film_that_creeps_and_has_no_state_at_its_start_has_pulled_in_there_and_the_other_runs_on():
+    model = ConeModel(
+        film="wrinkling", voltage=0.0, voltage_bias=[1.2, 0.3], viscous_modulus_1=0.5, relaxation_time_1=10.0
+    )
+    starts = model.members().start_states((0.4, 0.1))
+    run = integrate(model, starts, [1.0, 2.0])
+    assert run.outcome.tolist() == [Outcome.PULLED_IN, Outcome.OK]
+    assert run.pull_in[:, 0].tolist() == [FilmPullIn.MINIMUM, FilmPullIn.NONE]
+    assert run.end_times[0] == 0.0
+    np.testing.assert_array_equal(run.end_states[0], starts[0])
+    assert np.isnan(run.states[0]).all()
+    assert np.isfinite(run.states[1]).all()
