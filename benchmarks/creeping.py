@@ -47,8 +47,8 @@ APART = (1e-9, -1e-9)
 GROWN = 1e-3
 """Share of what these starts part by that errors may have grown to."""
 CLOSER, SHORTER = 3e-14, 1 / 400
-"""Tolerance of the reference for one that disagrees, and the share of the time that its steps then have at most: where a
-current meets its limit within a longer one the tolerance says nothing of its error."""
+"""Tolerance of the reference for one that disagrees, and the share of the time that its steps then have at most: where
+a current meets its limit within a longer one the tolerance says nothing of its error."""
 BIASES = ("spring", "beam", "spring+weight", "spring+force", "beam+weight")
 AMPLIFIER = (
     ("filter_time", "slew_rate"),

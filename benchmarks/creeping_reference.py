@@ -382,6 +382,7 @@ class Film:
     def valley(self) -> float:
         """The m of a film in which nothing creeps at the minimum of Vb(t) = R (1 - t^-3)/t behind its hump, infinite
         without: what is longer has pulled in unless the disc stretches it so far."""
+
         def slope(t: float) -> float:
             r, change = self.response(2.0 * t + t**-2 - 3.0)
             return 2.0 * change * (1.0 - t**-3) ** 2 / t + r * (4.0 * t**-5 - t**-2)
@@ -655,7 +656,9 @@ class Run:
 
         inner = not (device.resisted or device.charged)
         first = self._stored(value(begin)) if inner else 0.0
-        solver = DOP853(right, begin, np.array(self.z), stop, rtol=self.relative, atol=0.1 * self.relative, max_step=self.longest)
+        solver = DOP853(
+            right, begin, np.array(self.z), stop, rtol=self.relative, atol=0.1 * self.relative, max_step=self.longest
+        )
         steps, left = 0, margin(begin, solver.y)
         while solver.status == "running":
             solver.step()
