@@ -413,3 +413,12 @@ def test_a_strong_contraction_is_not_rounding():
     assert (np.abs(values - certified) < 3.0 * np.hypot(errors, error)).all()
     assert abs(float(found["sum_residual"])) < 1e-10
     assert model.members().fastest[0] == pytest.approx(50.0)
+
+
+def test_the_largest_exponent_comes_first_where_states_do_not_feel_the_disc():
+    slow = ConeModel(circuit="amplifier", filter_time=300.0, voltage=1.2, rest_height=0.2)
+    result = lyapunov(slow, (1.0, 0.0))
+    assert result.running_exponent.values[-1] == pytest.approx(-1.0 / 300.0, rel=1e-3)  # the filter's own
+    finite = result.finite.values
+    assert (np.diff(finite) < 0.0).all()
+    assert finite[0] == pytest.approx(-1.0 / 300.0, abs=2e-3)

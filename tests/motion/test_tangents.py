@@ -15,7 +15,7 @@ from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.lyapunov import average, lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
-from gelcone.motion.tangents import TangentRun, advance, log_multipliers, qr_growth, solved, unit_frames
+from gelcone.motion.tangents import TangentRun, advance, log_multipliers, qr_growth, solved, first_frames
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, SeriesResistor
 
@@ -44,7 +44,7 @@ def both_ways(monkeypatch, compute):
 
 def test_growth_of_two_states_is_the_same_by_both_formulas(monkeypatch):
     maps = np.random.default_rng(1).normal(size=(30, 25, 2, 2))
-    fast, slow = both_ways(monkeypatch, lambda: qr_growth(maps, unit_frames(np.zeros((30, 2)))))
+    fast, slow = both_ways(monkeypatch, lambda: qr_growth(maps, first_frames(np.zeros((30, 2)))))
     np.testing.assert_allclose(slow[0], fast[0], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(np.abs(slow[1]), np.abs(fast[1]), rtol=0.0, atol=1e-12)
 
@@ -71,7 +71,7 @@ def test_solutions_for_two_states_are_the_same_by_both_formulas(monkeypatch):
 def test_growth_of_three_states_has_the_exponents_of_the_map():
     """Eigenvalues 2, 0.5 and 1e-4 in a skew basis: the growth settles on their logarithms."""
     step = conjugated(np.diag([2.0, 0.5, 1e-4]))
-    growth, frames = qr_growth(np.tile(step, (2, 60, 1, 1)), unit_frames(np.zeros((2, 3))))
+    growth, frames = qr_growth(np.tile(step, (2, 60, 1, 1)), first_frames(np.zeros((2, 3))))
     np.testing.assert_allclose(growth[:, 40:].mean(axis=1), np.tile(np.log([2.0, 0.5, 1e-4]), (2, 1)), rtol=1e-9)
     np.testing.assert_allclose(frames.swapaxes(1, 2) @ frames, np.tile(np.eye(3), (2, 1, 1)), atol=1e-14)
 
@@ -79,20 +79,20 @@ def test_growth_of_three_states_has_the_exponents_of_the_map():
 def test_growth_of_a_rotation_that_shrinks():
     """A spiral of modulus e^-0.1 and a fast direction e^-2: the first two exponents are equal."""
     step = conjugated(TURN @ np.diag(np.exp([-0.1, -0.1, -2.0])))
-    growth, _ = qr_growth(np.tile(step, (1, 900, 1, 1)), unit_frames(np.zeros((1, 3))))
+    growth, _ = qr_growth(np.tile(step, (1, 900, 1, 1)), first_frames(np.zeros((1, 3))))
     np.testing.assert_allclose(growth[0].mean(axis=0), [-0.1, -0.1, -2.0], atol=5e-3)
     assert growth[0].sum(axis=1) == pytest.approx(-2.2, abs=1e-12)
 
 
 def test_growth_goes_on_where_it_stopped_and_a_lost_member_leaves_the_others():
     maps = np.random.default_rng(5).normal(size=(3, 8, 3, 3))
-    whole, end = qr_growth(maps, unit_frames(np.zeros((3, 3))))
-    first, between = qr_growth(maps[:, :3], unit_frames(np.zeros((3, 3))))
+    whole, end = qr_growth(maps, first_frames(np.zeros((3, 3))))
+    first, between = qr_growth(maps[:, :3], first_frames(np.zeros((3, 3))))
     second, last = qr_growth(maps[:, 3:], between)
     np.testing.assert_array_equal(np.concatenate([first, second], axis=1), whole)
     np.testing.assert_array_equal(last, end)
     maps[1, 4] = np.nan
-    lost, _ = qr_growth(maps, unit_frames(np.zeros((3, 3))))
+    lost, _ = qr_growth(maps, first_frames(np.zeros((3, 3))))
     assert np.isnan(lost[1, 4:]).all()
     np.testing.assert_array_equal(lost[[0, 2]], whole[[0, 2]])
 

@@ -40,16 +40,23 @@ class TangentRun:
     @classmethod
     def at(cls, states: Array) -> TangentRun:
         """A run that starts from ``states`` (members, N) at a whole forcing period."""
-        return cls(states.copy(), unit_frames(states), 0, np.zeros(len(states), dtype=np.int8))
+        return cls(states.copy(), first_frames(states), 0, np.zeros(len(states), dtype=np.int8))
 
     def take(self, index: Any) -> TangentRun:
         """The run of some members."""
         return TangentRun(self.states[index], self.frames[index], self.done, self.outcome[index])
 
 
-def unit_frames(states: Array) -> Array:
-    """The unit matrix for each of the ``states`` (members, N)."""
-    return np.tile(np.eye(states.shape[-1]), (len(states), 1, 1))
+def first_frames(states: Array) -> Array:
+    """Orthonormal deviations to begin with, for each of the ``states`` (members, N): the unit matrix of two states.
+
+    Of more states it is a reflection that mixes all, so that the first deviation grows by the largest exponent also
+    where some states do not feel others, as a filter does not feel the disc.
+    """
+    count = states.shape[-1]
+    across = np.sqrt(np.arange(1.0, count + 1.0)) if count > 2 else np.zeros(count)
+    mirror = np.eye(count) - np.outer(across, across) * (4.0 / (count * (count + 1)))
+    return np.tile(mirror, (len(states), 1, 1))
 
 
 def advance(
