@@ -34,18 +34,3 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
         assert f"design-{k}.toml" in out
         assert gelcone.Device.from_toml(tmp_path / "made" / f"design-{k}.toml") == device
     assert command_line("design", "wish.toml", "--out", "made")[0] == 2  # nothing is overwritten
-
-
-def test_what_is_typed_reaches_the_search(command_line, tmp_path, monkeypatch):
-    asked = []
-
-    def design(wish, **options):
-        asked.append({name: options[name] for name in ("nominal", "seed")})
-        raise gelcone.InputError("design: is not searched here")
-
-    monkeypatch.setattr(designs, "design", design)
-    (tmp_path / "wish.toml").write_text(quick_wish(), encoding="utf-8")
-    for typed in ((), ("--seed", "7"), ("--nominal",)):
-        assert command_line("design", "wish.toml", *typed)[0] == 2
-    usual = {"nominal": False, "seed": 0}
-    assert asked == [usual, usual | {"seed": 7}, usual | {"nominal": True}]

@@ -4,8 +4,6 @@ import zipfile
 
 import pytest
 
-from gelcone.cli import export as module
-
 
 def test_a_device_is_written_as_c(command_line, tmp_path):
     code, out, _ = command_line("export", "biased-pump", "--c", "pump", "--film", "taut", "--set", "spring_rate=16 N/m")
@@ -55,11 +53,3 @@ def test_a_result_takes_no_options_of_devices(command_line, undrawn):
     code, out, _ = command_line("export", "there/static.nc")
     assert code == 0
     assert "static.csv" in out
-
-
-def test_platforms_are_typed_as_a_list(command_line, monkeypatch):
-    given = {}
-    monkeypatch.setattr(module, "export", lambda device, path, **options: given.update(options) or [path])
-    typed = ("export", "biased-pump", "--fmu", "pump.fmu", "--platforms", "host, x86_64-linux ,win64")
-    assert command_line(*typed)[0] == 0
-    assert given == {"force": False, "platforms": ["host", "x86_64-linux", "win64"]}

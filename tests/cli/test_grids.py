@@ -5,7 +5,6 @@ from gelcone.analyses.grids import totals_text
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally
 from gelcone.atlas.sweep import sweep
-from gelcone.atlas.uncertain import Uniform, draw
 from gelcone.cli import group
 from gelcone.cli.grids import stored
 from gelcone.cli.output import tally_text
@@ -125,18 +124,6 @@ def test_limits_over_three_parameters(run):
 def test_bad_input(run, arguments, message):
     with pytest.raises(InputError, match=message):
         run(*arguments)
-
-
-def test_seed_and_method_reach_the_draws(run):
-    arguments = ["sweep", "--uncertain", "prestretch=0.9:1.1", "--count", "4", "--analysis", "limits", "--json"]
-    for method in ("sobol", "latin-hypercube"):
-        drawn = {}
-        for seed in (0, 7):
-            told = result(run(*arguments, "--method", method, "--seed", seed))
-            drawn[seed] = told["drawn_prestretch"]
-            expected = draw({"prestretch": Uniform(0.9, 1.1)}, 4, method=method, seed=seed)["prestretch"]
-            assert drawn[seed] == expected.tolist()
-        assert drawn[0] != drawn[7]
 
 
 def test_options_of_the_chosen_analysis_are_taken_and_others_refused(run):
