@@ -61,8 +61,8 @@ def _window_lines(shown: xr.Dataset) -> list[str]:
 def _first_limits(shown: xr.Dataset) -> np.ndarray:
     """The name of the limit that comes first, (draws, frequencies)."""
     driven, static = (list(map(str, shown[dim].values)) for dim in ("driven_limit", "static_limit"))
-    low = np.nan_to_num(shown["limit_low"].values, nan=np.inf)
-    held = np.nan_to_num(shown["static_limit_voltage"].values, nan=np.inf)
+    low = np.nan_to_num(shown["limit_low"].values, nan=np.inf, posinf=np.inf)
+    held = np.nan_to_num(shown["static_limit_voltage"].values, nan=np.inf, posinf=np.inf)
     found = np.array([[driven[i] for i in row] for row in low.argmin(axis=1)], dtype=object)
     lowest, names = held.min(axis=1), np.array([f"{static[i]} at constant" for i in held.argmin(axis=1)], dtype=object)
     found = np.where(lowest[:, None] < low.min(axis=1), names[:, None], found)

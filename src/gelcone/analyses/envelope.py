@@ -364,7 +364,7 @@ def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) ->
         return ""
     names = [*_names(shown, "driven_limit"), *(f"{name} at constant" for name in _names(shown, "static_limit"))]
     voltages = [*shown["limit_low"].values[:, at[0]], *shown["static_limit_voltage"].values]
-    met = {name: v for name, v in zip(names, np.nan_to_num(voltages, nan=np.inf), strict=True) if v < np.inf}
+    met = {name: v for name, v in zip(names, voltages, strict=True) if np.isfinite(v)}
     exceeded = {name: v for name, v in met.items() if v < peak}
     if not exceeded or not exceeded.keys() <= {*_OTHER_MOTION}:
         return ""
