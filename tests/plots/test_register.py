@@ -12,6 +12,8 @@ import gelcone
 from gelcone import ConeModel, InputError
 from gelcone.plots import FIGURES, figure_of
 from gelcone.presets import find_preset
+from tests.plots.described import described, tagged
+from tests.plots.figures_table import TABLE
 
 QUICK = {"transient": 30.0, "budget": 60.0}
 MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
@@ -57,7 +59,7 @@ RESULTS = {
     "creep": lambda: gelcone.creep(gelcone.ConeModel(rest_height=0.4, viscous_modulus_1=0.5), [0.3, 0.6]),
     "transfer functions": lambda: gelcone.transfer(RAISED.replace(damping_ratio=0.1), [0.5, 1.0], bias=0.4),
     "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
-    "bifurcation diagram": lambda: gelcone.bifurcation(MODEL, "voltage", [0.5, 1.0], bisections=0, **QUICK),
+    "bifurcation diagram": lambda: gelcone.bifurcation(MOVING, "voltage", [0.3, 0.9], bisections=0, **QUICK),
     "draws": lambda: gelcone.over_draws(
         RAISED, {"rest_height": [0.3, 0.31]}, "envelope", frequencies=[0.3, 0.5], peaks=[0.3, 0.6]
     ),
@@ -81,9 +83,9 @@ RESULTS = {
     "instability tongues of rest": lambda: gelcone.tongues(MODEL, [0.3, 0.4, 0.5], [0.0, 1.0, 2.0]),
     "Lyapunov exponents": lambda: gelcone.lyapunov(MODEL, **QUICK),
     "material fit": fitted,
-    "parameter map": lambda: gelcone.map(MODEL, {"voltage": [0.5, 1.0], "prestretch": [0.9, 1.0]}, **QUICK),
-    "Poincare section": lambda: gelcone.section(MODEL, repeats=5, discard=5),
-    "regime of motion": lambda: gelcone.regime(MODEL, **QUICK),
+    "parameter map": lambda: gelcone.map(MOVING, {"voltage": [0.3, 0.9], "prestretch": [0.9, 1.0]}, **QUICK),
+    "Poincare section": lambda: gelcone.section(MOVING, repeats=5, discard=5),
+    "regime of motion": lambda: gelcone.regime(MOVING, **QUICK),
     "spectrum": lambda: gelcone.spectrum(MOVING),
     "statics": lambda: gelcone.static(RAISED, [0.0, 0.5]),
     "sweep": lambda: sweep("lyapunov"),
@@ -91,6 +93,38 @@ RESULTS = {
     "time response": lambda: gelcone.simulate(MODEL, periods=2),
 }
 """Title of a figure in the register -> a small result of that kind."""
+
+
+def over_both(analysis, first, second, **draws):
+    plan = gelcone.Plan(
+        MOVING, dict([first, second]) if second else dict([first]) if first else {},
+        draws=gelcone.draw(draws, 4) if draws else {}, options=QUICK if analysis == "regime" else {},
+    )  # fmt: skip
+    return gelcone.sweep(plan, analysis)
+
+
+STIFF, STRETCH = ("spring_stiffness", [0.5, 0.75]), ("prestretch", [0.9, 1.0, 1.1])
+TWO = ConeModel(second_film="taut", second_flat_height=1.0, voltage=0.4, damping_ratio=0.1)
+VARIANTS = {
+    "map of the stroke": (lambda: RESULTS["parameter map"](), {"colour": "stroke"}),
+    "diagram of the extent": (lambda: RESULTS["bifurcation diagram"](), {"middle": "extent"}),
+    "ensemble of responses": (lambda: gelcone.simulate(MOVING.replace(voltage=[0.3, 0.9]), periods=2), {}),
+    "response of two films": (lambda: gelcone.simulate(TWO, periods=2), {}),
+    "ensemble of exponents": (lambda: gelcone.lyapunov(MOVING.replace(voltage=[0.3, 0.9]), **QUICK), {}),
+    "limits over two": (lambda: over_both("limits", STIFF, STRETCH), {}),
+    "limits of draws": (lambda: over_both("limits", None, None, prestretch=gelcone.Uniform(0.9, 1.1)), {}),
+    "limits over one and draws": (lambda: over_both("limits", STIFF, None, prestretch=gelcone.Uniform(0.9, 1.1)), {}),
+    "tolerances over one": (lambda: over_both("regime", ("voltage", [0.3, 0.9]), None, **DRAWS), {}),
+    "tolerances": (lambda: over_both("regime", None, None, **DRAWS), {}),
+    "probability over two": (
+        lambda: gelcone.probability(
+            over_both("regime", ("voltage", [0.3, 0.9]), STRETCH, damping_ratio=gelcone.Uniform(0.05, 0.1))
+        ),
+        {},
+    ),
+    "static forces": (lambda: gelcone.stroke_and_blocked_force(RAISED, [0.0, 0.2, 0.5]), {}),
+}  # fmt: skip
+"""Results of the same kinds that are drawn in another way."""
 
 
 def drawn_numbers(figure):
@@ -142,7 +176,9 @@ SHOWS = {
 def test_every_figure_of_the_register_draws_a_real_result(title):
     result = RESULTS[title]()
     assert result.attrs["title"].partition(":")[0] == title
+    result = tagged(result)
     figure = gelcone.plot(result)
+    assert described(figure, result) == TABLE[title]
     wanted = SHOWS[title](result).values.ravel()
     wanted = wanted[np.isfinite(wanted)]
     numbers = drawn_numbers(figure)
@@ -151,8 +187,15 @@ def test_every_figure_of_the_register_draws_a_real_result(title):
     assert not missing
 
 
+@pytest.mark.parametrize("name", VARIANTS)
+def test_other_results_of_a_kind_have_their_own_figures(name):
+    made, options = VARIANTS[name]
+    result = tagged(made())
+    assert described(gelcone.plot(result, **options), result) == TABLE[name]
+
+
 def test_every_figure_of_the_register_is_tested():
-    assert set(RESULTS) == set(SHOWS) == set(FIGURES)
+    assert set(RESULTS) == set(SHOWS) == set(FIGURES) == set(TABLE) - set(VARIANTS)
 
 
 @pytest.mark.parametrize("path", sorted({*FIGURES.values()}))
