@@ -206,14 +206,6 @@ def test_what_is_seen_and_earned_follows_from_the_motion(taut):
     assert ((own.target >= 12e-3) & (own.target <= 14e-3)).all()
 
 
-def test_what_is_seen_ends_at_ten_ranges_on_either_side(taut):
-    vector = gelcone.environment(taut, 3, heights=("12 mm", "14 mm"), most="1 kV")
-    vector.reset(seed=0)
-    own = vector.episodes
-    own.displacement[:] = 12e-3 + 2e-3 * np.array([9.0, 11.0, -11.0])
-    np.testing.assert_allclose(own.observe()[:, 0], [9.0, 10.0, -10.0], rtol=1e-5)
-
-
 def test_the_default_largest_voltage_is_the_peak_of_the_devices_own_drive():
     own = device(film="taut", voltage_amplitude=200.0, voltage_offset=-700.0)
     assert gelcone.environment(own).episodes.task.most == pytest.approx(900.0)
