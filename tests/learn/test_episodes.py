@@ -338,6 +338,6 @@ def test_an_episode_has_the_nearest_number_of_periods(period, episode, steps):
 
 
 def test_what_is_seen_ends_at_ten_ranges_on_either_side(made):
-    episodes, run, _ = made(3)
+    episodes = made(3)[0]
     episodes.displacement = 12e-3 + 4e-3 * np.array([9.0, 11.0, -11.0])
     np.testing.assert_allclose(episodes.observe()[:, 0], [9.0, 10.0, -10.0], rtol=1e-5)
