@@ -4,6 +4,7 @@ Every line of the text is compared, so that numbers, units, words and their orde
 """
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -36,6 +37,7 @@ from gelcone.motion.floquet import Onset
 from gelcone.motion.profile import Held
 from gelcone.physics.balance import PullIn
 from gelcone.register.analyses import ANALYSES
+from tests.edited import coded, edited, labelled, made
 
 NAN, INF = np.nan, np.inf
 MODEL = gelcone.ConeModel()
@@ -44,38 +46,8 @@ HEAD = len(answer.heading(SUBJECT))
 EVENTS = ("fold", "period_doubling", "symmetry_breaking")
 
 
-def made(variables, coords=None, **attrs):
-    """A Dataset of name -> value, (dims, values) or (dims, values, unit)."""
-    own = {
-        name: given if isinstance(given, xr.DataArray) else labelled(given)
-        for name, given in {**variables, **(coords or {})}.items()
-    }
-    return xr.Dataset({n: own[n] for n in variables}, {n: own[n] for n in coords or {}}, attrs)
-
-
-def labelled(given):
-    if not isinstance(given, tuple):
-        return xr.DataArray(given, attrs={"units": "1"})
-    dims, values, *unit = given
-    return xr.DataArray(np.array(values), dims=[dims] if isinstance(dims, str) and dims else dims or (), attrs={
-        "units": unit[0] if unit else "1"
-    })  # fmt: skip
-
-
-def coded(dims, values, names):
-    own = labelled((dims, values))
-    return own.assign_attrs(flag_values=np.arange(len(names)), flag_meanings=" ".join(names))
-
-
 def said(function, shown, subject=SUBJECT):
     return function(shown, subject).splitlines()[HEAD:]
-
-
-def edited(shown, **changes):
-    """The same with other values of some variables."""
-    return shown.assign(
-        {n: shown[n].copy(data=np.broadcast_to(np.array(v), shown[n].shape)) for n, v in changes.items()}
-    )
 
 
 # --- single runs ------------------------------------------------------------------------------------------------------
@@ -347,50 +319,6 @@ def test_the_kind_of_one_motion():
     assert said(motions.regime_words, failed) == [
         f"1 of 1 run(s) failed: {Outcome.OUTSIDE.meaning}", "failed: outside",
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("period", "end"), [(0, "transient chaos, ends at rest"), (3, "transient chaos, ends periodic, period 3")]
-)
-def test_chaos_that_ends_says_in_what(period, end):
-    assert words.motion_in_words(Regime.TRANSIENT_CHAOS, period) == end
-
-
-@pytest.mark.parametrize(
-    ("starts", "text"),
-    [(16, "seen to last 700 time units; mean lifetime above 20 time units"), (1, "seen to last 700 time units")],
-)
-def test_chaos_that_did_not_end(starts, text):
-    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0}
-    member = made({**own, "starts": starts, "share_chaotic": 1.0})
-    assert words.lasting_in_words(member) == [text]
-    assert words.lasting_in_words(edited(member, lifetime=NAN)) == []
-
-
-@pytest.mark.parametrize(
-    ("outcomes", "text"),
-    [
-        ([0, int(Outcome.PULLED_IN)], "pulled in"), ([int(Outcome.PULLED_IN)], "pulled in"),
-        ([int(Outcome.PULLED_IN), int(Outcome.ERROR)], "run failed"), ([0, int(Outcome.OUTSIDE)], "run failed"),
-    ],
-)  # fmt: skip
-def test_runs_that_failed_are_pulled_in_where_all_of_them_are(outcomes, text):
-    assert words.failed_in_words(outcomes) == text
-
-
-@pytest.mark.parametrize(
-    ("changes", "text"),
-    [
-        ({}, "rest: 25 %\nat 0.5 mm"),
-        ({"lyapunov": 0.5}, "rest, unstable: 25 %\nat 0.5 mm"),
-        ({"regime": 1, "period": 2}, "periodic, period 2: 25 %\nfrom -0 to 0.5 mm".replace("-0", "0")),
-        ({"regime": 3, "lyapunov": 0.5}, "chaotic: 25 %\nfrom 0 to 0.5 mm"),
-    ],
-)
-def test_an_attractor(changes, text):
-    own = {"regime": 0, "period": 0, "share": 0.25, "lyapunov": -0.5, "lowest": -1e-9, "highest": 0.5} | changes
-    found = made({f"attractor_{n}": (None, v, "mm" if n.endswith("est") else "1") for n, v in own.items()})
-    assert words.attractor_in_words(found) == text
 
 
 # --- statics, tongues, films ------------------------------------------------------------------------------------------
@@ -1068,62 +996,6 @@ def test_the_best_drive(largest):
     assert "kick" not in drive.drive_words(best(kick=NAN), SUBJECT)
 
 
-# --- data sheets ------------------------------------------------------------------------------------------------------
-
-
-def test_the_single_numbers_of_a_data_sheet_with_and_without_draws():
-    units = {"drive_stroke": ("mm", "length"), "peak_current": ("mA", "current"), "apparent_power": ("mVA", "power"),
-             "mean_power": ("mW", "power"), "rest_displacement": ("mm", "length")}  # fmt: skip
-    values = dict(zip(units, (3.0, 1.5, 80.0, 6.0, 13.0), strict=True))
-    sheet = made({n: (None, values[n], units[n][0]) for n in units}
-                 | {"stiffness_at_rest": ("constant_voltage", [25.0, 15.0], "N/m")})  # fmt: skip
-    pairs = [("rest height", "13 mm"), ("stiffness at rest", "25 N/m"), ("stroke of the drive", "3 mm"),
-             ("peak current", "1.5 mA"), ("apparent power", "80 mVA"), ("mean power", "6 mW")]  # fmt: skip
-    assert words.sheet_single(sheet) == pairs
-    assert words.sheet_single(edited(sheet, apparent_power=NAN)) == pairs[:2]
-    ends = {f"{n}_{end}": v * f for n, v in values.items() for end, f in (("low", 0.5), ("high", 2.0))}
-    toleranced = sheet.assign({n: ((), v, {"units": units[n.rpartition("_")[0]][0]}) for n, v in ends.items()})
-    for end, own in (("low", [20.0, 1.0]), ("high", [30.0, 2.0])):
-        toleranced[f"stiffness_at_rest_{end}"] = ("constant_voltage", own, {"units": "N/m"})
-    toleranced.attrs["drawn"] = "{}"
-    assert words.sheet_single(toleranced) == [
-        ("rest height", "13 mm (6.5 to 26 mm)"), ("stiffness at rest", "25 N/m (20 to 30 N/m)"),
-        ("stroke of the drive", "3 mm (1.5 to 6 mm)"), ("peak current", "1.5 mA (0.75 to 3 mA)"),
-        ("apparent power", "80 mVA (40 to 160 mVA)"), ("mean power", "6 mW (3 to 12 mW)"),
-    ]  # fmt: skip
-
-
-def test_an_interval_has_one_unit_where_both_ends_have_it_and_one_number_where_they_agree():
-    def of(low, high):
-        attrs = {"units": "mW", "quantity": "power"}
-        return words.interval_in_words(xr.Dataset({"a_low": ((), low, attrs), "a_high": ((), high, attrs)}), "a")
-
-    assert of(2.0, 3.0) == "2 to 3 mW"
-    assert of(0.5, 3.0) == "500 uW to 3 mW"
-    assert of(3.0, 3.0) == "3 mW"
-    assert of(NAN, 3.0) == "unknown to 3 mW"
-
-
-def test_the_limits_of_a_data_sheet_of_draws():
-    volts = {"pull_in_voltage": 1700.0, "first_limit_voltage": 1500.0, "safe_peak_voltage": 1200.0,
-             "dielectric_breakdown_voltage": 4000.0}  # fmt: skip
-    ends = {f"{n}_{end}": v + d for n, v in volts.items() for end, d in (("low", -100.0), ("high", 200.0))}
-    sheet = made({n: (None, v, "V") for n, v in (volts | ends).items()}, first_limit="driven chaos", failed=0, draws=64,
-                 drawn=json.dumps({"film_thickness": [0.2, 0.0125], "moving_mass": 0.03}))  # fmt: skip
-    for name in sheet.data_vars:
-        sheet[name].attrs["quantity"] = "voltage"
-    lines = [
-        "pull-in under constant voltage: 1.7 kV, 95 % within 1.6 to 1.9 kV",
-        "first limit: chaos of the drive, at a peak of 1.5 kV, 95 % within 1.4 to 1.7 kV",
-        "below every limit: peaks up to 1.2 kV, 95 % within 1.1 to 1.4 kV",
-    ]
-    rest = "tolerances: within these intervals lie 95 % of 64 draws, of film_thickness 0.2 ± 0.013, moving_mass 3 %"
-    found = words.sheet_limits(sheet)
-    assert found[:3] == lines
-    assert " ".join(line.strip() for line in found[3:]) == rest.replace("0.013", f"{0.0125:.2g}")
-    assert ", of which 5 have no state, of film" in " ".join(words.sheet_limits(sheet.assign_attrs(failed=5)))
-
-
 # --- fits and designs -------------------------------------------------------------------------------------------------
 
 
@@ -1385,3 +1257,89 @@ def test_examples_of_axes_have_the_units_of_their_names():
         assert example(device, name) == f'--over "{name}=5 {unit}:20 {unit}:31"'
     assert example(None, "voltage") == "--over voltage=0:2:401"
     assert read_subject().over([example(None, "voltage").removeprefix("--over ")])["voltage"].size == 401
+
+
+# --- whole sheets -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("draws", "last"), [(False, []), (True, ["95 % at 2 kV"])])
+def test_the_columns_of_a_data_sheet_are_those_of_the_voltages_above_0(draws, last):
+    from gelcone.analyses.datasheet import COLUMN_WIDTH, INTERVAL_WIDTH, NAME_WIDTH, datasheet_words
+
+    along = "constant_voltage"
+    own = {name: (along, [0.0, 1.0 + k, 100.0 + k]) for k, name in enumerate(words.SHEET_ROWS)}
+    own |= {
+        f"{name}_{end}": (along, [0.0, 0.0, v]) for name in words.SHEET_ROWS for end, v in (("low", 5.0), ("high", 7.0))
+    }
+    own |= {"outcome": 0, "rest_displacement": 3.0, "apparent_power": NAN, "pull_in_voltage": 9.0}
+    own |= {f"{name}_{end}": 4.0 for name in ("rest_displacement", "pull_in_voltage") for end in ("low", "high")}
+    attrs = {"drawn": "{}", "failed": 0, "draws": 8} if draws else {}
+    shown = made(own, {along: (along, [0.0, 1000.0, 2000.0], "V")}, **attrs)
+    shown[along].attrs["quantity"] = "voltage"
+    lines = said(datasheet_words, shown)
+    widths = [COLUMN_WIDTH] * 2 + [INTERVAL_WIDTH] * draws
+
+    def cells(line):
+        ends = np.cumsum([NAME_WIDTH, *widths])
+        return [line[:NAME_WIDTH].rstrip(), *(line[a:b].strip() for a, b in pairwise(ends))]
+
+    assert cells(lines[0]) == ["constant voltage", "1 kV", "2 kV", *last]
+    for k, (name, line) in enumerate(zip(words.SHEET_ROWS.values(), lines[1:], strict=False)):
+        assert cells(line) == [name, f"{1 + k}", f"{100 + k}", *(["5 to 7"] if draws else [])]
+    rest = lines[1 + len(words.SHEET_ROWS) :]
+    assert [line.split() for line in rest[:2]] == [
+        ["rest", "height", "3", *(["(4)"] if draws else [])],
+        ["stiffness", "at", "rest", "0", *(["(0)"] if draws else [])],
+    ]
+    assert rest[2] == f"pull-in under constant voltage: 9{', 95 % within 4' if draws else ''}"
+
+
+@pytest.mark.parametrize(
+    ("branches_", "flow", "rule"),
+    [
+        (0, None, "gent with 0 Maxwell branches"),
+        (1, None, "gent with 1 Maxwell branch, logarithmic flow"),
+        (2, "log", "gent with 2 Maxwell branches, logarithmic flow"),
+        (2, "linear", "gent with 2 Maxwell branches, linear flow"),
+    ],
+)
+def test_a_fitted_material_names_its_law_its_numbers_and_their_intervals(branches_, flow, rule, monkeypatch):
+    from types import SimpleNamespace
+
+    gel = SimpleNamespace(law="gent", branches=branches_, flow=flow, relative_permittivity=4.5)
+    monkeypatch.setattr(material_fit, "fitted_material", lambda result: gel)
+    for name in ("_quality_lines", "_compared_lines", "_test_lines", "_notes"):
+        monkeypatch.setattr(material_fit, name, lambda result, name=name: [name])
+    own = {"value": [20e3, 50.0], "low": [18e3, NAN], "high": [24e3, NAN]}
+    found = made(
+        {n: ("parameter", v) for n, v in own.items()} | {"test_use": ("test", ["fit", "check", "fit"])},
+        {"parameter": ("parameter", ["shear_modulus", "stretch_limit"])},
+        title="material fit: a gel", temperature=NAN, permittivity_note="",
+    )  # fmt: skip
+    lines = [
+        f"a gel: {rule}", "  fitted to 2 tests", "  shear_modulus 20 kPa (95 %: 18 kPa to 24 kPa)",
+        "  stretch_limit 50",
+        "  relative_permittivity 4.5", "_quality_lines", "_compared_lines", "_test_lines", "_notes",
+    ]  # fmt: skip
+    assert material_fit.fit_words(found).splitlines() == lines
+    warm = material_fit.fit_words(found.assign_attrs(temperature=296.15, permittivity_note="stated")).splitlines()
+    assert (warm[1], warm[4]) == ("  fitted to 2 tests at 23 degC", "  relative_permittivity 4.5 (stated)")
+
+
+def test_the_heading_of_a_text():
+    lines = answer.heading(Subject(MODEL.replace(voltage=0.75, damping_ratio=0.25)), ["voltage"])
+    text = " ".join(line.strip() for line in lines)
+    assert lines[0] == "cone model, dimensionless"
+    assert "damping_ratio 0.25" in text
+    assert "voltage 0.75" not in text
+    assert "voltage 0.75" in " ".join(answer.heading(Subject(MODEL.replace(voltage=0.75))))
+    assert max(map(len, lines)) <= answer.WIDTH
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    own = " ".join(answer.heading(Subject(device.to_model(), device), ["spring_rate"]))
+    assert own.startswith("biased pumping cone")
+    assert "spring rate" not in own.replace("_", " ")
+    grid = made({}, {"voltage": ("voltage", [800.0, 850.0, 900.0], "V"), "material": ("material", ["a", "b"])})
+    assert answer.grid_text(grid, ["voltage", "material"]) == "voltage 800 to 900 V, 3 values; material a, b, 2 values"
+    two = made({"outcome": ("member", [0, 6, 6])})
+    assert answer.ending_lines(two) == ["  1 of 3: ok", f"  2 of 3: {Outcome.PULLED_IN.meaning}"]
+    assert answer.ending_lines(made({"outcome": 0})) == []

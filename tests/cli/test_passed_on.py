@@ -247,6 +247,7 @@ def test_a_recording_is_read_with_its_options(name, monkeypatch, command_line, t
     for typed, found in (
         ((), {}),
         (("--drive-scale", "0.5"), {"scale": 0.5}),
+        (("--drive-scale", "0"), {"scale": 0.0}),
         (("--drive-repeat",), {"repeat": True}),
         (("--drive-interpolation", "pchip"), {"interpolation": "pchip"}),
     ):

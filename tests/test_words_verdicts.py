@@ -1,0 +1,214 @@
+"""Words by verdict: made-up results for each of them, with both sides of every condition."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gelcone import words
+from gelcone.codes import Outcome, Regime
+from tests.edited import coded, edited, made
+
+NAN = np.nan
+
+
+@pytest.mark.parametrize(
+    ("period", "end"), [(0, "transient chaos, ends at rest"), (3, "transient chaos, ends periodic, period 3")]
+)
+def test_chaos_that_ends_says_in_what(period, end):
+    assert words.motion_in_words(Regime.TRANSIENT_CHAOS, period) == end
+
+
+@pytest.mark.parametrize(
+    ("starts", "text"),
+    [(16, "seen to last 700 time units; mean lifetime above 20 time units"), (1, "seen to last 700 time units")],
+)
+def test_chaos_that_did_not_end(starts, text):
+    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0}
+    member = made({**own, "starts": starts, "share_chaotic": 1.0})
+    assert words.lasting_in_words(member) == [text]
+    assert words.lasting_in_words(edited(member, lifetime=NAN)) == []
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "text"),
+    [
+        ([0, int(Outcome.PULLED_IN)], "pulled in"), ([int(Outcome.PULLED_IN)], "pulled in"),
+        ([int(Outcome.PULLED_IN), int(Outcome.ERROR)], "run failed"), ([0, int(Outcome.OUTSIDE)], "run failed"),
+    ],
+)  # fmt: skip
+def test_runs_that_failed_are_pulled_in_where_all_of_them_are(outcomes, text):
+    assert words.failed_in_words(outcomes) == text
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({}, "rest: 25 %\nat 0.5 mm"),
+        ({"lyapunov": 0.5}, "rest, unstable: 25 %\nat 0.5 mm"),
+        ({"regime": 1, "period": 2}, "periodic, period 2: 25 %\nfrom -0 to 0.5 mm".replace("-0", "0")),
+        ({"regime": 3, "lyapunov": 0.5}, "chaotic: 25 %\nfrom 0 to 0.5 mm"),
+    ],
+)
+def test_an_attractor(changes, text):
+    own = {"regime": 0, "period": 0, "share": 0.25, "lyapunov": -0.5, "lowest": -1e-9, "highest": 0.5} | changes
+    found = made({f"attractor_{n}": (None, v, "mm" if n.endswith("est") else "1") for n, v in own.items()})
+    assert words.attractor_in_words(found) == text
+
+
+def test_the_single_numbers_of_a_data_sheet_with_and_without_draws():
+    units = {"drive_stroke": ("mm", "length"), "peak_current": ("mA", "current"), "apparent_power": ("mVA", "power"),
+             "mean_power": ("mW", "power"), "rest_displacement": ("mm", "length")}  # fmt: skip
+    values = dict(zip(units, (3.0, 1.5, 80.0, 6.0, 13.0), strict=True))
+    sheet = made({n: (None, values[n], units[n][0]) for n in units}
+                 | {"stiffness_at_rest": ("constant_voltage", [25.0, 15.0], "N/m")})  # fmt: skip
+    pairs = [("rest height", "13 mm"), ("stiffness at rest", "25 N/m"), ("stroke of the drive", "3 mm"),
+             ("peak current", "1.5 mA"), ("apparent power", "80 mVA"), ("mean power", "6 mW")]  # fmt: skip
+    assert words.sheet_single(sheet) == pairs
+    assert words.sheet_single(edited(sheet, apparent_power=NAN)) == pairs[:2]
+    ends = {f"{n}_{end}": v * f for n, v in values.items() for end, f in (("low", 0.5), ("high", 2.0))}
+    toleranced = sheet.assign({n: ((), v, {"units": units[n.rpartition("_")[0]][0]}) for n, v in ends.items()})
+    for end, own in (("low", [20.0, 1.0]), ("high", [30.0, 2.0])):
+        toleranced[f"stiffness_at_rest_{end}"] = ("constant_voltage", own, {"units": "N/m"})
+    toleranced.attrs["drawn"] = "{}"
+    assert words.sheet_single(toleranced) == [
+        ("rest height", "13 mm (6.5 to 26 mm)"), ("stiffness at rest", "25 N/m (20 to 30 N/m)"),
+        ("stroke of the drive", "3 mm (1.5 to 6 mm)"), ("peak current", "1.5 mA (0.75 to 3 mA)"),
+        ("apparent power", "80 mVA (40 to 160 mVA)"), ("mean power", "6 mW (3 to 12 mW)"),
+    ]  # fmt: skip
+
+
+def test_an_interval_has_one_unit_where_both_ends_have_it_and_one_number_where_they_agree():
+    def of(low, high):
+        attrs = {"units": "mW", "quantity": "power"}
+        return words.interval_in_words(xr.Dataset({"a_low": ((), low, attrs), "a_high": ((), high, attrs)}), "a")
+
+    assert of(2.0, 3.0) == "2 to 3 mW"
+    assert of(0.5, 3.0) == "500 uW to 3 mW"
+    assert of(3.0, 3.0) == "3 mW"
+    assert of(NAN, 3.0) == "unknown to 3 mW"
+
+
+def test_the_limits_of_a_data_sheet_of_draws():
+    volts = {"pull_in_voltage": 1700.0, "first_limit_voltage": 1500.0, "safe_peak_voltage": 1200.0,
+             "dielectric_breakdown_voltage": 4000.0}  # fmt: skip
+    ends = {f"{n}_{end}": v + d for n, v in volts.items() for end, d in (("low", -100.0), ("high", 200.0))}
+    sheet = made({n: (None, v, "V") for n, v in (volts | ends).items()}, first_limit="driven chaos", failed=0, draws=64,
+                 drawn=json.dumps({"film_thickness": [0.2, 0.0125], "moving_mass": 0.03}))  # fmt: skip
+    for name in sheet.data_vars:
+        sheet[name].attrs["quantity"] = "voltage"
+    lines = [
+        "pull-in under constant voltage: 1.7 kV, 95 % within 1.6 to 1.9 kV",
+        "first limit: chaos of the drive, at a peak of 1.5 kV, 95 % within 1.4 to 1.7 kV",
+        "below every limit: peaks up to 1.2 kV, 95 % within 1.1 to 1.4 kV",
+    ]
+    rest = "tolerances: within these intervals lie 95 % of 64 draws, of film_thickness 0.2 ± 0.013, moving_mass 3 %"
+    found = words.sheet_limits(sheet)
+    assert found[:3] == lines
+    assert " ".join(line.strip() for line in found[3:]) == rest.replace("0.013", f"{0.0125:.2g}")
+    assert ", of which 5 have no state, of film" in " ".join(words.sheet_limits(sheet.assign_attrs(failed=5)))
+
+
+def test_the_sign_of_an_exponent_in_words():
+    assert words.SIGNS == {
+        -1: "certainly negative", 0: "sign uncertain within the budget", 1: "certainly positive",
+    }  # fmt: skip
+
+
+def shares(**changes):
+    own = {"hoop_slack": 0.0, "meridional_slack": 0.0, "breakdown": 0.0, "near_limit": 0.0, "beyond_membrane": NAN}
+    return made({f"validity_{name}": value for name, value in (own | changes).items()})
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        ({}, ["the model holds: film taut, away from its limits"]),
+        ({"breakdown": NAN}, ["the model holds: film taut, away from its limits", words.UNKNOWN_STRENGTH]),
+        *(
+            ({name: 0.125}, [f"share of the motion in which the model does not hold: {text} 12.5 %"])
+            for name, text in {
+                "hoop_slack": "hoop slack", "meridional_slack": "meridional slack", "breakdown": "above breakdown",
+                "near_limit": "near the stretch limit", "beyond_membrane": "above membrane pull-in",
+            }.items()
+        ),
+        (
+            {"hoop_slack": 0.5, "near_limit": 0.25},
+            ["share of the motion in which the model does not hold: hoop slack 50 %, near the stretch limit 25 %"],
+        ),
+        (dict.fromkeys(("hoop_slack", "meridional_slack", "breakdown", "near_limit"), NAN), []),
+    ],
+)  # fmt: skip
+def test_where_the_model_holds(changes, lines):
+    assert words.validity_in_words(shares(**changes)) == lines
+
+
+def test_a_film_that_wrinkles_may_be_slack():
+    film = shares().assign(film_state_taut=0.75, film_state_crumpled=0.25, second_film_state_hoop_slack=1.0)
+    assert words.validity_in_words(film) == [
+        "film (share of the time): taut 75.0 %, crumpled 25.0 %",
+        "second film (share of the time): hoop slack 100.0 %",
+        "the model holds: film away from its limits",
+    ]
+    many = xr.concat([film, film.assign(film_state_taut=0.25, film_state_crumpled=0.75)], "member")
+    assert words.film_state_in_words(many)[0] == "film (mean share of the time): taut 50.0 %, crumpled 50.0 %"
+    assert words.film_state_in_words(film.assign(film_state_taut=NAN, film_state_crumpled=NAN)) == [
+        "second film (share of the time): hoop slack 100.0 %"
+    ]
+
+
+def test_endings_and_events_of_branches():
+    said = {
+        "limit": "the end of the interval", "rest": "rest", "closed": "closed", "wall": "the stretch limit",
+        "pulled_in": "pulls in", "step": "the shortest step",
+        "merged": "a branch of half its period or a symmetric one", "points": "the most points",
+    }  # fmt: skip
+    assert said == words.ENDINGS
+    for k, (_, text) in enumerate(said.items()):
+        branch = made({"ended": coded("end", [k, 0], tuple(said))})
+        assert words.branch_endings(branch) == [text, "the end of the interval"]
+    assert words.event_label(coded(None, 1, ("fold", "period_doubling"))) == "period doubling"
+    codes = coded(None, 4, ("a", "b")).assign_attrs(flag_values=[2, 4])
+    assert (words.event_label(codes), words.meaning_at(codes, 2)) == ("b", "a")
+
+
+def test_which_motions_of_a_sweep_do_not_follow_the_drive():
+    own = {"period": ("f", [1, 2, 0, 0, 0]), "outcome": ("f", [0, 0, 0, int(Outcome.PULLED_IN), 0])}
+    kinds = words.kinds_of_motion(made(own | {"resting": ("f", [0, 0, 0, 0, 1])}))
+    assert {kind: where.values.tolist() for kind, where in kinds.items()} == {
+        "subharmonic": [False, True, False, False, False], "not periodic": [False, False, True, False, False],
+    }  # fmt: skip
+    cells = made({"regime": ("c", [int(Regime.CHAOTIC), 0, 0, int(Regime.TRANSIENT)])})
+    assert words.regime_counts(cells) == {"rest": 2, "chaotic": 1, "transient": 1}
+
+
+@pytest.mark.parametrize(
+    ("value", "quantity", "unit", "text"),
+    [
+        (0.005, "length", "mm", "5 um"), (12.5, "length", "mm", "12.5 mm"), (1500.0, "voltage", "V", "1.5 kV"),
+        (0.5, "power", "mW", "500 uW"), (12.5, "length", "1", "12.5"), (12.5, "none", "mm", "12.5 mm"),
+        (NAN, "length", "mm", "unknown"), (np.inf, "length", "mm", "infinite"),
+    ],
+)  # fmt: skip
+def test_a_number_with_the_unit_in_which_it_reads_well(value, quantity, unit, text):
+    assert words.sized(xr.DataArray(value, attrs={"units": unit, "quantity": quantity})) == text
+
+
+def test_lists_are_cut_at_their_length_and_members_named_by_what_varies():
+    lines = [f"{k}" for k in range(words.MOST_LINES + 1)]
+    assert words.shortened(lines) == [*lines[:-1], "  and 1 more (all with --json or --out)"]
+    assert words.shortened(lines[:-1]) == lines[:-1]
+    members = made({"outcome": ("k", [0, 0])}, {"voltage": ("k", [1.5, 2.5], "V"), "frequency": ("k", [9.0, 8.0], "Hz"),
+                   "other": ("k", [7.0, 7.0])})  # fmt: skip
+    for name, quantity in (("voltage", "parameter"), ("frequency", "device field"), ("other", "number")):
+        members[name].attrs["quantity"] = quantity
+    assert [name for name, _ in words.members_of(members)] == [
+        "voltage 1.5 V, frequency 9 Hz",
+        "voltage 2.5 V, frequency 8 Hz",
+    ]
+    assert [float(one["frequency"]) for _, one in words.members_of(members, 1)] == [9.0]
+    assert [name for name, _ in words.members_of(made({"outcome": 0}))] == [""]
+    gels = members.assign_coords({"material": ("k", ["a", "b"]), "material.law": ("k", [1.0, 2.0])})
+    gels["material.law"].attrs["quantity"] = "parameter"
+    assert words.members_of(gels)[1][0] == "material b, voltage 2.5 V, frequency 8 Hz"
