@@ -16,10 +16,7 @@ from gelcone.words import (
     FAILINGS,
     MOST_LINES,
     UNKNOWN_STRENGTH,
-    attractor_in_words,
     evidence_in_words,
-    film_state_in_words,
-    kinds_of_motion,
     lasting_in_words,
     members_of,
     shortened,
@@ -169,26 +166,8 @@ def test_a_table_has_a_line_for_every_number_and_says_what_is_not_reached():
 # --- statics and stability --------------------------------------------------------------------------------------------
 
 
-def member_of_statics(begin, end, kind=gelcone.PullIn.FOLD):
-    one = {"outcome": 0, "pull_in_voltage": 1.2, "pull_in_from": begin, "pull_in_to": end, "pull_in_kind": int(kind)}
-    empty = {name: ("fold", np.array([np.nan])) for name in ("fold_voltage", "fold_displacement")}
-    lines = {name: (name, [0.0]) for name in ("constant_voltage", "displacement")}
-    return xr.Dataset(one | empty | lines | {"pitchfork_voltage": np.nan})
-
-
-def test_pull_in_is_gradual_where_the_disc_stays_in_its_place():
-    (gradual,) = statics._event_lines(member_of_statics(0.3, 0.3))
-    assert gradual.endswith("(it leaves it gradually)")
-    (jump,) = statics._event_lines(member_of_statics(0.3, 0.9))
-    assert jump.endswith("(moves to 0.9)")
-    (gone,) = statics._event_lines(member_of_statics(0.3, np.inf))
-    assert not gone.endswith(")")
-    (never,) = statics._event_lines(member_of_statics(0.3, 0.3, gelcone.PullIn.NEVER))
-    assert gelcone.PullIn.NEVER.meaning in never
-
-
 def test_a_ramp_with_a_jump_says_where_to():
-    """The same on real statics: the disc of a buckled film leaves the middle gradually, that of a soft bias jumps."""
+    """On real statics: the disc of a buckled film leaves the middle gradually, that of a soft bias jumps."""
     model = gelcone.ConeModel(spring_stiffness=1.5)
     found = gelcone.static(model, [0.0, 1.5])
     lines = text_of(statics.static_words, found, model)
@@ -589,22 +568,6 @@ def test_the_evidence_of_a_doubtful_or_failed_run():
     assert evidence_in_words(member.assign(outcome=int(Outcome.OUTSIDE))) == ["failed: outside"]
 
 
-def test_an_attractor_is_unstable_where_its_exponent_is_positive():
-    one = {"regime": 1, "period": 2, "lowest": -0.25, "highest": 0.5, "share": 0.125, "lyapunov": 0.02}
-    own = xr.Dataset({f"attractor_{name}": value for name, value in one.items()})
-    assert attractor_in_words(own) == "periodic, period 2, unstable: 12.5 %\nfrom -0.25 to 0.5"
-    assert "unstable" not in attractor_in_words(own.assign(attractor_lyapunov=-0.02))
-    assert "unstable" not in attractor_in_words(own.assign(attractor_regime=int(Regime.CHAOTIC)))
-
-
-def test_sweeps_over_frequency_name_what_does_not_follow_the_drive():
-    sweep = xr.Dataset({"period": ("f", [1, 2, 0, 0]), "outcome": ("f", [0, 0, 0, int(Outcome.PULLED_IN)])})
-    assert {kind: where.values.tolist() for kind, where in kinds_of_motion(sweep).items()} == {
-        "subharmonic": [False, True, False, False],
-        "not periodic": [False, False, True, False],
-    }
-
-
 def test_where_the_model_does_not_hold():
     shares = {"hoop_slack": [0.2, 0.1, np.nan], "near_limit": [0.0, 0.0, 0.0], "breakdown": [np.nan] * 3}
     found = xr.Dataset({f"validity_{name}": ("member", values) for name, values in shares.items()})
@@ -614,12 +577,6 @@ def test_where_the_model_does_not_hold():
     ]
     held = found.assign(validity_breakdown=("member", [0.0] * 3), validity_hoop_slack=("member", [0.0] * 3))
     assert validity_in_words(held) == ["the model holds: film taut, away from its limits"]
-
-
-def test_states_of_a_film_are_shares_of_the_time():
-    found = xr.Dataset({"film_state_taut": ("member", [0.5, 0.7]), "film_state_crumpled": ("member", [0.5, 0.3])})
-    assert film_state_in_words(found) == ["film (mean share of the time): taut 60.0 %, crumpled 40.0 %"]
-    assert film_state_in_words(found.isel(member=0)) == ["film (share of the time): taut 50.0 %, crumpled 50.0 %"]
 
 
 def test_the_table_of_a_window_leaves_out_what_lies_on_lines():
