@@ -567,11 +567,6 @@ TABLE = {
             "voltage (of pitchfork_voltage)",
             ["cells of pitchfork_voltage in viridis"],
         ),
-        (
-            "x: spring stiffness (of spring_stiffness); y: prestretch (of prestretch); title: pull in kind",
-            ["cells of 0 in viridis"],
-        ),
-        ("", ["cells of - in viridis"]),
         ("", ["cells of - in viridis"]),
         ("", ["cells of - in viridis"]),
         ("", ["cells of - in viridis"]),
@@ -583,13 +578,14 @@ TABLE = {
             "x: pitchfork_voltage (of pitchfork_voltage)",
             ["points | 0 over pitchfork_voltage", "solid - over -", "filled - over -"],
         ),
-        ("x: pull_in_kind", ["points | 0 over 0"]),
     ],
     "limits over one and draws": [
         ("y: onset_voltage (of onset_voltage)", ["points . onset_voltage over spring_stiffness"]),
         ("y: onset_error (of onset_error)", ["points . onset_error over spring_stiffness"]),
-        ("y: pitchfork_voltage (of pitchfork_voltage)", ["points . pitchfork_voltage over spring_stiffness"]),
-        ("x: spring stiffness (of spring_stiffness); y: pull_in_kind", ["points . 0 over spring_stiffness"]),
+        (
+            "x: spring stiffness (of spring_stiffness); y: pitchfork_voltage (of pitchfork_voltage)",
+            ["points . pitchfork_voltage over spring_stiffness"],
+        ),
     ],
     "tolerances over one": [
         (

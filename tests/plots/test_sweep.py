@@ -185,3 +185,14 @@ def test_maps_of_regimes_over_three_parameters_are_those_of_their_slices():
         legend = sweep_figure(both.isel(mass=[k])).legends[0]
         assert [text.get_text() for text in legend.get_texts()] == named[len(named) - len(legend.get_texts()) :]
     assert {text.get_text() for text in drawn.legends[0].get_texts()} == set(named)
+
+
+def test_codes_are_not_drawn_as_numbers_and_nothing_but_codes_says_so():
+    """Of the limits over one parameter the voltages, not how the disc pulls in."""
+    data = result({"status": ("voltage", [1, 1, 1]), "kind": ("voltage", [0, 1, 2]), "limit": ("voltage", X + 5.0)},
+                  {"voltage": ("voltage", X)})  # fmt: skip
+    for name, quantity in (("kind", "flag"), ("limit", "voltage")):
+        data[name].attrs["quantity"] = quantity
+    assert [axes.get_ylabel() for axes in sweep_figure(data).axes] == ["limit"]
+    (axes,) = sweep_figure(data.drop_vars("limit")).axes
+    assert [text.get_text() for text in axes.texts] == ["no cell has a number"]

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
-from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, styled
+from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, say, styled
 from gelcone.plots.values import values_figure
 from gelcone.words import unit_of
 
@@ -81,7 +81,8 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     numbers = {str(n): v for n, v in result.data_vars.items() if v.dims == dims and not _is_code(str(n), v)}
     full = {name: values.where(there) for name, values in numbers.items()}
     names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
-
+    if not names:
+        return styled(5.6, 2.0, lambda figure: say(figure.add_subplot(), "no cell has a number"), result)
     if _unordered(result):
         return _by_gel({name: full[name] for name in names}, result)
     if len(dims) == 2 and all(dim in result.coords for dim in dims):
@@ -151,7 +152,7 @@ def _densities(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 
 def _is_code(name: str, variable: xr.DataArray) -> bool:
     """Whether a variable is not a number to draw over the axes: codes, bookkeeping, validity."""
-    coded = variable.attrs.get("quantity") == "code" and "regime" not in name and name != "sign"
+    coded = variable.attrs.get("quantity") in ("code", "flag") and "regime" not in name and name != "sign"
     return name in _BOOKKEEPING or name.startswith("validity_") or coded
 
 
