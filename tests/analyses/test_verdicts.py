@@ -1343,3 +1343,112 @@ def test_the_heading_of_a_text():
     two = made({"outcome": ("member", [0, 6, 6])})
     assert answer.ending_lines(two) == ["  1 of 3: ok", f"  2 of 3: {Outcome.PULLED_IN.meaning}"]
     assert answer.ending_lines(made({"outcome": 0})) == []
+
+
+# --- whole texts of many cells ----------------------------------------------------------------------------------------
+
+
+def after_heading(function, shown, swept):
+    head = len(answer.heading(SUBJECT, swept))
+    return function(shown, SUBJECT).splitlines()[head:]
+
+
+def test_the_texts_of_a_sweep_and_of_a_store():
+    over = ("voltage", "damping_ratio")
+    shown = map_of().assign(status=(over, [[1, 1], [2, 1]]), validity_near_limit=(over, [[0.0, 0.5], [0.0, 0.0]]))
+    shown = shown.assign(validity_breakdown=(over, np.zeros((2, 2))))
+    grid = "voltage 800 to 900 V, 2 values; damping_ratio 0.25 to 0.5, 2 values"
+    counts = "rest 1, periodic 1, chaotic 2"
+    holds = "of 4 motions the model does not hold in: near the stretch limit in 1 (up to 50 % of the motion)"
+    total = "5 of 6 cells computed; 12,345 steps in 2.5 s"
+    assert after_heading(grids.sweep_words, shown, over) == [grid, counts, holds, total]
+    stored = shown.assign_attrs(totals=json.dumps(TOTALS | {"inferred": 1}))
+    assert after_heading(grids.show_words, stored, over) == [
+        grid, "5 cells computed, 1 inferred, 0 missing of 6", counts, holds,
+    ]  # fmt: skip
+    failed = edited(shown, outcome=[[0, int(Outcome.OUTSIDE)], [0, 0]])
+    assert after_heading(grids.sweep_words, failed, over)[1] == f"1 of 4 run(s) failed: {Outcome.OUTSIDE.meaning}"
+    missing = edited(failed, status=[[1, 0], [0, 1]])  # a failed cell that is not there yet does not count
+    assert after_heading(grids.sweep_words, missing, over)[1] == counts
+    others = shown.drop_vars(["regime", "validity_near_limit", "validity_breakdown"])
+    assert after_heading(grids.sweep_words, others, over) == [grid, total]
+
+
+def test_the_text_of_a_sweep_over_draws():
+    own = {"status": ("draw", [1, 1, 0]), "outcome": ("draw", [0, 0, 0]), "stroke": ("draw", [2.0, 2.0, 9.0], "mm"),
+           "stroke_error": ("draw", [1.0, 1.0, 1.0])}  # fmt: skip
+    shown = made(own, totals=json.dumps(TOTALS), membranes=json.dumps({"made": 2, "films": 3, "error": 0.5}))
+    shown = shown.assign_coords(drawn_prestretch=("draw", [1.0, 1.1, 1.2]))
+    shown["stroke"].attrs["long_name"] = "free stroke"
+    lines = after_heading(grids.sweep_words, shown, ["prestretch"])
+    assert lines[0].startswith("3 draws of prestretch")
+    assert lines[1:] == [
+        "5 of 6 cells computed; 12,345 steps in 2.5 s", "free stroke: 2 mm, 95 % within 2 mm to 2 mm",
+        "pull-in of the membrane: 2 membranes made for 3 films, the voltages of the others interpolated to 50 % "
+        "(root mean "
+        "square)",
+    ]  # fmt: skip
+
+
+def test_the_text_of_a_diagram():
+    both = ("branch", "voltage")
+    own = {"outcome": (both, [[0, 0], [0, 6]]), "regime": (both, [[0, 1], [3, 5]]), "doubtful": (both, [[1, 0], [0,
+    0]]),
+           "validity_near_limit": (both, [[0.0, 0.25], [0.0, 0.0]]), "validity_breakdown": (both, np.zeros((2,
+           2)))}  # fmt: skip
+    shown = made(own, {"branch": ("branch", ["up", "down"]), "voltage": ("voltage", [1.0, 2.0], "V")})
+    shown = shown.merge(thresholds(1)).assign_attrs(parameter="voltage")
+    assert after_heading(grids.bifurcation_words, shown, ["voltage"]) == [
+        "voltage 1 to 2 V, 2 values",
+        f"1 of 4 run(s) failed: {Outcome.PULLED_IN.meaning}",
+        "  up: rest 1, periodic 1",
+        "    of 2 motions the model does not hold in: near the stretch limit in 1 (up to 25 % of the motion)",
+        "  down: chaotic 1, pulled in 1",
+        f"    {HOLDS}",
+        "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
+        "changes of regime:",
+        "  up: periodic -> chaotic at voltage 1.25 to 1.5 V, by a cascade of period doublings",
+    ]
+
+
+def test_the_text_of_basins():
+    over = ("displacement", "velocity")
+    own = {
+        "attractor": (over, [[0, 1], [0, -1]]),
+        "outcome": (over, [[0, 0], [0, 2]]),
+        "doubtful": (over, [[0, 0], [1, 0]]),
+    }
+    kinds = {"regime": [0, 1], "period": [0, 2], "share": [0.5, 0.25], "lyapunov": [-0.5, -0.5], "lowest": [1.0, -2.0],
+             "highest": [1.0, 3.0]}  # fmt: skip
+    own |= {f"attractor_{n}": ("attractor_number", v, "mm" if n.endswith("est") else "1") for n, v in kinds.items()}
+    shown = made(
+        own, {"displacement": ("displacement", [-5.0, 5.0], "mm"), "velocity": ("velocity", [0.0, 1.0], "m/s")}
+    )
+    lines = [
+        "initial displacement -5 to 5 mm, 2 values; velocity 0 to 1 m/s, 2 values",
+        f"1 of 4 run(s) failed: {Outcome.STRETCH_LIMIT.meaning}", "2 attractor(s):", "  0: rest: 50 %, at 1 mm",
+        "  1: periodic, period 2: 25 %, from -2 to 3 mm", "  none: 25 % (failed or not settled)",
+        "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
+    ]  # fmt: skip
+    assert said(grids.basin_words, shown) == lines
+    all_ = edited(shown, attractor=[[0, 1], [0, 1]], outcome=0, doubtful=0)
+    assert said(grids.basin_words, all_) == [lines[0], *lines[2:5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("up", ["up"]),
+        ("down, up", ["down", "up"]),
+        ("none", []),
+        ("up,up", None),
+        ("sideways", None),
+        ("up,none", None),
+    ],
+)
+def test_sweeps_of_a_diagram_as_they_are_typed(text, found):
+    if found is None:
+        with pytest.raises(gelcone.InputError, match="must be up, down, up,down or none"):
+            grids.read_sweeps(text)
+    else:
+        assert grids.read_sweeps(text) == found

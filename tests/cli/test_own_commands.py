@@ -592,3 +592,89 @@ def test_every_command_of_its_own_is_in_a_table():
         "locus",
         "show",
     }
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def marked(monkeypatch):
+    """Files hold what was to be written there, by its name, in place of it."""
+    from gelcone import netcdf
+    from gelcone.analyses import design as answers
+    from gelcone.analyses import device_fit, material_fit
+    from gelcone.plots import style
+
+    monkeypatch.setattr(netcdf, "write_netcdf", lambda result, to: to.write_text(f"netCDF of {result}"))
+    monkeypatch.setattr(style, "draw_file", lambda figure, to: to.write_text(f"picture of {figure}"))
+    monkeypatch.setattr("gelcone.plots.plot", lambda result: f"figure of {result}")
+    monkeypatch.setattr(material, "fitted_text", lambda result: f"gel of {result}")
+    monkeypatch.setattr(device, "fitted_draws", lambda result: f"draws of {result}")
+    monkeypatch.setattr(device, "fitted_band", lambda result: f"band of {result}")
+    monkeypatch.setattr(device, "fitted_device", lambda result: SimpleNamespace(to_toml=lambda: f"device of {result}"))
+    for home, name in ((material_fit, "fit"), (device_fit, "device_fit"), (answers, "design")):
+        monkeypatch.setattr(home, f"{name}_words", lambda *given: "said")
+        monkeypatch.setattr(home, f"{name}_json", lambda result: {"of": str(result)})
+    monkeypatch.setattr(device_fit, "device_plan_words", lambda *given: "said of a plan")
+
+
+class Found:
+    """A result that was not computed."""
+
+    def __init__(self, name, **attrs):
+        self.name, self.attrs, self.sizes = name, attrs, {"design": 2}
+
+    def __str__(self):
+        return self.name
+
+
+FILES = {
+    "material": (FIT, {"material.toml": "gel of it", "fit.nc": "netCDF of it", "fit.png": "picture of figure of it"}),
+    "device": (
+        (*PUMP, "--free", "spring_rate~3%"),
+        {
+            "fit.nc": "netCDF of it", "fit.png": "picture of figure of it", "device.toml": "device of it",
+            "draws.nc": "netCDF of draws of it", "band.csv": "band of it",
+        },
+    ),
+    "plan": (
+        (*PUMP, "--free", "spring_rate~3%", "--plan"),
+        {"plan.nc": "netCDF of it", "plan.png": "picture of figure of it"},
+    ),
+    "design": (
+        ("design", "wish.toml"),
+        {
+            "design.nc": "netCDF of it", "design.png": "picture of figure of it", "design-1.toml": "device 0 of it",
+            "design-2.toml": "device 1 of it",
+        },
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_file_holds_what_its_name_says(kind, command_line, calls, marked, monkeypatch, tmp_path):
+    from gelcone.analyses import design as answers
+
+    typed_, files = FILES[kind]
+    found = Found("it", refused=0)
+    for home, name in (
+        (material, "fit_material"), (device, "fit_device"), (device, "plan_device"), (design, "design"),
+    ):  # fmt: skip
+        monkeypatch.setattr(home, name, lambda *given, **how: found)
+    monkeypatch.setattr(answers, "device_text", lambda result, k: f"device {k} of {result}")
+    code, out, err = command_line(*typed_, "--out", "made")
+    assert code == 0, err
+    assert {path.name: path.read_text() for path in (tmp_path / "made").iterdir()} == files
+    first, *lines = out.splitlines()
+    assert first == ("said of a plan" if kind == "plan" else "said")
+    assert lines == [f"wrote {Path('made') / name}" for name in files]
+    assert command_line(*typed_, "--out", "made")[0] == 2
+    code, out, _ = command_line(*typed_, "--out", "made", "--force", "--json")
+    assert code == 0
+    assert '"result": {"of": "it"}' in out
+    assert "wrote" not in out
+    if kind == "device":
+        found.attrs["refused"] = 1
+        assert command_line(*typed_)[0] == 1
+    code, out, _ = command_line(*typed_)
+    assert "wrote" not in out

@@ -367,3 +367,32 @@ def test_an_answer_is_written_and_printed_in_the_units_of_its_device(monkeypatch
     assert output.deliver(answers, result.assign(outcome=("member", [0, 3])), "subject", None, False, True) == 0
     assert capsys.readouterr().out == '{"name": "settled", "content": true}\n'
     assert len(written) == 1
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_draws_start_where_was_said_or_the_analysis_refuses_it(name, asked, command_line, tmp_path):
+    (tmp_path / "draws.csv").write_text(TABLE)
+    typed = (name, "--initial", "0.25,0.5", "--samples", "draws.csv")
+    if "initial" in ANALYSES[COMMANDS[name]].signature.parameters:
+        assert asked(*typed)[2]["initial"] == (0.25, 0.5)
+    else:
+        code, _, err = command_line(*typed)
+        assert code == 2
+        assert f"--initial: {name} does not start from a state; leave it out" in err
+
+
+@pytest.mark.parametrize("name", [name for name in ASKED if "-" in name])
+def test_a_command_is_found_by_the_name_in_python(name, asked):
+    assert asked(name.replace("-", "_"))[0] is getattr(gelcone, COMMANDS[name])
+
+
+def test_words_in_places_are_counted(asked, command_line):
+    assert asked("continue", "voltage", "0.9", "1.1")[2]["parameter"] == "voltage"
+    for typed, message in (
+        (("continue", "voltage"), "continue: takes [DEVICE] PARAMETER FROM TO, not 1 words: voltage"),
+        (("continue", *"abcde"), "continue: takes [DEVICE] PARAMETER FROM TO, not 5 words: a b c d e"),
+        (("locus",), "locus: takes [DEVICE] EVENT, not 0 words: none"),
+    ):
+        code, _, err = command_line(*typed)
+        assert code == 2
+        assert message in err
