@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.collections import PathCollection, PolyCollection, QuadMesh
 from matplotlib.container import BarContainer
+from matplotlib.ticker import FuncFormatter
 
 STYLES = {"-": "solid", "--": "dashed", ":": "dotted", "-.": "dash-dotted", "None": "points"}
 
@@ -97,8 +98,25 @@ def with_label(words, artist):
     return words if not words or not label or label.startswith("_") else f"{words}: {plain(label)}"
 
 
+def named_ticks(axes):
+    """The ticks of an axis that are words, or numbers in a form of their own."""
+    for axis in (axes.xaxis, axes.yaxis):
+        form = axis.get_major_formatter()
+        if isinstance(form, FuncFormatter):
+            texts = dict.fromkeys(plain(form(at, k)) for k, at in enumerate(axis.get_ticklocs()))
+            yield f"ticks: {', '.join(texts)}" if set(texts) - {"#"} else f"ticks as {form(1.5, 0)}"
+        elif type(form).__name__ == "StrCategoryFormatter":
+            yield f"ticks: {', '.join(tick.get_text() for tick in axis.get_ticklabels())}"
+
+
+def written(artists):
+    """Texts, each once."""
+    return list(dict.fromkeys(text for own in artists if (text := plain(own.get_text()))))
+
+
 def described(figure, result):
-    """Of each axes: labels, title and scales, and what is drawn, each once, in the order of drawing."""
+    """Of each axes: labels, title and scales, and what is drawn, each once, in the order of drawing; then the title
+    and the legends of the figure."""
     sources, found = Sources(result), []
     for axes in figure.axes:
         log = " and ".join(n for n in "xy" if getattr(axes, f"get_{n}scale")() == "log")
@@ -108,7 +126,11 @@ def described(figure, result):
         drawn = [with_label(line_words(line, sources, axes), line) for line in axes.lines]
         drawn += [with_label(collection_words(own, sources), own) for own in axes.collections]
         drawn += [bar_words(own, sources) for own in axes.containers if isinstance(own, BarContainer)]
-        drawn = list(dict.fromkeys(words for words in drawn if words))
+        drawn += [f"text: {text}" for text in written(axes.texts)]
+        drawn = list(dict.fromkeys(words for words in [*drawn, *named_ticks(axes)] if words))
         if drawn or head:
             found.append(("; ".join(head), drawn))
-    return found
+    legends = [own for own in (*(axes.get_legend() for axes in figure.axes), *figure.legends) if own]
+    entries = [f"{plain(own.get_title().get_text())}: {', '.join(written(own.get_texts()))}" for own in legends]
+    title = written([figure._suptitle] if figure._suptitle else [])
+    return [*found, ("figure", [*title, *dict.fromkeys(own.lstrip(": ") for own in entries)])]

@@ -14,18 +14,20 @@ TABLE = {
                 "dotted upright at settling_time",
                 "solid level at begin",
             ],
-        )
+        ),
+        ("figure", ["# of constant_voltage"]),
     ],
     "creep": [
         (
             "y: displacement (of displacement); title: dashed: in the long run; dotted: pulls in; log x",
             ["solid displacement over time", "dashed level at equilibrium"],
         ),
-        ("x: constant voltage (of held_voltage); y: time to pull-in (of time)", []),
+        ("x: constant voltage (of held_voltage); y: time to pull-in (of time)", ["text: no voltage pulls it in"]),
         (
             "x: holding time (of time); y: margin (% of the voltage); log x",
             ["solid nothing over time: # of constant_voltage"],
         ),
+        ("figure", ["# of constant_voltage"]),
     ],
     "transfer functions": [
         (
@@ -35,6 +37,7 @@ TABLE = {
                 "points . measured_gain over drive_frequency: simulated, # of amplitude",
                 "points o measured_gain over drive_frequency: simulated, # of amplitude",
                 "dashed upright at natural_frequency",
+                "ticks as 1.5",
             ],
         ),
         (
@@ -44,6 +47,7 @@ TABLE = {
                 "points . measured_admittance over drive_frequency: simulated, # of amplitude",
                 "points o measured_admittance over drive_frequency: simulated, # of amplitude",
                 "dashed upright at natural_frequency",
+                "ticks as 1.5",
             ],
         ),
         (
@@ -53,6 +57,7 @@ TABLE = {
                 "points . measured_phase over drive_frequency: simulated, # of amplitude",
                 "points o measured_phase over drive_frequency: simulated, # of amplitude",
                 "dashed upright at natural_frequency",
+                "ticks as 1.5",
             ],
         ),
         (
@@ -62,8 +67,10 @@ TABLE = {
                 "points . measured_admittance_phase over drive_frequency: simulated, # of amplitude",
                 "points o measured_admittance_phase over drive_frequency: simulated, # of amplitude",
                 "dashed upright at natural_frequency",
+                "ticks as 1.5",
             ],
         ),
+        ("figure", ["linear theory, simulated, # of amplitude"]),
     ],
     "triptych": [
         (
@@ -87,6 +94,7 @@ TABLE = {
         ),
         ("x: displacement (of section_displacement); y: section velocity (of velocity)", ["points o 0 over 0"]),
         ("x: displacement (of section_displacement)", ["points o late_velocity over late_displacement"]),
+        ("figure", []),
     ],
     "bifurcation diagram": [
         (
@@ -115,20 +123,29 @@ TABLE = {
         ),
         (
             "x: voltage (of voltage)",
-            ["points . in the legend", "cells of regime", "cells of period", "filled - over voltage"],
+            [
+                "points . in the legend",
+                "cells of regime",
+                "cells of period",
+                "filled - over voltage",
+                "ticks: up, down, from #,#",
+            ],
         ),
+        ("figure", ["from #,#, down, up, pale: model does not hold", "regime: rest, periodic, chaotic"]),
     ],
     "draws": [
         (
             "x: drive frequency (of drive_frequency); y: recommended highest peak voltage (of recommended_peak); log x",
-            ["solid - over drive_frequency: median", "filled - over drive_frequency: # % of the draws"],
-        )
+            ["solid - over drive_frequency: median", "filled - over drive_frequency: # % of the draws", "ticks as 1.5"],
+        ),
+        ("figure", ["# % of the draws, median"]),
     ],
     "extrema": [
         (
             "x: phase within the forcing period; y: displacement (of displacement); title: turning points",
             ["points displacement over phase: maxima", "points displacement over phase: minima"],
-        )
+        ),
+        ("figure", ["maxima, minima"]),
     ],
     "best drive": [
         (
@@ -138,15 +155,25 @@ TABLE = {
                 "points * peak_voltage over drive_frequency: best drive, # of drive_frequency, # of peak_voltage",
                 "points x limit_voltage over drive_frequency: limit: hoop slack",
                 "filled window_peak over frequency: recommended window",
+                "ticks as 1.5",
             ],
         ),
         (
             "x: drive frequency (of frequency); y: stroke at the window's edge (of window_value); log x",
-            ["solid . window_value over frequency", "points * stroke over drive_frequency"],
+            ["solid . window_value over frequency", "points * stroke over drive_frequency", "ticks as 1.5"],
         ),
         ("x: time (of time); y: displacement (of displacement)", ["solid displacement over time"]),
         ("y: voltage (of drive_voltage)", ["dashed drive_voltage over time"]),
-        ("x: change of the stroke, % per %", ["solid upright at 0", "bars of sensitivity"]),
+        (
+            "x: change of the stroke, % per %",
+            [
+                "solid upright at 0",
+                "bars of sensitivity",
+                "ticks: stretch limit, damping ratio, rest height, spring stiffness, drive frequency, "
+                "prestretch, voltage",
+            ],
+        ),
+        ("figure", ["recommended window, best drive, # of drive_frequency, # of peak_voltage, limit: hoop slack"]),
     ],
     "branches": [
         (
@@ -157,21 +184,80 @@ TABLE = {
             "x: drive frequency (of value); y: largest exponent (per second)",
             ["solid level at 0", "solid lyapunov over value", "dashed nothing over value"],
         ),
+        ("figure", ["stable, unstable, brute force, period #"]),
     ],
     "locus": [
         (
             "x: voltage (of voltage); y: drive frequency (of drive_frequency)",
             ["solid drive_frequency over voltage: period doubling, period #"],
-        )
+        ),
+        ("figure", ["period doubling, period #"]),
     ],
     "basins of attraction": [
         (
             "x: initial displacement (of displacement); y: initial velocity (of velocity)",
             ["points . in the legend", "cells of 0"],
-        )
+        ),
+        ("figure", ["rest: # % at # of attractor_lowest, the model holds nowhere here"]),
     ],
     "data sheet": [
-        ("", ["solid level at -"]),
+        (
+            "",
+            [
+                "solid level at -",
+                "text: cone model, dimensionless",
+                "text: data sheet, computed",
+                "text: constant voltage",
+                "text: # of constant_voltage",
+                "text: blocked force",
+                "text: # of blocked_force",
+                "text: free stroke",
+                "text: # of stroke",
+                "text: stiffness under voltage",
+                "text: # of stiffness_at_rest",
+                "text: work of a stroke",
+                "text: # of stroke_work",
+                "text: of it on a constant load",
+                "text: # of load_work",
+                "text: over film volume",
+                "text: # of volume_work",
+                "text: over moving mass",
+                "text: # of mass_work",
+                "text: power over film volume",
+                "text: # of volume_power",
+                "text: power over moving mass",
+                "text: # of mass_power",
+                "text: coupling factor, squared",
+                "text: # of coupling",
+                "text: capacitance",
+                "text: # of capacitance",
+                "text: energy of the field",
+                "text: # of field_energy",
+                "text: natural frequency",
+                "text: # of natural_frequency",
+                "text: half width at half power",
+                "text: # of half_width",
+                "text: bandwidth, to half power",
+                "text: # of bandwidth",
+                "text: rise time of a small step",
+                "text: # of rise_time",
+                "text: rest height",
+                "text: # of rest_displacement",
+                "text: stiffness at rest",
+                "text: stroke of the drive",
+                "text: # of drive_stroke",
+                "text: peak current",
+                "text: # of peak_current",
+                "text: apparent power",
+                "text: # of apparent_power",
+                "text: mean power",
+                "text: # of mean_power",
+                "text: pull-in under constant voltage: not reached",
+                "text: first limit: hoop slack of the drive, at a peak of # of first_limit_voltage",
+                "text: below every limit: peaks up to # of safe_peak_voltage",
+                "text: dielectric strength: unknown, breakdown is not accounted for",
+            ],
+        ),
         (
             "x: height (of displacement); y: force on a load (of force); title: dot: blocked force, diamond: "
             "free stroke",
@@ -191,18 +277,27 @@ TABLE = {
         ),
         (
             "x: frequency (of drive_frequency); y: small stroke over static one; log x and y",
-            ["solid gain over drive_frequency: about # of constant_voltage", "dotted level at -: half power"],
+            [
+                "solid gain over drive_frequency: about # of constant_voltage",
+                "dotted level at -: half power",
+                "ticks as 1.5",
+            ],
         ),
-        ("x: peak voltage (of first_limit_voltage); title: limits met: peak of the drive", ["bars of -"]),
+        (
+            "x: peak voltage (of first_limit_voltage); title: limits met: peak of the drive",
+            ["bars of -", "ticks: meridional slack, drive: meridional slack, hoop slack, drive: hoop slack"],
+        ),
         ("y: blocked force (of ramp_blocked_force)", ["dashed ramp_blocked_force over ramp_voltage"]),
+        ("figure", ["# of constant_voltage", "about # of constant_voltage, half power"]),
     ],
     "designs": [
-        ("x: stroke (mm); y: apparent_power (mVA)", ["solid o apparent_power over stroke"]),
+        ("x: stroke (mm); y: apparent_power (mVA)", ["solid o apparent_power over stroke", "text: #"]),
         (
             "x: design; y: share of devices that meet all",
             ["points o probability over design", "dashed level at -: wished"],
         ),
         ("x: design; y: peak_voltage (V)", ["bars of -", "bars of peak_voltage"]),
+        ("figure", ["designs: quick", "wished", "first limit, peak of the drive"]),
     ],
     "device fit": [
         (
@@ -217,11 +312,43 @@ TABLE = {
             "x: frequency (Hz); title: frequency response, response.csv",
             ["points . measured over reading_along", "solid predicted over reading_along"],
         ),
-        ("y: measured over fitted; title: ring-down, test #", ["points . - over reading_test", "solid level at prior"]),
-        ("x: standard deviation left, over the prior", ["points . - over -", "solid upright at prior", "bars of -"]),
+        (
+            "y: measured over fitted; title: ring-down, test #",
+            ["points . - over reading_test", "solid level at prior", "ticks: frequency # Hz, decay # #/s"],
+        ),
+        (
+            "x: standard deviation left, over the prior",
+            [
+                "points . - over -",
+                "solid upright at prior",
+                "bars of -",
+                "text: far from its prior",
+                "ticks: spring_rate, damping_coefficient, gain of the load cell, gain of the laser, gain of the "
+                "amplifier",
+            ],
+        ),
+        (
+            "figure",
+            [
+                "device fit: pump as drawn, taut film: refused by chi2, not to be relied on",
+                "force",
+                "stroke",
+                "in phase, quadrature",
+            ],
+        ),
     ],
     "device plan": [
-        ("x: standard deviation left, over the prior", ["points . - over -", "solid upright at prior", "bars of -"])
+        (
+            "x: standard deviation left, over the prior",
+            [
+                "points . - over -",
+                "solid upright at prior",
+                "bars of -",
+                "ticks: spring_rate, damping_coefficient, gain of the load cell, gain of the laser, gain of "
+                "the amplifier",
+            ],
+        ),
+        ("figure", ["device plan: pump as drawn"]),
     ],
     "film": [
         (
@@ -251,6 +378,7 @@ TABLE = {
             "x: height (of height); y: capacitance (of capacitance)",
             ["solid . capacitance over height: # of constant_voltage"],
         ),
+        ("figure", ["wrinkled", "# of displacement, # of constant_voltage", "# of constant_voltage"]),
     ],
     "frequency response": [
         (
@@ -271,6 +399,7 @@ TABLE = {
             "x: drive frequency (of drive_frequency); y: phase at # x the drive frequency (degrees)",
             ["solid harmonic_phase over drive_frequency", "dashed linear_phase over drive_frequency"],
         ),
+        ("figure", ["swept up, faint: the model does not hold, highest, up, swept down, highest, down, linear theory"]),
     ],
     "cone and continuum": [
         (
@@ -299,6 +428,14 @@ TABLE = {
                 "dashed in the legend: meridional, cone",
             ],
         ),
+        (
+            "figure",
+            [
+                "cone, voltage # of constant_voltage, continuum, taut",
+                "displacement # of displacement",
+                "meridional, hoop, meridional, cone",
+            ],
+        ),
     ],
     "operating envelope": [
         (
@@ -310,6 +447,7 @@ TABLE = {
                 "dashed level at static_limit_voltage: hoop slack, quasi-static",
                 "dash-dotted level at static_limit_voltage: meridional slack, quasi-static",
                 "filled recommended_peak over drive_frequency: recommended window",
+                "ticks as 1.5",
             ],
         ),
         ("y: static stroke (of stroke)", ["solid stroke over peak_voltage"]),
@@ -320,9 +458,17 @@ TABLE = {
         ),
         (
             "x: drive frequency (of drive_frequency); y: stroke (of window_stroke); title: at the window's edge; log x",
-            ["solid window_stroke over drive_frequency"],
+            ["solid window_stroke over drive_frequency", "ticks as 1.5"],
         ),
-        ("y: mean power (of window_power); log x", ["dashed window_damper_power over drive_frequency"]),
+        ("y: mean power (of window_power); log x", ["dashed window_damper_power over drive_frequency", "ticks as 1.5"]),
+        (
+            "figure",
+            [
+                "recommended window, dielectric breakdown: unknown, no strength given, hoop slack, "
+                "driven, meridional slack, driven, hoop slack, quasi-static, meridional slack, "
+                "quasi-static"
+            ],
+        ),
     ],
     "instability tongues of rest": [
         (
@@ -333,6 +479,7 @@ TABLE = {
             ],
         ),
         ("y: growth rate of deviations from rest (per second)", ["cells of - in YlOrBr"]),
+        ("figure", ["grows with period #, onset, static pitchfork at the peak"]),
     ],
     "Lyapunov exponents": [
         (
@@ -347,7 +494,14 @@ TABLE = {
                 "solid in the legend: after the transient, with long-run value ± s.e.",
                 "filled - over running_time",
             ],
-        )
+        ),
+        (
+            "figure",
+            [
+                "# ± # certainly negative, from the start, to the end of the finite window, after the "
+                "transient, with long-run value ± s.e."
+            ],
+        ),
     ],
     "material fit": [
         (
@@ -400,6 +554,13 @@ TABLE = {
                 "filled - over -: # % band of a prediction",
             ],
         ),
+        (
+            "figure",
+            [
+                "material fit: fitted material, gent with # branches",
+                "measured, material, predicted from the other tests, # % band of a prediction",
+            ],
+        ),
     ],
     "parameter map": [
         (
@@ -407,14 +568,16 @@ TABLE = {
             ["points . in the legend", "cells of lyapunov"],
         ),
         ("x: voltage (of voltage); title: regime", ["points . in the legend", "cells of period"]),
-        ("", ["cells of -"]),
+        ("", ["cells of -", "ticks as "]),
+        ("figure", ["rest, periodic, the model holds nowhere here"]),
     ],
     "Poincare section": [
         (
             "x: displacement (of displacement); y: velocity (of velocity); title: Poincaré section: "
             "once every forcing period",
             ["points velocity over displacement"],
-        )
+        ),
+        ("figure", []),
     ],
     "regime of motion": [
         (
@@ -424,14 +587,16 @@ TABLE = {
                 "points section over section: periodic, period # largest exponent # ± # per second "
                 "settled (within # of its size)"
             ],
-        )
+        ),
+        ("figure", ["periodic, period # largest exponent # ± # per second settled (within # of its size)"]),
     ],
     "spectrum": [
         (
             "x: frequency (of frequency); y: amplitude (of amplitude); title: # % of the variance in lines, "
             "flatness #; log y",
-            ["solid amplitude over frequency", "points o line_amplitude over line_frequency"],
-        )
+            ["solid amplitude over frequency", "points o line_amplitude over line_frequency", "text: #"],
+        ),
+        ("figure", []),
     ],
     "statics": [
         (
@@ -458,6 +623,10 @@ TABLE = {
                 "points D fold_displacement over fold_voltage: fold",
             ],
         ),
+        (
+            "figure",
+            ["voltage # of constant_voltage, model does not hold", "stable, unstable, fold, model does not hold"],
+        ),
     ],
     "sweep": [
         ("y: per_repeat (of per_repeat)", ["solid . per_repeat over voltage"]),
@@ -465,18 +634,21 @@ TABLE = {
         ("y: cycle (of cycle)", ["solid . cycle over voltage"]),
         ("y: sign (of sign)", ["solid . sign over voltage"]),
         ("x: voltage (of voltage); y: sum_residual (of sum_residual)", ["solid . 0 over voltage"]),
+        ("figure", []),
     ],
     "probability": [
         (
             "x: voltage (of voltage); y: probability that the motion is chaotic",
             ["solid o 0 over voltage: share of the draws", "filled high over voltage: interval"],
-        )
+        ),
+        ("figure", ["interval, share of the draws"]),
     ],
     "time response": [
         ("y: displacement (of displacement)", ["solid displacement over time"]),
         ("x: time (of time); y: voltage (of drive_voltage)", ["solid drive_voltage over time"]),
-        ("", ["filled - over -"]),
+        ("", ["filled - over -", "text: film slack", "text: #%"]),
         ("x: displacement (of displacement); y: velocity (of velocity)", ["solid velocity over displacement"]),
+        ("figure", []),
     ],
     "map of the stroke": [
         (
@@ -485,6 +657,7 @@ TABLE = {
         ),
         ("x: voltage (of voltage); title: regime", ["points . in the legend", "cells of period"]),
         ("", ["cells of - in viridis"]),
+        ("figure", ["rest, periodic, the model holds nowhere here"]),
     ],
     "diagram of the extent": [
         (
@@ -515,8 +688,15 @@ TABLE = {
         ),
         (
             "x: voltage (of voltage)",
-            ["points . in the legend", "cells of regime", "cells of period", "filled - over voltage"],
+            [
+                "points . in the legend",
+                "cells of regime",
+                "cells of period",
+                "filled - over voltage",
+                "ticks: up, down, from #,#",
+            ],
         ),
+        ("figure", ["from #,#, down, up, pale: model does not hold", "regime: rest, periodic, chaotic"]),
     ],
     "ensemble of responses": [
         ("title: voltage # of voltage (at times film slack)", ["solid displacement over time"]),
@@ -526,6 +706,7 @@ TABLE = {
             ["solid displacement over time"],
         ),
         ("x: displacement (of displacement); y: velocity (of velocity)", ["solid velocity over displacement"]),
+        ("figure", []),
     ],
     "response of two films": [
         ("y: displacement (of displacement)", ["solid displacement over time"]),
@@ -533,8 +714,9 @@ TABLE = {
             "x: time (of time); y: voltage (of drive_voltage)",
             ["solid drive_voltage over time", "dashed drive_voltage over time"],
         ),
-        ("", ["filled - over -"]),
+        ("", ["filled - over -", "text: film slack", "text: #%"]),
         ("x: displacement (of displacement); y: velocity (of velocity)", ["solid velocity over displacement"]),
+        ("figure", []),
     ],
     "ensemble of exponents": [
         (
@@ -549,7 +731,14 @@ TABLE = {
                 "solid in the legend: after the transient, with long-run value ± s.e.",
                 "filled - over running_time",
             ],
-        )
+        ),
+        (
+            "figure",
+            [
+                "voltage # of voltage # ± # certainly negative, from the start, to the end of the "
+                "finite window, after the transient, with long-run value ± s.e."
+            ],
+        ),
     ],
     "limits over two": [
         (
@@ -570,6 +759,7 @@ TABLE = {
         ("", ["cells of - in viridis"]),
         ("", ["cells of - in viridis"]),
         ("", ["cells of - in viridis"]),
+        ("figure", []),
     ],
     "limits of draws": [
         ("x: onset_voltage (of onset_voltage)", ["points | 0 over onset_voltage", "solid - over -", "filled - over -"]),
@@ -578,6 +768,7 @@ TABLE = {
             "x: pitchfork_voltage (of pitchfork_voltage)",
             ["points | 0 over pitchfork_voltage", "solid - over -", "filled - over -"],
         ),
+        ("figure", []),
     ],
     "limits over one and draws": [
         ("y: onset_voltage (of onset_voltage)", ["points . onset_voltage over spring_stiffness"]),
@@ -586,6 +777,7 @@ TABLE = {
             "x: spring stiffness (of spring_stiffness); y: pitchfork_voltage (of pitchfork_voltage)",
             ["points . pitchfork_voltage over spring_stiffness"],
         ),
+        ("figure", []),
     ],
     "tolerances over one": [
         (
@@ -596,6 +788,7 @@ TABLE = {
             "x: voltage (of voltage); y: probability",
             ["solid o 0 over voltage: pull-in", "solid o 0 over voltage: chaos", "filled - over voltage"],
         ),
+        ("figure", ["from # to # % of the draws, median", "pull-in, chaos"]),
     ],
     "tolerances": [
         (
@@ -604,8 +797,14 @@ TABLE = {
         ),
         (
             "title: probability, with its # % interval",
-            ["points | source over 0", "points | source over -", "bars of 0"],
+            [
+                "points | source over 0",
+                "points | source over -",
+                "bars of 0",
+                "ticks: pull-in, breakdown: not known, chaos",
+            ],
         ),
+        ("figure", []),
     ],
     "probability over two": [
         (
@@ -615,6 +814,7 @@ TABLE = {
         ("x: voltage (of voltage); title: width of the interval", ["cells of - in Greys"]),
         ("", ["cells of - in cividis"]),
         ("", ["cells of - in Greys"]),
+        ("figure", []),
     ],
     "static forces": [
         ("y: displacement (of displacement)", ["solid . displacement over constant_voltage"]),
@@ -622,5 +822,6 @@ TABLE = {
         ("y: blocked force (of blocked_force)", ["solid . blocked_force over constant_voltage"]),
         ("y: cycle work (of cycle_work)", ["solid . cycle_work over constant_voltage"]),
         ("x: constant voltage (of constant_voltage); y: losses (of losses)", ["solid . 0 over constant_voltage"]),
+        ("figure", ["stroke and blocked force"]),
     ],
 }
