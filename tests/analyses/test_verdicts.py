@@ -1452,3 +1452,19 @@ def test_sweeps_of_a_diagram_as_they_are_typed(text, found):
             grids.read_sweeps(text)
     else:
         assert grids.read_sweeps(text) == found
+
+
+@pytest.mark.parametrize(("low", "high", "word"), [("1.1", "0.9", "is reversed"), ("1", "1.0", "is empty")])
+def test_ends_of_branches_and_curves_in_the_words_of_their_commands(low, high, word):
+    said_ = f"voltage from {low} to {high}: {word}; give the lower end first"
+    with pytest.raises(gelcone.InputError, match=said_):
+        branches.continue_branch_arguments(SUBJECT, {"parameter": "voltage", "low": low, "high": high})
+    over = (f"voltage={low}:{high}", "drive_frequency=0.1:0.2")
+    with pytest.raises(gelcone.InputError, match=said_):
+        branches.locus_arguments(SUBJECT, {"over": over})
+    found = branches.locus_arguments(SUBJECT, {"over": ("voltage=0.9:1.1", over[1]), "points": 5})
+    assert found == {"over": {"voltage": (0.9, 1.1), "drive_frequency": (0.1, 0.2)}, "points": 5}
+    given = {"parameter": "voltage", "low": "0.9", "high": "1.1", "start": "settled", "points": 5}
+    assert branches.continue_branch_arguments(SUBJECT, given) == {
+        "parameter": "voltage", "low": 0.9, "high": 1.1, "start": "settled", "points": 5,
+    }  # fmt: skip

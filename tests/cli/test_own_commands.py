@@ -678,3 +678,8 @@ def test_every_file_holds_what_its_name_says(kind, command_line, calls, marked, 
         assert command_line(*typed_)[0] == 1
     code, out, _ = command_line(*typed_)
     assert "wrote" not in out
+
+
+def test_an_analysis_of_a_sweep_has_the_name_of_its_command_or_that_in_python(command_line, calls):
+    for name in ("operating-limits", "operating_limits"):
+        assert ask(command_line, calls, *SWEEP, "--analysis", name)[1]["analysis"] == "operating_limits"

@@ -9,6 +9,7 @@ import platform
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -290,3 +291,45 @@ def test_the_page_has_the_numbers_of_its_device(film, tmp_path, monkeypatch):
     assert f"[{own.device.disc_radius}, {own.device.film_radius}]" in page
     assert ('own.get("true_field") / (strength || Infinity)' in page) == ("true_field" in own.outputs)
     assert not re.search("DEVICE|FIELD_READ|GELCONE_VERSION|VARIABLES_TABLE", page + script)
+
+
+# --- the C ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
+    from gelcone.export.sources import constant, sources
+
+    header = sources(behind)["pump.h"]
+    for place, own in enumerate(behind.variables):
+        kind = own.kind if own.kind in ("input", "state", "parameter") else "read"
+        unit = "" if own.unit in ("", "1") else f", {own.unit}"
+        name = re.sub(r"\W", "_", own.name).upper()
+        assert f"  PUMP_{name} = {place}, /* {kind}{unit}: " in header, own.name
+        assert constant(own.name) == name
+    assert f"PUMP_VARIABLES = {len(behind.variables)} /* how many there are */" in header
+    assert "DEVICE" not in header
+
+
+@pytest.mark.parametrize(("resistance", "shown"), [(None, "CURRENT"), ("1 MOhm", "CURRENT")])
+@pytest.mark.parametrize("inside", [False, True])
+def test_the_example_prints_what_there_is(resistance, shown, inside):
+    from gelcone.export.sources import example
+
+    more = {} if resistance is None else {"series_resistance": resistance}
+    own = Exported(device(film="taut", voltage_offset=700.0, voltage_amplitude=80.0, **more), "pump", inside, 1e-7)
+    text = example(own)
+    assert ("current" in own.outputs) == (shown == "CURRENT")
+    assert (f"PUMP_{shown}" in text, "current (A)" in text, "velocity (m/s)" in text) == (True, True, False)
+    assert ("700.0 + 80.0 * sin(turn * 10.0" in text) == (not inside)
+    assert "DEVICE" not in text
+    hidden = SimpleNamespace(device=own.device, inside=inside, outputs={}, name="pump")
+    assert ("PUMP_CURRENT" in example(hidden), "velocity (m/s)" in example(hidden)) == (False, True)
+
+
+@pytest.mark.parametrize(("film", "kinds"), [("taut", [0]), ("wrinkling", [1])])
+def test_a_film_that_wrinkles_has_kinds(film, kinds):
+    from gelcone.export.sources import sources
+
+    source = sources(Exported(device(film=film), "pump", False, 1e-7))["pump.c"]
+    found = re.search(r"HAS_KINDS\[\] = \{\s*([\d, ]+)\s*\}", source)[1]
+    assert [int(part) for part in found.split(",")] == kinds

@@ -816,6 +816,35 @@ TABLE = {
         ("", ["cells of - in Greys"]),
         ("figure", []),
     ],
+    "response with branches": [
+        (
+            "y: stroke, peak to peak (of stroke)",
+            [
+                "points . stroke over drive_frequency: brute force",
+                "points . stroke over drive_frequency",
+                "solid nothing over followed_value: period #, stable",
+                "solid - over followed_value",
+                "dashed nothing over followed_value",
+                "solid in the legend: faint: the model does not hold",
+                "dashed linear_stroke over drive_frequency: linear theory",
+            ],
+        ),
+        (
+            "x: drive frequency (of drive_frequency); y: phase at # x the drive frequency (degrees)",
+            [
+                "solid harmonic_phase over drive_frequency: phase, swept up",
+                "dotted harmonic_phase over drive_frequency: phase, swept down",
+                "dashed linear_phase over drive_frequency",
+            ],
+        ),
+        (
+            "figure",
+            [
+                "brute force, period #, stable, faint: the model does not hold, linear theory, "
+                "phase, swept up, phase, swept down"
+            ],
+        ),
+    ],
     "static forces": [
         ("y: displacement (of displacement)", ["solid . displacement over constant_voltage"]),
         ("y: stroke (of stroke)", ["solid . stroke over constant_voltage"]),

@@ -122,6 +122,9 @@ VARIANTS = {
         ),
         {},
     ),
+    "response with branches": (
+        lambda: gelcone.frequency(RAISED.replace(damping_ratio=0.1), [0.4, 0.5, 0.6], branches=True), {},
+    ),
     "static forces": (lambda: gelcone.stroke_and_blocked_force(RAISED, [0.0, 0.2, 0.5]), {}),
 }  # fmt: skip
 """Results of the same kinds that are drawn in another way."""

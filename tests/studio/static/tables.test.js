@@ -118,6 +118,7 @@ test("every column of a measured file is read in every one of its units", () => 
   }
   const band = readMeasured("b", "voltage (V),height (mm),height low (mm),height high (um)\n1,5,4,6000\n2,6,5,7000\n");
   assert.deepEqual([[...band.low], [...band.high], band.volts, band.name], [[4, 5], [6, 7], null, "b"]);
+  for (const [mark, note] of [[";", "a, b"], ["\t", "a, b"], [",", "a"]]) assert.deepEqual([...readMeasured("c", ["time (ms)", "height (mm)", note].join(mark) + `\n1${mark}5${mark}x\n2${mark}6${mark}y\n`).values], [5, 6], mark);
   for (const [text, word] of [
     ["time (ms),height (mm)\n2,5\n1,6\n", "times go back"], ["time (V),height (mm)\n1,5\n2,6\n", "is not its unit"], ["time,height (mm)\n1,5\n2,6\n", "has no unit"], ["time (ms),time (ms)\n1,5\n2,6\n", "two columns hold time"],
     ["time (ms),height (mm),height low (mm)\n1,5,4\n2,6,5\n", "a band needs two columns"], ["time (ms),height (mm)\n1,5\n2\n", "line 3: has 1 values, the first line 2"], ["time (ms),height (mm)\n1,5\n2,x\n", 'line 3: "x" is not a number'],
