@@ -1280,6 +1280,7 @@ def test_the_columns_of_a_data_sheet_are_those_of_the_voltages_above_0(draws, la
     widths = [COLUMN_WIDTH] * 2 + [INTERVAL_WIDTH] * draws
 
     def cells(line):
+        assert len(line) == NAME_WIDTH + sum(widths)
         ends = np.cumsum([NAME_WIDTH, *widths])
         return [line[:NAME_WIDTH].rstrip(), *(line[a:b].strip() for a, b in pairwise(ends))]
 
