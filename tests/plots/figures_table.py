@@ -1,6 +1,7 @@
 """What each figure of the register shows of a small result: labels, scales, and the variables along its axes.
 
 Units are the names of the variables whose unit a label shows, # is a number, - what is computed for the figure.
+`python -m tests.plots.test_register` writes it anew, and ruff formats it; read what has changed.
 """
 
 TABLE = {

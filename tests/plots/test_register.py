@@ -1,5 +1,6 @@
 """`gelcone.plot` draws every kind of result: each registered figure on a small real one, with its numbers in it."""
 
+import pprint
 import tempfile
 from pathlib import Path
 
@@ -280,3 +281,20 @@ def test_a_result_without_a_variable_of_its_figure_says_which():
 
 def test_the_kind_of_a_result_decides_its_figure():
     assert figure_of(sweep("lyapunov")) is gelcone.plots.any_figure
+
+
+def write_table():
+    """Writes the table of what each figure shows anew, to be read and compared line by line."""
+    made = {title: (make, {}) for title, make in RESULTS.items()} | VARIANTS
+    shown = {}
+    for title, (make, options) in made.items():
+        result = tagged(make())
+        shown[title] = described(gelcone.plot(result, **options), result)
+    place = Path(__file__).with_name("figures_table.py")
+    about = place.read_text(encoding="utf-8").partition("TABLE = ")[0]
+    text = pprint.pformat(shown, width=115, sort_dicts=False)
+    place.write_text(f"{about}TABLE = {text}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_table()
