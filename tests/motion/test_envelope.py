@@ -12,6 +12,7 @@ import gelcone
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
+from gelcone.motion.attractor import search as search_module
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.creep import _Ramp, thresholds
 from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, DriveShape, Plane, driven, peak_of
@@ -410,18 +411,26 @@ def test_every_limit_counts_the_transient_from_rest(monkeypatch):
             assert found[name].tolist() == [met], (start, name)
 
 
-def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states(monkeypatch):
-    lasted = []
+@pytest.mark.parametrize(("time", "lasts"), [(30.0, 120.0), (500.0, 40.0)])
+def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states_or_their_drift_is_examined(
+    monkeypatch, time, lasts
+):
+    lasted, filtered = [], []
 
     def look(plane, members, states, lasts, yields):
         lasted.append(np.max(lasts))
+        filtered.append(np.abs(states[:, 2]).max())
         names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
         return {name: np.zeros(members.size) for name in (*names, *driven_module.YIELDS)}
 
     monkeypatch.setattr(Plane, "_look", look)
-    slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=500.0)
+    slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=time)
     Plane.of(slow, None).examine(np.array([0.5]), np.array([0.1]))
-    assert max(lasted) == 2000.0
+    assert max(lasted) == lasts
+    settled, start, *course = filtered
+    assert start == 0.0 < settled
+    assert bool(course) == (time > 100.0)
+    assert all(values > 0.5 * settled for values in course)
 
 
 def test_the_transient_from_rest_counts_until_it_has_decayed():
@@ -473,6 +482,24 @@ def test_a_film_that_creeps_has_both_thresholds():
         found[name][1] * device.scales.voltage for name in ("long_time_voltage", "instant_voltage")
     ] == pytest.approx(both, rel=1e-12)
     assert thresholds(gelcone.ConeModel()) == {}
+
+
+def test_a_film_that_creeps_slowly_is_not_waited_for_and_has_the_same_limits(monkeypatch):
+    """Raised, it localises late; the limits of a slow branch do not depend on its relaxation time."""
+    model = ConeModel(film="wrinkling", spring_stiffness=3.0, rest_height=1.4, damping_ratio=0.3).replace(
+        voltage=0.1, voltage_bias=0.5, viscous_modulus_1=0.5, relaxation_time_1=300.0
+    )
+    omegas, volts = np.array([0.5, 1.1]), np.array([0.5, 0.6, 0.7])
+
+    def limits(time: float) -> list[list[float]]:
+        plane = Plane.of(model.replace(relaxation_time_1=time), None)
+        return driven(plane, omegas, volts, refine=False, progress=None)["low"].tolist()
+
+    drifted = limits(300.0)
+    np.testing.assert_array_equal(limits(1e6), drifted)
+    assert drifted[0][0] == pytest.approx(0.645, abs=0.005)
+    monkeypatch.setattr(search_module, "SLOW", np.inf)
+    np.testing.assert_array_equal(limits(300.0), drifted)
 
 
 BEAM = ConeModel(

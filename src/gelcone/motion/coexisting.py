@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.attractor.search import default_transient
+from gelcone.motion.attractor.search import transient_of_the_disc
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.motion.settled import Swing, settled_swing, swing
@@ -46,7 +46,7 @@ SAME_CYCLE = 1e-3
 LOOKS = 2
 """How often a motion after a kick is compared with the own cycle before it has been followed to the end."""
 LOOK_AFTER = 0.25
-"""Share of the whole transient between them."""
+"""Share of the disc's transient between them; a kick hardly changes what creeps slowly."""
 ARRIVED = 1e-4
 """Share of the own motion's size within which a motion that comes so near to the own cycle ends in it."""
 CHUNK = 512
@@ -152,7 +152,7 @@ class _Kicks:
         away = np.flatnonzero(run.outcome == Outcome.OK)
         for _ in range(LOOKS):
             part = members.take(away)
-            repeats = repeats_lasting(part, LOOK_AFTER * default_transient(part))
+            repeats = repeats_lasting(part, LOOK_AFTER * transient_of_the_disc(part))
             states[away], settled.outcome[away] = settle(part, states[away], repeats, **self.flow)
             away = away[(settled.outcome[away] == Outcome.OK) & ~self._back(rows[away], states[away])]
         if away.size:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.attractor.search import Starts, transient_of
+from gelcone.motion.attractor.search import Search, Starts, are_slow, transient_of, transient_of_the_disc
 from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power
 from gelcone.motion.equilibrium import Ramp, drive_ramp
@@ -51,7 +51,11 @@ CHUNK = 128
 PERIODS = 12
 """Drive periods of the settled motion that are examined."""
 DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
-"""Decay times for which the transient from rest is examined, and the most of it by the damping of the disc."""
+"""Decay times for which the transient from rest is examined, and the most of it by the damping of the disc. Of states
+that are far slower the drift is examined where its course is known."""
+LONGEST_WAIT, PATIENCE = 16.0, 1e5
+"""Transients of the disc for which a motion with slow states is followed that does not drift, and the time for which
+its kind is searched for."""
 PER_PERIOD, PER_OSCILLATION = 16, 10
 """Fewest samples of a drive period and of the fastest oscillation."""
 BLOCK_SAMPLES = 2**17
@@ -187,18 +191,20 @@ class Plane:
     def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
         """`examine` from ``start``, with the limits that the ``transient`` from there meets."""
         members = model.members()
-        final, regime, outcome = self._settle(members, start, classified=yields)
+        final, regime, outcome, drifts = self._settle(members, start, classified=yields)
         ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
         after = np.where(ran[:, None], final, start)
         seen = self._look(members, after, 0.0, yields)
         fails = {name: seen[name] for name in _FAILINGS}
         if transient:
-            with np.errstate(divide="ignore"):
-                lasts = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
-                lasts = np.maximum(lasts, DECAYS * members.time_constant)
-            early = self._look(members, start, lasts, yields=False)
+            early = self._look(members, start, self._transient(members, drifts), yields=False)
             fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
+            for rows, course in drifts.courses:
+                which, at = np.nonzero(np.isfinite(course[..., 0]))
+                passed = self._look(members.take(rows[which]), course[which, at], 0.0, yields=False)
+                for name, values in fails.items():
+                    np.fmax.at(values, rows[which], passed[name])
         breakdown = fails["breakdown"]
         return (
             {name: np.where(ran, seen[name], np.nan) for name in (YIELDS if yields else ())}
@@ -213,23 +219,40 @@ class Plane:
             | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
+    @staticmethod
+    def _transient(members: Members, drifts: _Drifts) -> Array:
+        """For how long the transient from rest is examined sample by sample, (members,)."""
+        with np.errstate(divide="ignore"):
+            of_disc = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
+        of_states = DECAYS * members.time_constant
+        of_states = np.where(are_slow(members), np.minimum(of_states, LONGEST_TRANSIENT), of_states)
+        return np.where(drifts.known, of_disc, np.maximum(of_disc, of_states))
+
     def _settle(
         self, members: Members, start: Array, classified: bool
-    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8]]:
-        """Where motions from ``start`` settle, (members, N), their regimes and outcomes; unless they shall be
+    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8], _Drifts]:
+        """Where motions from ``start`` settle, (members, N), their regimes, outcomes and drifts; unless they shall be
         ``classified``, one that returns and that no nearby one leaves counts as periodic."""
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
-        starts, every = Starts.at(start, 2), np.arange(members.size)
-        regime = np.full(members.size, Regime.PERIODIC, dtype=np.int8)
-        if not classified:
-            starts.advance(members, every, slice(0, 2), transient_of(members, None), compared=True, **flow)
+        slow, disc = are_slow(members), transient_of_the_disc(members)
+        duration = transient_of(members, None)
+        found = Search(members, Starts.at(start, 2), None, **flow)
+        followed = np.flatnonzero(slow) if classified else np.arange(members.size)
+        found.begin(followed, np.where(slow, np.minimum(duration, LONGEST_WAIT * disc), duration), 1.0)
+        starts, there = found.starts, found.cycles.attracting
         final, outcome = starts.state[:, 0].copy(), starts.outcome[:, 0].copy()
+        regime = np.where(there & found.cycles.resting, Regime.REST, Regime.PERIODIC).astype(np.int8)
         regime[outcome != Outcome.OK] = Regime.LEFT_THE_DOMAIN
-        rows = np.flatnonzero((outcome == Outcome.OK) & ((starts.period[:, 0] == 0) | np.isfinite(starts.apart)))
-        if rows.size:
-            evidence = classify(members.take(rows), start[rows], **flow)
-            final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
-        return final, regime, outcome
+        unclear = ~there & (classified | (starts.period[:, 0] == 0) | np.isfinite(starts.apart))
+        waits = np.where(slow, disc, 0.0)  # of slow states not more: they stay where they are
+        options: dict[str, Any]
+        for wait in np.unique(waits):
+            rows = np.flatnonzero((outcome == Outcome.OK) & unclear & (waits == wait))
+            if rows.size:
+                begin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
+                evidence = classify(members.take(rows), begin[rows], **options, **flow)
+                final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
+        return final, regime, outcome, _Drifts(there, found.courses)
 
     def _look(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
         """Whether motions from ``states`` fail, (members,) by name, over `PERIODS` drive periods or more that last
@@ -266,6 +289,14 @@ class Plane:
         if film.kinds:  # wrinkles bound the use of a film, too
             found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
         return found
+
+
+class _Drifts(NamedTuple):
+    """Drifts of slow states: whether they are ``known`` to their end (members,), and their ``courses``, see
+    `Search`."""
+
+    known: npt.NDArray[np.bool_]
+    courses: list[tuple[Rows, Array]]
 
 
 def _ever(excess: Array) -> Array:

@@ -5,7 +5,7 @@ gives at one point what the drift is and how it changes; the linearised map repe
 further at the cost of one (an exponential Rosenbrock-Euler method: Hochbruck and Ostermann, Acta Numerica 19 (2010)
 209, for a map). K doubles as long as the drift beyond is what the linear map says. At the end K is as good as infinite,
 and the step is Newton's. A drift on which the fast motion loses its stability, the film its hold or the steps their
-way is left to patience.
+way is followed as far as it leads.
 """
 
 from __future__ import annotations
@@ -31,13 +31,15 @@ REACH = 0.2
 """Longest step over the motion's size."""
 SETTLED = 1e-6
 """What is left of the drift, over the motion's size, where the linear map has forgotten where it began."""
+SMALLEST_DECAY = 1e-12
+"""Smallest decay of a deviation in one turn that rounding does not hide."""
 GROWTH = 10.0
-"""A deviation that grows by more than this times what the slowest state forgets in the same time is not a drift."""
+"""No drift ends where a deviation grows by more than this times what the slowest state forgets in the same time."""
 MOST_DOUBLINGS = 50
 FEWEST_PERIODS = 4
 """Where fewer repetitions of the map at once are too many, a step gains nothing."""
-MOST_STEPS, MOST_ENDED = 60, 2
-"""Turns of a motion, and those of them on which a film may end, or the motion leave the domain."""
+MOST_STEPS = 60
+"""Turns of a motion."""
 
 
 class Returned(NamedTuple):
@@ -55,40 +57,61 @@ class Returned(NamedTuple):
             own[rows] = new
 
 
-def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> tuple[Array, Array]:
-    """Where the drift of motions ends that nearly return after ``period`` forcing periods, and when.
+class Drift(NamedTuple):
+    """Drifts of motions: the points (members, N) to which they were followed, the ``time`` (members,) that it takes to
+    come there, whether they end there (members,), and all points on the way, ``course`` (members, points, N), NaN
+    beyond the last."""
 
-    ``states`` (members, N) at phase 0. Returns points (members, N), NaN where the drift could not be followed to its
-    end, and the times (members,) that it takes. A member's numbers depend on nothing but itself.
-    """
+    point: Array
+    time: Array
+    ends: npt.NDArray[np.bool_]
+    course: Array
+
+
+def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Drift:
+    """The drift of motions that nearly return after ``period`` (members,) forcing periods from ``states`` (members, N)
+    at phase 0. A member's numbers depend on nothing but itself."""
     count = len(states)
-    point, time, ended = states.copy(), np.zeros(count), np.zeros(count, dtype=np.int64)
-    end, most = np.full(states.shape, np.nan), np.full(count, MOST_DOUBLINGS)
+    point, time = states.copy(), np.zeros(count)
+    ends, most = np.zeros(count, dtype=bool), np.full(count, MOST_DOUBLINGS)
+    longest, course = most.copy(), [states.copy()]
     turn = period * members.forcing_period
     fastest_growth = 1.0 + GROWTH * turn / np.maximum(members.time_constant, turn)
     rows = np.arange(count)
     at = _returned(members, point, period, flow_options)
-    rows = rows[at.growth < fastest_growth]
+    rows = rows[np.isfinite(at.growth)]
     for _ in range(MOST_STEPS):
         if not rows.size:
             break
         own = Returned(*(values[rows] for values in at))
-        leap = _leap(own, most[rows])
+        leap = _leap(own, most[rows], members.time_constant[rows] / turn[rows])
         new = _returned(members.take(rows), point[rows] + leap.step, period[rows], flow_options)
         with np.errstate(all="ignore"):
             error = np.abs(_mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / own.size / SLIP
-            good = (error < 1.0) & (new.growth < fastest_growth[rows])
+            good = (error < 1.0) & np.isfinite(new.growth)
             change = np.where(np.isfinite(error), np.floor(-0.5 * np.log2(np.maximum(error, 1e-6))), -4.0)
         most[rows] = leap.doublings + np.where(good, np.maximum(change, 0.0), np.minimum(change, -1.0)).astype(int)
-        ended[rows] += np.isnan(new.size)
+        beyond = np.isnan(new.size)  # where the film has ended: no later leap need be as long
+        longest[rows[beyond]] = leap.doublings[beyond] - 1
+        most[rows] = np.minimum(most[rows], longest[rows])
         gone = rows[good]
         point[gone] += leap.step[good]
         time[gone] += turn[gone] * 2.0 ** leap.doublings[good]
         at.put(gone, Returned(*(values[good] for values in new)))
         there = good & leap.settled & (np.abs(leap.step).max(axis=1) < 0.1 * NEAR_RETURN * own.size)
-        end[rows[there]] = point[rows[there]]
-        rows = rows[~there & (2.0 ** most[rows] >= FEWEST_PERIODS) & (ended[rows] < MOST_ENDED)]
-    return end, time
+        there &= new.growth < fastest_growth[rows]
+        ends[rows[there]] = True
+        course.append(np.full(states.shape, np.nan))
+        course[-1][gone] = point[gone]
+        rows = rows[~there & (2.0 ** most[rows] >= FEWEST_PERIODS)]
+    return Drift(point, time, ends, _passed(np.stack(course, axis=1)))
+
+
+def _passed(course: Array) -> Array:
+    """The points (members, points, N) of each member in a row, those that are NaN last."""
+    order = np.argsort(np.isnan(course[..., 0]), axis=1, kind="stable")
+    passed = np.take_along_axis(course, order[..., None], axis=1)
+    return passed[:, : int(np.isfinite(passed[..., 0]).sum(axis=1).max(initial=0))]
 
 
 class _Leap(NamedTuple):
@@ -103,17 +126,22 @@ class _Leap(NamedTuple):
     settled: npt.NDArray[np.bool_]
 
 
-def _leap(at: Returned, most: npt.NDArray[np.int64]) -> _Leap:
-    """As many repetitions as settle, at most 2^``most`` (members,) and no more than keep within `REACH`."""
+def _leap(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
+    """As many repetitions as settle, at most 2^``most`` (members,) and no more than keep within `REACH`.
+
+    A drift so slow that one repetition changes nothing has not settled before as many as the slowest state needs,
+    ``slowest`` (members,), or the slowest deviation of the map.
+    """
     total, power = np.tile(np.eye(at.gap.shape[1]), (len(at.gap), 1, 1)), at.tangent.copy()
     step, gap = at.gap.copy(), _mapped(power, at.gap)
     doublings, going = np.zeros(len(gap), dtype=np.int64), np.ones(len(gap), dtype=bool)
     settled = np.zeros(len(gap), dtype=bool)
     with np.errstate(all="ignore"):
+        fewest = np.log2(np.fmax(slowest, -1.0 / np.log(np.minimum(at.growth, 1.0 - SMALLEST_DECAY))))
         for _ in range(MOST_DOUBLINGS):
             sums, powers = total + power @ total, power @ power
             steps, gaps = _mapped(sums, at.gap), _mapped(powers, at.gap)
-            settled |= going & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
+            settled |= going & (doublings >= fewest) & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
             near = np.abs(steps).max(axis=1) < REACH * at.size  # not so where one is not finite
             going &= near & (doublings < most) & ~settled
             if not going.any():

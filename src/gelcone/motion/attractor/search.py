@@ -30,6 +30,8 @@ LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
 SLOW = 2.0
 """States are slow that need more than this times as long as the disc to settle."""
+MOST_DRIFTS = 8
+"""How often a motion that leaves its drift is taken to the next one, at least."""
 SHORTEST_TRANSIENT = 200.0
 PATIENCE, PATIENCE_PERIODS, PATIENCE_TRANSIENTS = 1e5, 300, 5
 """Time, forcing periods and default transients for which motions are followed by default: the longest of the three."""
@@ -67,10 +69,16 @@ def default_transient(members: Members) -> Array:
     20 times the slowest decay that is known - 1/zeta, for which 5,000 will do, and the time constants of the states
     that components add -, and at least 30 forcing periods and 200.
     """
-    return np.maximum(_transient_of_the_disc(members), DECAY_TIMES * members.time_constant)
+    return np.maximum(transient_of_the_disc(members), DECAY_TIMES * members.time_constant)
 
 
-def _transient_of_the_disc(members: Members) -> Array:
+def are_slow(members: Members, duration: Array | float = np.inf) -> npt.NDArray[np.bool_]:
+    """Whether states that components add need far longer to settle than the disc, (members,), and a ``duration``
+    too."""
+    return np.asarray(SLOW * transient_of_the_disc(members) < np.minimum(default_transient(members), duration))
+
+
+def transient_of_the_disc(members: Members) -> Array:
     """`default_transient` without the states that components add."""
     damping = np.broadcast_to(members.damping_ratio, members.shape).ravel()
     decay = np.minimum(DECAY_TIMES / np.maximum(damping, 1e-12), LONGEST_DECAY)
@@ -321,7 +329,8 @@ class Search:
     """A search for the attractors of damped ``members``, from the ``starts`` of each.
 
     ``cycles`` are those near the starts that stand for the members, ``start`` (members,) says which: the member's own
-    unless another is taken. A member has arrived where its cycle is `Cycles.attracting`.
+    unless another is taken. A member has arrived where its cycle is `Cycles.attracting`. ``courses`` are the rows and
+    points (rows, points, N) of the drifts that were followed.
     """
 
     def __init__(self, members: Members, starts: Starts, progress: Progress, **flow_options: Any) -> None:
@@ -329,6 +338,7 @@ class Search:
         self.loose = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
         self.cycles = Cycles.none(members.size, starts.state.shape[2])
         self.start = np.zeros(members.size, dtype=np.intp)
+        self.courses: list[tuple[npt.NDArray[np.intp], Array]] = []
 
     @property
     def state(self) -> Array:
@@ -353,36 +363,50 @@ class Search:
     def begin(self, rows: npt.NDArray[np.intp], duration: Array, share: float) -> None:
         """Follows the members' own starts and the first nearby, side by side, to the time ``duration`` (members,).
 
-        Slow states are not waited for where the motion returns but for their drift: it is followed to its end.
+        Slow states are not waited for where the motion returns but for their drift: it is followed as far as it leads.
+        Where the motion leaves it, it is followed itself, until it drifts again.
         """
-        disc = _transient_of_the_disc(self.members)
-        slow = SLOW * disc < np.minimum(default_transient(self.members), duration)
-        until = np.where(slow, disc, duration)
+        disc = transient_of_the_disc(self.members)
+        until, left = np.where(are_slow(self.members, duration), disc, duration), rows[:0]
         rounds = 1 + doublings(until[rows], duration[rows])
+        rounds += MOST_DRIFTS * (rounds > 1)
         for _ in range(rounds):
             self.advance(rows, slice(0, 2), until, share / rounds, compared=True)
-            rows, lost = self._drifting(rows[until[rows] < duration[rows]])
+            rows, lost, left = self._drifting(rows[(until[rows] < duration[rows]) | np.isin(rows, left)])
             if not rows.size:
                 break
             until = np.minimum(2.0 * until, duration)
             until[lost] = duration[lost]
+            until[left] = self.starts.followed[left, 0] + disc[left]
 
-    def _drifting(self, rows: npt.NDArray[np.intp]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-        """Takes the ``rows`` to where their drift ends; those that have to be followed, and those of them whose drift
-        does not end on a cycle that attracts."""
+    def _drifting(
+        self, rows: npt.NDArray[np.intp]
+    ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Takes the ``rows`` to where their drift ends; those that have to be followed, those of them that do not drift
+        at all, or to no cycle that attracts, and those that left their drift on the way, where it was left."""
         starts = self.starts
         starts.ended[rows, :2] = np.inf  # the slowest drift looks settled
+        one_ended = rows[(starts.outcome[rows, 0] == Outcome.OK) & (starts.outcome[rows, 1] != Outcome.OK)]
+        starts.apart[one_ended] = np.fmin(starts.apart[one_ended], starts.followed[one_ended, 1])
+        rows = np.setdiff1d(rows, one_ended)
         together = np.isinf(starts.apart[rows]) & (starts.outcome[rows, :2] == Outcome.OK).all(axis=1)
         steady = rows[together & (starts.drift[rows, 0] > 0)]
         part, period = self.members.take(steady), starts.drift[steady, 0]
-        point, time = drifted(part, starts.state[steady, 0], period, **self.exact)
-        there = np.isfinite(point).all(axis=1)
-        cycles = find_cycles(part, point, np.where(there, period, 0), **self.exact)
+        drift = drifted(part, starts.state[steady, 0], period, **self.exact)
+        if steady.size:
+            self.courses.append((steady, drift.course))
+        cycles = find_cycles(part, drift.point, np.where(drift.ends, period, 0), **self.exact)
         at, there = steady[cycles.attracting], cycles.attracting
         starts.state[at, :2], starts.period[at, :2] = cycles.point[there, None], cycles.period[there, None]
-        starts.followed[at, :2] += time[there, None]
+        starts.followed[at, :2] += drift.time[there, None]
         starts.ended[at, :2] = starts.followed[at, :2]
-        return np.setdiff1d(rows[starts.outcome[rows, 0] == Outcome.OK], at), np.setdiff1d(steady, at)
+        self.cycles.put(at, cycles.take(there))
+        leaves = ~drift.ends & (drift.time > 0.0)
+        left = steady[leaves]
+        starts.state[left, :2] = Starts.at(drift.point[leaves], 2).state
+        starts.followed[left, :2] += drift.time[leaves, None]
+        lost = np.setdiff1d(steady, np.concatenate([at, left]))
+        return np.setdiff1d(rows[starts.outcome[rows, 0] == Outcome.OK], at), lost, left
 
     def under_way(self, rows: npt.NDArray[np.intp], start: npt.NDArray[np.intp] | int = 0) -> npt.NDArray[np.intp]:
         """Those of ``rows`` of which a start has neither arrived nor stopped: slow, or chaotic. The start stands for
