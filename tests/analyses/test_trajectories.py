@@ -102,7 +102,9 @@ def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
 def test_the_time_at_a_limit_is_in_percent():
     shown = xr.Dataset(
         {
-            **dict.fromkeys(("peak_current", "peak_slew_rate", "rms_voltage", "rms_current", "apparent_power"), 1.0),
+            **dict.fromkeys(
+                ("peak_current", "peak_charge", "peak_slew_rate", "rms_voltage", "rms_current", "apparent_power"), 1.0
+            ),
             "slew_limited": 0.25,
             "outcome": 0,
         }

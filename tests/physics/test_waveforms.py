@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import gelcone
 from gelcone.devices.device import Device, find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
@@ -178,7 +179,15 @@ def test_what_a_source_loses_when_it_jumps_is_half_the_capacitance_times_the_squ
     lost = float(behind["resistor_dissipation"][-1]) - charging
     assert lost == pytest.approx(float(ideal["resistor_dissipation"][-1]), rel=0.02)
     assert np.isinf(ideal["peak_slew_rate"])
-    assert np.isinf(ideal["peak_current"])
+    for name in ("peak_current", "rms_current", "apparent_power"):
+        assert np.isinf(ideal[name])
+        assert np.isfinite(behind[name])
+    assert "peak and rms current of the ideal source are infinite" in ideal.gelcone.words()
+    assert "infinite" not in behind.gelcone.words()
+    assert np.isinf(gelcone.settled(model)["apparent_power"])
+    if film == "taut":  # v C with C = 1 + x^2
+        charges = abs(ideal["drive_voltage"] * (1.0 + ideal["displacement"] ** 2))
+        assert float(ideal["peak_charge"]) == pytest.approx(float(charges.max()), rel=1e-12)
 
 
 def test_shooting_over_pieces_has_the_derivatives_of_differences():

@@ -54,13 +54,23 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join(lines)
 
 
+_JUMPS = (
+    "the voltage jumps: the charge moves at once, so that peak and rms current of the ideal source are infinite; a "
+    "rise of the waveform or a series resistance gives finite ones"
+)
+
+
 def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
-    """What a single amplifier delivers, and what of it is lost; none for the ideal source."""
+    """What a single amplifier delivers, and what of it is lost; of the ideal source whether its voltage jumps."""
     if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
-        return []
+        jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
+        return [_JUMPS] if jumps else []
     peaks, rms = (
         ", ".join(measured(shown[name], 4) for name in names)
-        for names in (("peak_current", "peak_slew_rate"), ("rms_voltage", "rms_current", "apparent_power"))
+        for names in (
+            ("peak_current", "peak_charge", "peak_slew_rate"),
+            ("rms_voltage", "rms_current", "apparent_power"),
+        )
     )
     lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
     split = ", ".join(f"{name} {measured(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone.dataset import Variable, absent
 from gelcone.motion.dwell import Path, dwell_times
@@ -19,16 +18,20 @@ LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("curren
 """By the limit of an amplifier: the name of the share of time at it, and words for it."""
 
 
-def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray[np.bool_]) -> dict[str, Variable]:
+def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
     """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), peaks over
-    all of them (infinite where a voltage has ``jumped``, (members,)), and the shares of the time at the limits of each
-    amplifier; a source of the second film's own is ``second_``."""
+    all of them, and the shares of the time at the limits of each
+    amplifier; a source of the second film's own is ``second_``. Currents are infinite where a voltage jumps, as what is
+    ``lost`` (members, samples) in jumps shows: the charge moves at once."""
+    jumped = lost[:, -1] > 0.0
+    late = lost[:, -1] > lost[:, times.shape[1] // 2]
     system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
     shape, found = times.shape, dict[str, Variable]()
     with np.errstate(all="ignore"):
         currents = [np.broadcast_to(one, shape) for one in system.currents(times, z, n)]
         voltages, rates = system.source_voltages(times, z, n), system.source_rates(times, z, n)
-    for line in system.lines:
+        charges = system.source_charges(times, z, n)
+    for line, charge in zip(system.lines, charges, strict=True):
         first, of = line.films[0], "the second film's source" if line.prefix else "the source"
         current = sum((currents[k] for k in line.films[1:]), currents[first])
         ran = ~np.isnan(states[..., 0])
@@ -36,14 +39,21 @@ def delivered(members: Members, times: Array, states: Array, jumped: npt.NDArray
         peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
         if line.circuit.jumps and line.drive != "constant":
             peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
+            rms[1] = np.where(late, np.inf, rms[1])
+        most = _peak(np.where(ran, np.broadcast_to(charge, shape), np.nan))
         own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
-            "rms_current": (rms[1], f"root mean square current of {of} in the second half", absent("current")),
+            "rms_current": (
+                rms[1],
+                f"root mean square current of {of} in the second half",
+                absent("current", infinite=JUMPS),
+            ),
             "apparent_power": (
                 rms[0] * rms[1],
                 f"root mean square voltage times current of {of}",
-                absent("apparent power"),
+                absent("apparent power", infinite=JUMPS),
             ),
+            "peak_charge": (most, f"largest charge of {of}", absent("charge")),
             "peak_current": (peaks[0], f"largest current of {of}", absent("current", infinite=JUMPS)),
             "peak_slew_rate": (peaks[1], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }

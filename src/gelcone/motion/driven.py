@@ -308,28 +308,30 @@ def _ever(excess: Array) -> Array:
 def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
-    x, n = run.states[..., 0], members.numbers(trailing=1)
+    system, x, n = members.system, run.states[..., 0], members.numbers(trailing=1)
     voltages = members.voltages(run.times, run.states)
     # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
     some = slice(0, 10 * samples, 5)
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
         z = list(np.moveaxis(run.states[:, some], -1, 0))
-        currents = members.system.currents(run.times[:, some], z, n)
+        currents = system.currents(run.times[:, some], z, n)
         apparent = apparent_power(members, run.times[:, some], run.states[:, some], currents)
         field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
+        charges = [np.broadcast_to(own, z[0].shape) for own in system.source_charges(run.times[:, some], z, n)]
         jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
-    system, lasts = members.system, run.times[:, -1]
+    lasts = run.times[:, -1]
     return {
         "stroke": highest(x) + highest(-x),
         "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
         "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
         "heating": heat_of(system, run.work)[:, -1] / lasts,
-        "apparent_power": apparent,
+        "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
+        "peak_charge": np.max([np.abs(charge).max(axis=1) for charge in charges], axis=0),
         "field": field,
     }
 
 
-YIELDS = ("stroke", "power", "damper_power", "apparent_power", "field", "heating")
+YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
     "meridional slack": "meridional_slack",

@@ -24,7 +24,10 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "resistor_power": ("what the circuit's resistance takes, or is lost where a voltage jumps", "power"),
     "leak_power": ("what leaks through the film", "power"),
     "dielectric_power": ("what a permittivity that follows late takes", "power"),
-    "apparent_power": ("apparent power: rms voltage times rms current of the sources", "apparent power"),
+    "apparent_power": (
+        "apparent power: rms voltage times rms current of the sources",
+        dataset.absent("apparent power", infinite=JUMPS),
+    ),
     "field": ("largest true field in a film", "field"),
     **HEAT,
 }
@@ -58,7 +61,7 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
         "current": np.where(jumps > 0.0, np.inf, current),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
-        "apparent_power": apparent_power(members, times, states, currents),
+        "apparent_power": np.where(jumps > 0.0, np.inf, apparent_power(members, times, states, currents)),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
         "heat": heat.mean(axis=1),
         "heating": heat.mean(axis=1),

@@ -21,6 +21,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.creep import Holding, holding, thresholds
+from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, driven, is_flat, peak_of
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.equilibrium import stroke_and_blocked_force
@@ -88,8 +89,8 @@ def envelope(
         between any two, or to jump between two that are 0.2 % apart.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
     limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
-        transient over at least 12 drive periods and 4 decay times, of states far slower than the disc at points of their
-        drift; ``"settled"``, the motion that is settled while the voltage rises slowly; or ``"both"``.
+        transient over at least 12 drive periods and 4 decay times; of states far slower than the disc at points of
+        their drift; ``"settled"``, the motion that is settled while the voltage rises slowly; or ``"both"``.
     duration : of a film that creeps, for how long it must bear a constant voltage. Default: without end, so that limits
         at constant voltage are those of the relaxed film.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -103,7 +104,8 @@ def envelope(
     ``recommended_constant``, the lowest of them less the margin.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
-    ``driven_damper_power``, ``driven_apparent_power``, ``driven_field``, ``regime``, ``outcome``; NaN where it was not
+    ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,
+    ``outcome``; NaN where it was not
     examined: well above the pull-in of the film, and the yields at frequencies that were added. Over
     ``driven_limit`` and
     ``drive_frequency``: ``limit_low`` and ``limit_high``, the interval of the peak voltage in which the limit is first
@@ -111,7 +113,7 @@ def envelope(
 
     Over ``drive_frequency``: ``first_limit``, its index (-1: none); ``recommended_peak``, the lowest known limit,
     driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
-    ``window_apparent_power`` and ``window_regime``; NaN where there is no window.
+    ``window_apparent_power``, ``window_peak_charge`` and ``window_regime``; NaN where there is no window.
 
     The pull-in of a wrinkling cone without a second film is that of the membrane, which comes far earlier than the
     cone's: of a motion whose voltage exceeds the one at which the membrane has pulled in
@@ -363,6 +365,7 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
 
 
 _VOLTAGE = dataset.absent("voltage", nan="unknown or not applicable")
+_APPARENT = dataset.absent("apparent power", infinite=JUMPS)
 _STATIC: dict[str, tuple[str, dataset.Of]] = {
     "static_displacement": ("displacement on a slow voltage ramp", "length"),
     "stroke": ("displacement from the rest without voltage", "length"),
@@ -377,7 +380,8 @@ _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
     "driven_stroke": ("stroke of the settled motion, peak to peak", "length"),
     "driven_power": ("mean power that the voltage source supplies and the device dissipates", "power"),
     "driven_damper_power": ELECTRICAL["damper_power"],
-    "driven_apparent_power": ("root mean square voltage times current", "apparent power"),
+    "driven_apparent_power": ("root mean square voltage times current", _APPARENT),
+    "driven_peak_charge": ("largest charge of a source", "charge"),
     "driven_field": ("highest true field", "field"),
     "driven_heating": HEAT["heating"],
     "regime": ("kind of motion", "code"),
@@ -387,7 +391,8 @@ _WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
     "power": ("mean power that the voltage source supplies there", "power"),
     "damper_power": ELECTRICAL["damper_power"],
-    "apparent_power": ("root mean square voltage times current there", "apparent power"),
+    "apparent_power": ("root mean square voltage times current there", _APPARENT),
+    "peak_charge": ("largest charge of a source there", "charge"),
     "heating": (f"{HEAT['heating'][0]} there", "heating"),
     "regime": ("kind of motion there", "code"),
 }

@@ -91,7 +91,8 @@ def simulate(
     cease, and ``validity_error`` how well these are known; NaN for the breakdown when the strength is unknown.
     ``validity_pulled_in`` is 1 of a run that ended so.
     ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half of
-    the run, ``peak_current`` and ``peak_slew_rate`` its largest ones: what an amplifier must deliver; ``slew_limited``
+    the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones: what an amplifier must deliver
+    (infinite currents where the voltage of an ideal source jumps, whose charge moves at once); ``slew_limited``
     and ``current_limited`` the shares of the time at its limits, where it has some. Of films that creep or leak
     ``heat`` is the mean heat in them over their volume in the second half, and ``heating`` the rate at which their
     temperature then rises as long as they give no heat away.
@@ -165,7 +166,7 @@ def simulate(
         | valid
         | states
         | _heat(members, run)
-        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), np.any(jumps[0], axis=-1)),
+        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), jumps[1]),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # times that were asked for stand in the result as its coordinate

@@ -295,6 +295,16 @@ class ConeSystem:
         moment = self._moment(tau, z, n, xp)
         return [moment.source_voltage(self.line_of(k)) for k in range(len(self.films))]
 
+    def source_charges(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
+        """Charge on the films of each line, which its source has to deliver."""
+        moment = self._moment(tau, z, n, np)
+        return [
+            line.circuit.stored(
+                moment.port(line), moment.voltage(line), self.states_of(z, "line", line.prefix), line.own(moment.n)
+            )
+            for line in self.lines
+        ]
+
     def source_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Rates of change of these voltages."""
         if all(line.circuit == _IDEAL for line in self.lines):
