@@ -33,6 +33,7 @@ from creeping_reference import CAUSES, FAILED, PULLED_IN, RELATIVE, Device, Moti
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
+from gelcone.motion.response import simulate
 from gelcone.physics.model import ConeModel
 
 BLOCK = 100
@@ -295,6 +296,45 @@ def check(number: int, count: int = BLOCK) -> dict[str, Any]:
     }
 
 
+# --- long runs --------------------------------------------------------------------------------------------------------
+
+LONG, BALANCED = 1000.0, 20
+"""Time of a run whose energies are balanced, and of how many devices of each kind."""
+
+
+def balance(count: int = BALANCED) -> dict[str, float]:
+    """Largest energy residual over `LONG` units of time of random wrinkling films that neither pull in nor end, elastic
+    and with a branch, behind the ideal source and behind a resistance."""
+    found = {}
+    for branch, behind in ((False, False), (True, False), (False, True), (True, True)):
+        rng, worst, done = np.random.default_rng(SEED), 0.0, 0
+        while done < count:
+            given = {name: rng.uniform(*between) for name, between in _LONG_RUNS.items()}
+            given |= {"viscous_modulus_1": rng.uniform(0.1, 1.0), "relaxation_time_1": 10.0 ** rng.uniform(0.0, 2.5)}
+            given |= {"series_resistance": 10.0 ** rng.uniform(-1.5, -0.3)}
+            left_out = (() if branch else ("viscous_modulus_1", "relaxation_time_1")) + (
+                () if behind else ("series_resistance",)
+            )
+            model = ConeModel(film="wrinkling", **{k: v for k, v in given.items() if k not in left_out})
+            run = simulate(model, (rng.uniform(0.1, 1.0), 0.0), times=np.linspace(0.0, LONG, 1001))
+            if int(run["outcome"]) == Outcome.OK:
+                done, worst = done + 1, max(worst, float(abs(run["energy_residual"]).max()))
+        found[f"{'creeping' if branch else 'elastic'}, {'resistance' if behind else 'ideal source'}"] = worst
+    return found
+
+
+_LONG_RUNS = {
+    "damping_ratio": (0.02, 0.3),
+    "spring_stiffness": (0.8, 3.0),
+    "rest_height": (0.0, 1.2),
+    "hoop_prestretch": (1.0, 1.4),
+    "meridional_prestretch": (1.0, 1.4),
+    "voltage": (0.05, 0.35),
+    "voltage_bias": (0.0, 0.25),
+    "drive_frequency": (0.3, 2.0),
+}
+
+
 def main(devices: int, file: Path | None) -> int:
     """Run the blocks that are not done, and print all."""
     done = [json.loads(line) for line in file.read_text().splitlines()] if file is not None and file.exists() else []
@@ -319,7 +359,10 @@ def main(devices: int, file: Path | None) -> int:
     )
     for kind, count in total.most_common():
         print(f"  {kind:22s} {count}")
-    return int(any(kind.startswith("wrong") for kind in total))
+    residuals = balance()
+    for kind, worst in residuals.items():
+        print(f"energy over {LONG:g} units, wrinkling, {kind:24s} residual at most {worst:.1e}")
+    return int(any(kind.startswith("wrong") for kind in total) or max(residuals.values()) > ALLOWED)
 
 
 if __name__ == "__main__":

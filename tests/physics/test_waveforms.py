@@ -9,6 +9,7 @@ from scipy.integrate import quad
 import gelcone
 from gelcone.devices.device import Device, find_device
 from gelcone.errors import InputError
+from gelcone.motion.engine.backend import EngineBackend
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
@@ -203,6 +204,28 @@ def test_shooting_over_pieces_has_the_derivatives_of_differences():
         np.testing.assert_allclose(tangents[..., k], (ahead - behind) / (2.0 * step), atol=1e-8)
     with pytest.raises(InputError, match="duty: shapes the drive's pieces; a branch cannot follow it"):
         Shooting(ConeModel(waveform="square").members(), ("duty",), Kind(1), 4, 2.0 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("analysis", "given"),
+    [
+        *(
+            (name, ())
+            for name in ("section", "extrema", "lyapunov", "regime", "settled", "envelope", "operating_limits")
+        ),
+        ("bifurcation", ("voltage", [0.1, 0.3])),
+        ("frequency", ([0.5, 0.6],)),
+        ("basin", ({"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]},)),
+    ],
+)
+def test_every_analysis_of_periodic_drives_refuses_one_that_does_not_repeat(monkeypatch, analysis, given):
+    def run(*_, **__):
+        raise AssertionError("it runs")
+
+    monkeypatch.setattr(EngineBackend, "run", run)
+    model = ConeModel(waveform="chirp", rest_height=0.4, damping_ratio=0.1, voltage_bias=0.2)
+    with pytest.raises(InputError, match=r"waveform = chirp: does not repeat.*or simulate it"):
+        getattr(gelcone, analysis)(model, *given)
 
 
 def test_a_drive_that_does_not_repeat_is_refused_before_anything_runs():

@@ -343,6 +343,18 @@ def test_a_device_creeps_in_si_units_and_has_rested_where_it_waits():
 
 # --- a film that wrinkles ---------------------------------------------------------------------------------------------
 
+
+def test_the_energy_of_a_long_run_across_borders_balances_behind_a_resistance():
+    model = ConeModel(film="wrinkling", rest_height=0.4, hoop_prestretch=1.1, voltage=0.3, voltage_bias=0.2).replace(
+        damping_ratio=0.05, viscous_modulus_1=0.5, relaxation_time_1=8.0, series_resistance=0.1
+    )
+    run = simulate(model, (0.8, 0.0), times=np.linspace(0.0, 1000.0, 501))
+    assert int(run["outcome"]) == Outcome.OK
+    assert len(np.unique(run["film_state"])) > 1
+    assert float(run["supplied_energy"][-1]) > 0.1
+    assert float(abs(run["energy_residual"]).max()) < 1e-11
+
+
 WRINKLING = [case for case in CERTIFIED["cases"] if case["kind"] == "film" and case["film"]["wrinkles"]]
 
 
