@@ -97,7 +97,9 @@ def transfer(
         raise InputError("damping_ratio = 0: without damping no signal settles; give it some")
     about = float(np.asarray(model.voltage_bias)) if bias is None else float(bias)
     if about == 0.0:
-        raise InputError("bias = 0: a small voltage moves nothing about none; give a bias, or voltage_bias")
+        raise InputError(
+            "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
+        )
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, voltage=about, outputs=("displacement", *electric))
     volts = abs(about * complex(model.system.circuit.gain(0.0, model.numbers())))
