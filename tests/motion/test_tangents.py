@@ -15,7 +15,7 @@ from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.lyapunov import average, lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
-from gelcone.motion.tangents import TangentRun, advance, log_multipliers, qr_growth, solved, first_frames
+from gelcone.motion.tangents import TangentRun, advance, first_frames, log_multipliers, qr_growth, solved
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, SeriesResistor
 
