@@ -1,10 +1,10 @@
-"""Wilson's interval of a share: its defining equation, and how often it holds the true share."""
+"""Wilson's interval of a share: its defining equation, and how often it holds the true share; intervals over draws."""
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from gelcone.statistics import wilson
+from gelcone.statistics import spread, wilson
 
 
 @pytest.mark.parametrize(("successes", "count"), [(0, 16), (3, 16), (16, 16), (40, 100), (1, 1)])
@@ -30,3 +30,22 @@ def test_without_trials_nothing_is_known():
     low, high = wilson([0.5, 0.5], [0, 4])
     assert (low[0], high[0]) == (0.0, 1.0)
     assert 0.0 < low[1] < 0.5 < high[1] < 1.0
+
+
+def test_95_percent_of_the_draws_lie_between_the_ends_of_their_interval():
+    np.testing.assert_allclose(spread(np.arange(201.0)), [5.0, 100.0, 195.0])
+    np.testing.assert_allclose(spread(np.arange(201.0)[:, None] * [1.0, -1.0]), [[5, -195], [100, -100], [195, -5]])
+
+
+def test_draws_without_a_value_are_left_out_and_infinite_ones_are_the_largest():
+    values = np.concatenate([np.arange(41.0), np.full(3, np.nan)])
+    np.testing.assert_allclose(spread(values), [1.0, 20.0, 39.0])
+    values[38:41] = np.inf
+    np.testing.assert_allclose(spread(values), [1.0, 20.0, np.inf])
+    assert spread([np.inf, np.inf, np.inf]).tolist() == [np.inf] * 3
+
+
+def test_where_most_draws_have_no_value_no_interval_is_stated():
+    half = np.array([[1.0, 1.0], [1.0, np.nan], [np.nan, np.nan]])
+    np.testing.assert_allclose(spread(half)[:, 0], 1.0)
+    assert np.isnan(spread(half)[:, 1]).all()

@@ -1,4 +1,4 @@
-"""Intervals of shares."""
+"""Intervals of shares, and of numbers over draws."""
 
 from __future__ import annotations
 
@@ -13,6 +13,28 @@ CONFIDENCE = 0.95
 """Probability with which an interval that an analysis states holds the truth."""
 Z = 1.959963984540054
 """Standard errors on either side that hold 95 % of a normal distribution."""
+
+QUANTILES = (0.5 - 0.5 * CONFIDENCE, 0.5, 0.5 + 0.5 * CONFIDENCE)
+"""The ends of a 95 % interval and the median."""
+
+
+def spread(values: npt.ArrayLike) -> Array:
+    """The `QUANTILES` over the first axis, (3, ...), of the draws that have a value.
+
+    Infinite values count, as the largest. NaN where fewer than half of the draws have a value: those that have one say
+    little of the others.
+    """
+    known = np.asarray(values, dtype=float)
+    found = np.full((len(QUANTILES), *known.shape[1:]), np.nan)
+    enough = (~np.isnan(known)).mean(axis=0) >= 0.5
+    if np.any(enough):
+        own = known[:, enough]
+        with np.errstate(invalid="ignore"):  # between two infinite ones
+            between = np.nanquantile(own, QUANTILES, axis=0)
+        found[:, enough] = np.where(
+            np.isnan(between), np.nanquantile(own, QUANTILES, axis=0, method="nearest"), between
+        )
+    return found
 
 
 def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@ Every line of the text is compared, so that numbers, units, words and their orde
 """
 
 import json
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -59,7 +60,8 @@ def response(**more):
     return made(
         {
             "displacement": ("time", [-4.0, 3.0, 1.0, 2.0], "mm"), "outcome": 0,
-            **{f"validity_{n}": v for n, v in shares.items()}, "validity_error": 1e-9, **more,
+            **{f"validity_{n}": v for n, v in shares.items()}, "validity_error": 1e-9,
+            "peak_current": (None, 1.5, "mA"), **more,
         },
         {"time": ("time", [0.0, 10.0, 20.0, 30.0], "ms")},
     )  # fmt: skip
@@ -85,6 +87,8 @@ def test_a_time_response():
     ]  # fmt: skip
     no_membrane = edited(response(), validity_beyond_membrane=NAN, validity_pulled_in=NAN)
     assert said(trajectories.simulate_words, no_membrane)[2:] == [*SHARES[:5], "  pulled in              unknown"]
+    jumps = edited(response(), peak_current=math.inf)
+    assert said(trajectories.simulate_words, jumps) == [*RUN, trajectories._JUMPS, *SHARES]
     failed = edited(response(), outcome=int(Outcome.STRETCH_LIMIT))
     assert said(trajectories.simulate_words, failed) == [RUN[0], f"  1 of 1: {Outcome.STRETCH_LIMIT.meaning}"]
 
@@ -108,7 +112,8 @@ def test_what_an_amplifier_delivers_and_loses():
     lost = ("damper", "film", "resistor", "leak", "dielectric")
     found = made(
         {
-            "outcome": 0, "peak_current": (None, 1.5, "mA"), "peak_slew_rate": (None, 2.5, "V/ms"),
+            "outcome": 0, "peak_current": (None, 1.5, "mA"), "peak_charge": (None, 4.5, "uC"),
+            "peak_slew_rate": (None, 2.5, "V/ms"),
             "rms_voltage": (None, 800.0, "V"), "rms_current": (None, 0.25, "mA"), "apparent_power": (None, 200.0,
             "mVA"),
             "supplied_energy": ("time", [0.0, 9.0], "mJ"), "slew_limited": 0.125, "current_limited": 0.25,
@@ -116,7 +121,7 @@ def test_what_an_amplifier_delivers_and_loses():
         },
     )  # fmt: skip
     lines = [
-        "amplifier: up to 1.5 mA, 2.5 V/ms; rms in the second half 800 V, 0.25 mA, 200 mVA",
+        "amplifier: up to 1.5 mA, 4.5 uC, 2.5 V/ms; rms in the second half 800 V, 0.25 mA, 200 mVA",
         "  slew limited for 12.5 % of the time",
         "  current limited for 25 % of the time",
         "  supplied 9 mJ, lost: damper 1 mJ, film 2 mJ, resistor 3 mJ, leak 4 mJ, dielectric 5 mJ",
@@ -124,7 +129,7 @@ def test_what_an_amplifier_delivers_and_loses():
     assert trajectories._source_lines(found, behind) == lines
     assert trajectories._source_lines(found, SUBJECT) == []
     assert trajectories._source_lines(found.expand_dims("member"), behind) == []
-    assert trajectories._source_lines(found[["outcome", *list(found)[1:6]]], behind) == lines[:1]
+    assert trajectories._source_lines(found[["outcome", *list(found)[1:7]]], behind) == lines[:1]
 
 
 def test_sections_turning_points_and_spectra():

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from gelcone.plots.drawn import _quantiles, drawn_figure
+from gelcone.plots.drawn import drawn_figure
 
 
 def test_draws_without_a_value_are_no_zeros():
@@ -19,9 +19,3 @@ def test_draws_without_a_value_are_no_zeros():
     middle = axes.lines[0].get_ydata()
     np.testing.assert_allclose(middle, [np.median(values[:7, 0]), np.nan, 450.0])
     assert "without a value in 0.33 of them" in axes.collections[0].get_label()
-
-
-def test_a_band_holds_95_percent_of_the_draws_about_their_median():
-    np.testing.assert_allclose(_quantiles(np.arange(201.0)[:, None])[:, 0], [5.0, 100.0, 195.0])
-    half = np.where(np.arange(4.0) < 2.0, 1.0, np.nan)[:, None]
-    np.testing.assert_allclose(_quantiles(half)[:, 0], [1.0, 1.0, 1.0])

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
-from gelcone.analyses.grids import QUANTILES, drawn_names, membranes_lines, spread_line
+from gelcone.analyses.grids import drawn_names, membranes_lines, spread_line
 from gelcone.codes import Outcome
+from gelcone.statistics import spread
 from gelcone.words import unit_of
 
 if TYPE_CHECKING:
@@ -48,9 +49,7 @@ def _window_lines(shown: xr.Dataset) -> list[str]:
     failed = shown["outcome"].values != Outcome.OK
     first, lost = _first_limits(shown)[~failed], [f"failed {failed.sum()}"] * bool(failed.any())
     for k, at in enumerate(shown["drive_frequency"].values):
-        peaks = shown["recommended_peak"].values[:, k]
-        peaks = peaks[np.isfinite(peaks)]
-        low, middle, high = np.quantile(peaks, QUANTILES) if peaks.size else (np.nan,) * 3
+        low, middle, high = spread(shown["recommended_peak"].values[:, k])
         cells = (f"{at:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}")
         limits, counts = np.unique(first[:, k], return_counts=True)
         every = ", ".join([*(f"{limits[i]} {counts[i]}" for i in np.argsort(-counts)), *lost])

@@ -20,6 +20,7 @@ from gelcone.analyses.answer import (
 from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.request import example, read_states
 from gelcone.errors import InputError
+from gelcone.statistics import spread
 from gelcone.words import (
     attractor_in_words,
     measured,
@@ -152,15 +153,12 @@ def _is_spread(name: str, own: xr.DataArray) -> bool:
 
 def spread_line(own: xr.DataArray) -> str:
     """Median and 95 % interval of a number over the draws, and in how many it has no value."""
-    finite = own[np.isfinite(own.values)]
-    low, middle, high = (sized(finite.quantile(share, keep_attrs=True)) for share in QUANTILES)
-    lost = own.size - finite.size
-    none = f"; none in {lost} of {own.size} draws" if lost else ""
-    return f"{own.attrs.get('long_name', own.name)}: {middle}, 95 % within {low} to {high}{none}"
-
-
-QUANTILES = (0.025, 0.5, 0.975)
-"""The ends of a 95 % interval and the median."""
+    lost = int(np.isnan(own.values).sum())
+    none = f"none in {lost} of {own.size} draws"
+    if 2 * lost > own.size:
+        return f"{own.attrs.get('long_name', own.name)}: {none}"
+    low, middle, high = (sized(own[0].copy(data=value)) for value in spread(own.values))
+    return f"{own.attrs.get('long_name', own.name)}: {middle}, 95 % within {low} to {high}" + f"; {none}" * bool(lost)
 
 
 def membranes_lines(shown: xr.Dataset) -> list[str]:

@@ -41,6 +41,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 from gelcone.register.analyses import find_analysis, sweepable
+from gelcone.statistics import spread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,8 +51,6 @@ if TYPE_CHECKING:
 ALONE = ("envelope", "frequency")
 """Analyses over an axis of their own, of which every draw is one run."""
 SHEET = "datasheet"
-ENDS = (0.025, 0.975)
-"""Quantiles at the ends of the interval of a figure of a data sheet."""
 AT_ONCE = 16
 """Draws whose frequency responses are computed together."""
 DRAWN_SHARE = 0.95
@@ -368,21 +367,13 @@ def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress
         if progress is not None:
             progress(1.0 / plan.size)
     for name, found in rows.items():
-        for end, values in zip(("low", "high"), _ends(np.array(found)), strict=True):
+        for end, values in zip(("low", "high"), spread(found)[[0, 2]], strict=True):
             sheet[f"{name}_{end}"] = sheet[name].dims, values, dict(sheet[name].attrs)
-    spread = {name: _spread(drawn) for name, drawn in plan.draws.items()}
-    return sheet.assign_attrs(draws=plan.size, drawn=json.dumps(spread), failed=failed)
+    widths = {name: _spread(drawn) for name, drawn in plan.draws.items()}
+    return sheet.assign_attrs(draws=plan.size, drawn=json.dumps(widths), failed=failed)
 
 
 def _spread(drawn: Array) -> float | list[float]:
     """The standard deviation over the mean; where the mean is the smaller one, both."""
     mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
     return deviation / abs(mean) if abs(mean) > deviation else [mean, deviation]
-
-
-def _ends(values: Array) -> Array:
-    """The ends of the 95 % interval over the first axis; NaN where it is not known of that many draws, and infinite
-    values count as the largest."""
-    known = np.sort(values, axis=0)  # NaN last
-    places = [round(share * (len(values) - 1)) for share in ENDS]
-    return np.asarray(known[places])

@@ -33,6 +33,7 @@ from gelcone.lab.device_fit import (
 from gelcone.lab.device_tests import DeviceTests, read_share
 from gelcone.motion.equilibrium import pull_in_voltage
 from gelcone.quantity import Array, check_count
+from gelcone.statistics import spread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -381,18 +382,10 @@ def fitted_band(result: xr.Dataset, count: int = BAND_DRAWS) -> str:
     peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude or 0.0)
     volts = np.linspace(0.0, max(peak, float(result.attrs["highest_voltage"])), BAND_VOLTAGES)
     heights = 1e3 * (variants.rest * variants.scale("length") + variants.stroke(volts))
-    low, high = _quantiles(heights[1:])
+    low, _, high = spread(heights[1:])
     rows = zip(volts, heights[0], low, high, strict=True)
     lines = [",".join(f"{value:.6g}" for value in row) for row in rows if np.isfinite(row).all()]
     return "\n".join(["voltage (V),height (mm),height low (mm),height high (mm)", *lines, ""])
-
-
-def _quantiles(values: Array) -> Array:
-    """The ends of the 95 % interval over the first axis; NaN where not even half have a value."""
-    known = np.where(np.isfinite(values).mean(axis=0) >= 0.5, values, np.nan)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a voltage beyond pull-in has none
-        return np.asarray(np.nanquantile(known, [0.025, 0.975], axis=0))
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import CYCLE, axis_label, log_ticks, styled
-from gelcone.quantity import Array
+from gelcone.statistics import spread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,15 +15,6 @@ if TYPE_CHECKING:
 
 OF = {"envelope": "recommended_peak", "frequency": "stroke"}
 """What is drawn of an analysis."""
-
-
-def _quantiles(values: Array) -> Array:
-    """Median and 95 % interval of the draws that have a value; NaN, a gap, where fewer than half have one."""
-    known = np.where(np.isfinite(values), values, np.nan)
-    found = np.full((3, values.shape[1]), np.nan)
-    enough = np.isfinite(known).mean(axis=0) >= 0.5
-    found[:, enough] = np.nanquantile(known[:, enough], (0.025, 0.5, 0.975), axis=0)
-    return found
 
 
 def drawn_figure(result: xr.Dataset) -> Figure:
@@ -37,7 +28,7 @@ def drawn_figure(result: xr.Dataset) -> Figure:
         for colour, branch in zip(CYCLE, branches, strict=False):
             own = (whole.sel(branch=branch) if branch else whole).transpose("draw", "drive_frequency").values
             lost = 1.0 - float(np.isfinite(own).mean())
-            low, middle, high = _quantiles(own)
+            low, middle, high = spread(np.where(np.isfinite(own), own, np.nan))
             swept = f", swept {branch}" * bool(branch) + f", without a value in {lost:.2g} of them" * bool(lost)
             axes.fill_between(frequency, low, high, color=colour, alpha=0.25, lw=0.0, label=f"95 % of the draws{swept}")
             axes.plot(frequency, middle, color=colour, lw=1.2, label=f"median{swept}")
