@@ -5,6 +5,7 @@ A compiled program solves the equation inside of each step; arrays are solved he
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,13 +20,16 @@ First = Callable[..., Any]
 """Where Newton's method begins, as a function of what else the residual depends on, and of the functions of ``xp``."""
 
 
-def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First) -> Any:
+def root(
+    xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First, longest: float = math.inf
+) -> Any:
     """The root y of ``residual(y, *at, xp)`` that Newton's method finds from ``first(*at, xp)``.
 
-    ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program.
+    ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program,
+    where a step of the search is at most ``longest`` times the root or 1.
     """
     if traced(xp):
-        return xp.root(name, residual, at, first)
+        return xp.root(name, residual, at, first, longest)
     graph = Graph()
     leaf = graph.state(0)
     (slope,) = derivatives([graph.node(residual(leaf, *at, graph))], leaf)

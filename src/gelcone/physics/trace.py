@@ -88,6 +88,7 @@ class Graph:
         self._known: dict[tuple[Any, ...], Node] = {}
         self.equations: dict[int, Node] = {}
         self.guesses: dict[int, Node] = {}
+        self.longest: dict[int, float] = {}
         self._orders: dict[tuple[int, ...], list[Node]] = {}
         self.root_slopes: dict[int, Node] = {}
         self.time: Node = self._leaf("time", 0)
@@ -106,17 +107,26 @@ class Graph:
         """A number that keeps its value between events, and changes its sign at some."""
         return self._leaf("switch", name)
 
-    def root(self, name: str, residual: Callable[..., Any], at: Sequence[Any], first: Callable[..., Any]) -> Node:
+    def root(
+        self,
+        name: str,
+        residual: Callable[..., Any],
+        at: Sequence[Any],
+        first: Callable[..., Any],
+        longest: float = math.inf,
+    ) -> Node:
         """The root y of ``residual(y, *at, graph)``, followed from step to step; from ``first(*at, graph)`` where a
         member starts, or comes under a law that needs it.
 
-        ``name`` identifies roots: an equal name stands for the same equation, else `ValueError`.
+        ``name`` identifies roots: an equal name stands for the same equation, else `ValueError`. ``longest`` is the
+        longest step of a search, over the root or 1: of several roots one that goes uphill in short steps meets the
+        first.
         """
         own = self._leaf("root", name)
         equation = self.node(residual(own, *at, self))
         if self.equations.setdefault(own.index, equation) is not equation:
             raise ValueError(f"root {name!r}: stands for two equations; give one of them another name")
-        self.guesses[own.index] = self.node(first(*at, self))
+        self.guesses[own.index], self.longest[own.index] = self.node(first(*at, self)), longest
         return own
 
     def constant(self, value: float) -> Node:
@@ -333,7 +343,8 @@ def fingerprint(roots: Sequence[Node]) -> str:
         (node.operation, [place[a.index] for a in node.arguments], node.value.hex() if _constant(node) else node.value)
         for node in nodes
     ]
-    return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in own]))
+    longest = [node.graph.longest[node.index].hex() for node in solved]
+    return repr((rows, [place[root.index] for root in roots], [place[node.index] for node in own], longest))
 
 
 def _constant(node: Node) -> bool:

@@ -13,6 +13,7 @@ found together: Newton's method and the n-th coefficients then take the 2 x 2 ma
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -35,7 +36,7 @@ class Equation:
     are the nodes of the residual that change with the root, the residual among them, and ``slopes`` their derivatives
     with respect to the root, ``slope`` that of the residual. ``others`` are the nodes that these are made of and that
     do not change with the root. ``block``: the roots that are found together, itself alone or one of two, whose other
-    one is held in all derivatives."""
+    one is held in all derivatives. ``longest`` step of the search, over the root or 1."""
 
     root: Node
     residual: Node
@@ -45,6 +46,7 @@ class Equation:
     slopes: tuple[Node, ...]
     others: tuple[Node, ...]
     block: tuple[Node, ...]
+    longest: float
 
     def slope_of(self, residual: Node) -> Node | None:
         """The derivative of another residual of the block with respect to this root; None where there is none."""
@@ -66,7 +68,10 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
             moved = {node.index for of in block for node in (of, *_moved(needed, of))}
             others = tuple(node for node in needed if not node.fixed and node.index not in moved)
             first = root.graph.guesses[root.index]
-            found.append(Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block))
+            longest = root.graph.longest[root.index]
+            found.append(
+                Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block, longest)
+            )
     return tuple(found)
 
 
@@ -238,7 +243,7 @@ class Jet:
             value = f.load(address)
             values = others | {equation.root.index: value}
             residual = self._first(equation.residual, values)
-            step = f.divide(residual, self._first(equation.slope, values))
+            step = self._short(f.divide(residual, self._first(equation.slope, values)), value, equation)
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             corrected = f.choose(moves, f.subtract(value, step), value)
             f.store(corrected, address)
@@ -275,8 +280,9 @@ class Jet:
             residuals = [self._first(equation.residual, values) for equation in block]
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             large = None
-            for value, address, row in zip(before_all, addresses, inverse, strict=True):
+            for equation, value, address, row in zip(block, before_all, addresses, inverse, strict=True):
                 step = f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1]))
+                step = self._short(step, value, equation)
                 corrected = f.choose(moves, f.subtract(value, step), value)
                 f.store(corrected, address)
                 size = f.larger(f.absolute(corrected), f.real(1.0))
@@ -291,6 +297,14 @@ class Jet:
             f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
         for equation, address in zip(block, addresses, strict=True):
             self._coefficients[equation.root.index] = [f.load(address)]
+
+    def _short(self, step: Value, value: Value, equation: Equation) -> Value:
+        """A step of the search from a value, cut to the longest."""
+        f = self._f
+        if equation.longest == math.inf:
+            return step
+        most = f.multiply(f.real(equation.longest), f.larger(f.absolute(value), f.real(1.0)))
+        return f.larger(f.smaller(step, most), f.negative(most))
 
     def _inverse(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
         """The inverse of the derivatives of two residuals by their roots."""

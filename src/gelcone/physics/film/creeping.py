@@ -39,8 +39,9 @@ NEARLY = 3e-4
 MOST_STEPS = 200
 ENOUGH = 1e-9
 """Newton's method squares its error: a correction by this share of a length leaves none that doubles hold."""
-FARTHEST = 0.5
-"""Longest step of Newton's method, of a squared length over itself."""
+FARTHEST = 0.1
+"""Longest step of Newton's method, of a squared length over itself: behind the end of the minimum a film near its
+stretch limit has a second one, at twice the length or more, to which a voltage that jumps does not lead."""
 UNREACHED = 1e6
 """The V up to which a film that never pulls in is looked at."""
 LEVELS, HALVINGS = 32, 50
@@ -111,7 +112,7 @@ class Creeping:
                 slack = self.tension(m, squared, width, y, n, xp).across
                 return slack if known(narrow) == 0.0 else narrow * (width - 1.0) + (1.0 - narrow) * slack
 
-            return root(xp, f"crept width, {name}", residual, (m, squared, *y), lambda *at: 1.0)
+            return root(xp, f"crept width, {name}", residual, (m, squared, *y), lambda *at: 1.0, FARTHEST)
 
         def residual(m: Any, q: Any, squared: Any, *others: Any) -> Any:
             *y, xp = others
@@ -120,7 +121,7 @@ class Creeping:
 
         m = q
         if known(held) != 1.0:
-            m = root(xp, f"crept length, {name}", residual, (q, squared, *y), lambda q, *at: q)
+            m = root(xp, f"crept length, {name}", residual, (q, squared, *y), lambda q, *at: q, FARTHEST)
         return m, width_at(m, squared, y), held, narrow
 
     def solved(self, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Array, Array]:
