@@ -9,8 +9,9 @@ import numpy as np
 from gelcone.dataset import Variable, absent
 from gelcone.motion.dwell import Path, dwell_times
 from gelcone.motion.flow import integrate
+from gelcone.motion.jumps import increasing, jumping, jumps_between
 from gelcone.physics.members import Members
-from gelcone.physics.system import ConeSystem, Line
+from gelcone.physics.system import Line
 from gelcone.quantity import Array
 
 JUMPS = "the voltage jumps"
@@ -97,16 +98,6 @@ def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[
 
 ROUNDING = 1e-9
 """Share of a span within which a corner lies at its end."""
-NEARBY = 1e-12
-"""Share of a repeat before and behind a corner at which a jump of the voltage is taken."""
-JUMP = 1e-9
-"""Share of the peak voltage by which a voltage changes that jumps."""
-
-
-def jumping(system: ConeSystem) -> list[Line]:
-    """The lines whose voltage jumps where that of a waveform with pieces does."""
-    lines = system.lines if system.waveform.pieced else ()
-    return [line for line in lines if line.circuit.jumps and line.drive != "constant"]
 
 
 def switched(members: Members, states: Array, times: Array, **flow: Any) -> tuple[Array, Array]:
@@ -116,24 +107,15 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
     The charge follows at once, and v (Q+ - Q-) less what film and field store is lost in no resistance: C (v+ - v-)^2/2
     of a film whose capacitance does not change with the voltage. Nothing behind a resistance or a filter.
     """
-    system, n = members.system, members.own_numbers
+    system = members.system
     found = np.zeros((2, *times.shape))
     lines = jumping(system)
     if not lines:
         return found[0], found[1]
-    corners = system.waveform.corners_between(np.zeros(members.size), times[:, -1], n).later
-    known = np.isfinite(corners)
-    wide, apart = members.numbers(trailing=1), NEARBY * members.drive_period[:, None]
-    at = np.where(known, corners, times[:, -1:])
-    before, after = (system.waveform.voltage(at + sign * apart, wide) for sign in (-1.0, 1.0))
-    last = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf) > 2.0 * apart  # pieces may have no length
-    jumps = known & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
+    corners, before, after, jumps = jumps_between(members, np.zeros(members.size), times[:, -1])
     if not jumps.any():
         return found[0], found[1]
-    columns = jumps.any(axis=0)
-    corners, jumps = np.where(known, corners, np.inf)[:, columns], jumps[:, columns]
-    before, after = before[:, columns], after[:, columns]
-    every = np.where(np.isfinite(corners), corners, times[:, -1:] * (1.0 + 1e-3 * (1.0 + np.arange(columns.sum()))))
+    wide, every = members.numbers(trailing=1), increasing(corners, times[:, -1])
     z = list(np.moveaxis(integrate(members, states, every, **flow).states, -1, 0))
     work, lost = np.zeros(corners.shape), np.zeros(corners.shape)
     for line in lines:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.motion.delivery import JUMPS, jumping, lost_in_jumps
+from gelcone.motion.delivery import JUMPS, lost_in_jumps
+from gelcone.motion.jumps import jumping
 from gelcone.motion.response import HEAT, HEATS, LOSSES, heats
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem

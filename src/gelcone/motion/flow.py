@@ -13,6 +13,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Portable, Trajectories
+from gelcone.motion.jumps import end_films
 from gelcone.physics.driven import DrivenSystem
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.system import ConeSystem
@@ -115,8 +116,9 @@ def integrate(
     runs = outcome == Outcome.OK
     _store_start(result, states0, runs & (gaps[:, 0] == 0.0))
     job = Job(members, runs, states0, t0, sample_times, gaps, keep, tolerance, result)
-    watch = current_watch()
-    backend().run(job, threads=threads or available_threads(), progress=progress, watch=watch)
+    watch, count = current_watch(), threads or available_threads()
+    backend().run(job, threads=count, progress=progress, watch=watch)
+    end_films(job, lambda more: backend().run(more, threads=count, progress=None, watch=watch))
     if watch is not None:
         watch.steps += int(result.steps.sum())
     return result

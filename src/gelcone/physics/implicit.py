@@ -20,9 +20,7 @@ First = Callable[..., Any]
 """Where Newton's method begins, as a function of what else the residual depends on, and of the functions of ``xp``."""
 
 
-def root(
-    xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First, longest: float = math.inf
-) -> Any:
+def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First, longest: float = math.inf) -> Any:
     """The root y of ``residual(y, *at, xp)`` that Newton's method finds from ``first(*at, xp)``.
 
     ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program,

@@ -234,6 +234,10 @@ class PlacedFilm(Component):
         """The squared voltage above which it has no state."""
         return self.film.highest_squared(self.place(x, n), self.own(n))
 
+    def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        """The squared voltage above which it has no state where its own states are held at ``y``."""
+        return self.film.highest_squared_held(self.place(x, n), y, self.own(n))
+
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
         """Derivative of the force by the squared voltage, with the opposite sign."""
         return self._turned(self.film.voltage_gain(self.place(x, n), squared, self.own(n)))

@@ -283,15 +283,30 @@ RUNAWAY = {
     "viscous_modulus_2": 2.08603, "relaxation_time_2": 0.327714,
 }  # fmt: skip
 
+TWO_MINIMA = {
+    "branches": 2, "bias": "spring+weight", "flow_exponent": 3, "damping_ratio": 0.03202, "voltage": 0.963,
+    "waveform": {"component": "staircase", "levels": (-0.45, -0.92, 0.25, 0.86, 0.89), "rise": 0.0, "repeat": False},
+    "drive_frequency": 1.406, "meridional_prestretch": 1.0, "hoop_prestretch": 0.9542, "spring_stiffness": 5.1,
+    "rest_height": 0.3723, "weight": 0.1264, "stretch_limit": 11.92, "flow_stress": 1.252,
+    "viscous_modulus_1": 0.07655, "relaxation_time_1": 65.53, "viscous_modulus_2": 0.06113, "relaxation_time_2": 32.1,
+    "viscous_limit_2": 61.69,
+}  # fmt: skip
+
 
 @pytest.mark.parametrize(
     ("device", "start", "ends"),
     [
+        (TWO_MINIMA, (0.0922, 0.2779), 0.8937674690155883),
         (JUMPING, (0.26, -0.06), 1.121997376282069),
         (BEHIND_A_RESISTANCE, (-0.29, -0.04), 1.777603780970001),
         (RUNAWAY, (0.43, 0.356), 0.582369316285389),
     ],
-    ids=["after a jump of the voltage", "where it enters a state without a minimum", "by flow faster than any step"],
+    ids=[
+        "by a jump over the end of a minimum",
+        "after a jump of the voltage",
+        "where it enters a state without a minimum",
+        "by flow faster than any step",
+    ],
 )
 def test_a_film_that_finds_no_minimum_has_pulled_in(device, start, ends):
     """The times are those of ``benchmarks/creeping_reference.py``, another integrator on other equations."""

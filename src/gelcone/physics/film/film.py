@@ -182,6 +182,10 @@ class Film(Component):
         """The V above which the film has no state. Default infinity."""
         return np.full(np.shape(x), np.inf)[()]
 
+    def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        """The V above which it has no state where its own states are held at ``y``. Default `highest_squared`."""
+        return self.highest_squared(x, n)
+
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:

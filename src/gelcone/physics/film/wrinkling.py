@@ -624,6 +624,9 @@ class WrinklingCone(TautCone):
                 limit = np.minimum(limit, self._localising(xx, n))
         return np.where(limit >= NEVER, np.inf, limit)[()]
 
+    def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
+        return self.creeping.highest_squared(x, y, n) if self.branches and y else self.highest_squared(x, n)
+
     def _localising(self, xx: Any, n: Numbers) -> Any:
         """The V at which a film held at x localises; infinite where it does not."""
         widest = np.maximum((n["A"] * (1.0 + xx)) / n["B"] - 1.0, 0.0)
