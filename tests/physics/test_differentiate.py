@@ -133,14 +133,31 @@ def test_a_root_of_a_graph_is_evaluated_with_what_it_depends_on():
 
 
 def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
-    graph = Graph()
+    """w is the root of w + w^3 = a + y within the equation of y; the equations and their beginnings hold arrays."""
+    shift, low = np.linspace(0.0, 1.0, 7)[:, None], np.linspace(0.0, 0.2, 40)
+
+    def outer(graph, a, b, shift, low):
+        def inner(y, a, xp):
+            return xp.root("w", lambda w, y, a, xp: w + w * w * w - a - y, [y, a], lambda y, a, xp: a + xp.node(low))
+
+        return graph.root(
+            "y",
+            lambda y, a, b, xp: xp.exp(y) + b * y * y - inner(y, a, xp) - xp.node(shift),
+            [a, b],
+            lambda a, b, xp: 0.5 * a + xp.node(low),
+        )
+
+    rng, graph = np.random.default_rng(3), Graph()
     a, b = graph.state(0), graph.state(1)
-    root = graph.root("y", lambda y, a, b, xp: xp.exp(y) + b * y * y - a, [a, b], lambda a, b, xp: 0.5 * a)
-    held = np.linspace(-1.0, 8.0, 7)[:, None]  # an array of the graph itself, cut with the others
-    rng = np.random.default_rng(3)
     values = {a.index: rng.uniform(-1.0, 3.0, 40), b.index: rng.uniform(0.0, 2.0, (7, 1))}
-    together = evaluated([root + graph.node(held)], values)[0] - held
-    alone = [[evaluated([root], {a.index: x, b.index: y})[0] for x in values[a.index]] for y in values[b.index].ravel()]
-    np.testing.assert_allclose(together, alone, rtol=1e-14, atol=1e-14)
-    exists = np.abs(np.exp(together) + values[b.index] * together**2 - values[a.index]) < 1e-12
-    assert 100 < exists.sum() < 270  # the others are of no use, and wander until the last step
+    together = evaluated([outer(graph, a, b, shift, low)], values)[0]
+    alone = np.empty((7, 40))
+    for i, j in np.ndindex(7, 40):
+        own = Graph()
+        p, q = own.state(0), own.state(1)
+        node = outer(own, p, q, float(shift[i, 0]), float(low[j]))
+        alone[i, j] = evaluated([node], {p.index: values[a.index][j], q.index: values[b.index][i, 0]})[0]
+    np.testing.assert_allclose(together, alone, rtol=1e-13, atol=1e-13)
+    w = np.array([[np.roots([1.0, 0.0, 1.0, -t])[-1].real for t in row] for row in values[a.index] + together])
+    exists = np.abs(np.exp(together) + values[b.index] * together**2 - w - shift) < 1e-12
+    assert 50 < exists.sum() < 200  # the others are of no use, and wander until the last step

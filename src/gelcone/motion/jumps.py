@@ -28,8 +28,8 @@ JUMP = 1e-9
 
 
 class Jumps(NamedTuple):
-    """Jumps of the commanded voltage, in columns: the ``times`` (members, columns), infinite in the last places of
-    those who have fewer corners, the voltages ``before`` and ``after``, and whether it jumps there (``there``)."""
+    """Jumps of the commanded voltage: the ``times`` (members, jumps), infinite in the last places of those that have
+    fewer, the voltages ``before`` and ``after``, and whether there is a jump (``there``)."""
 
     times: Array
     before: Array
@@ -50,10 +50,13 @@ def jumps_between(members: Members, start: Array, end: Array) -> Jumps:
     known, apart = np.isfinite(corners), NEARBY * members.drive_period[:, None]
     at = np.where(known, corners, end[:, None])
     before, after = (system.waveform.voltage(at + sign * apart, wide) for sign in (-1.0, 1.0))
-    last = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf) > 2.0 * apart  # pieces may have no length
+    with np.errstate(invalid="ignore"):  # between the infinite ones of those that have fewer corners
+        lasts = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf)
+    last = lasts > 2.0 * apart  # pieces may have no length
     there = known & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
-    columns = there.any(axis=0)
-    return Jumps(np.where(known, corners, np.inf)[:, columns], before[:, columns], after[:, columns], there[:, columns])
+    first = np.argsort(~there, axis=1, kind="stable")[:, : int(there.sum(axis=1).max(initial=0))]
+    own = [np.take_along_axis(one, first, axis=1) for one in (np.where(there, corners, np.inf), before, after, there)]
+    return Jumps(*own)
 
 
 def increasing(times: Array, end: Array) -> Array:

@@ -7,7 +7,6 @@ from them or they are evaluated for arrays. Griewank and Walther, Evaluating Der
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -122,10 +121,23 @@ def jacobian(values: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
 
 def evaluated(nodes: Sequence[Node], leaves: Mapping[int, Any]) -> list[Any]:
     """Values of ``nodes`` by NumPy, given those of states, numbers, switches and time by the index of their node."""
-    values: dict[int, Any] = dict(leaves)
-    for node in nodes[0].graph.in_order(nodes) if nodes else ():
-        if node.index in values:
-            continue
+    return _computed(nodes, _unknown(nodes, leaves), leaves)
+
+
+def _unknown(nodes: Sequence[Node], known: Mapping[int, Any]) -> list[Node]:
+    """The nodes to be computed for ``nodes``, in order; what only known ones depend on is not."""
+    needed, waiting = set[int](), list(nodes)
+    while waiting:
+        node = waiting.pop()
+        if node.index not in needed and node.index not in known:
+            needed.add(node.index)
+            waiting += node.arguments
+    return [node for node in nodes[0].graph.in_order(nodes) if node.index in needed] if needed else []
+
+
+def _computed(nodes: Sequence[Node], unknown: Sequence[Node], known: Mapping[int, Any]) -> list[Any]:
+    values = dict(known)
+    for node in unknown:
         if node.operation in ("constant", "array"):
             values[node.index] = node.value
         elif node.operation == "root":
@@ -139,16 +151,35 @@ def _root(node: Node, values: Mapping[int, Any]) -> Any:
     """The value of a root of an equation whose other leaves have ``values``."""
     equation = node.graph.equations[node.index]
     (first,) = evaluated([node.graph.guesses[node.index]], values)
+    held = [other for other in block_of(node) if other is not node and other.index in values]
+    key = node.index, bool(held)  # the other root of a block is held while this one is found for it
+    if key not in node.graph.root_slopes:
+        (node.graph.root_slopes[key],) = derivatives([equation], node, held)
+    slope = node.graph.root_slopes[key]
+    known = _needed([equation, slope], node, values)
 
-    if node.index not in node.graph.root_slopes:
-        (node.graph.root_slopes[node.index],) = derivatives([equation], node)
-    slope = node.graph.root_slopes[node.index]
+    def of(target: Node) -> Callable[[Any, Mapping[int, Any]], Any]:
+        unknown = _unknown([target], {**known, node.index: None})
+        return lambda y, known: _computed([target], unknown, {**known, node.index: y})[0]
 
-    def at(target: Node, y: Any, known: Mapping[int, Any]) -> Any:
-        return evaluated([target], {**known, node.index: y})[0]
+    return newton(of(equation), of(slope), first, known)
 
-    arrays = {part.index: part.value for part in ordered([equation, slope]) if part.operation == "array"}
-    return newton(partial(at, equation), partial(at, slope), first, {**values, **arrays})
+
+def _needed(nodes: Sequence[Node], root: Node, values: Mapping[int, Any]) -> dict[int, Any]:
+    """Those of the ``values`` that nodes are computed from besides a root, and the arrays that they hold."""
+    found, seen, waiting = {}, {root.index}, list(nodes)
+    while waiting:
+        node = waiting.pop()
+        if node.index in seen:
+            continue
+        seen.add(node.index)
+        if node.index in values or node.operation == "array":
+            found[node.index] = values.get(node.index, node.value)
+        elif node.operation == "root":
+            waiting += [node.graph.equations[node.index], node.graph.guesses[node.index]]
+        else:
+            waiting += node.arguments
+    return found
 
 
 def newton(

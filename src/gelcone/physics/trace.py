@@ -90,7 +90,7 @@ class Graph:
         self.guesses: dict[int, Node] = {}
         self.longest: dict[int, float] = {}
         self._orders: dict[tuple[int, ...], list[Node]] = {}
-        self.root_slopes: dict[int, Node] = {}
+        self.root_slopes: dict[tuple[int, bool], Node] = {}
         self.time: Node = self._leaf("time", 0)
 
     # --- leaves --------------------------------------------------------------------------------------------------
