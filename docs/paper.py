@@ -1,6 +1,6 @@
 """Figures and tables of `docs/claims.md`, from a run of `gelcone paper`.
 
-python docs/paper.py FOLDER      (a folder that `gelcone paper --quick --out FOLDER` has filled)
+python docs/paper.py FOLDER      (a folder that `gelcone paper --out FOLDER` has filled)
 
 Writes docs/figure-07.png, docs/figure-14.png, docs/end-of-chaos.png and the tables between the marks in docs/claims.md,
 each where the folder holds it. A film that no claim was judged with has no column: that of the film that creeps comes
