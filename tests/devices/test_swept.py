@@ -268,8 +268,8 @@ def test_a_sweep_over_gels_gives_each_devices_own_answer(tmp_path):
     figure = found.gelcone.plot()
     assert [line.get_label() for line in figure.axes[0].get_lines()] == GELS
     np.testing.assert_array_equal(figure.axes[0].get_lines()[1].get_ydata(), found["stroke"].sel(material=GELS[1]))
-    points = gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS}), "limits").gelcone.plot()
-    assert [tick.get_text() for tick in points.axes[0].get_xticklabels()] == GELS
+    points = gelcone.sweep(gelcone.Plan(PUMP, {"material": GELS}), "settled").gelcone.plot()
+    assert [tick.get_text() for tick in points.axes[-1].get_xticklabels()] == GELS
 
 
 @pytest.mark.parametrize(
