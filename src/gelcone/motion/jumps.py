@@ -105,7 +105,7 @@ def _slack(result: Trajectories, system: ConeSystem, films: list[int]) -> npt.ND
 
 
 def _job(job: Job, rows: npt.NDArray[np.intp], times: Array) -> Job:
-    """A job of some members to other times, of which the states are kept."""
+    """A job of some members to other times, of which the states are recorded."""
     members, outcome = job.members.take(rows), np.zeros(rows.size, dtype=np.int8)
     gaps = np.diff(times, axis=1, prepend=job.start[rows, None])
     result = Trajectories.blank(times, members.system, "states", outcome)
