@@ -174,6 +174,23 @@ def test_a_double_well_has_two_mirror_attractors_with_equal_shares():
     np.testing.assert_allclose(np.sort(found["attractor_highest"]), [-0.98583, 0.98583], atol=1e-4)
 
 
+def test_basins_are_cut_by_any_state():
+    """A raised disc falls into either of two mirror wells; a filter that still holds a voltage shifts the border."""
+    model = ConeModel(
+        damping_ratio=0.2, spring_stiffness=1.5, voltage=0.0, voltage_bias=1.5, circuit="amplifier", filter_time=2.0
+    )
+    state = model.system.states[2].name
+    found = basin(model, {"displacement": [-0.4, 0.4], state: [0.0, 1.5]}, **QUICK)
+    assert found["attractor"].dims == ("displacement", state)
+    assert found["attractor_share"].values.tolist() == [0.5, 0.5]
+    for k, x in enumerate((-0.4, 0.4)):
+        for j, v in enumerate((0.0, 1.5)):
+            alone = regime(model, (x, 0.0, v), **QUICK)
+            end = found["attractor_highest"].values[int(found["attractor"].values[k, j])]
+            assert float(alone["highest"]) == pytest.approx(end, abs=1e-6)
+    assert (found["attractor"].values[0] != found["attractor"].values[1]).all()
+
+
 def test_attractors_are_numbered_by_how_often_they_are_reached_and_what_has_not_settled_is_none():
     """Five cells on a cycle of period 2, three at rest on one side, two on the other, and three on no attractor."""
     kinds = [Regime.REST, Regime.TRANSIENT, Regime.REST, Regime.REST, Regime.LEFT_THE_DOMAIN, *[Regime.PERIODIC] * 5]

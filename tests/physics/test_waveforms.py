@@ -216,6 +216,9 @@ def test_shooting_over_pieces_has_the_derivatives_of_differences():
         ("bifurcation", ("voltage", [0.1, 0.3])),
         ("frequency", ([0.5, 0.6],)),
         ("basin", ({"displacement": [0.0, 1.0], "velocity": [0.0, 1.0]},)),
+        ("map", ({"voltage": [0.1, 0.2], "damping_ratio": [0.1, 0.2]},)),
+        ("continue_branch", ("voltage", 0.1, 0.3)),
+        ("locus", ("fold", {"drive_frequency": (0.8, 1.2), "voltage": (0.2, 0.6)})),
     ],
 )
 def test_every_analysis_of_periodic_drives_refuses_one_that_does_not_repeat(monkeypatch, analysis, given):
