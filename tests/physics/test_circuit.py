@@ -306,3 +306,23 @@ def test_a_films_own_loss_counts_also_where_its_charge_is_unknown_in_a_program()
         np.testing.assert_allclose(unknown[name], known[name], rtol=1e-12)
     np.testing.assert_allclose(unknown["supplied_energy"], known["supplied_energy"], atol=1e-12)
     assert float(abs(unknown["energy_residual"]).max()) < 1e-12
+
+
+def test_a_film_on_an_open_circuit_senses_the_motion_and_is_stiffer():
+    """K + 4 x^2 v^2/q, where a film at a held voltage has K."""
+    charge = 0.6
+    open_circuit = ConeModel(circuit="charge", voltage=0.0, voltage_bias=charge, rest_height=0.8, damping_ratio=0.0005)
+    x = float(gelcone.settled(open_circuit.replace(damping_ratio=0.1))["mean"])
+    q = 1.0 + x * x
+    held = open_circuit.replace(circuit="ideal", voltage_bias=charge / q)
+    squares = []
+    for model in (open_circuit, held):
+        run = simulate(model, (x + 1e-4, 0.0), times=np.linspace(0.0, 60.0, 3001))
+        deviation, time = run["displacement"].values - x, run["time"].values
+        k = np.flatnonzero((deviation[:-1] < 0.0) & (deviation[1:] >= 0.0))
+        zeros = time[k] - deviation[k] * (time[k + 1] - time[k]) / (deviation[k + 1] - deviation[k])
+        squares.append((2.0 * np.pi / np.diff(zeros).mean()) ** 2)
+        if model is open_circuit:
+            sensed = run["drive_voltage"] * (1.0 + run["displacement"] ** 2)
+            np.testing.assert_allclose(sensed, charge, rtol=1e-14)
+    assert squares[0] - squares[1] == pytest.approx(4.0 * (x * charge / q) ** 2 / q, rel=1e-5)
