@@ -155,10 +155,11 @@ def spread_line(own: xr.DataArray) -> str:
     """Median and 95 % interval of a number over the draws, and in how many it has no value."""
     lost = int(np.isnan(own.values).sum())
     none = f"none in {lost} of {own.size} draws"
-    if 2 * lost > own.size:
-        return f"{own.attrs.get('long_name', own.name)}: {none}"
-    low, middle, high = (sized(own[0].copy(data=value)) for value in spread(own.values))
-    return f"{own.attrs.get('long_name', own.name)}: {middle}, 95 % within {low} to {high}" + f"; {none}" * bool(lost)
+    found, name = spread(own.values), own.attrs.get("long_name", own.name)
+    if np.isnan(found).any():
+        return f"{name}: {none}"
+    low, middle, high = (sized(own[0].copy(data=value)) for value in found)
+    return f"{name}: {middle}, 95 % within {low} to {high}" + f"; {none}" * bool(lost)
 
 
 def membranes_lines(shown: xr.Dataset) -> list[str]:

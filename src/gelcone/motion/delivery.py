@@ -21,9 +21,9 @@ LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("curren
 
 def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
     """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), peaks over
-    all of them, and the shares of the time at the limits of each
-    amplifier; a source of the second film's own is ``second_``. Currents are infinite where a voltage jumps, as what is
-    ``lost`` (members, samples) in jumps shows: the charge moves at once."""
+    all of them, and the shares of the time at the limits of each amplifier; a source of the second film's own is
+    ``second_``. Currents are infinite where a voltage jumps, as what is ``lost`` (members, samples) in jumps shows: the
+    charge moves at once."""
     jumped = lost[:, -1] > 0.0
     late = lost[:, -1] > lost[:, times.shape[1] // 2]
     system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))

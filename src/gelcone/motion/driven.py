@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.attractor.search import Search, Starts, are_slow, transient_of, transient_of_the_disc
+from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
 from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power
 from gelcone.motion.equilibrium import Ramp, drive_ramp
@@ -53,9 +53,8 @@ PERIODS = 12
 DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
 """Decay times for which the transient from rest is examined, and the most of it by the damping of the disc. Of states
 that are far slower the drift is examined where its course is known."""
-LONGEST_WAIT, PATIENCE = 16.0, 1e5
-"""Transients of the disc for which a motion with slow states is followed that does not drift, and the time for which
-its kind is searched for."""
+LONGEST_WAIT = 16.0
+"""Transients of the disc for which a motion with slow states is followed that does not drift."""
 PER_PERIOD, PER_OSCILLATION = 16, 10
 """Fewest samples of a drive period and of the fastest oscillation."""
 BLOCK_SAMPLES = 2**17

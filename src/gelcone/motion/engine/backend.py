@@ -189,8 +189,9 @@ def _ended_by(members: Members, raw: Raw) -> tuple[Array, Array]:
     system = members.system
     by, how = np.full(raw.status.shape, -1), np.full(raw.status.shape, FilmPullIn.MINIMUM)
     lost = raw.status == STEP_TOO_SMALL
-    z, n = list(raw.end_state.T), members.numbers() if lost.any() else {}
-    voltages = system.voltages(raw.end_time, z, n) if lost.any() else ()
+    some, z = bool(lost.any()), list(raw.end_state.T)
+    n = members.numbers() if some else {}
+    voltages = system.voltages(raw.end_time, z, n) if some else ()
     for k, film in enumerate(system.films):
         if not film.borders:
             continue
@@ -199,7 +200,7 @@ def _ended_by(members: Members, raw: Raw) -> tuple[Array, Array]:
             here = (raw.status == TERMINAL_EVENT + place) & (owner == k)
             by[here] = k
             how[here] = FilmPullIn.MINIMUM if border.switch else kind[here]
-        if lost.any() and film.states and film.film.folds:
+        if some and film.states and film.film.folds:
             share = film.limit_share(z[0], voltages[k], system.states_of(z, "film", k), n)
             by[lost & (kind == FilmPullIn.MINIMUM) & ~(share > AWAY)] = k
     return by, how
@@ -216,9 +217,10 @@ def _outcomes(
         far = (job.keep == "tangents") & (raw.smallest_step >= smallest_step)
         outcome[(raw.status == NOT_FINITE) & (far | (smallest_step == 0.0)) & ~beyond] = Outcome.NOT_FINITE
     outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
-    switching = [TERMINAL_EVENT + k for k, (owner, border) in enumerate(members.system.borders) if border.switch]
-    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT
-    outcome[(raw.status >= TERMINAL_EVENT) & ~np.isin(raw.status, switching) | (by >= 0)] = Outcome.PULLED_IN
+    switching = [TERMINAL_EVENT + k for k, (_, border) in enumerate(members.system.borders) if border.switch]
+    outcome[raw.status >= TERMINAL_EVENT] = Outcome.PULLED_IN
+    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # of a circuit; a film's is a pull-in
+    outcome[by >= 0] = Outcome.PULLED_IN
     return outcome.astype(np.int8)
 
 
