@@ -167,6 +167,18 @@ def spectrum(count):
     )  # fmt: skip
 
 
+def test_the_spectrum_of_a_run_has_no_lines():
+    """Powers 1, 1, 16, 1, 1 above frequency 0: nine tenths of all begin at the first and end at the last but one."""
+    run = edited(spectrum(1), power_in_lines=NAN).assign(
+        amplitude=("frequency_ratio", [9.0, 1.0, 1.0, 4.0, 1.0, 1.0], {"units": "mm"}),
+        frequency=("frequency_ratio", [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], {"units": "Hz"}),
+    )
+    assert said(trajectories.spectrum_words, run) == [
+        "rms 0.75 mm about 13.5 mm", "of the run of a drive that does not repeat, from its start on; it has no lines",
+        "largest at 6 Hz: 4 mm", "90 % of the power from 2 to 8 Hz; spectral flatness 0.0156",
+    ]  # fmt: skip
+
+
 def test_the_lines_of_a_spectrum():
     lines = said(trajectories.spectrum_words, spectrum(2))
     assert lines[:2] == ["rms 0.75 mm about 13.5 mm", "87.5 % of the variance in lines, spectral flatness 0.0156"]
@@ -177,7 +189,7 @@ def test_the_lines_of_a_spectrum():
     ]
     assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES))[-1].endswith("80.0 dB")
     assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES + 2))[-1] == "  and 2 more"
-    still = edited(spectrum(2), power_in_lines=NAN)
+    still = edited(spectrum(2), power_in_lines=NAN, flatness=NAN)
     assert said(trajectories.spectrum_words, still) == ["the actuator stands still: it has no spectrum"]
     failed = edited(spectrum(2), outcome=int(Outcome.STEP_LIMIT))
     assert said(trajectories.spectrum_words, failed) == [f"  1 of 1: {Outcome.STEP_LIMIT.meaning}"]

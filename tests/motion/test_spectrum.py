@@ -1,5 +1,7 @@
 """Spectra: calibrated amplitudes, lines, flatness, no folding, ensembles to the last bit, contracts."""
 
+import json
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -12,6 +14,7 @@ from gelcone.motion import spectrum as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.spectrum import analyse, spectrum
 from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import Chirp
 from gelcone.plots.spectrum import spectrum_figure
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
@@ -258,6 +261,73 @@ def test_an_ensemble_has_a_panel_a_member_with_its_verdict(many):
     assert all("flatness" in v for v in verdicts[:3])
     limits = {axes.get_ylim() for axes in figure.axes}
     assert len(limits) == 1
+
+
+# --- runs of drives that do not repeat --------------------------------------------------------------------------------
+
+CHIRP = ConeModel(
+    waveform=Chirp(), voltage=0.3, voltage_bias=0.4, rest_height=0.5, drive_frequency=0.05, damping_ratio=0.1,
+    start_frequency=[0.5, 0.7], end_frequency=[2.0, 3.0],
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def chirped():
+    return spectrum(CHIRP, (0.5, 0.0), tolerance=1e-10)
+
+
+def test_the_spectrum_of_a_chirp_is_that_of_its_run(chirped):
+    """The Fourier sum of the run as `integrate` samples it, with ends that a cosine tapers, written out."""
+    count = 8192
+    share = np.arange(count) / count
+    run = integrate(CHIRP, (0.5, 0.0), share * 2.0 * np.pi / 0.05, tolerance=1e-10)
+    window = np.sin(np.pi * np.clip(np.minimum(share, 1.0 - share) / 0.1, 0.0, 0.5)) ** 2
+    folded = chirped["folded"].values
+    for x, found, least in zip(run.states[..., 0], chirped["amplitude"].values, folded, strict=True):
+        mean = np.average(x, weights=window)
+        assert found[0] == pytest.approx(mean, rel=1e-7)
+        for cycles in (3, 10, 20, 40, 60):
+            wave = np.exp(-2j * np.pi * cycles * share)
+            exact = 2.0 * abs(np.average((x - mean) * wave, weights=window))
+            assert found[cycles] == pytest.approx(exact, rel=1e-7, abs=least)
+    np.testing.assert_allclose(chirped["frequency"], 0.05 * np.arange(chirped.sizes["frequency_ratio"]))
+    assert json.loads(chirped.attrs["options"]) | {"tolerance": 0} == {
+        "periods": 1, "discard": 0, "highest": None, "tolerance": 0,
+    }  # fmt: skip
+
+
+def test_it_has_no_lines(chirped):
+    for name in ("power_in_lines", "line_ratio", "line_frequency", "line_amplitude", "line_prominence"):
+        assert chirped[name].isnull().all(), name
+    assert (chirped["flatness"] > 0.0).all()
+    assert (chirped["rms"] > 0.01).all()
+    assert (chirped["folded"] <= 1e-5 * chirped["amplitude"][:, 1:].max("frequency_ratio")).all()
+
+
+def test_its_band_holds_twice_the_fastest_swing_of_the_drive():
+    """The end frequency of 9 is 180 cycles in the length of the drive, and the film is slower."""
+    fast = CHIRP.replace(end_frequency=9.0, start_frequency=0.5)
+    assert spectrum(fast, (0.5, 0.0), tolerance=1e-8).sizes["frequency_ratio"] == 512 + 1
+
+
+def test_a_longer_record_holds_what_rings_on_behind_it():
+    """A small free oscillation rings at the square root of the stiffness, 1.5: resolved to half a bin of the record."""
+    free = FREE.replace(waveform="chirp", drive_frequency=0.2)
+    for lengths in (1, 8):
+        result = spectrum(free, (1e-3, 0.0), periods=lengths, highest=20)
+        assert result.sizes["frequency_ratio"] == 20 * lengths + 1
+        highest = int(result["amplitude"].values[1:].argmax()) + 1
+        assert float(result["frequency"][highest]) == pytest.approx(np.sqrt(1.5), abs=0.1 / lengths)
+    assert float(result["amplitude"][highest]) == pytest.approx(1e-3, rel=0.1)
+
+
+def test_it_has_nothing_to_discard():
+    with pytest.raises(InputError, match=r"discard = 5: waveform = chirp does not repeat.*leave discard out"):
+        spectrum(CHIRP, discard=5)
+    with pytest.raises(InputError, match="periods = 0"):
+        spectrum(CHIRP, periods=0)
+    with pytest.raises(InputError, match=r"highest = 1e[+]07: must be from 1 to 524288"):
+        spectrum(CHIRP, highest=1e7)
 
 
 # --- one record by hand -----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ RATIO = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.5])
 AMPLITUDE = np.array([7.0, 1e-3, 0.2, 0.0, 0.05, 1e-12])
 
 
-def spectrum(share=0.9, outcome=0, **units):
+def spectrum(share=0.9, outcome=0, flatness=2.5e-7, **units):
     return result(
         {
             "amplitude": ("frequency_ratio_dim", AMPLITUDE),
@@ -22,7 +22,7 @@ def spectrum(share=0.9, outcome=0, **units):
             "line_ratio": ("line", [1.0, 2.0, np.nan]),
             "line_amplitude": ("line", [0.2, 0.05, np.nan]),
             "power_in_lines": ((), share),
-            "flatness": ((), 2.5e-7),
+            "flatness": ((), flatness),
             "outcome": ((), outcome),
         },
         units=units,
@@ -60,9 +60,20 @@ def test_the_limits_end_above_rounding():
 
 def test_what_stands_still_has_no_curve():
     axes = blank()
-    amplitude_spectrum(spectrum(share=np.nan), axes)
+    amplitude_spectrum(spectrum(share=np.nan, flatness=np.nan), axes)
     assert data_of(axes.lines[0]).size == 0
     assert axes.get_title(loc="right") == "stands still"
+
+
+def test_the_run_of_a_drive_that_does_not_repeat_stands_over_the_frequency_itself():
+    axes = blank()
+    amplitude_spectrum(spectrum(share=np.nan).assign(line_amplitude=("line", [np.nan] * 3)), axes)
+    curve, marks = axes.lines
+    np.testing.assert_array_equal(curve.get_xdata()[np.isfinite(curve.get_ydata())], 10.0 * RATIO[[1, 2, 4, 5]])
+    assert data_of(marks).size == 0
+    assert axes.get_xlabel() == "frequency"
+    assert axes.get_xlim() == pytest.approx((0.0, 1.02 * 20.0))
+    assert axes.get_title(loc="right") == "of the run, flatness 2.5e-07"
 
 
 def test_the_verdict_in_words():

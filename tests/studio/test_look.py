@@ -123,13 +123,25 @@ def test_the_spectrum_is_that_of_spectrum(subject):
     found = look.spectrum(subject)
     shown = in_si(gelcone.spectrum(subject.model, subject.initial, periods=look.SPECTRUM_PERIODS), subject)
     drive = 10.0 if subject.device is not None else float(subject.model.drive_frequency)
-    assert found.words["drive"] == pytest.approx(drive, rel=1e-12)
+    assert found.words["top"] == pytest.approx(8.0 * drive, rel=1e-12)
     np.testing.assert_allclose(found.arrays["frequency"], shown["frequency"].values, rtol=1e-12)
     np.testing.assert_allclose(found.arrays["amplitude"], shown["amplitude"].values, rtol=1e-12)
     lines = np.isfinite(shown["line_ratio"].values)
     assert lines.any() == (found.arrays["amplitude"].max() > 1e-9)  # none of an actuator at rest
     np.testing.assert_allclose(found.arrays["line"], shown["line_frequency"].values[lines], rtol=1e-12)
     np.testing.assert_allclose(found.arrays["height"], shown["line_amplitude"].values[lines], rtol=1e-12)
+
+
+def test_the_spectrum_of_a_drive_that_does_not_repeat_is_that_of_its_run(shelf):
+    values = {"waveform": "chirp", "frequency": "1 Hz", "waveform.start_frequency": "5 Hz"}
+    subject = shelf.subject(Setting(device="soft-film", values={"film": "taut"} | values))
+    found = look.spectrum(subject)
+    shown = in_si(gelcone.spectrum(subject.model, subject.initial), subject)
+    np.testing.assert_allclose(found.arrays["frequency"], shown["frequency"].values, rtol=1e-12)
+    np.testing.assert_allclose(found.arrays["amplitude"], shown["amplitude"].values, rtol=1e-12)
+    seen = shown["frequency"].values[shown["amplitude"].values >= 1e-6 * shown["amplitude"].values[1:].max()]
+    assert found.words["top"] == pytest.approx(max(seen.max(), 8.0), rel=1e-12)
+    assert found.arrays["line"].size == 0
 
 
 def test_the_section_is_that_of_section(shelf):

@@ -359,9 +359,9 @@ def test_a_drive_that_does_not_repeat_has_no_evidence_and_the_page_is_told_why_a
         chirp = {"device": "soft-film", "values": {"film": "taut", "waveform": "chirp"}}
         ask(page, "look", 1, side="a", setting=chirp, panels=["spectrum", "statics"])
         answer(page, "response")
-        for stage in ("kind", "spectrum"):
-            head = answer(page, "late")[0]
-            assert (head["stage"], head["message"].partition(",")[0]) == (stage, "waveform = chirp: does not repeat")
+        head = answer(page, "late")[0]
+        assert (head["stage"], head["message"].partition(",")[0]) == ("kind", "waveform = chirp: does not repeat")
+        assert answer(page, "spectrum")[1]["amplitude"][1:].max() > 0.0
         assert answer(page, "statics")[1]["voltage"].size > 10
 
 

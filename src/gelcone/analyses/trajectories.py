@@ -234,12 +234,28 @@ def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:
     return "\n".join(lines)
 
 
+def _run_lines(shown: xr.Dataset) -> list[str]:
+    """Where the spectrum of the run of a drive that does not repeat lies."""
+    amplitude, frequency = (shown[name].values.ravel()[1:] for name in ("amplitude", "frequency"))
+    unit, highest = unit_of(shown["frequency"]), int(np.argmax(amplitude))
+    power = np.cumsum(amplitude**2) / np.sum(amplitude**2)
+    low, high = (frequency[np.searchsorted(power, share)] for share in (0.05, 0.95))
+    return [
+        "of the run of a drive that does not repeat, from its start on; it has no lines",
+        f"largest at {frequency[highest]:.6g}{unit}: {amplitude[highest]:.4g}{unit_of(shown['amplitude'])}",
+        f"90 % of the power from {low:.6g} to {high:.6g}{unit}; spectral flatness {float(shown['flatness']):.3g}",
+    ]
+
+
 def _line_table(shown: xr.Dataset) -> list[str]:
     """The strongest lines of a single run."""
-    if np.isnan(shown["power_in_lines"]):
+    if np.isnan(shown["flatness"]):
         return ["the actuator stands still: it has no spectrum"]
+    swing = f"rms {measured(shown['rms'], 5)} about {measured(shown['mean_displacement'], 5)}"
+    if np.isnan(shown["power_in_lines"]):
+        return [swing, *_run_lines(shown)]
     lines = [
-        f"rms {measured(shown['rms'], 5)} about {measured(shown['mean_displacement'], 5)}",
+        swing,
         f"{100.0 * float(shown['power_in_lines']):.4g} % of the variance in lines, "
         f"spectral flatness {float(shown['flatness']):.3g}",
         "  frequency/drive    frequency    amplitude    prominence",

@@ -3,6 +3,10 @@
 The window is cos^4 (the square of Hann's; Rife and Vincent's class I of order 2, Bell Syst. Tech. J. 49 (1970) 197):
 its sidelobes fall by 30 dB an octave, so that weak lines and the floor between lines show next to strong ones, and its
 transform has a closed form, from which a line between two bins gets its frequency and amplitude exactly.
+
+The run of a drive that does not repeat is a record from its start on. All of it counts alike but for its ends, which a
+cosine tapers (Tukey's window): a chirp is at each frequency at a time of its own, and cos^4 would fade the lowest and
+the highest ones. Such a spectrum has no lines.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.section import STILL
 from gelcone.motion.settle import (
     MOST_PER_REPEAT,
@@ -54,6 +58,10 @@ FOLDED = 1e-5
 REFINEMENT = 4
 MOST_SAMPLES = 2**21
 """A record is not refined beyond this."""
+TAPERED = 0.1
+"""Share of the run of a drive that does not repeat that is tapered, half of it at each end."""
+PERIODS, DISCARD = 256, 200
+"""Length of a record, and what passes before it, in periods of a drive that repeats."""
 
 
 @analysis(
@@ -64,8 +72,8 @@ def spectrum(
     model: ConeModel,
     initial: npt.ArrayLike = (1.0, 0.0),
     *,
-    periods: int = 256,
-    discard: int = 200,
+    periods: int | None = None,
+    discard: int | None = None,
     highest: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -73,16 +81,22 @@ def spectrum(
 ) -> xr.Dataset:
     """Amplitude spectrum of the displacement: a sine of amplitude a shows as a line of height a.
 
+    Of a drive that repeats it is that of the settled motion, and has lines; of one that does not, that of the run from
+    its start on, where it is the amplitude of a sine that lasts as long as the record.
+
     Parameters
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the record in periods 2 pi/omega of the voltage, at least 16; bins are 1/periods of the drive
-        frequency apart, and lines less than 3 bins apart are not resolved. Default 256.
+        frequency apart, and lines less than 3 bins apart are not resolved. Default 256. Of a drive that does not repeat
+        lengths of the drive, at least 1 (default); more hold what rings on behind it.
     discard : forcing periods (see `section`) that pass before the record, so that the motion settles; what is left of a
-        transient shows as broad feet or faint lines next to the others. Default 200.
+        transient shows as broad feet or faint lines next to the others. Default 200. A drive that does not repeat has
+        nothing to settle: 0.
     highest : upper end of the band, in units of the drive frequency, at least 1; default a power of two,
-        at least 8, that holds twice the fastest rate of the motion (each member its own; NaN beyond).
+        at least 8, that holds twice the fastest rate of the motion and twice the fastest swing of a drive that does not
+        repeat, whose own frequency is one cycle in its length; each member its own, NaN beyond.
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -107,10 +121,13 @@ def spectrum(
     where spectra already fall. Records are sampled anew, finer, until it is below 1e-5 of the largest amplitude or a
     record has 2,097,152 samples.
 
+    Of a drive that does not repeat there is no ``line``, and ``power_in_lines`` is NaN. A cosine tapers 5 % of the
+    record at each end (Tukey's window), so that the rest counts alike: each frequency of a chirp as the others.
+
     Raises
     ------
-    InputError : for too few periods, a negative discard, a band out of range, or an initial state of which no member
-        lies inside its stretch limit.
+    InputError : for too few periods, a negative discard, one of a drive that does not repeat, a band out of range, or
+        an initial state of which no member lies inside its stretch limit.
 
     Examples
     --------
@@ -120,9 +137,9 @@ def spectrum(
     >>> [f"{a:.5f} at {f:.3f}" for a, f in zip(lines.line_amplitude.values[:2], lines.line_frequency.values[:2])]
     ['0.20463 at 1.000', '0.03230 at 2.000']
     """
-    options: dict[str, Any] = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
-    check_count("periods", periods, FEWEST_PERIODS)
     states0, members = start_states(model, initial), model.members()
+    periods, discard = _lengths(members, periods, discard)
+    options: dict[str, Any] = {"periods": periods, "discard": discard, "highest": highest, "tolerance": tolerance}
     variables, outcome = spectrum_cells(members, states0, **options, threads=threads, progress=progress)
     lines = max(1, int(np.isfinite(variables["line_ratio"][1]).sum(axis=1).max()))
     variables = {name: _cut(variable, lines) for name, variable in variables.items()}
@@ -149,8 +166,8 @@ def spectrum_cells(
     members: Members,
     states: Array,
     *,
-    periods: int = 256,
-    discard: int = 200,
+    periods: int | None = None,
+    discard: int | None = None,
     highest: float | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -161,13 +178,16 @@ def spectrum_cells(
     Over ``line`` there are always 64 places; the length of ``frequency_ratio`` depends on the members unless
     ``highest`` is given.
     """
-    check_count("periods", periods, FEWEST_PERIODS)
-    check_count("discard", discard, 0)
-    bands = _bands(members, highest)
+    periods, discard = _lengths(members, periods, discard)
+    bands = _bands(members, highest, periods)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     settling, left = split_progress(progress, discard, 2 * periods)
-    states, outcome = settle(members, states, discard, progress=settling, **flow)
+    if discard:
+        states, outcome = settle(members, states, discard, progress=settling, **flow)
+    else:
+        outcome = np.zeros(members.size, dtype=np.int8)
     samples, most = _sampling(members, bands, periods)
+    analysed = analyse if members.system.waveform.repeat else analyse_run
     spectra = [NOTHING] * members.size
     coarse = np.arange(members.size)
     while coarse.size:
@@ -175,7 +195,7 @@ def spectrum_cells(
         now, left = split_progress(left, 1.0, 1.0)
         part = (members.take(coarse), states[coarse], outcome[coarse], periods, samples[coarse])
         for i, record, end in _records(*part, progress=now, **flow):
-            spectra[coarse[i]] = analyse(record, periods, bands[coarse[i]])
+            spectra[coarse[i]] = analysed(record, periods, bands[coarse[i]])
             outcome[coarse[i]] = end
         folds = np.array([spectra[member].folds for member in coarse])
         coarse = coarse[folds & (REFINEMENT * samples[coarse] <= most[coarse])]
@@ -186,12 +206,32 @@ def spectrum_cells(
     return Findings(_variables(members, spectra, bins), outcome)
 
 
-def _bands(members: Members, highest: float | None) -> Array:
+def _lengths(members: Members, periods: int | None, discard: int | None) -> tuple[int, int]:
+    """The periods of the record and those that pass before it; `InputError` for too few of them."""
+    waveform = members.system.waveform
+    if waveform.repeat:
+        periods, discard = PERIODS if periods is None else periods, DISCARD if discard is None else discard
+        check_count("periods", periods, FEWEST_PERIODS)
+        check_count("discard", discard, 0)
+        return periods, discard
+    if discard:
+        raise InputError(
+            f"discard = {discard}: waveform = {waveform.name} does not repeat: its record begins at the start of the "
+            "run; leave discard out"
+        )
+    check_count("periods", 1 if periods is None else periods, 1)
+    return periods or 1, 0
+
+
+def _bands(members: Members, highest: float | None, periods: int) -> Array:
     """Upper end of every member's band in units of its drive frequency, (members,)."""
-    most = MOST_PER_REPEAT // OVERSAMPLING
+    most = (MOST_PER_REPEAT if members.system.waveform.repeat else MOST_SAMPLES // periods) // OVERSAMPLING
     if highest is None:
         omega = np.broadcast_to(members.drive_frequency, members.shape)
-        wanted = next_power_of_two(np.maximum(BAND * members.rate / omega, SMALLEST_BAND))
+        fastest = np.maximum(members.rate / omega, SMALLEST_BAND / BAND)
+        if not members.system.waveform.repeat:
+            fastest = np.maximum(fastest, members.system.waveform.detail(members.numbers()))
+        wanted = next_power_of_two(BAND * fastest)
         return np.minimum(wanted, most).astype(float)
     try:
         value = float(highest)
@@ -203,7 +243,12 @@ def _bands(members: Members, highest: float | None) -> Array:
 
 
 def _sampling(members: Members, bands: Array, periods: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Samples a forcing period to begin with, and the most that refining may lead to, (members,) each."""
+    """Samples a forcing period to begin with, and the most that refining may lead to, (members,) each; of a drive that
+    does not repeat in its length."""
+    if not members.system.waveform.repeat:
+        oscillations = SAMPLES_PER_OSCILLATION * members.rate * members.drive_period / (2.0 * np.pi)
+        most = np.full(members.size, MOST_SAMPLES // periods)
+        return np.minimum(next_power_of_two(np.maximum(oscillations, OVERSAMPLING * bands)), most), most
     per_period = _repeats_per_period(members)
     least = next_power_of_two(OVERSAMPLING * bands / per_period)
     first = np.maximum(samples_per_repeat(members, SAMPLES_PER_OSCILLATION), least)
@@ -229,6 +274,13 @@ def _records(
 
     ``samples`` (members,) a forcing period; ``states`` (members, N) at phase 0, ``outcome`` until then.
     """
+    if not members.system.waveform.repeat:
+        for (size,), rows in blocks(periods * samples):
+            part, share = members.take(rows), weighted(progress, rows.size / members.size)
+            times = np.arange(size) / (size // periods) * part.drive_period[:, None]
+            run = integrate(part, states[rows], times, progress=share, **flow)
+            yield from zip(rows.tolist(), run.states[..., 0], run.outcome.tolist(), strict=True)
+        return
     repeats = periods * _repeats_per_period(members)
     for (size, each), rows in blocks(repeats * samples, samples):
         part, share = members.take(rows), weighted(progress, rows.size / members.size)
@@ -272,9 +324,35 @@ NOTHING = Spectrum(np.empty(0), np.empty((0, 3)), np.nan, np.nan, np.nan, np.nan
 
 def analyse(record: Array, periods: int, highest: float) -> Spectrum:
     """The `Spectrum` of an even record over whole drive periods, up to ``highest``; `NOTHING` where it holds NaN."""
+    sampled, found = _windowed(record, np.sin(np.pi * np.arange(record.size) / record.size) ** 4, periods, highest)
+    if not found.rms >= STILL:
+        return found
+    # A lobe beyond the band, so that a line at the very end of the band is recognised as one.
+    bins = found.amplitude.size
+    peaks, prominences = _peaks(sampled[: bins + LOBE], periods, found.folded)
+    kept = peaks < bins
+    peaks, prominences = peaks[kept], prominences[kept]
+    ratios, heights = _interpolated(sampled, peaks)
+    lines = np.column_stack([ratios / periods, heights, prominences])
+    power = _power(found.amplitude)
+    return replace(
+        found,
+        lines=lines[np.argsort(-heights, kind="stable")][:MOST_LINES],
+        power_in_lines=float(power[_in_lobes(peaks, power.size)].sum() / power.sum()),
+    )
+
+
+def analyse_run(record: Array, periods: int, highest: float) -> Spectrum:
+    """The `Spectrum` of an even record of the run of a drive that does not repeat, which has no lines."""
+    from scipy.signal.windows import tukey
+
+    return _windowed(record, tukey(record.size, TAPERED, sym=False), periods, highest)[1]
+
+
+def _windowed(record: Array, window: Array, periods: int, highest: float) -> tuple[Array, Spectrum]:
+    """The amplitudes of all frequencies of a record under a window, and its `Spectrum` without lines."""
     if not np.isfinite(record).all():
-        return NOTHING
-    window = np.sin(np.pi * np.arange(record.size) / record.size) ** 4
+        return np.empty(0), NOTHING
     total = window.sum()
     mean = float((window * record).sum() / total)
     swing = record - mean
@@ -282,26 +360,17 @@ def analyse(record: Array, periods: int, highest: float) -> Spectrum:
     sampled = 2.0 * np.abs(np.fft.rfft(window * swing)) / total
     sampled[0] = abs(mean)
     # The small addition keeps a band such as 0.1 * 30 whole.
-    amplitude = sampled[: int(highest * periods + 1e-6) + 1]
+    found = replace(NOTHING, amplitude=sampled[: int(highest * periods + 1e-6) + 1], mean=mean, rms=rms)
     if rms < STILL:
-        return replace(NOTHING, amplitude=amplitude, mean=mean, rms=rms)
-    folded = float(sampled[-(sampled.size // 8) :].max())
-    # A lobe beyond the band, so that a line at the very end of the band is recognised as one.
-    peaks, prominences = _peaks(sampled[: amplitude.size + LOBE], periods, folded)
-    kept = peaks < amplitude.size
-    peaks, prominences = peaks[kept], prominences[kept]
-    ratios, heights = _interpolated(sampled, peaks)
-    lines = np.column_stack([ratios / periods, heights, prominences])
-    power = np.maximum(amplitude[1:], STILL) ** 2
-    return Spectrum(
-        amplitude=amplitude,
-        lines=lines[np.argsort(-heights, kind="stable")][:MOST_LINES],
-        power_in_lines=float(power[_in_lobes(peaks, power.size)].sum() / power.sum()),
-        flatness=float(np.exp(np.log(power).mean()) / power.mean()),
-        folded=folded,
-        mean=mean,
-        rms=rms,
-    )
+        return sampled, found
+    power = _power(found.amplitude)
+    flatness = float(np.exp(np.log(power).mean()) / power.mean())
+    return sampled, replace(found, flatness=flatness, folded=float(sampled[-(sampled.size // 8) :].max()))
+
+
+def _power(amplitude: Array) -> Array:
+    """The squares of the amplitudes above frequency 0."""
+    return np.maximum(amplitude[1:], STILL) ** 2
 
 
 def _peaks(amplitude: Array, periods: int, least: float) -> tuple[npt.NDArray[np.intp], Array]:

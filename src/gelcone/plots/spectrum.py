@@ -41,24 +41,24 @@ def spectrum_figure(spectrum: xr.Dataset) -> Figure:
 def amplitude_spectrum(member: xr.Dataset, axes: Axes, room_for: xr.Dataset | None = None) -> None:
     """Amplitude over frequency of one member, over the drive's frequency or, where the result is in SI units, in hertz.
 
-    ``room_for`` is the ensemble whose members share the axes' limits; default the member alone.
+    ``room_for`` is the ensemble whose members share the axes' limits; default the member alone. That of the run of a
+    drive that does not repeat is over the frequency itself.
     """
-    in_si = member["frequency"].attrs["units"] != "1"
-    frequency = member["frequency" if in_si else "frequency_ratio"]
+    frequency = _frequency(member)
     axes.plot(frequency, _of_motion(member), color=BLUE, lw=0.7)
     set_limits(member if room_for is None else room_for, axes)
-    at, height = member["line_frequency" if in_si else "line_ratio"].values, member["line_amplitude"].values
+    of_drive = frequency.name == "frequency_ratio"
+    at, height = member["line_ratio" if of_drive else "line_frequency"].values, member["line_amplitude"].values
     axes.plot(at, height, "o", ms=3.5, mfc="none", mec=VERMILION, mew=0.8)
     label_lines(axes, at, height)
     axes.set_title(verdict(member), loc="right", fontsize=8.0, color=GREY)
-    axes.set_xlabel(axis_label(frequency, "frequency") if in_si else "frequency / drive frequency")
+    axes.set_xlabel("frequency / drive frequency" if of_drive else axis_label(frequency, "frequency"))
     axes.set_ylabel(axis_label(member["amplitude"], "amplitude"))
 
 
 def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
     """A log axis over what is larger than `DEEPEST` of the largest amplitude, and room for labels above it."""
-    in_si = spectrum["frequency"].attrs["units"] != "1"
-    frequency, moving = spectrum["frequency" if in_si else "frequency_ratio"], _of_motion(spectrum)
+    frequency, moving = _frequency(spectrum), _of_motion(spectrum)
     largest = float(moving.max())
     axes.set_yscale("log")
     if largest > 0.0:
@@ -67,9 +67,20 @@ def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
         axes.set_ylim(max(0.5 * float(moving.where(seen).min()), DEEPEST * largest), 20.0 * largest)
 
 
+def _frequency(spectrum: xr.Dataset) -> xr.DataArray:
+    """What a spectrum is drawn over: the frequency over the drive's, where it is in no unit and the drive repeats."""
+    in_si = spectrum["frequency"].attrs["units"] != "1"
+    return spectrum["frequency" if in_si or _of_runs(spectrum) else "frequency_ratio"]
+
+
+def _of_runs(spectrum: xr.Dataset) -> bool:
+    """Whether it is that of runs of a drive that does not repeat, which have no lines."""
+    return bool((spectrum["flatness"].notnull() & spectrum["power_in_lines"].isnull()).any())
+
+
 def _of_motion(spectrum: xr.Dataset) -> xr.DataArray:
     """The amplitude without the mean displacement in the first bin, and without motions that are only rounding."""
-    amplitude, moves = spectrum["amplitude"], spectrum["power_in_lines"].notnull()
+    amplitude, moves = spectrum["amplitude"], spectrum["flatness"].notnull()
     return amplitude.where((spectrum["frequency_ratio"] > 0.0) & (amplitude > 0.0) & moves)
 
 
@@ -91,6 +102,8 @@ def verdict(member: xr.Dataset) -> str:
     share, flatness = float(member["power_in_lines"]), float(member["flatness"])
     if failure(member):
         return failure(member)
-    if np.isnan(share):
+    if np.isnan(flatness):
         return "stands still"
+    if np.isnan(share):
+        return f"of the run, flatness {flatness:.1e}"
     return f"{100.0 * share:.4g} % of the variance in lines, flatness {flatness:.1e}"

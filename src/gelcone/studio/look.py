@@ -49,6 +49,10 @@ JUST_BEFORE = 1.0 - 1e-9
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
+SHOWN_RATIO = 8.0
+"""Most times the drive's frequency that a spectrum shows."""
+SHOWN_SHARE = 1e-6
+"""Of the run of a drive that does not repeat a spectrum shows what is above this share of the largest amplitude."""
 STATIC_LEVELS = 2
 PULLED_IN_COLOUR = "#5b5b5b"
 RETURNS = 0.01
@@ -326,16 +330,21 @@ def section(subject: Subject) -> Parts:
 
 
 def spectrum(subject: Subject) -> Parts:
-    """The amplitude spectrum of the settled motion, in units of the drive's frequency."""
-    states = start_states(subject.model.members(), subject.initial)
-    found = spectrum_cells(subject.model.members(), states, periods=SPECTRUM_PERIODS, threads=1).variables
+    """The amplitude spectrum of the settled motion, or of the run of a drive that does not repeat; with the highest
+    frequency to show."""
+    repeats, states = subject.model.system.waveform.repeat, start_states(subject.model.members(), subject.initial)
+    periods = SPECTRUM_PERIODS if repeats else 1
+    found = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     amplitude = np.asarray(found["amplitude"][1])[0]
-    ratio = np.arange(amplitude.size) / SPECTRUM_PERIODS
+    ratio = np.arange(amplitude.size) / periods
     lines = np.asarray(found["line_ratio"][1])[0]
     heights = np.asarray(found["line_amplitude"][1])[0]
     kept = np.isfinite(lines)
     omega = float(subject.model.drive_frequency) * by["frequency"]
+    top = SHOWN_RATIO
+    if not repeats:
+        top = float(ratio[amplitude >= SHOWN_SHARE * amplitude[1:].max(initial=0.0)].max(initial=SHOWN_RATIO))
     return Parts(
         {
             "frequency": ratio * omega,
@@ -343,7 +352,7 @@ def spectrum(subject: Subject) -> Parts:
             "line": lines[kept] * omega,
             "height": heights[kept] * by["length"],
         },
-        {"drive": omega},
+        {"top": top * omega},
     )
 
 

@@ -116,9 +116,9 @@ test("tabs ask for what they show, and its answer is drawn there", () => {
   answer();
   const spectrum = $("spectrum").querySelector("canvas").getContext();
   forget(spectrum);
-  socket.give({ kind: "spectrum", id: last("look").id, side: "a", words: { drive: 9 } }, { frequency: Float32Array.of(0, 9, 18), amplitude: Float32Array.of(1, 5, 0.1), line: Float32Array.of(9), height: Float32Array.of(5) });
+  socket.give({ kind: "spectrum", id: last("look").id, side: "a", words: { top: 72 } }, { frequency: Float32Array.of(0, 9, 18), amplitude: Float32Array.of(1, 5, 0.1), line: Float32Array.of(9), height: Float32Array.of(5) });
   assert.ok(texts(spectrum).includes("frequency (Hz)"));
-  assert.deepEqual([[...studio.looks.a.spectrum.amplitude].slice(0, 2), studio.looks.a.spectrum.drive], [[1, 5], 9]);
+  assert.deepEqual([[...studio.looks.a.spectrum.amplitude].slice(0, 2), studio.looks.a.spectrum.top], [[1, 5], 72]);
   document.querySelector('[data-tab="statics"]').click();
   assert.deepEqual(last("look").panels, ["spectrum", "statics"]);
   answer();

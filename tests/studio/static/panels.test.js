@@ -151,7 +151,7 @@ test("a run that had to be cut says so", () => {
 });
 
 test("the spectrum is that of its frequencies on a logarithmic axis, with its lines", () => {
-  const spectrum = { frequency: Float32Array.of(0, 5, 10, 15), amplitude: Float32Array.of(1, 0.01, 1, 0.0001), line: Float32Array.of(10), height: Float32Array.of(1), drive: 10 };
+  const spectrum = { frequency: Float32Array.of(0, 5, 10, 15), amplitude: Float32Array.of(1, 0.01, 1, 0.0001), line: Float32Array.of(10), height: Float32Array.of(1), top: 80 };
   const p = panel(spectrumPanel, { a: look({ spectrum }) });
   assert.ok(close(drawn(p, LIGHT.a), [[p.X(0), p.Y(0)], [p.X(5), p.Y(-2)], [p.X(10), p.Y(0)], [p.X(15), p.Y(-4)]]));
   assert.ok(near(p.X(0), p.left) && near(p.X(80), p.right));

@@ -137,7 +137,7 @@ export function spectrumPanel(host, looks) {
         const text = ended ? "A motion that ends has no spectrum." : looks[looks.active]?.unmeasured ?? "The actuator stands still, or its spectrum is under way.";
         return p.paragraph(text, p.w / 2, p.h / 2, 0.7 * p.w);
       }
-      const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.drive)) * 8;
+      const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.top));
       const most = Math.max(...shown.flatMap(([look]) => [...look.spectrum.amplitude.subarray(1)]), 1e-12);
       const log = (v) => Math.log10(Math.max(v, 1e-30)), y = decades.fit([log(most) - 6, log(most)]);
       p.axes([0, top], y, { xLabel: axes.frequency, yLabel: axes.amplitude, yText: power });
