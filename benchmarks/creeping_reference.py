@@ -30,6 +30,8 @@ ENDED = 1e-4
 """The Hessian over the modulus, or over its square, at which a minimum counts as ended: some 1e-8 before."""
 NEAR = 0.3
 """The margin below which the film may end within a step."""
+JUMP = 0.05
+"""Share by which the length changes within a step where it is taken to have jumped to another minimum."""
 LEVELS = 40
 """Steps of V from 0 over which the minimum is followed at a start, and where the voltage jumps."""
 Piece = tuple[float, float, Callable[[float], float], Callable[[float], float]]
@@ -661,13 +663,18 @@ class Run:
         )
         steps, left = 0, margin(begin, solver.y)
         while solver.status == "running":
+            lengths = device.film.last
             solver.step()
             steps += 1
             if solver.status == "failed" or steps > MOST_STEPS or not np.isfinite(solver.y).all():
                 runaway = left != 1.0  # of a slack film, towards which steps vanish
                 return (PULLED_IN if runaway else FAILED), float(solver.t)
-            before, left = left, margin(solver.t, solver.y) if device.film.wrinkles else 1.0
+            if not device.film.wrinkles:
+                continue
+            before, left = left, margin(solver.t, solver.y)
             if min(before, left) < NEAR and (ended := self._ended(solver, margin)) is not None:
+                return PULLED_IN, ended
+            if not device.resisted and (ended := self._jumped(solver, margin, lengths)) is not None:
                 return PULLED_IN, ended
         self.z = solver.y.tolist()
         if inner:
@@ -685,6 +692,25 @@ class Run:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if margin(middle, dense(middle)) >= 0.0 else (low, middle)
         return high
+
+    def _jumped(
+        self, solver: Any, margin: Callable[[float, np.ndarray], float], lengths: tuple[float, float]
+    ) -> float | None:
+        """When in the last step the film's length jumped from its minimum to another one that is not far; None if it
+        moved on smoothly. ``lengths`` are those at the step's beginning."""
+        film, dense = self.device.film, solver.dense_output()
+        low, high, end = float(solver.t_old), float(solver.t), film.last
+        if abs(math.log(end[0] / lengths[0])) < JUMP:
+            return None
+        for _ in range(40):
+            middle, film.last = 0.5 * (low + high), lengths
+            margin(middle, dense(middle))
+            if abs(math.log(film.last[0] / lengths[0])) < abs(math.log(end[0] / film.last[0])):
+                low, lengths = middle, film.last
+            else:
+                high, end = middle, film.last
+        film.last = end
+        return high if abs(math.log(end[0] / lengths[0])) > 0.5 * JUMP else None
 
     def _stored(self, command: float) -> float:
         """Charge times voltage of a source without resistance."""

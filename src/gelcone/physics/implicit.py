@@ -24,7 +24,7 @@ def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First
     """The root y of ``residual(y, *at, xp)`` that Newton's method finds from ``first(*at, xp)``.
 
     ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program,
-    where a step of the search is at most ``longest`` times the root or 1.
+    where a step of the search is at most ``longest`` times the root or 1; see `gelcone.physics.trace.Graph.root`.
     """
     if traced(xp):
         return xp.root(name, residual, at, first, longest)

@@ -120,7 +120,7 @@ class Graph:
 
         ``name`` identifies roots: an equal name stands for the same equation, else `ValueError`. ``longest`` is the
         longest step of a search, over the root or 1: of several roots one that goes uphill in short steps meets the
-        first.
+        first. Such a search is lost, and the root NaN, where the residual over the root does not rise.
         """
         own = self._leaf("root", name)
         equation = self.node(residual(own, *at, self))

@@ -12,6 +12,7 @@ from gelcone.motion.engine.interruptions import border_events
 from gelcone.motion.engine.program import Program
 from gelcone.motion.engine.steps import Steps
 from gelcone.physics.driven import driven
+from gelcone.physics.members import Members
 
 MODEL = gelcone.ConeModel(rest_height=0.4, damping_ratio=0.1)
 COUNT = 3
@@ -79,3 +80,28 @@ def test_a_member_that_ends_stays_where_it_did(made):
     assert outcome.tolist() == [Outcome.OK, Outcome.NOT_FINITE, Outcome.OK]
     assert not steps.broke_down.any()
     assert np.isfinite(steps.states).all()
+
+
+def test_a_film_that_creeps_pulls_in_where_its_voltage_is_set_beyond_the_end_of_its_minimum():
+    """A film without force between its disc and the next minimum, some fifty times as large: it does not go there, and
+    stays where it was when the voltage was set."""
+    model = gelcone.ConeModel(
+        film="wrinkling", branches=2, bias="spring+weight", flow_exponent=3, flow_stress=1.252, damping_ratio=0.03202,
+        hoop_prestretch=0.9542, meridional_prestretch=1.0, spring_stiffness=5.1, rest_height=0.3723, weight=0.1264,
+        stretch_limit=11.92, viscous_modulus_1=0.07655, relaxation_time_1=65.53, viscous_modulus_2=0.06113,
+        relaxation_time_2=32.1, viscous_limit_2=61.69,
+    )  # fmt: skip
+    system = driven(model.system)
+    steps = Steps(system, 1e-12, 1, 1e6)
+    members = Members(system, model.members().values, 1)
+    steps.set_all(np.array([members.own_numbers[name] for name in steps.numbers]).reshape(-1, 1), np.arange(1))
+    steps.states[:] = members.start_states(np.array([[0.0922, 0.2779]]))
+    sides = system.switches(np.zeros(1), list(steps.states.T), members.own_numbers)
+    steps.switches[:] = np.stack([sides[name] + np.zeros(1) for name in steps.switch_names], axis=1)
+    steps.lengths[:] = 0.894
+    steps.set("input_voltage", -0.433)
+    assert steps.step() == Outcome.OK
+    before = steps.states.copy()
+    steps.set("input_voltage", -0.886)
+    assert steps.step() == Outcome.PULLED_IN
+    np.testing.assert_array_equal(steps.states, before)

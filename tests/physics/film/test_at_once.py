@@ -79,3 +79,17 @@ def test_a_taut_film_reaches_as_far_as_its_branches_allow():
 def test_an_elastic_film_is_its_own():
     model = ConeModel(prestretch=1.2)
     assert films_at_once(model) is model.members()
+
+
+@pytest.mark.parametrize("limit", [7.0, 8.0, 50.0])
+def test_a_film_whose_next_minimum_is_near_pulls_in_where_the_first_ends(limit):
+    """The voltage of a flat, equally stretched film over its stretch t: its first maximum, on a fine grid. Behind it a
+    film with a low stretch limit has another minimum, at half as much again, which the voltage does not lead to."""
+    model = ConeModel(film="wrinkling", stretch_limit=limit, viscous_modulus_1=0.2, relaxation_time_1=5.0)
+    held = films_at_once(model)
+    t = np.linspace(1.0, 2.6, 400_001)
+    response = limit / (limit - (2.0 * t + t**-2 - 3.0))
+    squared = (response + 0.2) * (t - t**-2) / t**2
+    first = squared[np.argmax(np.diff(squared) < 0.0)]
+    found = held.system.films[0].highest_squared(np.array([0.0]), held.numbers())
+    np.testing.assert_allclose(found, first, rtol=1e-10)

@@ -243,7 +243,8 @@ class Jet:
             value = f.load(address)
             values = others | {equation.root.index: value}
             residual = self._first(equation.residual, values)
-            step = self._short(f.divide(residual, self._first(equation.slope, values)), value, equation)
+            slope = self._searched(equation, self._first(equation.slope, values), residual, value)
+            step = self._short(f.divide(residual, slope), value, equation, f.compare("ogt", slope, f.real(0.0)))
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             corrected = f.choose(moves, f.subtract(value, step), value)
             f.store(corrected, address)
@@ -276,13 +277,17 @@ class Jet:
         with f.repeat() as out:
             before_all = [f.load(address) for address in addresses]
             values = others | {equation.root.index: v for equation, v in zip(block, before_all, strict=True)}
-            inverse = self._inverse(block, values)
             residuals = [self._first(equation.residual, values) for equation in block]
+            slopes = self._slopes_of_block(block, values)
+            for k, equation in enumerate(block):
+                slopes[k][k] = self._searched(equation, slopes[k][k], residuals[k], before_all[k])
+            inverse, determinant = self._inverse(slopes)
+            rising = f.both(f.compare("ogt", determinant, f.real(0.0)), f.compare("ogt", slopes[0][0], f.real(0.0)))
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             large = None
             for equation, value, address, row in zip(block, before_all, addresses, inverse, strict=True):
                 step = f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1]))
-                step = self._short(step, value, equation)
+                step = self._short(step, value, equation, rising)
                 corrected = f.choose(moves, f.subtract(value, step), value)
                 f.store(corrected, address)
                 size = f.larger(f.absolute(corrected), f.real(1.0))
@@ -298,26 +303,38 @@ class Jet:
         for equation, address in zip(block, addresses, strict=True):
             self._coefficients[equation.root.index] = [f.load(address)]
 
-    def _short(self, step: Value, value: Value, equation: Equation) -> Value:
-        """A step of the search from a value, cut to the longest."""
+    def _searched(self, equation: Equation, slope: Value, residual: Value, value: Value) -> Value:
+        """The slope that the search takes; where its steps are bounded, that of the residual over the root, times the
+        root."""
+        if equation.longest == math.inf:
+            return slope
+        return self._f.subtract(slope, self._f.divide(residual, value))
+
+    def _short(self, step: Value, value: Value, equation: Equation, rising: Value) -> Value:
+        """A step of the search from a value, cut to the longest, and NaN where the residual is not ``rising``; where
+        its steps are not bounded, as it is."""
         f = self._f
         if equation.longest == math.inf:
             return step
         most = f.multiply(f.real(equation.longest), f.larger(f.absolute(value), f.real(1.0)))
-        return f.larger(f.smaller(step, most), f.negative(most))
+        return f.choose(rising, f.larger(f.smaller(step, most), f.negative(most)), f.real(math.nan))
 
-    def _inverse(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
-        """The inverse of the derivatives of two residuals by their roots."""
-        f = self._f
+    def _slopes_of_block(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
+        """The derivatives of two residuals by their roots."""
 
         def slope(of: Equation, by: Equation) -> Value:
             node = by.slope_of(of.residual)
-            return f.real(0.0) if node is None else self._first(node, values)
+            return self._f.real(0.0) if node is None else self._first(node, values)
 
-        (a, b), (c, d) = [[slope(of, by) for by in block] for of in block]
-        one = f.divide(f.real(1.0), f.subtract(f.multiply(a, d), f.multiply(b, c)))
+        return [[slope(of, by) for by in block] for of in block]
+
+    def _inverse(self, matrix: Sequence[Sequence[Value]]) -> tuple[list[list[Value]], Value]:
+        """The inverse of a 2 x 2 matrix, and its determinant."""
+        f, ((a, b), (c, d)) = self._f, matrix
+        determinant = f.subtract(f.multiply(a, d), f.multiply(b, c))
+        one = f.divide(f.real(1.0), determinant)
         minus = f.negative(one)
-        return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]]
+        return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]], determinant
 
     def _solve_roots(self, block: Sequence[Equation], n: int) -> None:
         """The n-th coefficients of two roots that depend on each other, and with them those of what depends on them."""
@@ -327,7 +344,7 @@ class Jet:
             return
         if first not in self._slopes_by_root:
             values: dict[int, Value] = {}
-            flat = [value for row in self._inverse(block, values) for value in row]
+            flat = [value for row in self._inverse(self._slopes_of_block(block, values))[0] for value in row]
             self._slopes_by_root[first] = [
                 *flat,
                 *(self._first(slope, values) for equation in block for slope in equation.slopes),

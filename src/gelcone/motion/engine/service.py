@@ -214,9 +214,10 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
         total = f.real(0.0)
         for k in range(layout.states):
             total = f.add(total, lane.step(k * layout.terms))
-        lost = f.both("%small", f.compare("olt", f.absolute(total), f.real(math.inf)))
-        code = f.new(f"select i1 {lost}, i64 {STEP_TOO_SMALL}, i64 {NOT_FINITE}")
+        whole = f.compare("olt", f.absolute(total), f.real(math.inf))
+        code = f.new(f"select i1 {f.both('%small', whole)}, i64 {STEP_TOO_SMALL}, i64 {NOT_FINITE}")
         f.store_whole(code, status)
+        _end_without_value(f, lane, plan, layout, near, whole, status)
         for k in range(layout.states):
             lane.set(k, lane.step(k * layout.terms))
         lane.set(layout.time, start)
@@ -266,6 +267,18 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
             f.line(f"call void @enter(i64 {law}, i64 {slot}, ptr %lanes, ptr %words, ptr %store)")
     f.finish()
     return f
+
+
+def _end_without_value(
+    f: Function, lane: _Lane, plan: Plan, layout: Layout, near: list[str], whole: Value, status: Value
+) -> None:
+    """Ends a member whose states are ``whole`` by the first terminal border whose function has no value there: a root
+    of which it is made has been lost."""
+    for k in reversed(range(len(plan.borders))):
+        if plan.borders[k].switch is None:
+            value = lane.step(layout.borders + k * layout.terms)
+            gone = f.both(f.both(whole, near[k]), f.compare("uno", value, value))
+            f.store_whole(f.new(f"select i1 {gone}, i64 {TERMINAL_EVENT + k}, i64 {f.load_whole(status)}"), status)
 
 
 def _take_samples(

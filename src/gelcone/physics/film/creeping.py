@@ -44,8 +44,10 @@ FARTHEST = 0.1
 stretch limit has a second one, at twice the length or more, to which a voltage that jumps does not lead."""
 UNREACHED = 1e6
 """The V up to which a film that never pulls in is looked at."""
-LEVELS, HALVINGS = 32, 50
-"""Widths between which a film's end is searched, and halvings of the gap in which the end of its minimum lies."""
+LEVELS = 32
+"""Widths between which a film's end is searched, and lengths at once between which the end of its minimum is."""
+LEVEL, MOST_LEVELS = 1.02, 480
+"""Ratio of two such lengths, from 1 on, and the most of them."""
 
 
 class Tension(NamedTuple):
@@ -237,6 +239,25 @@ class Creeping:
             slack = np.where(firm, np.where(q < longest, squared, UNREACHED), np.minimum(lost, UNREACHED))
             return np.where(ends, np.minimum(self._slack(q, found, y, n)[0], UNREACHED), slack)[()]
 
+    def free_width(self, m: Any, y: list[Any], n: Numbers) -> Any:
+        """The width of a film of the length m that nothing holds, at the V at which it has that length."""
+
+        def slender(width: Any) -> Any:
+            own = self.tension(m, 0.0, width, y, n)
+            return np.where(own.compliance > 0.0, own.across - own.along, np.inf)
+
+        return rise(slender, np.ones_like(m), np.maximum(self._widest(m, y, n), 1.0))
+
+    def softness(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
+        """What is positive where the minimum of a film of the length m has ended that nothing holds: its Hessian, with
+        the opposite sign; and whether no stretch limit is reached."""
+        width = self.free_width(m, y, n)
+        own = self.tension(m, 0.0, width, y, n)
+        whole = (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
+        at = self.tension(m, own.along / (own.compliance * m * width), width, y, n)
+        h11, h12, h22 = self.slopes(at, m, width, y, n)
+        return -np.where(width > 1.0, h11 * h22 - h12 * h12, h11), np.broadcast_to(whole, np.shape(width))
+
     def _free_end(self, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """The V at which the minimum of a film ends that nothing holds, infinite if it does not, and its m there."""
         names = tuple(name for name in n if not name.startswith("held_"))
@@ -299,16 +320,29 @@ class Creeping:
 
 @lru_cache(maxsize=256)
 def _free_end_of(film: TautCone, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
-    """What `Creeping._free_end` gives, (count,), of the states and numbers in the ``rows``."""
+    """What `Creeping._free_end` gives, (count,), of the states and numbers in the ``rows``.
+
+    The V of a film that nothing holds, over its length m, rises from level to level until its minimum ends.
+    """
     values = np.frombuffer(rows).reshape(-1, count)
     y, n = list(values[: len(film.states)]), dict(zip(names, values[len(film.states) :], strict=True))
-    creeping, q, low, high = Creeping(film, localises=False), np.ones(count), np.zeros(count), np.full(count, 0.25)
+    creeping, first = Creeping(film, localises=False), np.full(count, np.nan)
     with np.errstate(all="ignore"):
-        while (going := ~np.isnan(creeping.solved(q, high, y, n)[0]) & (high < UNREACHED)).any():
-            low, high = np.where(going, high, low), np.where(going, 2.0 * high, high)
-        never = high >= UNREACHED
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            over = np.isnan(creeping.solved(q, middle, y, n)[0])
-            low, high = np.where(over, low, middle), np.where(over, middle, high)
-        return np.where(never, np.inf, low), np.where(never, np.inf, creeping.solved(q, low, y, n)[0])
+        open_, number = np.ones(count, dtype=bool), 0
+        while open_.any() and number < MOST_LEVELS:
+            levels = LEVEL ** (number + 1.0 + np.arange(LEVELS))[:, None] + np.zeros(count)
+            softness, whole = creeping.softness(levels, y, n)
+            ended = (softness > 0.0) | ~whole
+            at = np.argmax(ended, axis=0)
+            met = open_ & ended.any(axis=0)
+            inside = whole[at, np.arange(count)]
+            first = np.where(met & inside, levels[at, np.arange(count)], first)
+            open_, number = open_ & ~met, number + LEVELS
+        ends = ~np.isnan(first)
+        high = np.where(ends, first, LEVEL)
+        longest = rise(lambda m: creeping.softness(m, y, n)[0], high / LEVEL, high)
+        width = creeping.free_width(longest, y, n)
+        own = creeping.tension(longest, 0.0, width, y, n)
+        squared = own.along / (own.compliance * longest * width)
+    ends &= squared < UNREACHED  # else it is next to its stretch limit
+    return np.where(ends, squared, np.inf), np.where(ends, longest, np.inf)
