@@ -31,11 +31,12 @@ def test_a_step_names_its_numbers():
             "outcome": ("constant_voltage", [0, int(Outcome.PULLED_IN)]),
         },
         {"constant_voltage": ("constant_voltage", [500.0, 900.0])},
-        dict.fromkeys(("begin", "end", "equilibrium"), "mm") | {"rise_time": "ms", "constant_voltage": "V"},
+        dict.fromkeys(("begin", "end", "equilibrium"), "mm")
+        | {"rise_time": "ms", "settling_time": "ms", "constant_voltage": "V"},
     )
     assert own_lines(runs.step_words(step, SUBJECT), 3) == [
         "before the step: 1 mm",
-        "  500 V: moves by 2 mm to 3 mm (a slow ramp ends at 3.25 mm); rise 12 ms, overshoot 40.0%, settled after not "
+        "  500 V: moves by 2 mm to 3 mm (a slow ramp ends at 3.25 mm); rise 12 ms, overshoot 40.0%, not settled "
         "within the run, drift at the end 3.00%",
         f"  900 V: {Outcome.PULLED_IN.meaning}",
     ]

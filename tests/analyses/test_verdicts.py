@@ -212,6 +212,10 @@ def test_a_step_that_goes_down_and_settles():
         "ms, "
         "drift at the end 1.25%",
     ]
+    slow = step.assign(
+        rise_time=step["rise_time"].copy(data=[5.4e6]), settling_time=step["settling_time"].copy(data=[2.7e7])
+    )
+    assert "; rise 90 min, overshoot 25.0%, settled after 7.5 h, drift" in said(trajectories.step_words, slow)[1]
 
 
 def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
@@ -236,6 +240,17 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
         "end: never",
         f"  700 V: {Outcome.STEP_LIMIT.meaning}",
     ]
+    cold = found["heating"].copy(data=[[2.0, 1e-7]] * 2)
+    assert (
+        "in the long run 1.5 mm; no longer warms; margin"
+        in said(trajectories.creep_words, found.assign(heating=cold))[1]
+    )
+
+
+def test_voltages_are_written_with_the_digits_that_tell_them_apart():
+    assert trajectories.telling_digits([3359.11, 3359.14, 3359.14, 3416.0]) == 6
+    assert trajectories.telling_digits([3000.0, 3100.0]) == 4
+    assert trajectories.telling_digits([1.0, 1.0 + 1e-15]) == 12
 
 
 def test_transfer_functions_that_were_not_measured():

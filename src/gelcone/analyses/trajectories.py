@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 _UNKNOWN = {"validity_breakdown": "unknown (no dielectric strength given)"}
 PRINTED_LINES = 8
 """Lines of a spectrum in its text."""
+COOL = 1e-6
+"""Share of the largest heating below which a film that is held no longer warms."""
 
 
 def _span(variable: xr.DataArray, digits: int = 5) -> str:
@@ -113,11 +116,14 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
             continue
         way = abs(float(one["end"]) - float(one["begin"]))
         unit = unit_of(one["end"])
-        settles = measured(one["settling_time"]) if np.isfinite(one["settling_time"]) else "not within the run"
+        rise, settling = (float(one[name]) for name in ("rise_time", "settling_time"))
+        settles = "not settled within the run"
+        if np.isfinite(settling):
+            settles = f"settled after {lasting(settling, one['settling_time'], 4)}"
         lines.append(
             f"{name} moves by {way:.4g}{unit} to {measured(one['end'])} (a slow ramp ends at "
-            f"{measured(one['equilibrium'])}); rise {measured(one['rise_time'], 3)}, overshoot "
-            f"{float(one['overshoot']):.1%}, settled after {settles}, drift at the end {float(one['drift']):.2%}"
+            f"{measured(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
+            f"{float(one['overshoot']):.1%}, {settles}, drift at the end {float(one['drift']):.2%}"
         )
     return "\n".join(lines)
 
@@ -148,19 +154,30 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         else:
             margin = one["margin"].isel(time=-1)
             could = f"{float(margin):.1%}" if np.isfinite(margin) else measured(margin)
+            heating = one["heating"].values
+            warm = "no longer warms"
+            if not abs(heating[-1]) <= COOL * np.nanmax(np.abs(heating)):
+                warm = f"warms by {measured(one['heating'].isel(time=-1), 3)}"
             lines.append(
                 f"{name} creeps from {measured(one['begin'])} to {measured(one['end'])} in {longest}, in the long run "
-                f"{measured(one['equilibrium'])}; warms by {measured(one['heating'].isel(time=-1), 3)}; "
+                f"{measured(one['equilibrium'])}; {warm}; "
                 f"margin to pull-in at the end: {could}"
             )
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
     if late.sizes["held_voltage"]:
         lines.append("time to pull-in:")
+        digits = telling_digits(late["held_voltage"].values)
         for k in np.unique(np.linspace(0, late.sizes["held_voltage"] - 1, PRINTED_LINES).astype(int)):
             one = late.isel(held_voltage=int(k))
             late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
-            lines.append(f"  {measured(one['held_voltage'])}: {late_by}")
+            lines.append(f"  {measured(one['held_voltage'], digits)}: {late_by}")
     return "\n".join(lines)
+
+
+def telling_digits(values: Iterable[float]) -> int:
+    """The digits from 4 on at which different values are written differently; at most 12."""
+    different = set(values)
+    return next((k for k in range(4, 12) if len({f"{value:.{k}g}" for value in different}) == len(different)), 12)
 
 
 # --- transfer functions -----------------------------------------------------------------------------------------------
