@@ -1,4 +1,4 @@
-"""The system: its Jacobian, its powers, the order of its states, and names that two components claim."""
+"""The equation of motion: its Jacobian, Newton's law, and the static force."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -6,16 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gelcone.errors import InputError
-from gelcone.physics.bias import Bias, LinearSpring
-from gelcone.physics.circuit import IdealSource
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
-from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
-from gelcone.physics.placed import PlacedFilm
-from gelcone.physics.system import ConeSystem
-from gelcone.physics.waveforms import Sine
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
@@ -116,60 +109,7 @@ def test_the_rates_are_newtons_law_of_its_parts(name):
         assert system.voltages(tau, z, n) == [volts]
 
 
-def test_states_stand_in_the_order_of_film_bias_and_circuit():
-    system = MODELS["five"].system
-    names = ["displacement", "velocity", "dashpot", "hung_height", "film_voltage"]
-    assert [state.name for state in system.states] == names
-    owners = ("film", 0), ("bias",), ("line", "")
-    assert [system.states_of([1.0, 2.0, 3.0, 4.0, 5.0], *owner) for owner in owners] == [[3.0], [4.0], [5.0]]
-    np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0])
-    assert not system.planar
-    assert MODELS["gent"].system.planar
-
-
-@pytest.mark.parametrize("model", [*MODELS.values(), ConeModel(film="membrane", second_film="membrane")])
-def test_the_names_of_the_numbers_are_those_of_the_numbers(model):
-    assert model.system.numbers == tuple(model.own_numbers)
-    assert len(set(model.system.numbers)) == len(model.system.numbers)
-
-
-def test_equal_systems_are_equal_and_others_are_not():
-    one = ConeModel(film=PowerFilm(1.3), voltage=0.1).system
-    assert one == ConeModel(film=PowerFilm(1.3), voltage=0.9).system
-    assert hash(one) == hash(ConeModel(film=PowerFilm(1.3)).system)
-    assert one != ConeModel(film=PowerFilm(1.4)).system
-    assert ConeModel(law="yeoh").system != ConeModel().system
-    assert ConeModel(circuit=FilteredVoltage()).system != ConeModel().system
-
-
-# --- powers -----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["gent", "yeoh", "toys", "filter"])
-def test_the_powers_change_the_energy(name):
-    """d/dt (u^2/2 + E) = power of film and field - dissipated power, with E the energy of the bias."""
-    model = MODELS[name]
-    system, n = model.system, model.own_numbers
-    for tau, z in points(system):
-        power, dissipated = system.powers(tau, z, n)[:2]
-        bias = system.bias.force(z[0], system.states_of(z, "bias"), n)[0]
-        change = z[1] * (system.rates(tau, z, n)[1] + bias)
-        assert change == pytest.approx(power - dissipated, rel=1e-11, abs=1e-13)
-        assert dissipated == pytest.approx(2.0 * n["damping_ratio"] * z[1] ** 2, rel=1e-14)
-        (volts,) = system.voltages(tau, z, n)
-        if name != "toys":
-            field = power + z[1] * system.film.force(z[0], 0.0, system.states_of(z, "film", 0), n)[0]
-            assert field == pytest.approx(volts**2 * z[0] * z[1], rel=1e-12, abs=1e-13)
-
-
-@every_model
-def test_the_rate_of_the_film_voltage_is_its_slope_along_the_motion(name):
-    model = MODELS[name]
-    system, n, h = model.system, model.own_numbers, 1e-5
-    for tau, z in points(system):
-        rates = np.array(system.rates(tau, z, n), dtype=float)
-        ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
-        assert system.voltage_rates(tau, z, n)[0] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)
+# --- statics ----------------------------------------------------------------------------------------------------------
 
 
 @every_model
@@ -187,55 +127,6 @@ def test_the_static_force_is_what_the_rates_have_at_rest(name):
         assert slope == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7)
 
 
-# --- names ------------------------------------------------------------------------------------------------------------
-
-
-class Pushing(Bias):
-    """F = -p."""
-
-    name = "pushing"
-
-    def force(self, x, y, n, xp=np):
-        return 0.0 * x - n["push"], 0.0 * x
-
-
-class TakesVoltage(Pushing):
-    parameters = {"voltage": Quantity("v", "of the drive", 1.0)}
-
-
-class TakesDamping(Pushing):
-    parameters = {"damping_ratio": Quantity("z", "of the disc", 1.0)}
-
-
-class TakesState(Pushing):
-    states = (State("velocity", "of the disc"),)
-
-
-class GivesNumber(Pushing):
-    parameters = {"push": Quantity("p", "push", 0.1)}
-
-    def numbers(self, parameters):
-        return {"push": parameters["push"], "A": 1.0}
-
-
-@pytest.mark.parametrize(
-    ("bias", "name"), [(TakesVoltage(), "voltage"), (TakesDamping(), "damping_ratio"), (TakesState(), "velocity")]
-)
-def test_a_name_that_two_components_use_is_refused(bias, name):
-    with pytest.raises(InputError) as error:
-        ConeSystem((PlacedFilm(TautCone()),), bias, Sine(), IdealSource())
-    assert str(error.value) == f"{name}: two components use this name; give one of them another"
-
-
-def test_a_number_that_two_components_give_is_refused():
-    system = ConeSystem((PlacedFilm(TautCone()),), GivesNumber(), Sine(), IdealSource())
-    with pytest.raises(InputError, match=r"^A: two components give a number of this name; give one of them another$"):
-        system.numbers_of(system.complete({}))
-
-
-def test_all_parameters_have_defaults_and_are_checked():
-    system = ConeSystem((PlacedFilm(TautCone()),), LinearSpring(), Sine(), IdealSource())
-    assert system.complete({})["damping_ratio"] == 0.05
-    assert system.complete({}).keys() <= system.parameters.keys()
-    with pytest.raises(InputError, match="damping_ratio = -1: must be at least 0"):
-        system.complete({"damping_ratio": -1.0})
+def test_a_system_is_planar_where_displacement_and_velocity_are_all():
+    assert MODELS["gent"].system.planar
+    assert not MODELS["five"].system.planar

@@ -11,7 +11,7 @@ from gelcone.motion.dwell import Path, dwell_times
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import increasing, jumping, jumps_between
 from gelcone.physics.members import Members
-from gelcone.physics.system import Line
+from gelcone.physics.structure import Line
 from gelcone.quantity import Array
 
 JUMPS = "the voltage jumps"

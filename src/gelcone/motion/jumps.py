@@ -18,7 +18,8 @@ from gelcone.codes import FilmPullIn, Outcome
 from gelcone.motion.job import Job, Trajectories
 from gelcone.physics.members import Members
 from gelcone.physics.placed import PlacedFilm
-from gelcone.physics.system import ConeSystem, Line
+from gelcone.physics.structure import Line
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 NEARBY = 1e-12

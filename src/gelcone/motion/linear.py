@@ -24,7 +24,8 @@ from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import each, every_balance, rest_displacements
-from gelcone.physics.system import ConeSystem, Line
+from gelcone.physics.structure import Line
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array, Frequencies
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.records import system_record
-from gelcone.physics.system import ConeSystem, Line
+from gelcone.physics.structure import Line
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array, spread
 
 

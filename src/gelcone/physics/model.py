@@ -29,7 +29,8 @@ from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
 from gelcone.physics.shown import model_html
-from gelcone.physics.system import DAMPING, STRENGTH, ConeSystem
+from gelcone.physics.structure import DAMPING, STRENGTH
+from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 

@@ -9,33 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, reduce
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.physics.bias import Bias
-from gelcone.physics.circuit import CIRCUITS, Circuit, Port
-from gelcone.physics.component import Component, Numbers, State, uncached
-from gelcone.physics.differentiate import derivatives, directional, evaluated, jacobian
-from gelcone.physics.drive import Pieced, Waveform
-from gelcone.physics.film.film import Border, Film
+from gelcone.physics.circuit import CIRCUITS, Port
+from gelcone.physics.component import Numbers
+from gelcone.physics.differentiate import derivatives, evaluated, jacobian
+from gelcone.physics.film.film import Border
 from gelcone.physics.implicit import traced
-from gelcone.physics.placed import PREFIX, PlacedFilm, renamed
+from gelcone.physics.moment import Moment, total_rate
+from gelcone.physics.structure import DISC, Line, Structure
 from gelcone.physics.trace import Graph, Node, ordered
-from gelcone.quantity import Array, Quantity
+from gelcone.quantity import Array
 
-DAMPING = {"damping_ratio": Quantity("zeta", "damping ratio c/(2 m Omega0)", 0.05, lower=0.0)}
-STRENGTH = {
-    "dielectric_strength": Quantity(
-        "Eb", "dielectric strength of the film over sqrt(mu/eps)", np.inf, positive=True, infinite=True
-    )
-}
-"""Not part of the equation of motion: beyond this true field a result does not hold. Left out where it is unknown."""
-DISC = (
-    State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
-    State("velocity", "velocity of the disc", "velocity", mirrored=True),
-)
 BIAS_SHARE = "bias share"
 """Among the numbers of statics: the share of the first film's voltage that the bias of a drive takes, where it rises
 with it; else the bias is the model's own."""
@@ -45,153 +33,9 @@ there."""
 _IDEAL = CIRCUITS["ideal"]
 
 
-class Line(NamedTuple):
-    """A ``circuit`` and the films on which it puts its voltage, by their places; ``drive`` is that of the second film
-    where the circuit is the second's own, and ``prefix`` stands before the names of its states and switches."""
-
-    circuit: Circuit
-    films: tuple[int, ...]
-    drive: str | None
-    prefix: str
-
-    def own(self, n: Numbers) -> Numbers:
-        """The numbers, with the circuit's own switches by the names that its formulas take."""
-        if not self.prefix:
-            return n
-        return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
-
-
 @dataclass(frozen=True)
-class ConeSystem:
+class ConeSystem(Structure):
     """A disc on one film, or between two (a double cone), with a bias, under a waveform through a circuit."""
-
-    films: tuple[PlacedFilm, ...]
-    bias: Bias
-    waveform: Waveform
-    circuit: Circuit
-
-    def __post_init__(self) -> None:
-        self.circuit.check()
-        if self.circuit.delays and (len(self.films) > 1 or not self.film.linear_charge):
-            raise InputError("dielectric_share: only a single taut film takes one; take it, or leave it out")
-        if getattr(self.circuit, "reduced", False):
-            self._check_reduced()
-        names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
-        names += [state.name for state in self.states]
-        if doubled := sorted({name for name in names if names.count(name) > 1}):
-            raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
-
-    def _check_reduced(self) -> None:
-        """`InputError` where a resistance without a state would not be right to second order."""
-        unlike = [film for film in self.films if not film.film.linear_charge or film.film.borders]
-        if unlike:
-            raise InputError(
-                f"reduced: the capacitance of the film {unlike[0].film.name!r} depends on the voltage, so that its "
-                "resistance takes a state; take the taut film, or leave series_resistance out of reduced"
-            )
-        if self.waveform.pieced and self.circuit.jumps:
-            raise InputError(
-                f"reduced: the voltage of the waveform {self.waveform.name!r} has corners, at which the film's would "
-                "jump; give the amplifier a filter_time too (a device: filter_frequency), or leave series_resistance "
-                "out of reduced"
-            )
-
-    def _check_jumps(self, values: Numbers) -> None:
-        """`InputError` where a filter's command jumps, and with it the current through a resistance without a state."""
-        if isinstance(self.waveform, Pieced) and self.waveform.jumps(self.waveform.numbers(values)):
-            raise InputError(
-                f"reduced: the voltage of the waveform {self.waveform.name!r} jumps, and behind a filter the film's "
-                "would, too; take one that rises and falls in some share of the repeat, or leave series_resistance out "
-                "of reduced"
-            )
-
-    def __getstate__(self) -> dict[str, Any]:
-        return uncached(self)
-
-    @property
-    def film(self) -> Film:
-        """The first film."""
-        return self.films[0].film
-
-    @property
-    def parts(self) -> tuple[Component, ...]:
-        """The components: first film, bias, waveform, circuit, and further films."""
-        return (self.films[0], self.bias, self.waveform, self.circuit, *self.films[1:])
-
-    @cached_property
-    def lines(self) -> tuple[Line, ...]:
-        """The circuits and what they drive; films of the same voltage share one."""
-        shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
-        own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
-        circuits = {"opposite": self.circuit, "constant": self.circuit.held}
-        more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
-        return (Line(self.circuit, shared, None, ""), *more)
-
-    def line_of(self, film: int) -> Line:
-        """The line that drives a film."""
-        return next(line for line in self.lines if film in line.films)
-
-    # --- names -------------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def parameters(self) -> dict[str, Quantity]:
-        """All numeric parameters, by their flat names."""
-        parts = (self.bias, self.waveform, self.circuit, *self.films)
-        return DAMPING | {name: q for part in parts for name, q in part.parameters.items()} | STRENGTH
-
-    @cached_property
-    def states(self) -> tuple[State, ...]:
-        """Displacement and velocity, and what the components add."""
-        return (*DISC, *(state for _, states in self._added for state in states))
-
-    @cached_property
-    def _added(self) -> tuple[tuple[Any, tuple[State, ...]], ...]:
-        """The owners of added states, in their order, and the states."""
-        found: list[tuple[Any, tuple[State, ...]]] = []
-        lines = list(self.lines)
-        for k, film in enumerate(self.films):
-            found.append((("film", k), film.states))
-            found += [(("bias",), self.bias.states)] if k == 0 else []
-            for line in [line for line in lines if line.films[0] == k]:
-                found.append((("line", line.prefix), tuple(renamed(s, line.prefix) for s in line.circuit.states)))
-        return tuple(found)
-
-    @cached_property
-    def _places(self) -> dict[Any, slice]:
-        places, begin = {}, len(DISC)
-        for owner, states in self._added:
-            places[owner] = slice(begin, begin + len(states))
-            begin += len(states)
-        return places
-
-    def places_of(self, line: Line) -> range:
-        """The places of the states of a line's circuit."""
-        return range(*self._places["line", line.prefix].indices(len(self.states)))
-
-    def states_of(self, z: Sequence[Any], *owner: Any) -> list[Any]:
-        """The states of ``"film", k``, of ``"bias"``, or of ``"line", prefix``."""
-        return list(z[self._places[owner]])
-
-    def starts(self, x: Any, n: Numbers) -> list[Any]:
-        """Where the states that components add begin in a run from the displacement x that does not give them."""
-        found: list[Any] = []
-        for owner, _ in self._added:
-            if owner[0] == "film":
-                found += self.films[owner[1]].starts(x, n)
-            elif owner[0] == "bias":
-                found += self.bias.starts(x, n)
-            else:
-                line = next(line for line in self.lines if line.prefix == owner[1])
-                found += line.circuit.starts(x, line.own(n))
-        return found
-
-    @cached_property
-    def numbers(self) -> tuple[str, ...]:
-        """Names of what the formulas take, in the order of `numbers_of`."""
-        parts = (self.bias, self.films[0], self.waveform, self.circuit, *self.films[1:])
-        names = [name for part in parts for name in part.number_names]
-        of_lines = [line.prefix + str(b.switch) for line in self.lines[1:] for b in line.circuit.borders]
-        return ("damping_ratio", *names, *of_lines)
 
     @cached_property
     def planar(self) -> bool:
@@ -212,48 +56,7 @@ class ConeSystem:
             return False
         return any(node.operation == "state" for node in ordered(voltages))
 
-    @property
-    def mirror(self) -> Array:
-        """The sign that the mirror image x -> -x gives each state: -1 or 1."""
-        return np.array([-1.0 if state.mirrored else 1.0 for state in self.states])
-
-    # --- numbers -----------------------------------------------------------------------------------------------------
-
-    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; what is not ``given`` takes its default."""
-        damping = DAMPING["damping_ratio"]
-        values = {"damping_ratio": damping.check("damping_ratio", given.get("damping_ratio", damping.default))}
-        for part in (self.bias, self.waveform, self.circuit):
-            values |= part.complete({name: given[name] for name in part.parameters if name in given})
-        if getattr(self.circuit, "reduced", False):
-            self._check_jumps(values)
-        for film in self.films:
-            values |= film.complete_beside(given, values)
-        known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
-        return values | known
-
-    def numbers_of(self, values: Numbers) -> dict[str, Any]:
-        """From the parameters, the numbers that the formulas take."""
-        numbers = {"damping_ratio": values["damping_ratio"]}
-        of_lines = [
-            {line.prefix + str(b.switch): numbers_of_circuit[str(b.switch)] for b in line.circuit.borders}
-            for numbers_of_circuit in [self.circuit.numbers(values)]
-            for line in self.lines[1:]
-        ]
-        parts = [part.numbers(values) for part in (self.bias, self.films[0], self.waveform, self.circuit)]
-        for own in [*parts, *(film.numbers(values) for film in self.films[1:]), *of_lines]:
-            if doubled := numbers.keys() & own.keys():
-                raise InputError(f"{min(doubled)}: two components give a number of this name; give one of them another")
-            numbers |= own
-        return numbers
-
     # --- voltages ----------------------------------------------------------------------------------------------------
-
-    def command_of(self, line: Line, commanded: Any, n: Numbers) -> Any:
-        """The command of a line while that of the first is ``commanded``; constant where it is."""
-        if line.drive == "opposite":
-            return 2.0 * n["voltage_bias"] - commanded
-        return commanded if line.drive is None else n["second_voltage"] + 0.0 * commanded
 
     def voltages(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Voltage on each film."""
@@ -267,7 +70,7 @@ class ConeSystem:
 
     def squared_at(self, voltage: Any, z: Sequence[Any], n: Numbers) -> Any:
         """The first of them where that film has a voltage."""
-        moment, line = _Moment(self, voltage, lambda: 0.0, z, n, np), self.lines[0]
+        moment, line = Moment(self, voltage, lambda: 0.0, z, n, np), self.lines[0]
         return line.circuit.squared(moment.port(line), voltage, self.states_of(z, "line", line.prefix), line.own(n))
 
     def stored(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
@@ -327,10 +130,8 @@ class ConeSystem:
             for film, voltage, rate in moving
         ]
 
-    def _moment(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> _Moment:
-        return _Moment(
-            self, self.waveform.voltage(tau, n, xp), lambda: self.waveform.voltage_rate(tau, n, xp), z, n, xp
-        )
+    def _moment(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Moment:
+        return Moment(self, self.waveform.voltage(tau, n, xp), lambda: self.waveform.voltage_rate(tau, n, xp), z, n, xp)
 
     # --- the equation of motion --------------------------------------------------------------------------------------
 
@@ -340,7 +141,7 @@ class ConeSystem:
 
     def rates_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the states under a constant commanded voltage."""
-        return _Moment(self, commanded, lambda: 0.0, z, n, xp).rates_and_slope()[0]
+        return Moment(self, commanded, lambda: 0.0, z, n, xp).rates_and_slope()[0]
 
     @cached_property
     def mechanical(self) -> list[int]:
@@ -350,22 +151,22 @@ class ConeSystem:
 
     def rates_held(self, squares: Sequence[Any], z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the `mechanical` states while the films have these squared voltages."""
-        return _Moment(self, 0.0, lambda: 0.0, z, n, xp, squares).rates_and_slope(circuits=False)[0]
+        return Moment(self, 0.0, lambda: 0.0, z, n, xp, squares).rates_and_slope(circuits=False)[0]
 
     def electric(
         self, line: Line, command: Any, command_rate: Any, z: Sequence[Any], n: Numbers, xp: Any = np
     ) -> list[Any]:
         """The voltage of a line, and the rates of change of its circuit's states, at a command of the first line."""
-        moment = _Moment(self, command, lambda: command_rate, z, n, xp)
+        moment = Moment(self, command, lambda: command_rate, z, n, xp)
         return [moment.voltage(line), *moment.circuit_rates(line)]
 
     def stored_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:
         """Charge on the films of the first line under a constant commanded voltage."""
-        return _Moment(self, commanded, lambda: 0.0, z, n, xp).stored(self.lines[0])
+        return Moment(self, commanded, lambda: 0.0, z, n, xp).stored(self.lines[0])
 
     def leaks_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Current that leaks through each film under a constant commanded voltage."""
-        return _Moment(self, commanded, lambda: 0.0, z, n, xp).leaks()
+        return Moment(self, commanded, lambda: 0.0, z, n, xp).leaks()
 
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
         """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
@@ -487,7 +288,7 @@ class ConeSystem:
 
     def switches_under(self, commanded: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
         """Those of the borders, under a constant commanded voltage."""
-        return _Moment(self, commanded, lambda: 0.0, z, n, np).switches()
+        return Moment(self, commanded, lambda: 0.0, z, n, np).switches()
 
     # --- powers ------------------------------------------------------------------------------------------------------
 
@@ -639,160 +440,6 @@ class ConeSystem:
         )
 
 
-class _Moment:
-    """What the parts of a system see at one time: command, states and numbers, and the voltages that follow."""
-
-    def __init__(
-        self,
-        system: ConeSystem,
-        command: Any,
-        command_rate: Callable[[], Any],
-        z: Sequence[Any],
-        n: Numbers,
-        xp: Any,
-        squares: Sequence[Any] | None = None,
-    ) -> None:
-        self.system, self.command, self.command_rate = system, command, command_rate
-        self.z, self.n, self.xp, self._squares = z, n, xp, squares
-        self._voltages: dict[str, Any] = {}
-        if xp is np and squares is None and (own := self._circuit_switches()):
-            self.n = {**n, **own}
-
-    def port(self, line: Line) -> Port:
-        """What a line's circuit is connected to."""
-        system = self.system
-
-        def rate_of_command() -> Any:
-            return {"opposite": -1.0, "constant": 0.0}.get(str(line.drive), 1.0) * self.command_rate()
-
-        return Port(
-            command=system.command_of(line, self.command, self.n),
-            displacement=self.z[0],
-            velocity=self.z[1],
-            rate_of_command=rate_of_command,
-            films=tuple((system.films[k], system.states_of(self.z, "film", k)) for k in line.films),
-            n=self.n,
-            xp=self.xp,
-        )
-
-    def _own(self, line: Line) -> tuple[list[Any], Numbers]:
-        """The circuit's states and numbers."""
-        return self.system.states_of(self.z, "line", line.prefix), line.own(self.n)
-
-    def voltage(self, line: Line) -> Any:
-        """Voltage that a line puts on its films."""
-        if line.prefix not in self._voltages:
-            self._voltages[line.prefix] = line.circuit.voltage(self.port(line), *self._own(line), self.xp)
-        return self._voltages[line.prefix]
-
-    def source_voltage(self, line: Line) -> Any:
-        """Voltage of a line's source."""
-        return line.circuit.source_voltage(self.port(line), *self._own(line), self.xp)
-
-    def leaks(self) -> list[Any]:
-        """Current that leaks through each film."""
-        found: dict[int, Any] = {}
-        for line in self.system.lines:
-            found |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
-        return [found[k] for k in range(len(self.system.films))]
-
-    def squared(self, film: int) -> Any:
-        """Squared voltage on a film."""
-        if self._squares is not None:
-            return self._squares[film]
-        line = self.system.line_of(film)
-        return line.circuit.squared(self.port(line), self.voltage(line), *self._own(line))
-
-    def stored(self, line: Line) -> Any:
-        """Charge on a line's films."""
-        return line.circuit.stored(self.port(line), self.voltage(line), *self._own(line))
-
-    def circuit_rates(self, line: Line) -> list[Any]:
-        """Rates of change of the states of a line's circuit."""
-        return line.circuit.rates(self.port(line), *self._own(line), self.xp)
-
-    def charging(self, line: Line) -> Any:
-        """Rate of the charge on a line's films, of a circuit whose state is their voltage."""
-        return line.circuit.charging(self.port(line), *self._own(line), self.xp)
-
-    def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
-        """Rates of change of all states, or without those of ``circuits``, and the derivative of the acceleration by
-        the displacement."""
-        system, (x, u), n, xp = self.system, self.z[:2], self.n, self.xp
-        force, slope = self._force(0)
-        bias_y = system.states_of(self.z, "bias")
-        bias, bias_slope = system.bias.force(x, bias_y, n, xp)
-        acceleration, slope = -2.0 * n["damping_ratio"] * u - force - bias, -slope - bias_slope
-        own: list[Any] = []
-        for k, film in enumerate(system.films):
-            if k:
-                force, steeper = self._force(k)
-                acceleration, slope = acceleration - force, slope - steeper
-            acceleration = acceleration - film.drag(x, n) * u if film.drags else acceleration
-            own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
-            own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
-            for line in system.lines if circuits else ():
-                if line.films[0] == k:
-                    own += self.circuit_rates(line)
-        return [u, acceleration, *own], slope
-
-    def _force(self, film: int) -> tuple[Any, Any]:
-        y = self.system.states_of(self.z, "film", film)
-        return self.system.films[film].force(self.z[0], self.squared(film), y, self.n, self.xp)
-
-    def switches(self) -> dict[str, Any]:
-        """The switches of films and circuits."""
-        found: dict[str, Any] = {}
-        for k, film in enumerate(self.system.films):
-            if film.borders:
-                found |= film.switches(self.z[0], self.squared(k), self.system.states_of(self.z, "film", k), self.n)
-        return found | self._circuit_switches()
-
-    def _circuit_switches(self) -> dict[str, Any]:
-        found: dict[str, Any] = {}
-        for line in self.system.lines:
-            own = line.circuit.switches(self.port(line), *self._own(line)) if line.circuit.borders else {}
-            found |= {line.prefix + name: value for name, value in own.items()}
-        return found
-
-    def mechanical_powers(self) -> tuple[Any, Any]:
-        """What films and field give the disc, and what its damper takes."""
-        force = self._force(0)[0]
-        for k in range(1, len(self.system.films)):
-            force = force + self._force(k)[0]
-        for film in self.system.films:
-            force = force + film.drag(self.z[0], self.n) * self.z[1] if film.drags else force
-        return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
-
-    def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
-        """The sources' power, and what films and circuits lose, by cause, in a graph."""
-        rates = self.rates_and_slope()[0]
-        found: dict[str, Any] = dict.fromkeys(causes, 0.0)
-        for line in self.system.lines if "source" in found else ():
-            port, (y, n) = self.port(line), self._own(line)
-            charge = self.xp.node(self.stored(line))
-            powers = line.circuit.powers(port, _total(self.system, charge, time, z, rates), y, n, self.xp)
-            found |= {name: found[name] + power for name, power in powers.items()}
-        if "film" in found:
-            for k, film in enumerate(self.system.films):
-                y = self.system.states_of(self.z, "film", k)
-                found["film"] += film.dissipation(self.z[0], self.z[1], self.squared(k), y, self.n, self.xp)
-        return [self.xp.node(found[cause]) for cause in causes]
-
-
-def _total(system: ConeSystem, value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
-    """Rate of change of a formula along the motion."""
-    if any(film.states for film in system.films):  # shorter by far where lengths are roots that states move
-        along = {time: time.graph.constant(1.0)}
-        return directional([value], along | {leaf: time.graph.node(rate) for leaf, rate in zip(z, rates, strict=True)})[
-            0
-        ]
-    (total,) = derivatives([value], time)
-    for leaf, rate in zip(z, rates, strict=True):
-        total = total + derivatives([value], leaf)[0] * rate
-    return total
-
-
 def _leaves(system: ConeSystem) -> tuple[Graph, dict[str, Node], Node, list[Node], dict[str, Node]]:
     """A graph; its leaves by name, time and states first; time, states and numbers."""
     graph = Graph()
@@ -837,7 +484,7 @@ def _voltage_rates_of(system: ConeSystem, of_sources: bool) -> tuple[dict[str, N
     graph, leaves, time, z, n = _leaves(system)
     rates = system.rates(time, z, n, graph)
     voltages = (system.source_voltages if of_sources else system.voltages)(time, z, n, graph)
-    return leaves, [_total(system, graph.node(v), time, z, rates) for v in voltages]
+    return leaves, [total_rate(system, graph.node(v), time, z, rates) for v in voltages]
 
 
 @lru_cache(maxsize=64)
@@ -852,4 +499,4 @@ def _currents_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
         for k, (film, voltage) in enumerate(zip(system.films, voltages, strict=True))
         if film.film.traced_charge
     ]
-    return leaves, [_total(system, graph.node(charge), time, z, rates) for charge in charges]
+    return leaves, [total_rate(system, graph.node(charge), time, z, rates) for charge in charges]

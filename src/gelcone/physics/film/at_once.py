@@ -21,7 +21,7 @@ from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import rest_displacements
-from gelcone.physics.system import DISC
+from gelcone.physics.structure import DISC
 from gelcone.quantity import Array, Quantity
 
 HELD = "held_"

@@ -1,0 +1,168 @@
+"""What the parts of a system see at one time: the voltages that its circuits make, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from gelcone.physics.circuit import Port
+from gelcone.physics.component import Numbers
+from gelcone.physics.differentiate import derivatives, directional
+from gelcone.physics.structure import Line, Structure
+from gelcone.physics.trace import Node
+
+
+class Moment:
+    """What the parts of a system see at one time: command, states and numbers, and the voltages that follow."""
+
+    def __init__(
+        self,
+        system: Structure,
+        command: Any,
+        command_rate: Callable[[], Any],
+        z: Sequence[Any],
+        n: Numbers,
+        xp: Any,
+        squares: Sequence[Any] | None = None,
+    ) -> None:
+        self.system, self.command, self.command_rate = system, command, command_rate
+        self.z, self.n, self.xp, self._squares = z, n, xp, squares
+        self._voltages: dict[str, Any] = {}
+        if xp is np and squares is None and (own := self._circuit_switches()):
+            self.n = {**n, **own}
+
+    def port(self, line: Line) -> Port:
+        """What a line's circuit is connected to."""
+        system = self.system
+
+        def rate_of_command() -> Any:
+            return {"opposite": -1.0, "constant": 0.0}.get(str(line.drive), 1.0) * self.command_rate()
+
+        return Port(
+            command=system.command_of(line, self.command, self.n),
+            displacement=self.z[0],
+            velocity=self.z[1],
+            rate_of_command=rate_of_command,
+            films=tuple((system.films[k], system.states_of(self.z, "film", k)) for k in line.films),
+            n=self.n,
+            xp=self.xp,
+        )
+
+    def _own(self, line: Line) -> tuple[list[Any], Numbers]:
+        """The circuit's states and numbers."""
+        return self.system.states_of(self.z, "line", line.prefix), line.own(self.n)
+
+    def voltage(self, line: Line) -> Any:
+        """Voltage that a line puts on its films."""
+        if line.prefix not in self._voltages:
+            self._voltages[line.prefix] = line.circuit.voltage(self.port(line), *self._own(line), self.xp)
+        return self._voltages[line.prefix]
+
+    def source_voltage(self, line: Line) -> Any:
+        """Voltage of a line's source."""
+        return line.circuit.source_voltage(self.port(line), *self._own(line), self.xp)
+
+    def leaks(self) -> list[Any]:
+        """Current that leaks through each film."""
+        found: dict[int, Any] = {}
+        for line in self.system.lines:
+            found |= dict(zip(line.films, line.circuit.leaks(self.port(line), *self._own(line), self.xp), strict=True))
+        return [found[k] for k in range(len(self.system.films))]
+
+    def squared(self, film: int) -> Any:
+        """Squared voltage on a film."""
+        if self._squares is not None:
+            return self._squares[film]
+        line = self.system.line_of(film)
+        return line.circuit.squared(self.port(line), self.voltage(line), *self._own(line))
+
+    def stored(self, line: Line) -> Any:
+        """Charge on a line's films."""
+        return line.circuit.stored(self.port(line), self.voltage(line), *self._own(line))
+
+    def circuit_rates(self, line: Line) -> list[Any]:
+        """Rates of change of the states of a line's circuit."""
+        return line.circuit.rates(self.port(line), *self._own(line), self.xp)
+
+    def charging(self, line: Line) -> Any:
+        """Rate of the charge on a line's films, of a circuit whose state is their voltage."""
+        return line.circuit.charging(self.port(line), *self._own(line), self.xp)
+
+    def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
+        """Rates of change of all states, or without those of ``circuits``, and the derivative of the acceleration by
+        the displacement."""
+        system, (x, u), n, xp = self.system, self.z[:2], self.n, self.xp
+        force, slope = self._force(0)
+        bias_y = system.states_of(self.z, "bias")
+        bias, bias_slope = system.bias.force(x, bias_y, n, xp)
+        acceleration, slope = -2.0 * n["damping_ratio"] * u - force - bias, -slope - bias_slope
+        own: list[Any] = []
+        for k, film in enumerate(system.films):
+            if k:
+                force, steeper = self._force(k)
+                acceleration, slope = acceleration - force, slope - steeper
+            acceleration = acceleration - film.drag(x, n) * u if film.drags else acceleration
+            own += film.rates(x, u, self.squared(k), system.states_of(self.z, "film", k), n, xp)
+            own += system.bias.rates(x, u, bias_y, n, xp) if k == 0 else []
+            for line in system.lines if circuits else ():
+                if line.films[0] == k:
+                    own += self.circuit_rates(line)
+        return [u, acceleration, *own], slope
+
+    def _force(self, film: int) -> tuple[Any, Any]:
+        y = self.system.states_of(self.z, "film", film)
+        return self.system.films[film].force(self.z[0], self.squared(film), y, self.n, self.xp)
+
+    def switches(self) -> dict[str, Any]:
+        """The switches of films and circuits."""
+        found: dict[str, Any] = {}
+        for k, film in enumerate(self.system.films):
+            if film.borders:
+                found |= film.switches(self.z[0], self.squared(k), self.system.states_of(self.z, "film", k), self.n)
+        return found | self._circuit_switches()
+
+    def _circuit_switches(self) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for line in self.system.lines:
+            own = line.circuit.switches(self.port(line), *self._own(line)) if line.circuit.borders else {}
+            found |= {line.prefix + name: value for name, value in own.items()}
+        return found
+
+    def mechanical_powers(self) -> tuple[Any, Any]:
+        """What films and field give the disc, and what its damper takes."""
+        force = self._force(0)[0]
+        for k in range(1, len(self.system.films)):
+            force = force + self._force(k)[0]
+        for film in self.system.films:
+            force = force + film.drag(self.z[0], self.n) * self.z[1] if film.drags else force
+        return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
+
+    def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
+        """The sources' power, and what films and circuits lose, by cause, in a graph."""
+        rates = self.rates_and_slope()[0]
+        found: dict[str, Any] = dict.fromkeys(causes, 0.0)
+        for line in self.system.lines if "source" in found else ():
+            port, (y, n) = self.port(line), self._own(line)
+            charge = self.xp.node(self.stored(line))
+            powers = line.circuit.powers(port, total_rate(self.system, charge, time, z, rates), y, n, self.xp)
+            found |= {name: found[name] + power for name, power in powers.items()}
+        if "film" in found:
+            for k, film in enumerate(self.system.films):
+                y = self.system.states_of(self.z, "film", k)
+                found["film"] += film.dissipation(self.z[0], self.z[1], self.squared(k), y, self.n, self.xp)
+        return [self.xp.node(found[cause]) for cause in causes]
+
+
+def total_rate(system: Structure, value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
+    """Rate of change of a formula along the motion."""
+    if any(film.states for film in system.films):  # shorter by far where lengths are roots that states move
+        along = {time: time.graph.constant(1.0)}
+        return directional([value], along | {leaf: time.graph.node(rate) for leaf, rate in zip(z, rates, strict=True)})[
+            0
+        ]
+    (total,) = derivatives([value], time)
+    for leaf, rate in zip(z, rates, strict=True):
+        total = total + derivatives([value], leaf)[0] * rate
+    return total

@@ -1,0 +1,221 @@
+"""What a system is made of: its films, bias, waveform and circuits, with their parameters, numbers and states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.errors import InputError
+from gelcone.physics.bias import Bias
+from gelcone.physics.circuit import Circuit
+from gelcone.physics.component import Component, Numbers, State, uncached
+from gelcone.physics.drive import Pieced, Waveform
+from gelcone.physics.film.film import Film
+from gelcone.physics.placed import PREFIX, PlacedFilm, renamed
+from gelcone.quantity import Array, Quantity
+
+DAMPING = {"damping_ratio": Quantity("zeta", "damping ratio c/(2 m Omega0)", 0.05, lower=0.0)}
+STRENGTH = {
+    "dielectric_strength": Quantity(
+        "Eb", "dielectric strength of the film over sqrt(mu/eps)", np.inf, positive=True, infinite=True
+    )
+}
+"""Not part of the equation of motion: beyond this true field a result does not hold. Left out where it is unknown."""
+DISC = (
+    State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
+    State("velocity", "velocity of the disc", "velocity", mirrored=True),
+)
+
+
+class Line(NamedTuple):
+    """A ``circuit`` and the films on which it puts its voltage, by their places; ``drive`` is that of the second film
+    where the circuit is the second's own, and ``prefix`` stands before the names of its states and switches."""
+
+    circuit: Circuit
+    films: tuple[int, ...]
+    drive: str | None
+    prefix: str
+
+    def own(self, n: Numbers) -> Numbers:
+        """The numbers, with the circuit's own switches by the names that its formulas take."""
+        if not self.prefix:
+            return n
+        return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The components of a system: one film or two, a bias, a waveform and a circuit."""
+
+    films: tuple[PlacedFilm, ...]
+    bias: Bias
+    waveform: Waveform
+    circuit: Circuit
+
+    def __post_init__(self) -> None:
+        self.circuit.check()
+        if self.circuit.delays and (len(self.films) > 1 or not self.film.linear_charge):
+            raise InputError("dielectric_share: only a single taut film takes one; take it, or leave it out")
+        if getattr(self.circuit, "reduced", False):
+            self._check_reduced()
+        names = [name for part in self.parts for name in part.parameters] + [*DAMPING, *STRENGTH]
+        names += [state.name for state in self.states]
+        if doubled := sorted({name for name in names if names.count(name) > 1}):
+            raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
+
+    def _check_reduced(self) -> None:
+        """`InputError` where a resistance without a state would not be right to second order."""
+        unlike = [film for film in self.films if not film.film.linear_charge or film.film.borders]
+        if unlike:
+            raise InputError(
+                f"reduced: the capacitance of the film {unlike[0].film.name!r} depends on the voltage, so that its "
+                "resistance takes a state; take the taut film, or leave series_resistance out of reduced"
+            )
+        if self.waveform.pieced and self.circuit.jumps:
+            raise InputError(
+                f"reduced: the voltage of the waveform {self.waveform.name!r} has corners, at which the film's would "
+                "jump; give the amplifier a filter_time too (a device: filter_frequency), or leave series_resistance "
+                "out of reduced"
+            )
+
+    def _check_jumps(self, values: Numbers) -> None:
+        """`InputError` where a filter's command jumps, and with it the current through a resistance without a state."""
+        if isinstance(self.waveform, Pieced) and self.waveform.jumps(self.waveform.numbers(values)):
+            raise InputError(
+                f"reduced: the voltage of the waveform {self.waveform.name!r} jumps, and behind a filter the film's "
+                "would, too; take one that rises and falls in some share of the repeat, or leave series_resistance out "
+                "of reduced"
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return uncached(self)
+
+    @property
+    def film(self) -> Film:
+        """The first film."""
+        return self.films[0].film
+
+    @property
+    def parts(self) -> tuple[Component, ...]:
+        """The components: first film, bias, waveform, circuit, and further films."""
+        return (self.films[0], self.bias, self.waveform, self.circuit, *self.films[1:])
+
+    @cached_property
+    def lines(self) -> tuple[Line, ...]:
+        """The circuits and what they drive; films of the same voltage share one."""
+        shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
+        own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
+        circuits = {"opposite": self.circuit, "constant": self.circuit.held}
+        more = (Line(circuits[str(drive)], (k,), drive, PREFIX) for k, drive in own)
+        return (Line(self.circuit, shared, None, ""), *more)
+
+    def line_of(self, film: int) -> Line:
+        """The line that drives a film."""
+        return next(line for line in self.lines if film in line.films)
+
+    # --- names -------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def parameters(self) -> dict[str, Quantity]:
+        """All numeric parameters, by their flat names."""
+        parts = (self.bias, self.waveform, self.circuit, *self.films)
+        return DAMPING | {name: q for part in parts for name, q in part.parameters.items()} | STRENGTH
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """Displacement and velocity, and what the components add."""
+        return (*DISC, *(state for _, states in self._added for state in states))
+
+    @cached_property
+    def _added(self) -> tuple[tuple[Any, tuple[State, ...]], ...]:
+        """The owners of added states, in their order, and the states."""
+        found: list[tuple[Any, tuple[State, ...]]] = []
+        lines = list(self.lines)
+        for k, film in enumerate(self.films):
+            found.append((("film", k), film.states))
+            found += [(("bias",), self.bias.states)] if k == 0 else []
+            for line in [line for line in lines if line.films[0] == k]:
+                found.append((("line", line.prefix), tuple(renamed(s, line.prefix) for s in line.circuit.states)))
+        return tuple(found)
+
+    @cached_property
+    def _places(self) -> dict[Any, slice]:
+        places, begin = {}, len(DISC)
+        for owner, states in self._added:
+            places[owner] = slice(begin, begin + len(states))
+            begin += len(states)
+        return places
+
+    def places_of(self, line: Line) -> range:
+        """The places of the states of a line's circuit."""
+        return range(*self._places["line", line.prefix].indices(len(self.states)))
+
+    def states_of(self, z: Sequence[Any], *owner: Any) -> list[Any]:
+        """The states of ``"film", k``, of ``"bias"``, or of ``"line", prefix``."""
+        return list(z[self._places[owner]])
+
+    def starts(self, x: Any, n: Numbers) -> list[Any]:
+        """Where the states that components add begin in a run from the displacement x that does not give them."""
+        found: list[Any] = []
+        for owner, _ in self._added:
+            if owner[0] == "film":
+                found += self.films[owner[1]].starts(x, n)
+            elif owner[0] == "bias":
+                found += self.bias.starts(x, n)
+            else:
+                line = next(line for line in self.lines if line.prefix == owner[1])
+                found += line.circuit.starts(x, line.own(n))
+        return found
+
+    @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of what the formulas take, in the order of `numbers_of`."""
+        parts = (self.bias, self.films[0], self.waveform, self.circuit, *self.films[1:])
+        names = [name for part in parts for name in part.number_names]
+        of_lines = [line.prefix + str(b.switch) for line in self.lines[1:] for b in line.circuit.borders]
+        return ("damping_ratio", *names, *of_lines)
+
+    @property
+    def mirror(self) -> Array:
+        """The sign that the mirror image x -> -x gives each state: -1 or 1."""
+        return np.array([-1.0 if state.mirrored else 1.0 for state in self.states])
+
+    # --- numbers -----------------------------------------------------------------------------------------------------
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all parameters, checked; what is not ``given`` takes its default."""
+        damping = DAMPING["damping_ratio"]
+        values = {"damping_ratio": damping.check("damping_ratio", given.get("damping_ratio", damping.default))}
+        for part in (self.bias, self.waveform, self.circuit):
+            values |= part.complete({name: given[name] for name in part.parameters if name in given})
+        if getattr(self.circuit, "reduced", False):
+            self._check_jumps(values)
+        for film in self.films:
+            values |= film.complete_beside(given, values)
+        known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
+        return values | known
+
+    def numbers_of(self, values: Numbers) -> dict[str, Any]:
+        """From the parameters, the numbers that the formulas take."""
+        numbers = {"damping_ratio": values["damping_ratio"]}
+        of_lines = [
+            {line.prefix + str(b.switch): numbers_of_circuit[str(b.switch)] for b in line.circuit.borders}
+            for numbers_of_circuit in [self.circuit.numbers(values)]
+            for line in self.lines[1:]
+        ]
+        parts = [part.numbers(values) for part in (self.bias, self.films[0], self.waveform, self.circuit)]
+        for own in [*parts, *(film.numbers(values) for film in self.films[1:]), *of_lines]:
+            if doubled := numbers.keys() & own.keys():
+                raise InputError(f"{min(doubled)}: two components give a number of this name; give one of them another")
+            numbers |= own
+        return numbers
+
+    def command_of(self, line: Line, commanded: Any, n: Numbers) -> Any:
+        """The command of a line while that of the first is ``commanded``; constant where it is."""
+        if line.drive == "opposite":
+            return 2.0 * n["voltage_bias"] - commanded
+        return commanded if line.drive is None else n["second_voltage"] + 0.0 * commanded

@@ -1,0 +1,33 @@
+"""Powers and voltages at one time: the energy balance, and rates along the motion."""
+
+import numpy as np
+import pytest
+
+from tests.physics.test_system import MODELS, every_model, points
+
+
+@pytest.mark.parametrize("name", ["gent", "yeoh", "toys", "filter"])
+def test_the_powers_change_the_energy(name):
+    """d/dt (u^2/2 + E) = power of film and field - dissipated power, with E the energy of the bias."""
+    model = MODELS[name]
+    system, n = model.system, model.own_numbers
+    for tau, z in points(system):
+        power, dissipated = system.powers(tau, z, n)[:2]
+        bias = system.bias.force(z[0], system.states_of(z, "bias"), n)[0]
+        change = z[1] * (system.rates(tau, z, n)[1] + bias)
+        assert change == pytest.approx(power - dissipated, rel=1e-11, abs=1e-13)
+        assert dissipated == pytest.approx(2.0 * n["damping_ratio"] * z[1] ** 2, rel=1e-14)
+        (volts,) = system.voltages(tau, z, n)
+        if name != "toys":
+            field = power + z[1] * system.film.force(z[0], 0.0, system.states_of(z, "film", 0), n)[0]
+            assert field == pytest.approx(volts**2 * z[0] * z[1], rel=1e-12, abs=1e-13)
+
+
+@every_model
+def test_the_rate_of_the_film_voltage_is_its_slope_along_the_motion(name):
+    model = MODELS[name]
+    system, n, h = model.system, model.own_numbers, 1e-5
+    for tau, z in points(system):
+        rates = np.array(system.rates(tau, z, n), dtype=float)
+        ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
+        assert system.voltage_rates(tau, z, n)[0] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)

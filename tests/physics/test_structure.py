@@ -1,0 +1,92 @@
+"""The order of the states, the numbers, and names that two components claim."""
+
+import numpy as np
+import pytest
+
+from gelcone.errors import InputError
+from gelcone.physics.bias import Bias, LinearSpring
+from gelcone.physics.circuit import IdealSource
+from gelcone.physics.component import State
+from gelcone.physics.film.taut import TautCone
+from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
+from gelcone.physics.structure import Structure
+from gelcone.physics.waveforms import Sine
+from gelcone.quantity import Quantity
+from tests.physics.test_system import MODELS
+from tests.toys import FilteredVoltage, PowerFilm
+
+
+def test_states_stand_in_the_order_of_film_bias_and_circuit():
+    system = MODELS["five"].system
+    names = ["displacement", "velocity", "dashpot", "hung_height", "film_voltage"]
+    assert [state.name for state in system.states] == names
+    owners = ("film", 0), ("bias",), ("line", "")
+    assert [system.states_of([1.0, 2.0, 3.0, 4.0, 5.0], *owner) for owner in owners] == [[3.0], [4.0], [5.0]]
+    np.testing.assert_array_equal(system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0])
+
+
+@pytest.mark.parametrize("model", [*MODELS.values(), ConeModel(film="membrane", second_film="membrane")])
+def test_the_names_of_the_numbers_are_those_of_the_numbers(model):
+    assert model.system.numbers == tuple(model.own_numbers)
+    assert len(set(model.system.numbers)) == len(model.system.numbers)
+
+
+def test_equal_systems_are_equal_and_others_are_not():
+    one = ConeModel(film=PowerFilm(1.3), voltage=0.1).system
+    assert one == ConeModel(film=PowerFilm(1.3), voltage=0.9).system
+    assert hash(one) == hash(ConeModel(film=PowerFilm(1.3)).system)
+    assert one != ConeModel(film=PowerFilm(1.4)).system
+    assert ConeModel(law="yeoh").system != ConeModel().system
+    assert ConeModel(circuit=FilteredVoltage()).system != ConeModel().system
+
+
+class Pushing(Bias):
+    """F = -p."""
+
+    name = "pushing"
+
+    def force(self, x, y, n, xp=np):
+        return 0.0 * x - n["push"], 0.0 * x
+
+
+class TakesVoltage(Pushing):
+    parameters = {"voltage": Quantity("v", "of the drive", 1.0)}
+
+
+class TakesDamping(Pushing):
+    parameters = {"damping_ratio": Quantity("z", "of the disc", 1.0)}
+
+
+class TakesState(Pushing):
+    states = (State("velocity", "of the disc"),)
+
+
+class GivesNumber(Pushing):
+    parameters = {"push": Quantity("p", "push", 0.1)}
+
+    def numbers(self, parameters):
+        return {"push": parameters["push"], "A": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("bias", "name"), [(TakesVoltage(), "voltage"), (TakesDamping(), "damping_ratio"), (TakesState(), "velocity")]
+)
+def test_a_name_that_two_components_use_is_refused(bias, name):
+    with pytest.raises(InputError) as error:
+        Structure((PlacedFilm(TautCone()),), bias, Sine(), IdealSource())
+    assert str(error.value) == f"{name}: two components use this name; give one of them another"
+
+
+def test_a_number_that_two_components_give_is_refused():
+    system = Structure((PlacedFilm(TautCone()),), GivesNumber(), Sine(), IdealSource())
+    with pytest.raises(InputError, match=r"^A: two components give a number of this name; give one of them another$"):
+        system.numbers_of(system.complete({}))
+
+
+def test_all_parameters_have_defaults_and_are_checked():
+    system = Structure((PlacedFilm(TautCone()),), LinearSpring(), Sine(), IdealSource())
+    assert system.complete({})["damping_ratio"] == 0.05
+    assert system.complete({}).keys() <= system.parameters.keys()
+    with pytest.raises(InputError, match="damping_ratio = -1: must be at least 0"):
+        system.complete({"damping_ratio": -1.0})
