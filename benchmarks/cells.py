@@ -31,7 +31,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.processes import processes
 from gelcone.atlas.sweep import sweep
 from gelcone.atlas.workers import Workers, threads
-from gelcone.motion.engine import program
+from gelcone.motion.engine.machine_code import Compiled
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -63,9 +63,9 @@ def plan_of(voltages: int, prestretches: int) -> Plan:
 def share_of_python(plan: Plan) -> None:
     """Processor time of a map on one thread, and of the compiled loop in it."""
     inside = 0.0
-    calls = program._Compiled.__init__
+    calls = Compiled.__init__
 
-    def counted(self: program._Compiled, *given: object) -> None:
+    def counted(self: Compiled, *given: object) -> None:
         calls(self, *given)
         advance = self.advance
 
@@ -78,12 +78,12 @@ def share_of_python(plan: Plan) -> None:
 
         self.advance = timed
 
-    program._Compiled.__init__ = counted  # before any program is compiled
+    Compiled.__init__ = counted  # before any program is compiled
     sweep(plan_of(9, 7), workers=threads(1))
     inside, begin = 0.0, time.process_time()
     sweep(plan, workers=threads(1))
     took = time.process_time() - begin
-    program._Compiled.__init__ = calls
+    Compiled.__init__ = calls
     print(f"map of {plan.size} cells: {1e3 * took / plan.size:.2f} ms a cell, {100 * (1 - inside / took):.1f} % Python")
 
 

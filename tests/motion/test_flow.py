@@ -15,7 +15,8 @@ from gelcone import codes
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion import flow
-from gelcone.motion.engine import backend, program
+from gelcone.motion.engine import backend
+from gelcone.motion.engine import run as runs
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.physics.laws import LAWS, Gent
@@ -415,8 +416,8 @@ def test_the_first_sample_may_be_the_start():
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_progress_adds_up_to_one(threads, monkeypatch):
-    monkeypatch.setattr(program, "REPORT_EVERY", 0.0)
-    monkeypatch.setattr(program, "STEPS_PER_CALL", 256)
+    monkeypatch.setattr(runs, "REPORT_EVERY", 0.0)
+    monkeypatch.setattr(runs, "FIRST_STEPS", 256)
     model, initial = varied(count=20)
     shares = []
     integrate(model, initial, np.linspace(0.0, 900.0, 10), threads=threads, progress=shares.append)

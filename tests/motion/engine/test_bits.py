@@ -6,6 +6,7 @@ from engine_systems import Cone, assembly, cone_numbers
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import program as programs
+from gelcone.motion.engine import run as runs
 from gelcone.motion.engine.program import Program
 
 MEMBERS = 45
@@ -78,8 +79,8 @@ def test_threads(kind):
 def test_chunks_and_resumption(kind, monkeypatch):
     _, program, raw = kind
     for steps, seconds in ((1, 0.0), (7, 1e-5), (100, 1.0)):
-        monkeypatch.setattr(programs, "STEPS_PER_CALL", steps)
-        monkeypatch.setattr(programs, "CALL_SECONDS", seconds)
+        monkeypatch.setattr(runs, "FIRST_STEPS", steps)
+        monkeypatch.setattr(runs, "CALL_SECONDS", seconds)
         assert_same_bits(raw, run(program))
 
 

@@ -15,7 +15,8 @@ from engine_systems import Cone, assembly, cone_numbers
 from gelcone import disk_cache
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
-from gelcone.motion.engine.program import Program, _content
+from gelcone.motion.engine.machine_code import content_of
+from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
 
@@ -95,7 +96,7 @@ def test_each_part_of_a_plan_is_in_the_key_of_its_code():
         for field in dataclasses.fields(border):
             changed = dataclasses.replace(border, **{field.name: other(getattr(border, field.name))})
             plans.append(dataclasses.replace(plan, borders=(*plan.borders[:k], changed, *plan.borders[k + 1 :])))
-    contents = {_content(one) for one in (plan, *plans)}
+    contents = {content_of(one) for one in (plan, *plans)}
     assert len(contents) == 1 + len(plans) > 20
 
 

@@ -10,7 +10,7 @@ import pytest
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function
-from gelcone.motion.engine.program import aligned
+from gelcone.motion.engine.machine_code import aligned
 
 WIDTH = 8
 FUNCTIONS = {

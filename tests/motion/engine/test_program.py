@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from gelcone.motion.engine import program as programs
+from gelcone.motion.engine import run as runs
 from gelcone.motion.engine.program import (
     ARRIVED,
     NOT_FINITE,
@@ -344,8 +345,8 @@ def test_a_square_wave_flips_at_its_corners():
 
 
 def test_progress_adds_up_to_one(monkeypatch):
-    monkeypatch.setattr(programs, "REPORT_EVERY", 0.001)
-    monkeypatch.setattr(programs, "CALL_SECONDS", 0.002)
+    monkeypatch.setattr(runs, "REPORT_EVERY", 0.001)
+    monkeypatch.setattr(runs, "CALL_SECONDS", 0.002)
     told = []
     program = Program(Cone(), "states", 1e-15)
     for threads in (1, 2):

@@ -1,0 +1,191 @@
+"""The machine code of one plan, and the arrays that it reads and fills."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.loop import module_text, step_text
+from gelcone.motion.engine.plan import Job, Layout, Plan
+from gelcone.physics.members import Rows
+from gelcone.physics.trace import fingerprint
+
+Array = npt.NDArray[np.float64]
+
+_ALIGNMENT = 128
+_ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
+
+
+class Compiled:
+    """The machine code of one plan."""
+
+    def __init__(self, plan: Plan, machine: compiler.Machine | None) -> None:
+        self.plan = plan
+        self.layout = Layout(plan)
+        self._machine, self._content = machine, content_of(plan)
+        # the steps of several laws have modules of their own; what is left runs once a sample or crossing
+        level = compiler.HOT if len(plan.laws) == 1 else compiler.COLD
+        library = compiler.library(self._content, lambda: module_text(plan), machine, level)
+        address, whole = ctypes.c_void_p, ctypes.c_int64
+        self._library = library  # its code is freed with it
+        self._steps: dict[int, compiler.Library] = {}
+        alone = library.address("step") if len(plan.laws) == 1 else 0
+        self.addresses = [*[alone] * len(plan.laws), library.address("serve")]
+        """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
+        self._lock = threading.Lock()
+        self.prepare = library.function("prepare", None, address, address, whole)
+        self.start = library.function("start", None, address, address, address, address)
+        self.advance = library.function("advance", whole, address, address, address, address, address, whole)
+
+    def compile_step(self, law: int) -> None:
+        """Makes the step of a law, unless it is there."""
+        with self._lock:
+            if law not in self._steps:
+                content = repr((self._content, "step", law))
+                self._steps[law] = compiler.library(
+                    content, lambda: step_text(self.plan, law), self._machine, compiler.COLD
+                )
+                self.addresses[law] = self._steps[law].address("step")
+
+    def job(
+        self,
+        numbers: Mapping[str, npt.ArrayLike],
+        states0: npt.ArrayLike,
+        start: npt.ArrayLike,
+        times: Array,
+        smallest_step: npt.ArrayLike,
+        most_steps: npt.ArrayLike,
+        corners: npt.ArrayLike | None,
+        terms: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
+    ) -> Arrays:
+        """The arrays of a run, filled in."""
+        members, samples = times.shape
+        plan, states = self.plan, self.layout.states
+        own = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
+        if missing := own.missing(plan.numbers):
+            raise ValueError(f"numbers: {', '.join(missing)} missing")
+        width = plan.width
+        padded = -(-max(members, 1) // width) * width
+        values = aligned(len(plan.numbers), padded)
+        own.fill(plan.numbers, values[:, :members])
+        values[:, members:] = values[:, :1] if members else 0.0
+        table = aligned(max(len(self.layout.held), 1), padded)
+        self.prepare(values.ctypes.data, table.ctypes.data, padded)
+
+        initial = np.zeros((members, states))
+        given = np.asarray(states0, dtype=float)
+        initial[:, : given.shape[-1]] = given
+        for k, restart in enumerate(plan.restarts):
+            if restart is not None:
+                initial[:, k] = restart
+        first = each(start, members)
+        pieces, begun = (np.zeros((1, 1, 1)), 0) if terms is None else terms
+        given_terms = np.asarray(pieces, dtype=float)
+        return Arrays(
+            table=table,
+            states=initial,
+            switches=values[[plan.numbers.index(node.value) for node in plan.switches], :members].T.copy(),
+            start=first,
+            times=times,
+            corners=_corner_rows(corners, first),
+            pieces=np.array(np.broadcast_to(given_terms, (members, *given_terms.shape[1:])), order="C"),
+            first_piece=np.broadcast_to(np.asarray(begun, dtype=np.int64), (members,)).copy(),
+            smallest=each(smallest_step, members),
+            result=np.full((members, samples, states), np.nan),
+            status=np.full(members, -1, dtype=np.int64),
+            steps=np.zeros(members),
+            least=np.full(members, math.inf),
+            end_time=first.copy(),
+            end_state=initial.copy(),
+            dwell=np.zeros((members, self.layout.combinations)),
+            padded=padded,
+            most_steps=each(most_steps, members),
+        )
+
+
+def each(value: npt.ArrayLike, members: int) -> Array:
+    """An array of its own with a value for each member."""
+    own = np.empty(members)
+    own[:] = value
+    return own
+
+
+def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
+    """The corners after each member's start, (members, corners + 1), with infinity behind the last."""
+    members = start.size
+    if corners is None:
+        return np.full((members, 1), math.inf)
+    given = np.broadcast_to(np.asarray(corners, dtype=float), (members, np.shape(corners)[-1]))
+    later = np.where(given > start[:, None], given, math.inf)
+    return np.ascontiguousarray(np.hstack([np.sort(later, axis=1), np.full((members, 1), math.inf)]))
+
+
+def content_of(plan: Plan) -> str:
+    """A text that identifies the plan's code."""
+    borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
+    switches = [node.value for node in plan.switches]
+    laws = (len(plan.laws), plan.telling)
+    rest = (
+        borders,
+        switches,
+        plan.numbers,
+        plan.order,
+        plan.tolerance.hex(),
+        plan.restarts,
+        plan.passengers,
+        plan.pieces,
+        *laws,
+    )
+    return repr((fingerprint(plan.wanted), rest, plan.width))
+
+
+def aligned(*shape: int) -> Array:
+    """Zeros that start at a multiple of the largest vector's size."""
+    count = math.prod(shape)
+    room = np.zeros(count + _ALIGNMENT // 8)
+    skip = (-room.ctypes.data // 8) % (_ALIGNMENT // 8)
+    return room[skip : skip + count].reshape(shape)
+
+
+@dataclass
+class Arrays:
+    """The arrays of a run, in the order of `Job`, and its sizes."""
+
+    table: Array
+    states: Array
+    switches: Array
+    start: Array
+    times: Array
+    corners: Array
+    pieces: Array
+    first_piece: npt.NDArray[np.int64]
+    smallest: Array
+    most_steps: Array
+    result: Array
+    status: npt.NDArray[np.int64]
+    steps: Array
+    least: Array
+    end_time: Array
+    end_state: Array
+    dwell: Array
+    padded: int
+
+    def fields(self, slots: int) -> npt.NDArray[np.int64]:
+        """The job as the compiled loop reads it, with the members that a thread works on at a time."""
+        job = np.zeros(len(Job), dtype=np.int64)
+        for place, name in enumerate(_ADDRESSES):
+            job[place] = getattr(self, name).__array_interface__["data"][0]
+        job[Job.MEMBERS], job[Job.SAMPLES] = self.times.shape
+        job[Job.CORNER_COUNT] = self.corners.shape[1]
+        job[Job.PADDED] = self.padded
+        job[Job.SLOTS] = slots
+        job[Job.PIECES], job[Job.FIRST_PIECE] = self.pieces.ctypes.data, self.first_piece.ctypes.data
+        job[Job.PIECE_COUNT] = self.pieces.shape[1]
+        return job
