@@ -52,3 +52,50 @@ def test_a_system_is_written_with_its_law_and_its_second_film():
     own = system_record(ConeModel(film=PowerFilm()).system)
     assert "law" not in own
     assert "second_film" not in own
+
+
+@pytest.mark.parametrize(
+    ("tables", "same"),
+    [
+        ({"waveform": {"component": "square", "duty": 0.3}}, {"waveform": "square", "duty": 0.3}),
+        ({"circuit": {"component": "amplifier", "series_resistance": 0.3}}, {"series_resistance": 0.3}),
+        (
+            {"bias": [{"component": "spring", "spring_stiffness": 2.0}, "weight"]},
+            {"bias": "spring+weight", "spring_stiffness": 2.0},
+        ),
+        ({"film": {"component": "wrinkling", "hoop_prestretch": 1.2}}, {"film": "wrinkling", "hoop_prestretch": 1.2}),
+    ],
+    ids=["waveform", "circuit", "bias", "film"],
+)
+def test_numbers_in_tables_of_components_are_parameters(tables, same):
+    model, other = ConeModel(**tables), ConeModel(**same)
+    assert (model.system, model.values) == (other.system, other.values)
+    assert ConeModel(voltage=0.7).replace(**tables).values == other.replace(voltage=0.7).values
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            {"waveform": {"component": "burst", "cyclez": 3}},
+            "'cyclez' is not a field of the waveform 'burst'; did you mean 'cycles'?",
+        ),
+        (
+            {"waveform": {"component": "sine", "duty": 0.3}},
+            "'duty' is not a field of the waveform 'sine'; known: voltage, voltage_bias, drive_frequency",
+        ),
+        (
+            {"waveform": {"component": "square", "duty": 0.3}, "duty": 0.2},
+            "duty: stands in the table of the waveform and as a parameter; give it once",
+        ),
+        (
+            {"circuit": {"component": "amplifier", "series_resistanc": 0.3}},
+            "'series_resistanc' is not a field of the circuit 'amplifier'; did you mean 'series_resistance'?",
+        ),
+    ],
+)
+def test_what_a_table_does_not_take_is_refused(given, words):
+    for make in (ConeModel, ConeModel().replace):
+        with pytest.raises(InputError) as error:
+            make(**given)
+        assert str(error.value) == words

@@ -16,9 +16,8 @@ import numpy as np
 
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS, ELECTRICS, REDUCED_RESISTANCE, Circuit, with_electrics
+from gelcone.physics.circuit import CIRCUITS, ELECTRICS, REDUCED_RESISTANCE, with_electrics
 from gelcone.physics.component import Component, find_component
-from gelcone.physics.drive import Waveform
 from gelcone.physics.film.branches import MOST_BRANCHES, REDUCED_TIME, branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
@@ -27,7 +26,15 @@ from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
-from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
+from gelcone.physics.records import (
+    FILMS,
+    bias_record,
+    find_bias,
+    find_circuit,
+    find_film,
+    find_waveform,
+    with_numbers,
+)
 from gelcone.physics.shown import model_html
 from gelcone.physics.structure import DAMPING, STRENGTH
 from gelcone.physics.system import ConeSystem
@@ -48,7 +55,8 @@ class ConeModel(Ensemble):
     """A conical gel actuator in dimensionless form; arrays make an ensemble.
 
     Any number may be an array; all arrays broadcast together into the ensemble's `shape`. A component that is not
-    named here is given as an instance; its parameters then join those below.
+    named here is given as an instance, or as a table of its name, data and numbers: ``{"component": "square",
+    "duty": 0.3}``; its parameters then join those below.
 
     Parameters
     ----------
@@ -125,8 +133,10 @@ class ConeModel(Ensemble):
         **parameters: Any,
     ) -> None:
         parts = {"bias": bias, "waveform": waveform, "circuit": circuit}
+        parameters = with_numbers({"film": film, **parts, **parameters})
+        film, parts = parameters.pop("film"), {name: parameters.pop(name) for name in parts}
         resistance, fast = _reduced(reduced)
-        parts["circuit"], parameters = with_electrics(circuit, parameters, resistance)
+        parts["circuit"], parameters = with_electrics(parts["circuit"], parameters, resistance)
         own: dict[str, Any] = dict(zip(OF_FILM, (pull_in, branches, flow, flow_exponent, rested, fast), strict=True))
         system = _system(_film(film, law, prestretch_mode, own, parameters), second_film, second_drive, **parts)
         values = system.complete(_known(system, parameters))
@@ -164,6 +174,7 @@ class ConeModel(Ensemble):
 
         A component that changes starts from the defaults of what is its own. Raises `InputError` as the constructor.
         """
+        changes = with_numbers(changes)
         given = changes.get("film", self.system.film)
         # a film by its name takes over the law; one that is given has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
@@ -339,8 +350,8 @@ def _system(
     return _put_together(
         _films(film, second_film, second_drive),
         find_bias(bias),
-        find_component("waveform", waveform, WAVEFORMS, Waveform),  # type: ignore[type-abstract]
-        find_component("circuit", circuit, CIRCUITS, Circuit),  # type: ignore[type-abstract]
+        find_waveform(waveform),
+        find_circuit(circuit),
     )
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES, Bias, Together
-from gelcone.physics.circuit import CIRCUITS
-from gelcone.physics.component import find_component, to_record
+from gelcone.physics.circuit import CIRCUITS, ELECTRICS, Amplifier, Circuit
+from gelcone.physics.component import Component, find_component, to_record
+from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import GelFilm
 from gelcone.physics.film.membrane import MembraneFilm
@@ -83,3 +86,52 @@ def find_bias(given: Any) -> Bias:
     if isinstance(names, list | tuple):
         return Together(tuple(find_bias(name.strip() if isinstance(name, str) else name) for name in names))
     return find_component("bias", given, BIASES, Bias)  # type: ignore[type-abstract]
+
+
+def find_waveform(given: Any) -> Waveform:
+    """The waveform that a record describes; `InputError` for an unknown name."""
+    return find_component("waveform", given, WAVEFORMS, Waveform)  # type: ignore[type-abstract]
+
+
+def find_circuit(given: Any) -> Circuit:
+    """The circuit that a record describes; `InputError` for an unknown name."""
+    return find_component("circuit", given, CIRCUITS, Circuit)  # type: ignore[type-abstract]
+
+
+_FINDERS: dict[str, Callable[[Any], Component]] = {
+    "film": find_film,
+    "bias": find_bias,
+    "waveform": find_waveform,
+    "circuit": find_circuit,
+}
+
+
+def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
+    """A model's parameters and components, with the numbers of the components' tables as parameters of their own.
+
+    Raises `InputError` for what a table does not take, and for a number that is given twice.
+    """
+    found = dict(given)
+    for kind, find in _FINDERS.items():
+        parts = given.get(kind)
+        if isinstance(parts, list | tuple):
+            found[kind] = [_without_numbers(kind, find, part, found) for part in parts]
+        else:
+            found[kind] = _without_numbers(kind, find, parts, found)
+    return {name: value for name, value in found.items() if name in given or name not in _FINDERS}
+
+
+def _without_numbers(kind: str, find: Callable[[Any], Component], table: Any, found: dict[str, Any]) -> Any:
+    """A component's table without its numbers, which join those that are ``found``; another component as it is."""
+    if not isinstance(table, Mapping):
+        return table
+    component = find(table)
+    data: list[str] = [field.name for field in fields(component)] if is_dataclass(component) else []
+    numbers = [*component.parameters, *(ELECTRICS if isinstance(component, Amplifier) else ())]
+    for name in (name for name in table if name not in ("component", *data)):
+        if name not in numbers:
+            raise unknown_name(f"field of the {kind} {component.name!r}", str(name), [*data, *numbers])
+        if found.get(name) is not None:
+            raise InputError(f"{name}: stands in the table of the {kind} and as a parameter; give it once")
+        found[name] = table[name]
+    return {name: value for name, value in table.items() if name in ("component", *data)}
