@@ -698,10 +698,10 @@ class Run:
     ) -> float | None:
         """When in the last step the film's length jumped from its minimum to another one that is not far; None if it
         moved on smoothly. ``lengths`` are those at the step's beginning."""
-        film, dense = self.device.film, solver.dense_output()
-        low, high, end = float(solver.t_old), float(solver.t), film.last
+        film, low, high, end = self.device.film, float(solver.t_old), float(solver.t), self.device.film.last
         if abs(math.log(end[0] / lengths[0])) < JUMP:
             return None
+        dense = solver.dense_output()  # which evaluates the film elsewhere
         for _ in range(40):
             middle, film.last = 0.5 * (low + high), lengths
             margin(middle, dense(middle))
