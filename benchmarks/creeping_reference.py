@@ -661,9 +661,8 @@ class Run:
         solver = DOP853(
             right, begin, np.array(self.z), stop, rtol=self.relative, atol=0.1 * self.relative, max_step=self.longest
         )
-        steps, left = 0, margin(begin, solver.y)
+        steps, left, here = 0, margin(begin, solver.y), device.film.last
         while solver.status == "running":
-            lengths = device.film.last
             solver.step()
             steps += 1
             if solver.status == "failed" or steps > MOST_STEPS or not np.isfinite(solver.y).all():
@@ -672,9 +671,10 @@ class Run:
             if not device.film.wrinkles:
                 continue
             before, left = left, margin(solver.t, solver.y)
+            there, here = here, device.film.last
             if min(before, left) < NEAR and (ended := self._ended(solver, margin)) is not None:
                 return PULLED_IN, ended
-            if not device.resisted and (ended := self._jumped(solver, margin, lengths)) is not None:
+            if not device.resisted and (ended := self._jumped(solver, margin, there, here)) is not None:
                 return PULLED_IN, ended
         self.z = solver.y.tolist()
         if inner:
@@ -694,14 +694,17 @@ class Run:
         return high
 
     def _jumped(
-        self, solver: Any, margin: Callable[[float, np.ndarray], float], lengths: tuple[float, float]
+        self,
+        solver: Any,
+        margin: Callable[[float, np.ndarray], float],
+        lengths: tuple[float, float],
+        end: tuple[float, float],
     ) -> float | None:
         """When in the last step the film's length jumped from its minimum to another one that is not far; None if it
-        moved on smoothly. ``lengths`` are those at the step's beginning."""
-        film, low, high, end = self.device.film, float(solver.t_old), float(solver.t), self.device.film.last
+        moved on smoothly. ``lengths`` and ``end`` are those at the step's beginning and end."""
         if abs(math.log(end[0] / lengths[0])) < JUMP:
             return None
-        dense = solver.dense_output()  # which evaluates the film elsewhere
+        film, dense, low, high, last = self.device.film, solver.dense_output(), float(solver.t_old), solver.t, end
         for _ in range(40):
             middle, film.last = 0.5 * (low + high), lengths
             margin(middle, dense(middle))
@@ -709,8 +712,8 @@ class Run:
                 low, lengths = middle, film.last
             else:
                 high, end = middle, film.last
-        film.last = end
-        return high if abs(math.log(end[0] / lengths[0])) > 0.5 * JUMP else None
+        film.last = last
+        return float(high) if abs(math.log(end[0] / lengths[0])) > 0.5 * JUMP else None
 
     def _stored(self, command: float) -> float:
         """Charge times voltage of a source without resistance."""
