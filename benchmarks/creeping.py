@@ -246,7 +246,10 @@ def judge(
 
     said = outcome.name.lower()
     allowed_time = EARLY if "series_resistance" in structure["takes"] else ALLOWED_TIME
-    for options in ({"relative": RELATIVE}, {"relative": CLOSER, "longest": SHORTER * float(times[-1])}):
+    closer: list[dict[str, float]] = [
+        {"relative": CLOSER, "longest": share * float(times[-1])} for share in (SHORTER, 0.1 * SHORTER)
+    ]
+    for options in ({"relative": RELATIVE}, *closer):
         other = follow(**options)
         error = far(other)
         if outcome in (Outcome.OK, Outcome.PULLED_IN) and other.end == FAILED:
