@@ -17,7 +17,7 @@ from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
-from gelcone.motion.settled import HARMONICS, highest, settled_swing
+from gelcone.motion.settled import HARMONICS, settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -238,12 +238,6 @@ def test_branches_of_an_ensemble_are_refused():
 
 
 # --- swings -----------------------------------------------------------------------------------------------------------
-
-
-def test_a_swing_is_read_between_its_samples():
-    t = np.linspace(0.0, 2.0 * np.pi, 33)
-    np.testing.assert_allclose(highest(np.stack([np.cos(t - 1.234), np.cos(t - 3.0)])), 1.0, atol=2e-4)
-    assert np.isnan(highest(np.full((1, 5), np.nan))).all()
 
 
 def test_a_failed_member_stays_nan_and_leaves_the_others_alone():

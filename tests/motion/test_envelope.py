@@ -575,3 +575,11 @@ def test_a_film_that_leaks_and_creeps_warms_as_its_settled_motion_does():
     creeping = envelope(still, peaks=[0.4, 0.6], frequencies=[0.5, 0.9])
     assert "static_heating" not in creeping
     assert (creeping["driven_heating"] > 0.0).all()
+
+
+def test_an_excess_between_samples_is_seen():
+    """By the parabola through the largest sample and its neighbours; nothing is known behind the end of a run."""
+    t = np.linspace(0.0, 2.0 * np.pi, 33)
+    excess = np.stack([np.cos(t - 1.234) - 0.9999, np.cos(t - 1.234) - 1.001, np.where(t < 3.0, -1.0, np.nan)])
+    np.testing.assert_array_equal(driven_module._ever(excess), [1.0, 0.0, 0.0])
+    assert (excess[0] < 0.0).all()

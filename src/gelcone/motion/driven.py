@@ -15,6 +15,7 @@ from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, 
 from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power
 from gelcone.motion.equilibrium import Ramp, drive_ramp
+from gelcone.motion.extent import extent
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Keep, Trajectories
@@ -22,7 +23,6 @@ from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two, start_states
-from gelcone.motion.settled import highest
 from gelcone.motion.validity import excesses, slack_places
 from gelcone.physics.film.pull_in import PullInCurve
 from gelcone.physics.members import Members
@@ -301,13 +301,22 @@ class _Drifts(NamedTuple):
 def _ever(excess: Array) -> Array:
     """1 where an excess (members, samples), NaN from where a run has ended, is positive at any time, else 0."""
     known = np.where(np.isnan(excess), -np.inf, excess)
-    return 1.0 * (np.fmax(highest(known), known.max(axis=1)) > 0.0)
+    return 1.0 * (np.fmax(_highest(known), known.max(axis=1)) > 0.0)
+
+
+def _highest(x: Array) -> Array:
+    """Largest value of each row (members, samples), by the parabola through the largest sample and its neighbours."""
+    at = np.clip(np.argmax(x, axis=1), 1, x.shape[1] - 2)
+    before, here, after = (np.take_along_axis(x, at[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
+    curvature = before - 2.0 * here + after
+    rise = (before - after) ** 2 / np.where(curvature < 0.0, -8.0 * curvature, np.inf)
+    return np.maximum(here + rise, x.max(axis=1))
 
 
 def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
-    system, x, n = members.system, run.states[..., 0], members.numbers(trailing=1)
+    system, n = members.system, members.numbers(trailing=1)
     voltages = members.voltages(run.times, run.states)
     # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
     some = slice(0, 10 * samples, 5)
@@ -320,7 +329,7 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
         jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
     lasts = run.times[:, -1]
     return {
-        "stroke": highest(x) + highest(-x),
+        "stroke": np.subtract(*extent(members, run.times, run.states)[::-1]),
         "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
         "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
         "heating": heat_of(system, run.work)[:, -1] / lasts,

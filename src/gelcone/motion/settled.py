@@ -16,6 +16,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
 from gelcone.motion.electrical import MEANINGS, electrical, known_of
+from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
 from gelcone.motion.settle import check_budgets, start_states
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 REPEATS = 24
 """Forcing periods over which a motion without a period is sampled."""
 SAMPLES = 128
-"""Samples of a forcing period; turning points between them are found by parabolas."""
+"""Samples of a forcing period of which harmonics and what the source gives are made."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency of which amplitude and phase are reported."""
 ROUNDING = 1e-12
@@ -246,9 +247,7 @@ def swing(
         part = members.take(rows)
         run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
         x = run.path[..., 0]
-        # on a cycle the first sample follows the last one
-        ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap") if own else x
-        found.lowest[rows], found.highest[rows] = -highest(-ringed), highest(ringed)
+        found.lowest[rows], found.highest[rows] = extent(part, run.times, run.states)
         found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]
@@ -267,15 +266,6 @@ def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.com
     turns, which = np.unique(turn, return_inverse=True)
     waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / samples))
     return np.stack([2j * (x * (waves**k)[which]).mean(axis=1) for k in HARMONICS], axis=1)
-
-
-def highest(x: Array) -> Array:
-    """Largest value of each row (members, samples), by the parabola through the largest sample and its neighbours."""
-    at = np.clip(np.argmax(x, axis=1), 1, x.shape[1] - 2)
-    before, here, after = (np.take_along_axis(x, at[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
-    curvature = before - 2.0 * here + after
-    rise = (before - after) ** 2 / np.where(curvature < 0.0, -8.0 * curvature, np.inf)
-    return np.maximum(here + rise, x.max(axis=1))
 
 
 def settled_swing(

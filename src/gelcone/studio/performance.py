@@ -13,8 +13,9 @@ from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import format_si
 from gelcone.motion.electrical import electrical
 from gelcone.motion.equilibrium import jump_voltages
+from gelcone.motion.extent import extent
 from gelcone.motion.job import Trajectories
-from gelcone.motion.settled import HARMONICS, harmonics_of, highest
+from gelcone.motion.settled import HARMONICS, harmonics_of
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 
@@ -47,8 +48,8 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     over the dielectric strength. What is not known, or does not apply, is left out.
     """
     x = run.states[:, 1:, 0]
-    ringed = np.pad(x, ((0, 0), (1, 1)), mode="wrap")  # of an orbit that closes, the first sample follows the last one
-    found = {"stroke": float(highest(ringed)[0] + highest(-ringed)[0]), "mean height": float(x.mean())}
+    lowest, highest = extent(members, run.times, run.states)
+    found = {"stroke": float(highest[0] - lowest[0]), "mean height": float(x.mean())}
     for name, value in found.items():
         found[name] = 0.0 if abs(value) <= ROUNDING * max(found["stroke"], 1.0) else value
     if regime is Regime.PERIODIC:

@@ -27,6 +27,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.si import in_field_units
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.search import DECAY_TIMES
+from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow, integrate
 from gelcone.motion.orbit import Shooting
 from gelcone.motion.validity import unknown, validity, validity_variables
@@ -47,7 +48,7 @@ FOLLOWING = 0.4
 MOST_SECTIONS = 64
 """Points of the section of a settled motion that are stored."""
 SAMPLES = 128
-"""Samples of a forcing period, at least; turning points between them are found by parabolas."""
+"""Samples of a forcing period, at least."""
 TITLE = "branches"
 PLACES = {"branch": "value", "event": "event_value", "run": "run_value"}
 """First dim of variables -> the variable that holds the value of the parameter they belong to."""
@@ -465,13 +466,9 @@ def _extent(branch: Branch) -> tuple[Array, Array, Array]:
     length = shooting.phase / members.number("drive_frequency")
     times = (start[:, None] + np.arange(1, samples + 1) / (samples * shooting.segments)) * length[:, None]
     run = integrate(members, nodes, times, start=start * length, tolerance=1e-9)
-    rates, _ = members.flow(times, run.states)
-    x, u, a = run.states[..., 0], run.states[..., 1], np.broadcast_to(rates[1], run.states.shape[:2])
-    step = length[:, None] / (samples * shooting.segments)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        near = np.abs(u) < np.abs(a) * step
-        peak = np.where(near, x - 0.5 * u * u / a, x).reshape(points, -1)
-    low, high = np.nanmin(peak, axis=1), np.nanmax(peak, axis=1)
+    from_nodes = np.hstack([(start * length)[:, None], times]), np.concatenate([nodes[:, None], run.states], axis=1)
+    low, high = (of.reshape(points, -1) for of in extent(members, *from_nodes))
+    low, high = np.nanmin(low, axis=1), np.nanmax(high, axis=1)
     if shooting.kind.reflected:
         high = np.maximum(high, -low)
         low = -high

@@ -1,0 +1,52 @@
+"""The lowest and highest displacement between samples, against runs that are sampled finely."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.motion.extent import extent
+from gelcone.motion.flow import integrate
+from gelcone.motion.settled import settled_swing
+from gelcone.presets import find_preset
+
+SLOW = find_preset("base").model.replace(voltage=[0.97, 0.98])
+WRINKLING = gelcone.ConeModel(film="wrinkling", voltage=[0.3, 0.5], drive_frequency=0.5, rest_height=0.3)
+
+
+def fine(members, start, time):
+    """The extent of motions by 200,000 samples, with the parabola that is left between them below 1e-12."""
+    x = integrate(members, start, np.linspace(0.0, 1.0, 200_001)[None] * time[:, None]).states[..., 0]
+    return x.min(axis=1), x.max(axis=1)
+
+
+@pytest.mark.parametrize("model", [SLOW, WRINKLING], ids=["slow drive", "wrinkling"])
+def test_the_extent_of_few_samples_is_that_of_many(model):
+    members, start = model.members(), np.tile([0.4, 0.1], (2, 1))
+    time = 2.0 * np.broadcast_to(members.drive_period, members.shape)
+    run = integrate(members, start, np.linspace(0.0, 1.0, 513)[None] * time[:, None])
+    for own, true in zip(extent(members, run.times, run.states), fine(members, start, time), strict=True):
+        np.testing.assert_allclose(own, true, atol=2e-7)
+
+
+def test_a_motion_that_has_ended_has_none():
+    members = SLOW.members()
+    times = np.tile([0.0, 1.0, 2.0], (2, 1))
+    states = integrate(members, np.tile([0.4, 0.1], (2, 1)), times).states
+    states[1, 2] = np.nan
+    low, high = extent(members, times, states)
+    assert np.isfinite([low[0], high[0]]).all()
+    assert np.isnan([low[1], high[1]]).all()
+
+
+def test_settled_motions_and_branches_have_the_same_extent():
+    """A cycle of the slowly driven base set, whose branch is sampled from node to node."""
+    model = SLOW.replace(voltage=0.97)
+    swing = settled_swing(model.members(), np.array([[1.0, 0.0]]))
+    low, high = fine(model.members(), swing.final, 2.0 * np.ravel(model.drive_period))
+    assert (swing.lowest[0], swing.highest[0]) == pytest.approx((low[0], high[0]), abs=1e-9)
+    branches = gelcone.continue_branch(model, "voltage", 0.9699, 0.9701, initial=swing.final[0])
+    kept = branches.isel(branch=int(np.argmax(~branches["resting"].values.astype(bool))))
+    order = np.argsort(kept["value"].values)
+    value = kept["value"].values[order]
+    shown = [np.interp(0.97, value, kept[name].values[order]) for name in ("lowest", "highest")]
+    assert shown == pytest.approx([low[0], high[0]], abs=1e-6)
