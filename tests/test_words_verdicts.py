@@ -31,6 +31,85 @@ def test_chaos_that_did_not_end(starts, text):
     assert words.lasting_in_words(edited(member, lifetime=NAN)) == []
 
 
+def test_chaos_in_which_one_of_many_starts_ended_did_end():
+    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0}
+    none = {"fate_regime": ("fate", [-1]), "fate_period": ("fate", [0])}
+    none |= {f"fate_share{end}": ("fate", [0.0]) for end in ("", "_low", "_high")}
+    member = made({**own, **none, "starts": 16, "share_chaotic": 15.0 / 16.0})
+    assert words.lasting_in_words(member) == [
+        "chaos lasts 50 [20, 90] time units in the mean; 15 of 16 nearby starts are still chaotic"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("regimes", "periods", "text"),
+    [
+        ([1, 3, -1], [2, 0, 0], ["starts within 1e-9 part: periodic, period 2 75% [50%, 90%]; chaotic 25% [10%, 40%]"]),
+        ([1, -1, -1], [2, 0, 0], []),
+        ([0, 1, 2], [0, 1, 0], ["starts within 1e-9 part: rest 75% [50%, 90%]; periodic, period 1 25% [10%, 40%]; "
+                               "quasi-periodic 0% [0%, 5%]"]),
+    ],
+)  # fmt: skip
+def test_where_nearby_starts_end(regimes, periods, text):
+    shares = zip(("", "_low", "_high"), ([0.75, 0.25, 0.0], [0.5, 0.1, 0.0], [0.9, 0.4, 0.05]), strict=True)
+    member = made({"fate_regime": ("fate", regimes), "fate_period": ("fate", periods)}
+                  | {f"fate_share{end}": ("fate", own) for end, own in shares})  # fmt: skip
+    assert words._fates_in_words(member) == text
+
+
+def motion(**more):
+    """The evidence for one motion: settled, unless edited."""
+    own = {"outcome": 0, "period": 2, "symmetric": 1, "regime": int(Regime.PERIODIC), "zero_one": NAN,
+           "cycle_distance": 2e-10, "return_distance": 3e-4, "doubtful": 0, "lifetime": NAN}  # fmt: skip
+    return made(own | {"lyapunov": ("exponent", [-0.25, -0.5]), "standard_error": ("exponent", [0.01, 0.02])} | more)
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        ({}, ["settled (within 2e-10 of its size)"]),
+        ({"cycle_distance": NAN}, ["points return to within 3e-04 of its size"]),
+        ({"cycle_distance": NAN, "period": 0}, []),
+        ({"zero_one": 0.125}, ["0-1 test 0.12", "settled (within 2e-10 of its size)"]),
+        ({"doubtful": 4}, ["settled (within 2e-10 of its size)", "! the evidence disagrees"]),
+    ],
+)
+def test_the_evidence_of_one_motion(changes, lines):
+    period = changes.get("period", 2)
+    kind = f"periodic, period {period}, symmetric"
+    assert words.evidence_in_words(motion(**changes)) == [kind, "largest exponent -0.250 ± 0.010 per unit time", *lines]
+    failed = motion(outcome=int(Outcome.PULLED_IN))
+    assert words.evidence_in_words(failed) == ["failed: pulled in"]
+
+
+def test_the_axes_of_a_member_have_their_own_names():
+    member = xr.Dataset(
+        {"a": ("sample", [1.0, 2.0]), "b": ("second_sample", [3.0, 4.0])},
+        {"time": ("sample", [0.0, 1.0]), "place": ("second_sample", [5.0, 6.0]), "voltage": ("level", [1.0])},
+    )
+    found = words.with_own_axes(member)
+    assert found["b"].dims == ("place",)
+    assert found["a"].dims == ("sample",)  # whose time is its own
+    assert found["voltage"].dims == ("level",)
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "shares", "line"),
+    [
+        (0, 0.5, "share of the motion in which the model does not hold: near the stretch limit 50 %"),
+        ([0, 0, 0], [0.0, 0.25, 0.5],
+         "of 3 motions the model does not hold in: near the stretch limit in 2 (up to 50 % of the motion)"),
+        ([0, 0, 0], [0.0, NAN, 0.0], "the model holds: film taut, away from its limits"),
+        ([0, 0, 0], [0.5, NAN, 0.0],
+         "of 2 motions the model does not hold in: near the stretch limit in 1 (up to 50 % of the motion)"),
+    ],
+)  # fmt: skip
+def test_in_how_many_motions_the_model_does_not_hold(outcomes, shares, line):
+    dims = "member" if isinstance(shares, list) else None
+    found = made({"validity_near_limit": (dims, shares), "validity_breakdown": (dims, np.multiply(shares, 0.0))})
+    assert words.validity_in_words(found) == [line]
+
+
 @pytest.mark.parametrize(
     ("outcomes", "text"),
     [

@@ -333,3 +333,11 @@ def test_a_film_that_wrinkles_has_kinds(film, kinds):
     source = sources(Exported(device(film=film), "pump", False, 1e-7))["pump.c"]
     found = re.search(r"HAS_KINDS\[\] = \{\s*([\d, ]+)\s*\}", source)[1]
     assert [int(part) for part in found.split(",")] == kinds
+
+
+@pytest.mark.parametrize(
+    ("own", "of_gel", "value"), [(2e7, None, 2e7), (2e7, 4e7, 2e7), (None, 4e7, 4e7), (None, None, 0.0)]
+)
+def test_the_strength_is_that_of_the_device_else_of_its_gel_else_unknown(own, of_gel, value):
+    made = device(film="taut").replace({"dielectric_strength": own, "material.dielectric_strength": of_gel})
+    assert Exported(made, "pump", False, 1e-7).parameters.values["dielectric_strength"] == value
