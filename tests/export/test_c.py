@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 import gelcone
 from gelcone.errors import InputError
 from gelcone.export import c99, reference
+from gelcone.export import sources as export_sources
 from gelcone.export.compiler import find_compiler
 from gelcone.export.public import c_name
 from gelcone.export.reference import Reference
@@ -495,6 +496,19 @@ def test_a_film_that_wrinkles_may_be_slack_and_the_model_holds(made):
     assert at(instance, voltage=1900.0, dielectric_strength=0.0) == HOLDS | {"film_is_slack": 1}
     assert instance["film_state"] == 1.0
     assert exported.kinds[0][1] == "hoop_slack"
+
+
+def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch):
+    """The most for a stretch of motion is that many for each part of it."""
+    for home in (export_sources, reference):
+        monkeypatch.setattr(home, "STEPS_PER_CALL", 100)
+        monkeypatch.setattr(home, "CALL_SPAN", 20.0)
+    exported = Exported(device(film="taut"), "pump", False, 1e-7)
+    instance, motion = Instance(exported, compiled(exported, tmp_path, "-O0")), Reference(exported)
+    instance.set("voltage", 900.0)
+    assert instance.step(3.0) == motion.step(3.0, (900.0, 0.0, 0.0, 0.0)) == 0
+    assert instance["time"] == 3.0
+    assert instance["displacement"] == motion.z[0] * exported.scale_values["length"]
 
 
 def test_every_outcome_has_its_words(pump):

@@ -25,11 +25,15 @@ LOGGERS = {
                         ctypes.c_char_p),
     3: ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p),
 }  # fmt: skip
+DRIVE = {
+    "component": "samples", "shares": [0.0, 0.2, 0.45, 0.8, 1.0], "values": [0.0, 0.6, 1.0, -0.5, 0.0],
+    "interpolation": "pchip", "repeat": True,
+}  # fmt: skip
 PUMP = {
-    "film": "wrinkling", "meridional_prestretch": 1.0, "hoop_prestretch": 1.05, "waveform": "trapezoid",
+    "film": "wrinkling", "meridional_prestretch": 1.0, "hoop_prestretch": 1.05, "waveform": DRIVE,
     "voltage_offset": 900.0, "voltage_amplitude": 200.0,
 }  # fmt: skip
-"""Its film has borders, and its drive, which is inside, corners."""
+"""Its film has borders, and its drive, which is inside, cubic pieces with corners between them."""
 BOTH = pytest.mark.parametrize("fmi", [2, 3])
 
 
@@ -298,7 +302,7 @@ def test_the_next_event_is_the_next_corner_of_the_drive_inside(fmi, made):
     one, period = made(fmi), 1.0 / device(**PUMP).frequency
     begins = one.exported.pieces.begins / (2.0 * np.pi)
     corners = period * np.sort(np.concatenate([(begins % 1.0) + k for k in range(4)]))
-    for time in (0.0, 0.013, 0.151, 0.2449):
+    for time in (0.0, 0.013, 0.019, 0.034, 0.047, 0.0651, 0.077, 0.091, 0.151, 0.2449):
         one("SetTime", time)
         assert one.update()[4:] == (True, pytest.approx(corners[corners > time + 1e-9][0], abs=1e-9))
         assert one["film_voltage"] == pytest.approx(drive(one, time), abs=1e-6)
