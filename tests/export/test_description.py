@@ -308,6 +308,9 @@ def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
         assert constant(own.name) == name
     assert f"PUMP_VARIABLES = {len(behind.variables)} /* how many there are */" in header
     assert "DEVICE" not in header
+    ends = dict(re.findall(r"PUMP_(\w+) = (-?\d+)", header.split("enum pump_outcome {")[1].split("};")[0]))
+    known = {own.name: own.value for own in gelcone.Outcome if own.name not in ("OUTSIDE", "ERROR")}
+    assert {name: int(value) for name, value in ends.items()} == known | {"REFUSED": -1}
 
 
 @pytest.mark.parametrize(("resistance", "shown"), [(None, "CURRENT"), ("1 MOhm", "CURRENT")])
