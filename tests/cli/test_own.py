@@ -104,3 +104,60 @@ def test_the_defaults_that_help_says_in_words_are_those_that_are_taken():
     assert {name: str(folder) for name, folder in run.FOLDERS.items()} == {
         run.FULL.name: "paper-results", run.QUICK.name: "paper-results-quick",
     }  # fmt: skip
+
+
+# --- how words and options are taken ----------------------------------------------------------------------------------
+
+ARGUMENTS = {
+    "design": ("wish", True, 1), "measured": ("pages", True, -1), "export": ("what", True, 1),
+    "init": ("file", True, 1), "show": ("place", True, 1), "fit": ("subject", False, 1), "paper": ("names", False, -1),
+    "help": ("topic", False, 1), "studio": ("device", False, 1), "devices": ("name", False, 1),
+    "map": ("device", False, 1), "sweep": ("device", False, 1), "continue": ("words", False, -1),
+    "simulate": ("device", False, 1),
+}  # fmt: skip
+BOUNDS = {("design", "seed"): (0, 2**31), ("measured", "seed"): (0, 2**31), ("studio", "port"): (0, 65535)}
+REPEATED = {
+    "fit": {"data", "free", "profile", "predict"}, "map": {"settings", "over"},
+    "sweep": {"settings", "over", "uncertain", "keep"}, "datasheet": {"settings", "uncertain"}, "export": {"settings"},
+    "simulate": {"settings"}, "frequency": {"settings", "over"}, "design": set(), "measured": set(), "paper": set(),
+}  # fmt: skip
+FLAGS = {
+    "fit": {"plan"}, "map": {"uniform"}, "sweep": {"indices", "at_once"}, "design": {"nominal"}, "paper": {"quick"},
+    "init": {"wish", "tests"}, "studio": {"no_browser"}, "export": set(), "measured": set(),
+}  # fmt: skip
+
+
+def parameters(command):
+    return group.get_command(click.Context(group), command).params
+
+
+@pytest.mark.parametrize("command", ARGUMENTS)
+def test_a_command_takes_as_many_words_as_it_needs(command):
+    (first,) = (own_ for own_ in parameters(command) if isinstance(own_, click.Argument))
+    assert (first.name, first.required, first.nargs) == ARGUMENTS[command]
+
+
+def test_whole_numbers_have_their_bounds():
+    for command in ("design", "measured", "studio", "fit", "map", "sweep", "datasheet", "export"):
+        for own_ in parameters(command):
+            bounds = (own_.type.min, own_.type.max) if isinstance(own_.type, click.IntRange) else None
+            assert bounds == BOUNDS.get((command, own_.name)), (command, own_.name)
+
+
+@pytest.mark.parametrize("command", {**REPEATED, **FLAGS})
+def test_an_option_is_repeated_or_a_flag_where_it_should_be(command):
+    options = [own_ for own_ in parameters(command) if isinstance(own_, click.Option)]
+    if command in REPEATED:
+        assert {own_.name for own_ in options if own_.multiple} == REPEATED[command]
+    if command in FLAGS:
+        flags = {own_.name for own_ in options if own_.is_flag} - {"force", "as_json", "threads"}
+        assert flags == FLAGS[command]
+
+
+def test_what_is_missing_is_said(command_line):
+    for command, word in (("measured", "PAGE"), ("design", "WISH"), ("init", "FILE"), ("show", "STORE")):
+        code, _, err = command_line(command)
+        assert code == 2
+        assert err.startswith("Error: Missing argument")
+        assert word in err
+        assert f"see gelcone {command} --help" in err

@@ -252,6 +252,13 @@ def test_a_drive_of_any_shape_runs_inside_and_the_input_adds_to_it(made, name):
     begun = instance["film_voltage"]
     instance.set("voltage", 100.0)
     assert instance["film_voltage"] - begun == pytest.approx(100.0)
+    motion, given = Reference(exported), {"voltage": 100.0, "voltage_rate": 2e3, "external_force": 1e-2}
+    for variable, value in (given | {"external_force_rate": -0.1}).items():
+        instance.set(variable, value)
+    assert instance.step(0.07) == motion.step(0.07, (*given.values(), -0.1)) == 0
+    assert instance["displacement"] == motion.z[0] * exported.scale_values["length"]
+    assert (instance["voltage"], instance["external_force"]) == pytest.approx((240.0, 3e-3), rel=1e-12)
+    assert motion.time == pytest.approx(0.07, rel=1e-15)
 
 
 def test_a_force_lifts_the_disc_by_the_force_over_the_stiffness(pump):

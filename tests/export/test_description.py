@@ -308,6 +308,16 @@ def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
         assert constant(own.name) == name
     assert f"PUMP_VARIABLES = {len(behind.variables)} /* how many there are */" in header
     assert "DEVICE" not in header
+    n, program = behind.program.sizes, behind.program
+    rooms = {
+        "parameter": len(behind.parameters.values), "z": n["states"], "switches": len(program.switches),
+        "numbers": len(program.numbers) + len(behind.parameters.scales), "out": len(program.outputs),
+        "roots": n["roots"], "table": n["held"], "lanes": n["laws"] * n["rows"], "scratch": n["scratch"],
+        "store": n["rows"], "words": n["words"], "input": 4,
+    }  # fmt: skip
+    assert {name: int(size) for name, size in re.findall(r"(\w+)\[(\d+)\]", header)} == {
+        name: max(size, 1) for name, size in rooms.items()
+    }
     ends = dict(re.findall(r"PUMP_(\w+) = (-?\d+)", header.split("enum pump_outcome {")[1].split("};")[0]))
     known = {own.name: own.value for own in gelcone.Outcome if own.name not in ("OUTSIDE", "ERROR")}
     assert {name: int(value) for name, value in ends.items()} == known | {"REFUSED": -1}

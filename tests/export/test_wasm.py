@@ -199,6 +199,16 @@ def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("said", "first"), [("one: lost\ntwo", "one: lost"), ("", "no message")])
+def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeypatch):
+    failed = subprocess.CompletedProcess([], 1, stdout="", stderr=said)
+    monkeypatch.setattr(wasm, "find_compiler", lambda: ["my-cc", "-target", "wasm32"])
+    monkeypatch.setattr(wasm.subprocess, "run", lambda *given, **how: failed)
+    with pytest.raises(InputError) as error:
+        wasm._compiled(Exported(device(film="taut"), "pump", False, 1e-7))
+    assert str(error.value) == f"my-cc: does not make WebAssembly of the source ({first}); install ziglang"
+
+
 def test_a_clang_without_its_builtins_is_no_compiler(tmp_path, monkeypatch):
     clang = tmp_path / "clang"
     for printed, whole in (("/nowhere/libclang_rt.builtins-wasm32.a", False), (__file__, True)):
