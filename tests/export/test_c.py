@@ -516,6 +516,26 @@ def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch)
     assert instance.step(3.0) == motion.step(3.0, (900.0, 0.0, 0.0, 0.0)) == 0
     assert instance["time"] == 3.0
     assert instance["displacement"] == motion.z[0] * exported.scale_values["length"]
+    assert instance.set("spring_rate", 1e9) == 0  # it vibrates a thousand times as fast as the device for which that is
+    assert instance.step(3.0) == gelcone.Outcome.STEP_LIMIT == int(instance["outcome"])
+    assert 3.0 < instance["time"] < 6.0
+    assert instance["valid"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("law", "outcome"), [("gent", gelcone.Outcome.STRETCH_LIMIT), ("neo-hookean", gelcone.Outcome.NOT_FINITE)]
+)
+def test_a_film_that_is_torn_away_ends_as_simulate_says(law, outcome, tmp_path):
+    """At its stretch limit, or without one beyond all numbers."""
+    changes = {"film": "taut", "voltage_amplitude": 0.0, "voltage_offset": 30e3}
+    own = device(**changes) if law == "gent" else device(**changes | {"material.law": law})
+    right = gelcone.simulate(own, times=[2.0])
+    exported = Exported(own, "pump", True, 1e-7)
+    instance = Instance(exported, compiled(exported, tmp_path, "-O0"))
+    assert instance.step(2.0) == outcome == int(right.outcome)
+    assert 0.0 < instance["time"] < 1.0
+    assert instance.words(int(outcome)) == outcome.meaning
+    assert (instance["valid"], instance["outcome"]) == (0.0, outcome)
 
 
 def test_every_outcome_has_its_words(pump):
