@@ -522,19 +522,14 @@ def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch)
     assert instance["valid"] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("law", "outcome"), [("gent", gelcone.Outcome.STRETCH_LIMIT), ("neo-hookean", gelcone.Outcome.NOT_FINITE)]
-)
-def test_a_film_that_is_torn_away_ends_as_simulate_says(law, outcome, tmp_path):
-    """At its stretch limit, or without one beyond all numbers."""
-    changes = {"film": "taut", "voltage_amplitude": 0.0, "voltage_offset": 30e3}
-    own = device(**changes) if law == "gent" else device(**changes | {"material.law": law})
-    right = gelcone.simulate(own, times=[2.0])
+def test_a_film_without_a_stretch_limit_that_is_torn_away_ends_as_simulate_says(tmp_path):
+    changes = {"film": "taut", "voltage_amplitude": 0.0, "voltage_offset": 30e3, "material.law": "neo-hookean"}
+    own = device(**changes)
     exported = Exported(own, "pump", True, 1e-7)
     instance = Instance(exported, compiled(exported, tmp_path, "-O0"))
-    assert instance.step(2.0) == outcome == int(right.outcome)
-    assert 0.0 < instance["time"] < 1.0
-    assert instance.words(int(outcome)) == outcome.meaning
+    outcome = instance.step(2.0)
+    assert outcome == gelcone.Outcome.NOT_FINITE == int(gelcone.simulate(own, times=[2.0]).outcome)
+    assert 0.2 < instance["time"] < 1.0
     assert (instance["valid"], instance["outcome"]) == (0.0, outcome)
 
 
