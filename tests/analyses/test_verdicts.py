@@ -898,6 +898,18 @@ def test_another_envelope(changes, text):
     assert text in said(envelope.envelope_words, window(**changes))
 
 
+@pytest.mark.parametrize(("off", "rows"), [(0.05, [0, 1, 2]), (0.03, [0, 2])])
+def test_a_row_is_left_out_where_it_is_on_a_line_to_4_per_cent_of_the_largest(off, rows):
+    x = np.array([0.0, 1.0, 2.0])
+    for sign in (1.0, -1.0):
+        assert envelope._bends(x, np.array([0.0, 0.5 + sign * off, 1.0])) == rows
+        assert envelope._bends(x, 700.0 * np.array([0.0, 0.5 + sign * off, 1.0])) == rows
+    long = np.linspace(0.0, 1.0, 13)
+    assert envelope._kept_rows(long, long) == [0, 12]
+    assert envelope._kept_rows(long[:12], long[:12]) == list(range(12))
+    assert envelope._kept_rows(long, long, np.abs(long - 0.5)) == [0, 6, 12]
+
+
 @pytest.mark.parametrize(
     ("onset", "pull_in", "margin", "text"),
     [

@@ -505,6 +505,25 @@ def test_a_film_that_wrinkles_may_be_slack_and_the_model_holds(made):
     assert exported.kinds[0][1] == "hoop_slack"
 
 
+def test_codes_are_those_of_either_film(made):
+    """Breakdown of the film with the larger field, whichever that is, and pressing of the second, taut one."""
+    changes, sine, tolerance = BITS["second film"]
+    exported, library = made("second film", device().replace(changes), "pump", sine, tolerance)
+    instance, larger = Instance(exported, library), set()
+    for height in (0.004, 0.026):
+        instance._own["init"](instance._at)
+        instance.set("displacement", height)
+        fields = [instance[f"{prefix}true_field"] for prefix in ("", "second_")]
+        larger.add(int(np.argmax(fields)))
+        for share, broken in ((0.999, 1), (1.001, 0)):
+            assert at(instance, dielectric_strength=share * max(fields))["breakdown"] == broken, (height, fields)
+    assert larger == {0, 1}
+    instance._own["init"](instance._at)
+    found = at(instance, voltage=4e3, dielectric_strength=0.0)
+    assert min(instance["second_meridional_stress"], instance["second_hoop_stress"]) < 0.0
+    assert (found["film_is_slack"], found["valid"], found["breakdown"]) == (1, 0, 0)
+
+
 def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch):
     """The most for a stretch of motion is that many for each part of it."""
     for home in (export_sources, reference):

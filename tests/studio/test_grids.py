@@ -154,3 +154,15 @@ def test_one_unit_of_a_cell_is_that_of_its_own_device():
         assert [found.length[k], found.rate[k], found.voltage[k]] == pytest.approx(
             [1e3 * scales.length, 1.0 / scales.time, scales.voltage], rel=1e-12
         )
+
+
+def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
+    """At the amplitude that is left of it beyond the offset; one that is nowhere left is not drawn."""
+    made = {"onset_voltage": [2.0, 3.0], "pitchfork_voltage": [0.4, 0.6], "pull_in_voltage": [0.1, 0.5]}
+    found = SimpleNamespace(variables={name: ("", np.array(values)) for name, values in made.items()})
+    monkeypatch.setattr(grids, "limits_cells", lambda members, states, threads: found)
+    source = Source(None, None, {"preset": "base", "settings": ["voltage_bias=-0.5"]})
+    lines = thresholds(source, {"spring_stiffness": ["0.5", "0.9"]})
+    assert list(lines) == ["rest becomes unstable", "flat film loses its stability at the peak"]
+    np.testing.assert_allclose(lines["rest becomes unstable"], [2.0, 3.0])
+    np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [np.nan, 0.1])

@@ -164,6 +164,12 @@ def test_files_lines_and_devices_are_those_of_the_setting(page):
     assert own["command"] == "gelcone simulate device.toml --periods 7 --out results"
 
 
+def test_a_picture_is_waited_for_less_long_than_its_evidence():
+    assert 0.0 < pages.RESTED_SECONDS < pages.RUN_SECONDS < pages.EVIDENCE_SECONDS <= 60.0
+    assert pages.LEAST < pages.A_PICTURE < pages.GRACE
+    assert pages.BURST > pages.RATE > 60.0  # a hand that moves asks for a picture in every frame
+
+
 # --- lanes ------------------------------------------------------------------------------------------------------------
 
 
