@@ -28,6 +28,11 @@ from gelcone.words import lasting, lasting_in_words, motion_in_words, outcome_in
         (0.123456789, 1.2e-7, "+0.123457 ± 1e-07"),
         (1.23456, 1.2e-4, "+1.23456 ± 0.00012"),
         (1e-8, 2e-7, "+0.00000001 ± 0.00000020"),
+        (0.0, 0.5, "+0.00 ± 0.50"),
+        (-0.01, 0.5, "-0.01 ± 0.50"),
+        (1e5, 1.0, "+100000 ± 1"),
+        (1e6, 1.0, "+1.000e+06 ± 1.0e+00"),
+        (1.0, 9.9e-9, "+1.00000 ± 1e-08"),
     ],
 )
 def test_a_value_shows_the_digits_that_its_error_leaves(value, error, text):

@@ -31,6 +31,85 @@ def test_chaos_that_did_not_end(starts, text):
     assert words.lasting_in_words(edited(member, lifetime=NAN)) == []
 
 
+def test_chaos_in_which_one_of_many_starts_ended_did_end():
+    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0}
+    none = {"fate_regime": ("fate", [-1]), "fate_period": ("fate", [0])}
+    none |= {f"fate_share{end}": ("fate", [0.0]) for end in ("", "_low", "_high")}
+    member = made({**own, **none, "starts": 16, "share_chaotic": 15.0 / 16.0})
+    assert words.lasting_in_words(member) == [
+        "chaos lasts 50 [20, 90] time units in the mean; 15 of 16 nearby starts are still chaotic"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("regimes", "periods", "text"),
+    [
+        ([1, 3, -1], [2, 0, 0], ["starts within 1e-9 part: periodic, period 2 75% [50%, 90%]; chaotic 25% [10%, 40%]"]),
+        ([1, -1, -1], [2, 0, 0], []),
+        ([0, 1, 2], [0, 1, 0], ["starts within 1e-9 part: rest 75% [50%, 90%]; periodic, period 1 25% [10%, 40%]; "
+                               "quasi-periodic 0% [0%, 5%]"]),
+    ],
+)  # fmt: skip
+def test_where_nearby_starts_end(regimes, periods, text):
+    shares = zip(("", "_low", "_high"), ([0.75, 0.25, 0.0], [0.5, 0.1, 0.0], [0.9, 0.4, 0.05]), strict=True)
+    member = made({"fate_regime": ("fate", regimes), "fate_period": ("fate", periods)}
+                  | {f"fate_share{end}": ("fate", own) for end, own in shares})  # fmt: skip
+    assert words._fates_in_words(member) == text
+
+
+def motion(**more):
+    """The evidence for one motion: settled, unless edited."""
+    own = {"outcome": 0, "period": 2, "symmetric": 1, "regime": int(Regime.PERIODIC), "zero_one": NAN,
+           "cycle_distance": 2e-10, "return_distance": 3e-4, "doubtful": 0, "lifetime": NAN}  # fmt: skip
+    return made(own | {"lyapunov": ("exponent", [-0.25, -0.5]), "standard_error": ("exponent", [0.01, 0.02])} | more)
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        ({}, ["settled (within 2e-10 of its size)"]),
+        ({"cycle_distance": NAN}, ["points return to within 3e-04 of its size"]),
+        ({"cycle_distance": NAN, "period": 0}, []),
+        ({"zero_one": 0.125}, ["0-1 test 0.12", "settled (within 2e-10 of its size)"]),
+        ({"doubtful": 4}, ["settled (within 2e-10 of its size)", "! the evidence disagrees"]),
+    ],
+)
+def test_the_evidence_of_one_motion(changes, lines):
+    period = changes.get("period", 2)
+    kind = f"periodic, period {period}, symmetric"
+    assert words.evidence_in_words(motion(**changes)) == [kind, "largest exponent -0.250 ± 0.010 per unit time", *lines]
+    failed = motion(outcome=int(Outcome.PULLED_IN))
+    assert words.evidence_in_words(failed) == ["failed: pulled in"]
+
+
+def test_the_axes_of_a_member_have_their_own_names():
+    member = xr.Dataset(
+        {"a": ("sample", [1.0, 2.0]), "b": ("second_sample", [3.0, 4.0])},
+        {"time": ("sample", [0.0, 1.0]), "place": ("second_sample", [5.0, 6.0]), "voltage": ("level", [1.0])},
+    )
+    found = words.with_own_axes(member)
+    assert found["b"].dims == ("place",)
+    assert found["a"].dims == ("sample",)  # whose time is its own
+    assert found["voltage"].dims == ("level",)
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "shares", "line"),
+    [
+        (0, 0.5, "share of the motion in which the model does not hold: near the stretch limit 50 %"),
+        ([0, 0, 0], [0.0, 0.25, 0.5],
+         "of 3 motions the model does not hold in: near the stretch limit in 2 (up to 50 % of the motion)"),
+        ([0, 0, 0], [0.0, NAN, 0.0], "the model holds: film taut, away from its limits"),
+        ([0, 0, 0], [0.5, NAN, 0.0],
+         "of 2 motions the model does not hold in: near the stretch limit in 1 (up to 50 % of the motion)"),
+    ],
+)  # fmt: skip
+def test_in_how_many_motions_the_model_does_not_hold(outcomes, shares, line):
+    dims = "member" if isinstance(shares, list) else None
+    found = made({"validity_near_limit": (dims, shares), "validity_breakdown": (dims, np.multiply(shares, 0.0))})
+    assert words.validity_in_words(found) == [line]
+
+
 @pytest.mark.parametrize(
     ("outcomes", "text"),
     [
@@ -47,6 +126,11 @@ def test_runs_that_failed_are_pulled_in_where_all_of_them_are(outcomes, text):
     [
         ({}, "rest: 25 %\nat 0.5 mm"),
         ({"lyapunov": 0.5}, "rest, unstable: 25 %\nat 0.5 mm"),
+        ({"lyapunov": 1e-12}, "rest, unstable: 25 %\nat 0.5 mm"),
+        ({"lyapunov": 0.0}, "rest: 25 %\nat 0.5 mm"),
+        ({"regime": 1, "period": 1, "lyapunov": 1e-12}, "periodic, period 1, unstable: 25 %\nfrom 0 to 0.5 mm"),
+        ({"regime": 2, "lyapunov": 0.5}, "quasi-periodic: 25 %\nfrom 0 to 0.5 mm"),
+        ({"highest": 1.6e-6, "lowest": -0.7e-6}, "rest: 25 %\nat 2e-06 mm"),
         ({"regime": 1, "period": 2}, "periodic, period 2: 25 %\nfrom -0 to 0.5 mm".replace("-0", "0")),
         ({"regime": 3, "lyapunov": 0.5}, "chaotic: 25 %\nfrom 0 to 0.5 mm"),
     ],
@@ -108,6 +192,11 @@ def test_the_limits_of_a_data_sheet_of_draws():
     assert found[:3] == lines
     assert " ".join(line.strip() for line in found[3:]) == rest.replace("0.013", f"{0.0125:.2g}")
     assert ", of which 5 have no state, of film" in " ".join(words.sheet_limits(sheet.assign_attrs(failed=5)))
+    long = sheet.assign_attrs(drawn=json.dumps({f"parameter_{k}": 0.03 for k in range(12)}))
+    wrapped = words.sheet_limits(long)[3:]
+    assert max(map(len, wrapped)) <= 104
+    assert min(map(len, wrapped[:-1])) > 104 - len("parameter_10 3 %, ")
+    assert all(line.startswith("  p") for line in wrapped[1:])
 
 
 def test_the_sign_of_an_exponent_in_words():
@@ -212,3 +301,75 @@ def test_lists_are_cut_at_their_length_and_members_named_by_what_varies():
     gels = members.assign_coords({"material": ("k", ["a", "b"]), "material.law": ("k", [1.0, 2.0])})
     gels["material.law"].attrs["quantity"] = "parameter"
     assert words.members_of(gels)[1][0] == "material b, voltage 2.5 V, frequency 8 Hz"
+    gels = gels.assign_coords({"moving_mass": ("k", [5.0, 6.0], {"units": "g", "quantity": "device field"})})
+    assert words.members_of(gels)[0][0] == "material a, voltage 1.5 V, frequency 9 Hz, moving_mass 5 g"
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(0.123456, 3, "123 uW"), (0.123456, 5, "123.46 uW"), (12.3456, 3, "12.3 mW"), (-0.123456, 3, "-123 uW")],
+)
+def test_a_number_has_as_many_digits_as_are_asked_for(value, digits, text):
+    attrs = {"units": "mW", "quantity": "power"}
+    assert words.sized(xr.DataArray(value, attrs=attrs), digits) == text
+    assert words.measured(xr.DataArray(value, attrs={"units": "N"}), digits) == f"{value:.{digits}g} N"
+
+
+def test_a_text_is_itself_and_what_is_not_finite_is_said_in_its_own_words():
+    assert words.measured(xr.DataArray("gent")) == "gent"
+    own = {"units": "V", "nan_means": "not asked", "infinite_means": "never"}
+    for value, usual, said in (
+        (NAN, "unknown", "not asked"),
+        (np.inf, "infinite", "never"),
+        (-np.inf, "infinite", "never"),
+    ):
+        assert words.measured(xr.DataArray(value, attrs={"units": "V"})) == usual
+        assert words.measured(xr.DataArray(value, attrs=own)) == said
+        assert words.sized(xr.DataArray(value, attrs=own | {"quantity": "voltage"})) == said
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "size", "name"),
+    [
+        (1.0, "ms", 1.0, " ms"), (1e-3, "ms", 1.0, " ms"), (2e3, "ms", 1e3, " s"), (119e3, "ms", 1e3, " s"),
+        (120e3, "ms", 6e4, " min"), (7.2e6, "ms", 3.6e6, " h"), (1.728e8, "ms", 8.64e7, " days"),
+        (120.0, "s", 60.0, " min"), (1.0, "s", 1e-3, " ms"), (3.0, "h", 1.0, " h"), (5.0, "1", 1.0, " time units"),
+        (5.0, "V", 1.0, " V"),
+    ],
+)  # fmt: skip
+def test_the_unit_of_a_time_is_the_largest_of_which_there_are_two(value, unit, size, name):
+    found = words.time_unit(value, xr.DataArray(value, attrs={"units": unit}))
+    assert found == (pytest.approx(size), name)
+
+
+def test_a_list_may_stand_for_more_than_its_lines():
+    lines = [f"{k}" for k in range(30)]
+    assert words.shortened(lines, 100) == [*lines[: words.MOST_LINES], "  and 80 more (all with --json or --out)"]
+    assert words.shortened(lines[:5], words.MOST_LINES) == lines[:5]
+    assert words.shortened(lines[:5], words.MOST_LINES + 1)[-1] == "  and 1 more (all with --json or --out)"
+
+
+@pytest.mark.parametrize(
+    ("limit", "text"), [("driven chaos", "chaos of the drive"), ("hoop slack", "hoop slack on a slow ramp")]
+)
+def test_the_first_limit_of_a_data_sheet(limit, text):
+    volts = {"pull_in_voltage": 1700.0, "first_limit_voltage": 1500.0, "safe_peak_voltage": 1200.0,
+             "dielectric_breakdown_voltage": NAN}  # fmt: skip
+    sheet = made({n: (None, v, "V") for n, v in volts.items()}, first_limit=limit)
+    for name in sheet.data_vars:
+        sheet[name].attrs["quantity"] = "voltage"
+    lines = [
+        "pull-in under constant voltage: 1.7 kV", f"first limit: {text}, at a peak of 1.5 kV",
+        "below every limit: peaks up to 1.2 kV",
+    ]  # fmt: skip
+    unknown = "dielectric strength: unknown, breakdown is not accounted for"
+    assert words.sheet_limits(sheet) == [*lines, unknown]
+    assert words.sheet_limits(edited(sheet, dielectric_breakdown_voltage=4e3)) == lines
+    assert words.sheet_limits(sheet[["pull_in_voltage"]]) == lines[:1]
+
+
+@pytest.mark.parametrize(
+    ("held", "field", "lines"), [(0.0, NAN, [words.UNKNOWN_STRENGTH]), (0.0, 0.5, []), (NAN, NAN, []), (NAN, 0.5, [])]
+)
+def test_that_the_strength_is_missing_is_said_where_the_film_is_known(held, field, lines):
+    assert words.strength_in_words(shares(near_limit=held, breakdown=field)) == lines

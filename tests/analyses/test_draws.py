@@ -77,6 +77,9 @@ def test_bad_tables_are_refused(tmp_path, text, message):
 
 def test_tables_have_bounds(tmp_path, monkeypatch):
     monkeypatch.setattr(draws, "MOST_DRAWS", 3)
+    assert read_draws([table(tmp_path, "voltage\n" + "1\n" * 3)], of_model(), **HOW)["voltage"].size == 3
+    gelcone.save(xr.Dataset({"voltage": ("draw", np.ones(3))}), tmp_path / "few.nc")
+    assert read_draws([str(tmp_path / "few.nc")], of_model(), **HOW)["voltage"].size == 3
     text = "voltage\n" + "1\n" * 4
     with pytest.raises(InputError, match="give 2 to 3"):
         read_draws([table(tmp_path, text)], of_model(), **HOW)
@@ -117,3 +120,19 @@ def test_two_distributions_are_arranged_for_indices_where_that_is_possible():
     assert len(read_draws(two, of_model(), **(how | {"count": 10}))["voltage"]) == 10
     assert len(read_draws(two[:1], of_model(), **how)["voltage"]) == 8
     assert read_draws([], of_model(), **how) == {}
+
+
+@pytest.mark.parametrize("count", [2, draws.MOST_PARAMETERS])
+def test_a_table_has_as_many_parameters_as_are_allowed(count, monkeypatch, tmp_path):
+    """And of so few draws: two."""
+    monkeypatch.setattr(
+        draws, "read_drawn", lambda option, name, numbers, unit, subject: (option, numbers.tolist(), unit)
+    )
+    names = [f"p{k}" for k in range(count)]
+    text = f"{','.join(names)}\n{','.join(['1'] * count)}\n{','.join(['2'] * count)}\n"
+    path = table(tmp_path, text)
+    assert read_draws([path], of_model(), **HOW) == {name: (f"{path}: {name}", [1.0, 2.0], "") for name in names}
+    with pytest.raises(InputError, match=f"has 2 draws of {draws.MOST_PARAMETERS + 1} parameters"):
+        read_draws([table(tmp_path, ",".join(["a"] * (draws.MOST_PARAMETERS + 1)) + "\n1\n2\n")], of_model(), **HOW)
+    gelcone.save(xr.Dataset({name: ("draw", [1.0, 2.0], {"units": "mm"}) for name in names}), tmp_path / "draws.nc")
+    assert list(read_draws([str(tmp_path / "draws.nc")], of_model(), **HOW)) == names

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError, Normal, Uniform, find_device
+from gelcone.analyses import request
 from gelcone.analyses.request import (
     read_measures,
     read_over,
@@ -241,3 +242,104 @@ def test_uncertain_parameters_are_read():
             read_uncertain([text], device)
     with pytest.raises(InputError, match="--set damping_ratio: is drawn by --uncertain"):
         read_uncertain(["damping_ratio=0.1:0.2"], alone)
+
+
+# --- both sides of every bound ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0:1:1", "--a '0:1:1': has 1 points; a range takes 2 to 100000"),
+        ("0:1:100001", "--a '0:1:100001': has 100001 points; a range takes 2 to 100000"),
+        ("0:1:x", "--a '0:1:x': must be a range from:to:count, for example 0:2:401"),
+        ("0:inf:3", "--a '0:inf:3': the ends of a range must be finite"),
+        ("nan:1:3", "--a 'nan:1:3': the ends of a range must be finite"),
+        ("1:1:3", "--a '1:1:3': is empty or reversed; the first end must be below the second"),
+        ("1:2", "--a '1:2': must be a range from:to:count, the last being the number of values: 1:2:21"),
+        ("1,,2", "--a '1,,2': has an empty value; must be a number, a list v1,v2,... or a range from:to:count"),
+        (",".join(["1"] * 100_001), "--a: has 100001 values; a list takes at most 100000"),
+        ("1 mm,2", "--a '1 mm,2': 2 has no unit and others have; give each its unit, and write decimals with a point"),
+    ],
+)
+def test_numbers_that_cannot_be_are_refused_in_full_words(text, message):
+    with pytest.raises(InputError) as error:
+        request.read_numbers("--a", text, lambda option, part: float(part.removesuffix(" mm")))
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0:1:2", [0.0, 1.0]), ("0:1:100000", 100_000), (",".join(["1"] * 100_000), 100_000), ("0, 2 mm", [0.0, 2.0]),
+        ("[1, 2]", [1.0, 2.0]), ("3", 3.0), ("[3]", 3.0), (" 0 : 1 mm : 2 ", [0.0, 1.0]),
+    ],
+)  # fmt: skip
+def test_numbers_at_the_bound_are_read(text, values):
+    found = request.read_numbers("--a", text, lambda option, part: float(part.removesuffix(" mm")))
+    assert found.size == values if isinstance(values, int) else np.array_equal(found, values)
+
+
+@pytest.mark.parametrize(
+    ("text", "doubtful"),
+    [
+        ("0,5", True), ("-0,5", True), ("+1,2", True), ("[0,5]", False), ("0,5,1", False), ("0.5,1", False),
+        ("1,-2", False), ("1,x", False),
+    ],
+)  # fmt: skip
+def test_what_may_be_a_decimal_comma_is_asked_for(text, doubtful):
+    parts = request._parts(text)
+    if not doubtful:
+        request._no_decimal_comma("--set a", text, parts)
+        return
+    one, two = ".".join(parts), ", ".join(parts)
+    with pytest.raises(InputError) as error:
+        request._no_decimal_comma("--set a", text, parts)
+    assert (
+        str(error.value) == f"--set a={text}: may be one number or two; write {one} with a point, or the list [{two}]"
+    )
+
+
+@pytest.mark.parametrize(
+    ("device", "name", "shown"),
+    [
+        (None, "voltage", "--over voltage=0:2:401"), ("soft-film", "frequency", '--over "frequency=5 Hz:20 Hz:31"'),
+        ("soft-film", "displacement", '--over "displacement=5 mm:20 mm:31"'),
+        ("soft-film", "velocity", '--over "velocity=5 m/s:20 m/s:31"'),
+        ("soft-film", "voltage_amplitude", '--over "voltage_amplitude=5 V:20 V:31"'),
+    ],
+)  # fmt: skip
+def test_an_example_has_the_unit_of_its_name(device, name, shown):
+    assert request.example(None if device is None else find_device(device), name) == shown
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ([1.0], "has one point; a sweep takes at least two values"),
+        ([1.0, 1.0], "must increase; sort the values and remove duplicates"),
+        ([2.0, 1.0], "must increase; sort the values and remove duplicates"),
+    ],
+)
+def test_values_of_a_sweep_increase(values, why):
+    with pytest.raises(InputError) as error:
+        request.increasing("--over a", np.array(values))
+    assert str(error.value) == f"--over a: {why}"
+    assert request.increasing("--over a", np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
+
+
+def test_a_drawn_column_is_in_the_unit_of_its_header():
+    device, numbers = read_subject("soft-film", settings=["frequency=9"]), np.array([1.0, 2.0])
+    np.testing.assert_allclose(request.read_drawn("d.csv: a", "film_thickness", numbers, "mm", device), [1e-3, 2e-3])
+    assert request.read_drawn("d.csv: a", "prestretch", numbers, "1", device) is numbers
+    assert request.read_drawn("d.csv: a", "voltage", numbers, "", read_subject()) is numbers
+    for subject, name, unit, message in (
+        (device, "frequency", "Hz", "--set frequency: is drawn by --uncertain d.csv; leave one of them out"),
+        (device, "film_thickness", "",
+         "d.csv: film_thickness: has no unit; write it into the header, as in film_thickness [um]"),
+        (read_subject(), "voltage", "V",
+         "d.csv: voltage [V]: a model without a device is dimensionless; leave the unit out"),
+    ):  # fmt: skip
+        with pytest.raises(InputError) as error:
+            request.read_drawn(f"d.csv: {name}", name, numbers, unit, subject)
+        assert str(error.value) == message

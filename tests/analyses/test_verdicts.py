@@ -888,6 +888,10 @@ def test_an_envelope():
         ({"static_limit_voltage": [INF, 2000.0, INF]},
          "  pull-in               not reached       1250 to 1300 V at 10 Hz"),
         ({"static_displacement": [1.0, NAN]}, "  dielectric breakdown  none to pull-in   unknown"),
+        ({"limit_low": [[1500.0, 1250.0], [NAN, NAN]], "limit_high": [[1500.0, 1300.0], [NAN, NAN]]},
+         "  pull-in               2500 V            1250 to 1300 V at 14 Hz"),
+        ({"limit_low": [[1250.0, 1500.0], [1700.0, 1800.0]], "limit_high": [[1300.0, 1500.0], [1700.0, 1900.0]]},
+         "  dielectric breakdown  above 3200 V      1700 V at 10 Hz"),
         ({"recommended_constant": 0.0},
          "no constant voltage is recommended: the film is slack from 0 on; pre-stretch it"),
         ({"natural_frequency": NAN}, "recommended constant voltage, 20% below its limits: 1600 V; stroke 4 mm"),
@@ -919,6 +923,18 @@ def test_an_envelope():
 def test_another_envelope(changes, text):
     assert text not in ENVELOPE
     assert text in said(envelope.envelope_words, window(**changes))
+
+
+@pytest.mark.parametrize(("off", "rows"), [(0.05, [0, 1, 2]), (0.03, [0, 2])])
+def test_a_row_is_left_out_where_it_is_on_a_line_to_4_per_cent_of_the_largest(off, rows):
+    x = np.array([0.0, 1.0, 2.0])
+    for sign in (1.0, -1.0):
+        assert envelope._bends(x, np.array([0.0, 0.5 + sign * off, 1.0])) == rows
+        assert envelope._bends(x, 700.0 * np.array([0.0, 0.5 + sign * off, 1.0])) == rows
+    long = np.linspace(0.0, 1.0, 13)
+    assert envelope._kept_rows(long, long) == [0, 12]
+    assert envelope._kept_rows(long[:12], long[:12]) == list(range(12))
+    assert envelope._kept_rows(long, long, np.abs(long - 0.5)) == [0, 6, 12]
 
 
 @pytest.mark.parametrize(

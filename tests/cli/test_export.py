@@ -31,6 +31,8 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
         (("no-such-device", "--c", "pump"), "no such file"),
         (("biased-pump", "--c", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
         (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
+        (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "0"), "tolerance"),
+        (("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--fmi", "0"), "must be 2 or 3"),
         (("biased-pump", "--c", "pump.d"), "without an ending"),
         (("biased-pump", "--c", "pump", "--fmu", "pump.fmu"), "give one of them"),
         (("biased-pump", "--fmu", "pump.zip"), "must end in .fmu"),

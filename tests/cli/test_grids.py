@@ -1,3 +1,6 @@
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -5,7 +8,7 @@ from gelcone.analyses.grids import totals_text
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally
 from gelcone.atlas.sweep import sweep
-from gelcone.cli import group
+from gelcone.cli import grids, group
 from gelcone.cli.grids import stored
 from gelcone.cli.output import tally_text
 from gelcone.devices.device import find_device
@@ -178,3 +181,117 @@ def test_indices_are_printed_the_largest_first(run):
     assert lines[first + 2].startswith("prestretch: ")
     assert "16 draws of voltage, prestretch, and 16 for Sobol indices" in text
     assert "Sobol" not in run("sweep", *SETTINGS, *two, *QUICK, "--no-indices")
+
+
+# --- what is refused, word by word ------------------------------------------------------------------------------------
+
+ONE, TWO = ("--over", "voltage=0:1:3"), ("--over", "voltage=0:1:3", "--over", "prestretch=1:2:3")
+THREE = (*TWO, "--over", "damping_ratio=0.1:0.2:2")
+TAKES = "--over: a map takes two parameters, not"
+ALONE = (
+    "--resume s: give it alone, and the store's own sweep is taken, or with all of the sweep (device, --set, --over), "
+    "and it is compared"
+)
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["map"], f"{TAKES} 0; for example --over voltage=0:2:101 --over prestretch=0.4:2:81"),
+        (
+            ["map", "biased-pump", "--film", "taut"],
+            f"{TAKES} 0; for example --over \"voltage_amplitude=100 V:800 V:29\" --over \"frequency=5 Hz:20 Hz:31\"",
+        ),
+        (["map", *ONE], f"{TAKES} 1; for one, use `gelcone bifurcation`"),
+        (["map", *THREE], f"{TAKES} 3; fix the others with --set, or use `gelcone sweep`"),
+        (["map", *TWO, "--store", "a", "--resume", "b"],
+         "--store and --resume: give one of them; --store begins, --resume continues"),
+        (["sweep", *ONE, "--threads", "1", "--scheduler", "a"],
+         "--threads, --workers and --scheduler: give one of them"),
+        (["map", "--resume", "s", "--set", "damping_ratio=0.1"], ALONE),
+        (["map", "--resume", "s", "--coarsest", "9"], ALONE),
+        (["sweep", "--resume", "s", "--count", "8"], ALONE),
+        (["sweep", "--resume", "s", "--preset", "base"], ALONE),
+        (["show", "a.toml", "--out", "b"], "--out b: a device has no figure; leave it out"),
+    ],
+)  # fmt: skip
+def test_a_sweep_that_cannot_be_is_refused_in_full_words(typed, message, run):
+    with pytest.raises(InputError) as error:
+        run(*typed)
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    ("analysis", "dims", "draws", "taken"),
+    [
+        ("regime", 2, {}, True), ("regime", 1, {}, False), ("regime", 3, {}, False), ("settled", 2, {}, False),
+        ("regime", 2, {"a": [1.0, 2.0]}, False),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("how", [(), ("--threads", "2"), ("--out", "there", "--force"), ("--json",)])
+def test_a_map_continues_a_store_of_a_map_alone(analysis, dims, draws, taken, how, run, monkeypatch):
+    plan = SimpleNamespace(dims=("a", "b", "c")[:dims], draws=draws)
+    wanted = grids.Sweep(None, plan, analysis, 9, ())
+    asked = []
+    monkeypatch.setattr(grids, "stored", lambda store: wanted)
+    monkeypatch.setattr(grids, "run", lambda *given, **more: asked.append((given, more)))
+    if not taken:
+        with pytest.raises(InputError) as error:
+            run("map", "--resume", "s", *how)
+        assert str(error.value) == "s: holds a sweep that is not a map; use `gelcone sweep --resume s`"
+        return
+    run("map", "--resume", "s", *how)
+    (command, own, store, resume, workers, drawn), more = asked.pop()
+    assert (command.name, own, store, resume, more) == ("map", wanted, Path("s"), True, {"also": None})
+    assert (workers is None) == ("--threads" not in how)
+    assert (drawn["out"], drawn["force"], drawn["as_json"]) == (
+        Path("there") if "--out" in how else None, "--force" in how, "--json" in how,
+    )  # fmt: skip
+    run("sweep", "--resume", "s", *how)
+    assert asked.pop()[0][0].name == "sweep"
+
+
+def test_the_options_of_a_sweep_name_the_analyses_that_take_them():
+    from gelcone.register.analyses import sweepable
+
+    takers = {}
+    for analysis in sweepable().values():
+        for name in analysis.options:
+            takers.setdefault(name, []).append(analysis.name)
+    found = {option.name: option.help for option in grids.sweep_options()}
+    assert set(found) == set(takers) - {"threads"}
+    for name, text in found.items():
+        own = sweepable()[takers[name][0]].options[name].help
+        assert text == f"{own} Of {', '.join(takers[name])}."
+
+
+def test_what_a_store_or_file_holds_is_shown_in_its_own_words(run, monkeypatch, tmp_path):
+    """A store as it is, a file by the command that wrote it, and what a fit or design wrote by its own words."""
+    calls = []
+    (tmp_path / "s").mkdir()
+    monkeypatch.setattr(grids, "show", lambda place: f"cells of {place.name}")
+    monkeypatch.setattr(grids, "stored", lambda place: SimpleNamespace(subject=f"subject of {place.name}"))
+    monkeypatch.setattr(grids, "load", lambda place: f"result of {place.name}")
+    monkeypatch.setattr(grids, "check_folder", lambda *given: calls.append(given))
+    monkeypatch.setattr(grids, "answer_to", lambda result: (SimpleNamespace(command="settled"), f"what {result} is of"))
+    monkeypatch.setattr(grids, "lab_answer", lambda result: None)
+    monkeypatch.setattr(
+        grids, "deliver", lambda answers, result, subject, *how: calls.append((answers.command, result, subject, *how))
+    )
+    run("show", tmp_path / "s", "--out", "there", "--force")
+    assert calls == [
+        (Path("there"), "show", True), ("show", "cells of s", "subject of s", Path("there"), True, False),
+    ]  # fmt: skip
+    calls.clear()
+    run("show", "a.nc", "--json")
+    assert calls == [
+        (None, "settled", False), ("settled", "result of a.nc", "what result of a.nc is of", None, False, True),
+    ]  # fmt: skip
+    calls.clear()
+    monkeypatch.setattr(grids, "lab_answer", lambda result: (lambda: "words of a fit", lambda: {"of": result}))
+    assert run("show", "fit.nc") == "words of a fit\n"
+    assert result(run("show", "fit.nc", "--json"))["result"] == {"of": "result of fit.nc"}
+    with pytest.raises(InputError) as error:
+        run("show", "fit.nc", "--out", "there")
+    assert str(error.value) == ("--out there: the command that wrote fit.nc writes its figure, too; leave it out")
+    assert calls == []

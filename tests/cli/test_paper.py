@@ -23,7 +23,7 @@ class Number(SimpleNamespace):
 
 
 def judged(name, verdict, number, meaning, films):
-    numbers = [Number(text=number, meaning=meaning)] if number else []
+    numbers = [Number(text=number, meaning=meaning), Number(text="9.9", meaning="another")] if number else []
     return SimpleNamespace(
         claim=SimpleNamespace(name=name), finding=SimpleNamespace(numbers=numbers, verdict=verdict),
         with_film=lambda film: films.get(film, ""),

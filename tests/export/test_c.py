@@ -6,15 +6,18 @@ import ctypes
 import itertools
 import operator
 import re
+import struct
 import subprocess
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.export import c99
+from gelcone.export import c99, reference
+from gelcone.export import sources as export_sources
 from gelcone.export.compiler import find_compiler
 from gelcone.export.public import c_name
 from gelcone.export.reference import Reference
@@ -169,10 +172,11 @@ def compared(exported, library, tolerance):
     own, step = exported.device, 2e-3
     times = step * np.arange(1, 151)
     right = gelcone.simulate(own, times=times, tolerance=exported.tolerance)
-    instance, rows, codes = Instance(exported, library), [], []
+    instance, rows, codes, others = Instance(exported, library), [], [], []
     for _ in times:
         assert instance.step(step) == 0
         rows.append([instance[name] for name in OUTPUTS])
+        others.append([instance["charge"] * instance["film_voltage"], instance["limit_share"]])
         codes.append([instance[name] for name in CODES])
     for values, wanted in zip(np.transpose(rows), OUTPUTS.values(), strict=True):
         known = right[wanted].values * SI.get(right[wanted].attrs["units"], 1.0)
@@ -180,6 +184,11 @@ def compared(exported, library, tolerance):
     for values, wanted in zip(np.transpose(codes), CODES.values(), strict=True):
         if wanted in right:
             np.testing.assert_array_equal(values, right[wanted].values)
+    stored, share = np.transpose(others)
+    np.testing.assert_allclose(stored, 2e-3 * right.field_energy.values, rtol=1e-9)
+    strain = sum(right[f"{name}_stretch"].values ** 2 for name in ("meridional", "hoop", "thickness")) - 3.0
+    taut = ~right.film_state.astype(bool).values if "film_state" in right else slice(None)
+    np.testing.assert_allclose(share[taut], strain[taut] / own.material.law_parameters["stretch_limit"], rtol=1e-9)
     return right
 
 
@@ -243,6 +252,13 @@ def test_a_drive_of_any_shape_runs_inside_and_the_input_adds_to_it(made, name):
     begun = instance["film_voltage"]
     instance.set("voltage", 100.0)
     assert instance["film_voltage"] - begun == pytest.approx(100.0)
+    motion, given = Reference(exported), {"voltage": 100.0, "voltage_rate": 2e3, "external_force": 1e-2}
+    for variable, value in (given | {"external_force_rate": -0.1}).items():
+        instance.set(variable, value)
+    assert instance.step(0.07) == motion.step(0.07, (*given.values(), -0.1)) == 0
+    assert instance["displacement"] == motion.z[0] * exported.scale_values["length"]
+    assert (instance["voltage"], instance["external_force"]) == pytest.approx((240.0, 3e-3), rel=1e-12)
+    assert motion.time == pytest.approx(0.07, rel=1e-15)
 
 
 def test_a_force_lifts_the_disc_by_the_force_over_the_stiffness(pump):
@@ -352,6 +368,225 @@ def test_a_jump_far_across_pull_in_ends_and_does_not_hang(made, volts):
     assert instance.step(1.0) in (gelcone.Outcome.PULLED_IN, gelcone.Outcome.STRETCH_LIMIT)
 
 
+# --- every variable of an instance ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", BITS)
+def test_rates_of_all_states_are_those_of_the_equation_of_motion(made, name):
+    """At random states, voltages and forces, of every kind of device, in SI units."""
+    changes, sine, tolerance = BITS[name]
+    exported, library = made(name, device().replace(changes), "pump", sine, tolerance)
+    right, rng = gelcone.rates(exported.device), np.random.default_rng(3)
+    units = {variable.name: variable.unit for variable in exported.variables}
+    for _ in range(5):
+        instance = Instance(exported, library)
+        y = right.start * rng.uniform(0.8, 1.2, len(right.states))
+        y[1] = 0.1 * rng.normal()
+        y = np.where([units[state] == "V" for state in right.states], rng.uniform(100.0, 900.0), y)
+        force, volts = 1e-2 * rng.normal(), rng.uniform(100.0, 900.0)
+        drive = float(right._waveform.voltage(0.0, right._drive)) * exported.device.scales.voltage if sine else 0.0
+        given = {**dict(zip(right.states, y, strict=True)), "voltage": volts, "external_force": force}
+        for state, value in given.items():
+            assert instance.set(state, value) == 0
+            assert instance[state] == pytest.approx(value, rel=1e-14)
+        assert instance.step(0.0) == 0
+        found = [instance[f"{state}_rate"] for state in right.states]
+        np.testing.assert_allclose(found, right(0.0, y, voltage=drive + volts, force=force), rtol=1e-9)
+
+
+def test_a_motion_under_rates_of_voltage_and_force_is_that_of_another_integrator(pump):
+    exported, instance = pump
+    given = {"voltage": 700.0, "voltage_rate": 4e3, "external_force": 2e-2, "external_force_rate": -0.7}
+    for name, value in given.items():
+        assert instance.set(name, value) == 0
+    steps = [2e-3, 0.0, 0.03, 0.018]
+    assert [instance.step(step) for step in steps] == [0] * 4
+    right, (volts, volt_rate, force, force_rate) = gelcone.rates(exported.device), given.values()
+
+    def fall(t, y):
+        return right(t, y, voltage=volts + volt_rate * t, force=force + force_rate * t)
+
+    end = solve_ivp(fall, (0.0, 0.05), right.start, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    assert [instance["displacement"], instance["velocity"]] == pytest.approx(end, rel=1e-7)
+    assert instance["time"] == pytest.approx(0.05, rel=1e-15)
+    assert instance["voltage"] == pytest.approx(900.0, rel=1e-12)
+    assert instance["external_force"] == pytest.approx(-0.015, rel=1e-12)
+    assert (instance["voltage_rate"], instance["external_force_rate"]) == (4e3, -0.7)
+
+
+@pytest.mark.parametrize("name", ["beam and sine", "creeping", "amplifier", "second film"])
+def test_every_parameter_is_that_of_the_device_and_keeps_to_its_bounds(made, name):
+    """The bound itself is taken where it is allowed, a number next to it in the other direction never."""
+    changes, sine, tolerance = BITS[name]
+    exported, library = made(name, device().replace(changes), "pump", sine, tolerance)
+    own, instance = exported.device, Instance(exported, library)
+    fields = own.swept_fields()
+    assert {"moving_mass", "spring_rate", "film_thickness", "dielectric_strength"} <= set(exported.parameters.values)
+    for parameter in exported.parameters.values:
+        value, bounds = own.get(parameter), fields[parameter]
+        strength = own.material.dielectric_strength if parameter == "dielectric_strength" else value
+        assert instance[parameter] == float(value if value is not None else strength), parameter
+        unknown = parameter == "dielectric_strength"  # where it is 0
+        for bound, taken in ((bounds.above, unknown), (bounds.least, True)):
+            if bound is not None:
+                before = instance[parameter]
+                assert instance.set(parameter, np.nextafter(bound, -np.inf)) == -1, parameter
+                assert instance.set(parameter, bound) == (0 if taken else -1), parameter
+                assert instance[parameter] == (bound if taken else before)
+                instance.set(parameter, before)
+        assert instance.set(parameter, np.inf) == -1
+    kinds = {variable.name: variable.kind for variable in exported.variables}
+    for variable, kind in kinds.items():
+        known = instance[variable]
+        assert instance.set(variable, known) == (0 if kind in ("input", "state", "parameter") else -1), variable
+    assert all(np.isnan(instance._own["get"](instance._at, place)) for place in (-1, len(kinds), len(kinds) + 7))
+    assert all(instance._own["set"](instance._at, place, 0.0) == -1 for place in (-1, len(kinds), len(kinds) + 7))
+
+
+def at(instance, **values):
+    """The codes of an instance once some of its variables were set."""
+    for name, value in values.items():
+        assert instance.set(name, value) == 0
+    instance.step(0.0)
+    return {name: int(instance[name]) for name in ("film_is_slack", "breakdown", "near_limit", "valid", "outcome")}
+
+
+HOLDS = {"film_is_slack": 0, "breakdown": 0, "near_limit": 0, "valid": 1, "outcome": 0}
+
+
+def test_codes_change_where_their_numbers_cross_the_bound(pump):
+    """Breakdown where the field passes the strength, which 0 leaves unknown; nearness at 99 % of the stretch limit; and
+    slack where a stress is below 0."""
+    _, instance = pump
+    assert at(instance, voltage=900.0) == HOLDS
+    field = instance["true_field"]
+    assert at(instance, dielectric_strength=1.001 * field) == HOLDS
+    assert at(instance, dielectric_strength=0.999 * field) == HOLDS | {"breakdown": 1, "valid": 0}
+    assert at(instance, dielectric_strength=0.0, voltage=0.0) == HOLDS
+
+    def above(name, bound, low, high):
+        """Displacements on either side of where an output passes a bound."""
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            instance.set("displacement", middle)
+            low, high = (middle, high) if instance[name] < bound else (low, middle)
+        return low * (1.0 - 1e-6), low * (1.0 + 1e-6)
+
+    known = exported_reach(pump[0])
+    below, beyond = above("limit_share", 0.99, 0.01, known)
+    assert at(instance, displacement=below) == HOLDS
+    assert at(instance, displacement=beyond) == HOLDS | {"near_limit": 1, "valid": 0}
+    assert at(instance, displacement=0.9999 * known)["outcome"] == 0
+    assert at(instance, displacement=1.0001 * known)["outcome"] == gelcone.Outcome.STRETCH_LIMIT
+    instance._own["init"](instance._at)
+    assert instance["outcome"] == 0.0
+    low, high = 0.0, 5e3
+    for _ in range(60):  # the hoop is the first to be pressed
+        middle = 0.5 * (low + high)
+        instance.set("voltage", middle)
+        least = min(instance["hoop_stress"], instance["meridional_stress"])
+        low, high = (middle, high) if least > 0.0 else (low, middle)
+    assert at(instance, voltage=low * (1.0 - 1e-6), dielectric_strength=0.0) == HOLDS
+    assert at(instance, voltage=high * (1.0 + 1e-6)) == HOLDS | {"film_is_slack": 1, "valid": 0}
+
+
+def exported_reach(exported):
+    """The height up to which the film is known, in metres."""
+    (film,) = exported.system.films
+    return float(film.film.reach(exported.numbers())[1]) * exported.device.scales.length
+
+
+def test_a_film_that_wrinkles_may_be_slack_and_the_model_holds(made):
+    exported, library = made("wrinkling", device(**WRINKLING), "pump", False, 1e-7)
+    instance = Instance(exported, library)
+    assert (at(instance), instance["film_state"]) == (HOLDS, 0.0)
+    assert at(instance, voltage=1900.0, dielectric_strength=0.0) == HOLDS | {"film_is_slack": 1}
+    assert instance["film_state"] == 1.0
+    assert exported.kinds[0][1] == "hoop_slack"
+
+
+def test_codes_are_those_of_either_film(made):
+    """Breakdown of the film with the larger field, whichever that is, and pressing of the second, taut one."""
+    changes, sine, tolerance = BITS["second film"]
+    exported, library = made("second film", device().replace(changes), "pump", sine, tolerance)
+    instance, larger = Instance(exported, library), set()
+    for height in (0.004, 0.026):
+        instance._own["init"](instance._at)
+        instance.set("displacement", height)
+        fields = [instance[f"{prefix}true_field"] for prefix in ("", "second_")]
+        larger.add(int(np.argmax(fields)))
+        for share, broken in ((0.999, 1), (1.001, 0)):
+            assert at(instance, dielectric_strength=share * max(fields))["breakdown"] == broken, (height, fields)
+    assert larger == {0, 1}
+    instance._own["init"](instance._at)
+    found = at(instance, voltage=4e3, dielectric_strength=0.0)
+    assert min(instance["second_meridional_stress"], instance["second_hoop_stress"]) < 0.0
+    assert (found["film_is_slack"], found["valid"], found["breakdown"]) == (1, 0, 0)
+
+
+def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch):
+    """The most for a stretch of motion is that many for each part of it."""
+    for home in (export_sources, reference):
+        monkeypatch.setattr(home, "STEPS_PER_CALL", 100)
+        monkeypatch.setattr(home, "CALL_SPAN", 20.0)
+    exported = Exported(device(film="taut"), "pump", False, 1e-7)
+    instance, motion = Instance(exported, compiled(exported, tmp_path, "-O0")), Reference(exported)
+    instance.set("voltage", 900.0)
+    assert instance.step(3.0) == motion.step(3.0, (900.0, 0.0, 0.0, 0.0)) == 0
+    assert instance["time"] == 3.0
+    assert instance["displacement"] == motion.z[0] * exported.scale_values["length"]
+    assert instance.set("spring_rate", 1e9) == 0  # it vibrates a thousand times as fast as the device for which that is
+    assert instance.step(3.0) == gelcone.Outcome.STEP_LIMIT == int(instance["outcome"])
+    assert 3.0 < instance["time"] < 6.0
+    assert instance["valid"] == 0.0
+
+
+def test_a_film_without_a_stretch_limit_that_is_torn_away_ends_as_simulate_says(tmp_path):
+    changes = {"film": "taut", "voltage_amplitude": 0.0, "voltage_offset": 30e3, "material.law": "neo-hookean"}
+    own = device(**changes)
+    exported = Exported(own, "pump", True, 1e-7)
+    instance = Instance(exported, compiled(exported, tmp_path, "-O0"))
+    outcome = instance.step(2.0)
+    assert outcome == gelcone.Outcome.NOT_FINITE == int(gelcone.simulate(own, times=[2.0]).outcome)
+    assert 0.2 < instance["time"] < 1.0
+    assert (instance["valid"], instance["outcome"]) == (0.0, outcome)
+
+
+def test_every_outcome_has_its_words(pump):
+    instance = pump[1]
+    found = {code: instance.words(code) for code in range(-1, 8)}
+    for own in gelcone.Outcome:
+        if own.value in (2, 3, 4, 6):
+            assert found[own.value] == own.meaning
+    assert found[0] == "ok"
+    assert all("refused" in found[code] for code in (-1, 1, 5, 7))
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_the_test_program_drives_a_period_as_the_device_is_driven(inside):
+    """Its steps, its voltages with their rates, and where the displacement is after each."""
+    own = device(film="taut", voltage_offset=700.0, voltage_amplitude=80.0, frequency=8.0)
+    exported = Exported(own, "pump", inside, 1e-10)
+    steps, right = tables_of(reference.test_program(exported))
+    times = np.arange(21) / (20 * 8.0)
+    volts = np.zeros(21) if inside else 700.0 + 80.0 * np.sin(2.0 * np.pi * 8.0 * times)
+    sizes, starts, rates = np.array(steps).T
+    np.testing.assert_allclose(sizes, np.diff(times), rtol=1e-12)
+    np.testing.assert_allclose(starts, volts[:-1], rtol=1e-12)
+    np.testing.assert_allclose(rates, np.diff(volts) / np.diff(times), rtol=1e-9, atol=1e-9)
+    x = 1e-3 * gelcone.simulate(own, times=times[1:]).displacement.values
+    found = np.array(right)[:, 0] * own.scales.length
+    assert np.abs(found - x).max() < (1e-8 if inside else 0.02) * np.ptp(x)
+
+
+def tables_of(text):
+    """The numbers of the two tables of a test program: doubles as they are, and those that are given by their bits."""
+    rows = [row.split(", ") for row in re.findall(r"^ *\{(.*?)\}", text, flags=re.MULTILINE)]
+    plain = [[float(one) for one in row] for row in rows if "0x" not in row[0]]
+    bits = [[struct.unpack("<d", struct.pack("<Q", int(one, 16)))[0] for one in row] for row in rows if "0x" in row[0]]
+    return plain, bits
+
+
 # --- the folder -------------------------------------------------------------------------------------------------------
 
 
@@ -373,7 +608,14 @@ def test_the_folder_holds_programs_that_run(tmp_path, drive, waveform):
     assert printed["test"] == "20 of 20 steps with the bits of gelcone\n"
     rows = np.loadtxt(printed["example"].splitlines()[1:], delimiter=",")
     assert rows.shape == (1000, 4)
-    assert 5e-3 < rows[:, 2].min() < rows[:, 2].max() < 20e-3
+    right = gelcone.simulate(own, times=rows[:250, 0])
+    assert rows[:, 0] == pytest.approx(1e-3 * np.arange(1, 1001), rel=1e-12)
+    volts = right.drive_voltage.values if drive is None else 0.0
+    assert rows[:250, 1] == pytest.approx(volts, abs=1e-5)
+    for column, name in ((2, "displacement"), (3, "current")):
+        wanted = 1e-3 * right[name].values
+        # the current of a chord is that of the drive in the middle of its millisecond
+        assert np.abs(rows[:250, column] - wanted).max() < {2: 5e-4, 3: 0.05}[column] * np.ptp(wanted)
     with pytest.raises(InputError, match="exists already"):
         gelcone.export(own, folder)
     gelcone.export(own, folder, force=True)

@@ -308,6 +308,19 @@ def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
         assert constant(own.name) == name
     assert f"PUMP_VARIABLES = {len(behind.variables)} /* how many there are */" in header
     assert "DEVICE" not in header
+    n, program = behind.program.sizes, behind.program
+    rooms = {
+        "parameter": len(behind.parameters.values), "z": n["states"], "switches": len(program.switches),
+        "numbers": len(program.numbers) + len(behind.parameters.scales), "out": len(program.outputs),
+        "roots": n["roots"], "table": n["held"], "lanes": n["laws"] * n["rows"], "scratch": n["scratch"],
+        "store": n["rows"], "words": n["words"], "input": 4,
+    }  # fmt: skip
+    assert {name: int(size) for name, size in re.findall(r"(\w+)\[(\d+)\]", header)} == {
+        name: max(size, 1) for name, size in rooms.items()
+    }
+    ends = dict(re.findall(r"PUMP_(\w+) = (-?\d+)", header.split("enum pump_outcome {")[1].split("};")[0]))
+    known = {own.name: own.value for own in gelcone.Outcome if own.name not in ("OUTSIDE", "ERROR")}
+    assert {name: int(value) for name, value in ends.items()} == known | {"REFUSED": -1}
 
 
 @pytest.mark.parametrize(("resistance", "shown"), [(None, "CURRENT"), ("1 MOhm", "CURRENT")])
@@ -333,3 +346,11 @@ def test_a_film_that_wrinkles_has_kinds(film, kinds):
     source = sources(Exported(device(film=film), "pump", False, 1e-7))["pump.c"]
     found = re.search(r"HAS_KINDS\[\] = \{\s*([\d, ]+)\s*\}", source)[1]
     assert [int(part) for part in found.split(",")] == kinds
+
+
+@pytest.mark.parametrize(
+    ("own", "of_gel", "value"), [(2e7, None, 2e7), (2e7, 4e7, 2e7), (None, 4e7, 4e7), (None, None, 0.0)]
+)
+def test_the_strength_is_that_of_the_device_else_of_its_gel_else_unknown(own, of_gel, value):
+    made = device(film="taut").replace({"dielectric_strength": own, "material.dielectric_strength": of_gel})
+    assert Exported(made, "pump", False, 1e-7).parameters.values["dielectric_strength"] == value

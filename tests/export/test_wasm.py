@@ -100,6 +100,76 @@ def test_the_page_runs_and_comes_to_rest_where_a_slow_ramp_ends(tmp_path):
     assert height == pytest.approx(float(settles["rest_displacement"] + settles["stroke"][0]), abs=0.02)
 
 
+PAGE = """
+const shown = { volts: {}, said: {}, again: {}, voltage: { value: "650" } }, calls = [], drawn = [];
+const paint = new Proxy({}, {
+  get: (_, name) => (...given) => drawn.push([name, ...given]),
+  set: (_, name, value) => { drawn.push([name, value]); return true; },
+});
+let frames = [], now = 1000, outcome = 0, made = null;
+const canvas = { width: 1200, height: 560, getContext: () => paint };
+globalThis.document = { getElementById: (id) => shown[id], querySelector: () => canvas };
+globalThis.requestAnimationFrame = (call) => frames.push(call);
+globalThis.performance = { now: () => now };
+globalThis.fetch = async (name) => ({ arrayBuffer: async () => name });
+const values = { displacement: 0.0125, dielectric_strength: 4e7, true_field: 1e7, time: 2.345 };
+const device = async (bytes) => {
+  made = bytes;
+  return {
+    init: () => calls.push(["init"]), set: (name, value) => calls.push([name, value]),
+    step: (seconds) => { calls.push(["step", seconds]); return outcome; }, get: (name) => values[name],
+  };
+};
+const frame = (passed) => { now += passed; const own = frames; frames = []; own.forEach((call) => call(now)); };
+const state = () => [shown.volts.textContent, shown.said.textContent, calls.splice(0), drawn.splice(0)];
+await (async () => {
+BODY
+})();
+const found = { made };
+frame(16); found.first = state();
+frame(500); found.late = state();
+outcome = 6; frame(16); found.ended = state();
+frame(16); found.after = state();
+outcome = 0; shown.again.onclick(); frame(16); found.again = state();
+console.log(JSON.stringify(found));
+"""
+"""The script of a page in a document that only records."""
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="no node on this machine")
+def test_the_page_draws_the_cone_and_says_its_height(tmp_path, monkeypatch):
+    """Voltage and passed time go to the device; its height is drawn in proportion and its field gives the colour."""
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
+    own = device(film="taut")
+    gelcone.export(own, tmp_path / "pump.wasm")
+    page = (tmp_path / "pump.html").read_text(encoding="utf-8")
+    body = page.partition('<script type="module">')[2].partition("</script>")[0]
+    line = 'import { device } from "./pump.js";'
+    assert line in body
+    (tmp_path / "run.mjs").write_text(PAGE.replace("BODY", body.replace(line, "")), encoding="utf-8")
+    done = subprocess.run(["node", "run.mjs"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    found = json.loads(done.stdout)
+    assert found["made"] == "pump.wasm"
+    volts, said, calls, drawn = found["first"]
+    assert (volts, said) == ("650 V", "height 12.50 mm, 2.3 s")
+    assert calls == [["voltage", 650], ["step", pytest.approx(0.016)]]
+    scale, middle, rim = 0.46 * 1200 / own.film_radius, 600.0, 0.64 * 560
+    inner, height = own.disc_radius * scale, rim - 0.0125 * scale
+    edges = [[name, *map(pytest.approx, place)] for name, *place in (
+        ("moveTo", middle - 0.46 * 1200, rim), ("lineTo", middle - inner, height),
+        ("moveTo", middle + 0.46 * 1200, rim), ("lineTo", middle + inner, height),
+    )]  # fmt: skip
+    assert [own for own in drawn if own[0] in ("moveTo", "lineTo")] == edges
+    assert drawn[0] == ["clearRect", 0, 0, 1200, 560]
+    assert ["strokeStyle", f"hsl({215 - 190 * 0.25} 75% 48%)"] in drawn
+    disc = next(own for own in drawn if own[0] == "fillRect")
+    assert disc[1:4] == pytest.approx([middle - inner, height - 12.0, 2.0 * inner])
+    assert found["late"][2] == [["voltage", 650], ["step", 0.05]]
+    assert found["ended"][1] == "height 12.50 mm, the film has ended: pulled in, or at its limit"
+    assert found["after"][2] == [["voltage", 650]]
+    assert found["again"][2] == [["init"], ["voltage", 650], ["step", pytest.approx(0.016)]]
+
+
 @made_here
 def test_a_title_stays_text(tmp_path):
     own = device(film="taut").replace(name='</script><script>alert("*/")</script>')
@@ -127,6 +197,16 @@ def test_without_a_compiler_the_remedy_is_named(tmp_path, monkeypatch):
     with pytest.raises(MissingDependency, match=r"pip install .gelcone\[platforms\]"):
         gelcone.export(device(film="taut"), tmp_path / "pump.wasm")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("said", "first"), [("one: lost\ntwo", "one: lost"), ("", "no message")])
+def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeypatch):
+    failed = subprocess.CompletedProcess([], 1, stdout="", stderr=said)
+    monkeypatch.setattr(wasm, "find_compiler", lambda: ["my-cc", "-target", "wasm32"])
+    monkeypatch.setattr(wasm.subprocess, "run", lambda *given, **how: failed)
+    with pytest.raises(InputError) as error:
+        wasm._compiled(Exported(device(film="taut"), "pump", False, 1e-7))
+    assert str(error.value) == f"my-cc: does not make WebAssembly of the source ({first}); install ziglang"
 
 
 def test_a_clang_without_its_builtins_is_no_compiler(tmp_path, monkeypatch):

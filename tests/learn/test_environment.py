@@ -13,6 +13,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from scipy.integrate import solve_ivp
 
 import gelcone
+from gelcone.atlas.uncertain import draw
 from gelcone.errors import InputError, MissingDependency
 from gelcone.export.sources import _kinds
 from gelcone.learn.episodes import Pool
@@ -175,6 +176,16 @@ def test_the_devices_are_those_that_the_seed_draws(taut):
         drawn = gelcone.draw(UNCERTAIN, 4, seed=seed)
         own = [taut.replace({name: float(values[k]) for name, values in drawn.items()}) for k in range(4)]
         np.testing.assert_allclose(pool.time, [one.scales.time for one in own], rtol=1e-12)
+
+
+def test_drawn_devices_begin_each_at_its_own_rest(taut):
+    """However far from that of the device."""
+    wide = {"spring_rate": gelcone.Uniform(3.0, 60.0), "initial_height": gelcone.Uniform(0.012, 0.03)}
+    pool = Pool.of(taut, wide, 12, 3)
+    rests = gelcone.static(taut.replace_quietly(draw(wide, 12, seed=3)), ["0 V"]).rest_displacement.values
+    assert np.ptp(rests) > 5.0
+    np.testing.assert_allclose(1e3 * pool.starts[:, 0] * pool.length, rests, rtol=1e-9)
+    np.testing.assert_array_equal(pool.starts[:, 1], 0.0)
 
 
 def test_one_environment_does_what_one_of_many_does(taut):

@@ -105,3 +105,52 @@ def test_what_is_cancelled_ends_between_two_points_of_a_branch(monkeypatch):
     with watching(watch), pytest.raises(Stopped):
         follow_branches(FAST, Axis("voltage", "", np.linspace(0.5, 0.54, 5)))
     assert len(points) == 1
+
+
+@pytest.mark.parametrize(
+    "source", [PUMP, Source(None, None, {"preset": "fast", "initial": "0.25,0.5", "settings": []})]
+)
+def test_branches_and_curves_begin_at_the_motion_of_the_page_between_the_ends_of_its_axes(source, monkeypatch):
+    """Of a device its own start, which the analyses take by themselves, and ends with units."""
+    from gelcone.atlas.branches import locus as curves
+
+    asked = []
+
+    def ask(*given, progress, **options):
+        asked.append((given, options))
+        raise Stopped
+
+    monkeypatch.setattr(continuation, "continue_branch", ask)
+    monkeypatch.setattr(curves, "locus", ask)
+    device = source.subject().device
+    x, y = (Axis("voltage_amplitude", "kV", np.linspace(0.5, 0.7, 3)), Axis("frequency", "Hz", np.linspace(9, 11, 5)))
+    if device is None:
+        x, y = Axis("voltage", "", x.values), Axis("drive_frequency", "", y.values)
+    ends = [("0.5 kV", "0.7 kV"), ("9 Hz", "11 Hz")] if device else [(0.5, 0.7), (9.0, 11.0)]
+    start = () if device else ((0.25, 0.5),)
+    with pytest.raises(Stopped):
+        follow_branches(source, x)
+    with pytest.raises(Stopped):
+        follow_loci(source, x, y, "fold")
+    ((target, *given), options), ((same, event, over, *begin), _) = asked
+    assert (target, same) == (source.subject().target,) * 2
+    assert given == [x.name, *ends[0], *start]
+    assert (event, list(over.items()), tuple(begin)) == ("fold", list(zip((x.name, y.name), ends, strict=True)), start)
+    assert options == branches.OPTIONS
+
+
+def test_curves_end_in_nan_each_in_the_unit_of_its_axis(monkeypatch):
+    from gelcone.atlas.branches import locus as curves
+
+    shown = xr.Dataset(
+        {
+            "voltage_amplitude": (("curve", "point"), [[500.0, 600.0], [700.0, np.nan]], {"units": "V"}),
+            "frequency": (("curve", "point"), [[9.0, 9.5], [10.0, np.nan]], {"units": "Hz"}),
+        }
+    )
+    monkeypatch.setattr(curves, "locus", lambda *given, **options: shown)
+    monkeypatch.setattr(branches, "in_si", lambda result, subject: result)
+    axes = Axis("voltage_amplitude", "kV", np.zeros(2)), Axis("frequency", "Hz", np.zeros(2))
+    found = follow_loci(PUMP, *axes, "fold")
+    np.testing.assert_allclose(found["x"], [0.5, 0.6, np.nan, 0.7, np.nan, np.nan])
+    np.testing.assert_allclose(found["y"], [9.0, 9.5, np.nan, 10.0, np.nan, np.nan])

@@ -73,3 +73,52 @@ def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatc
 def test_a_whole_envelope_is_that_of_the_analysis():
     device = gelcone.find_device("biased-pump")
     compared(sent(PUMP), gelcone.envelope(device.to_model()))
+
+
+def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_is_known(monkeypatch):
+    """With limits that are made up: every frequency once, in tasks of a few, and the picture in hertz and volts."""
+    omegas, peaks, count = np.arange(1.0, 34.0), np.array([0.0, 1.0, 2.0]), len(DRIVEN_LIMITS)
+    asked, between = [], []
+    limits = {"pull-in": 1.5, "hoop slack": np.nan, "dielectric breakdown": np.inf}
+
+    def find_rows(source, own, pull_in, around=None):
+        assert (source, pull_in) == (PUMP, 1.5)
+        asked.append((own.tolist(), None if around is None else around.tolist()))
+        low = np.tile(own[:, None] / 100.0, (1, count))
+        return {"frequency": own, "low": low, "high": low + 0.5, "final_below": own}
+
+    def find_between(source, rows, ceiling, confirmed):
+        own = rows["frequency"]
+        assert (np.diff(own) > 0.0).all()
+        between.append((own[[0, -1]].tolist(), ceiling, set(confirmed)))
+        new = own[:-1][np.diff(own) > 0.9][:3] + 0.5 if len(between) <= 2 else np.empty(0)
+        return new, 10.0 + new, confirmed | {(float(own[0]), float(own[-1]))}
+
+    monkeypatch.setattr(envelope, "find_axes", lambda source: envelope.Axes(omegas, peaks, 2.0, 100.0))
+    monkeypatch.setattr(envelope, "find_limits", lambda source: {"static": limits, "pull_in_of": "membrane"})
+    monkeypatch.setattr(envelope, "find_rows", find_rows)
+    monkeypatch.setattr(envelope, "find_between", find_between)
+    messages = sent(PUMP)
+    begun = [own for own, around in asked if around is None]
+    assert begun[:2] == [[1.0, 17.0], [9.0, 33.0]]  # the coarsest first, two for each worker
+    assert max(map(len, begun)) <= 4
+    assert sorted(own for part in begun for own in part) == omegas.tolist()
+    later = [(own, around) for own, around in asked if around is not None]
+    new = [1.5, 2.5, 3.5, 17.5, 18.5, 19.5]
+    assert [one for own, _ in later for one in own] == new
+    assert all(around == [10.0 + one for one in own] for own, around in later)
+    assert [pair for pair, *_ in between[:2]] == [[1.0, 17.0], [17.0, 33.0]]
+    assert {ceiling for _, ceiling, _ in between} == {1.5}
+    assert all(known == {(1.0, 17.0), (17.0, 33.0)} for *_, known in between[2:])
+    (head, arrays), (done, _) = messages[-2:]
+    assert (done["kind"], done["grid"], head["id"]) == ("done", "envelope", 7)
+    every = np.sort([*omegas, *new])
+    np.testing.assert_allclose(arrays["frequency"], 2.0 * every)
+    for name in DRIVEN_LIMITS:
+        np.testing.assert_allclose(arrays[f"limit {name}"], 100.0 * (every / 100.0 + 0.5))
+    assert head["static"]["pull-in"] == 150.0
+    assert (head["highest"], head["most"], head["pull_in_of"]) == (200.0, 66.0, "membrane")
+    assert head["share"] == pytest.approx(len(every) / (1.8 * 33))
+    first = messages[0][0]
+    assert (list(first["static"]), first["pull_in_of"]) in (([], "film"), (list(limits), "membrane"))
+    assert first["share"] == 0.0

@@ -1,9 +1,13 @@
 """What the page saves is, to the last bit, what its command and its Python lines give."""
 
+import functools
+import inspect
 import shlex
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gelcone
@@ -74,6 +78,42 @@ def test_the_lines_give_an_analysis_what_the_command_gives_it(name, monkeypatch)
     monkeypatch.setattr(gelcone, "save", lambda result, path: None)
     exec(exports.lines(setting, wanted, shelf.called(setting)), {})
     assert given == arguments_of(wanted.analysis, shelf.subject(setting), wanted.given)
+
+
+@pytest.mark.parametrize("name", ["map", "bifurcation"])
+@pytest.mark.parametrize("kind", ["device", "preset"])
+def test_the_lines_sweep_what_is_saved(kind, name, monkeypatch):
+    """The same target, axes and start, by the lines and by what makes the file."""
+    shelf, calls = Shelf(), []
+    wanted = exports.Wanted.read(name, {}, AXES[kind, name])
+    setting = exports.fitting(SETTINGS[kind], wanted)
+    subject = shelf.subject(setting)
+    signature = inspect.signature(getattr(gelcone, name))
+
+    @functools.wraps(getattr(gelcone, name))
+    def ask(*given, **options):
+        calls.append(dict(signature.bind(*given, **options).arguments))
+        return "result"
+
+    monkeypatch.setattr(gelcone, name, ask)
+    monkeypatch.setattr(gelcone, "to_si", lambda result, device: result)
+    monkeypatch.setattr(gelcone, "save", lambda result, path: calls.append((result, path)))
+    exec(exports.lines(setting, wanted, shelf.called(setting)), {})
+    exports.compute(subject, replace(wanted, analysis=replace(wanted.analysis, call=ask)))
+    lines, saved_, made = calls
+    assert saved_ == ("result", f"{wanted.analysis.command}.nc")
+    assert lines.keys() == {key for key, value in made.items() if value is not None}
+    for key, value in lines.items():
+        if key == "over":
+            assert list(value) == list(made[key])
+            for axis in value:
+                np.testing.assert_allclose(value[axis], made[key][axis], rtol=1e-12)
+        elif isinstance(value, str):
+            assert value == made[key]
+        elif hasattr(value, "parameters"):
+            assert (type(value), value.parameters()) == (type(made[key]), made[key].parameters())
+        else:
+            np.testing.assert_allclose(np.asarray(value, float), np.asarray(made[key], float), rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", SETTINGS)

@@ -89,3 +89,80 @@ def test_cells_that_pull_in_are_a_kind_of_their_own():
     assert found["regime"].tolist()[1] == PULLED_IN != found["regime"].tolist()[0]
     outcome = gelcone.regime(source.subject().model.replace(voltage=3.0), source.subject().initial).outcome
     assert int(outcome) == gelcone.Outcome.PULLED_IN
+
+
+# --- in full words, and both sides of bounds --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (["nothing", 0, 1], "'nothing': is not a parameter that can be swept here; choose one of the list"),
+        (["material", 0, 1], "'material': is not a parameter that can be swept here; choose one of the list"),
+        ("frequency", "Frequency: give numbers for both ends"),
+        (["frequency", 0, "x"], "Frequency: give numbers for both ends"),
+        (["frequency", 0, float("inf")], "Frequency: give numbers for both ends"),
+        (["frequency", 2, 1.5], "Frequency: from 2 to 1.5 is empty; the first end must be below the second"),
+        (["frequency", 2, 2], "Frequency: from 2 to 2 is empty; the first end must be below the second"),
+    ],
+)
+def test_an_axis_that_cannot_be_is_refused_in_full_words(given, message):
+    with pytest.raises(InputError) as error:
+        axis(controls_of(read_subject("biased-pump", settings=["film=taut"])), given, 11)
+    assert str(error.value) == message
+
+
+def test_the_values_of_an_axis_are_typed_with_ten_digits():
+    own = grids.Axis("a", "mm", np.array([0.1 + 0.2, 1.0 / 3.0, 2.0]))
+    assert own.texts([2, 0, 1]) == ["2 mm", "0.3 mm", "0.3333333333 mm"]
+    assert grids.Axis("a", "", np.array([1.5])).texts([0]) == ["1.5"]
+
+
+def test_a_source_is_another_one_where_its_file_text_or_options_are(tmp_path):
+    import os
+
+    path = tmp_path / "own.toml"
+    path.write_text(shipped_devices()["soft-film"].read_text(encoding="utf-8"), encoding="utf-8")
+    sources = [Source(path, None, {"settings": []}), Source(path, None, {"settings": ["frequency=9 Hz"]}),
+               Source(None, path.read_text(), {"settings": []}), Source(None, "other", {"settings": []})]  # fmt: skip
+    assert len({source.key for source in sources}) == 4
+    before = sources[0].key
+    os.utime(path, ns=(5, 7))
+    assert (sources[0].key != before, grids.changed(path)) == (True, 7)
+    assert (grids.changed(None), grids.changed(tmp_path / "gone")) == (0, 0)
+    assert grids.device_in(None, None) is None
+    assert grids.device_in(None, path.read_text()) == grids.device_in(path, None) == gelcone.find_device("soft-film")
+
+
+@pytest.mark.parametrize(
+    ("count", "workers", "most", "sizes"),
+    [
+        (31, 1, 48, [31]), (33, 1, 48, [17, 16]), (96, 1, 48, [48, 48]), (97, 1, 48, [33, 32, 32]),
+        (256, 4, 128, [32] * 8), (512, 4, 128, [64] * 8), (10_000, 1, 128, [127] * 46 + [126] * 33),
+    ],
+)  # fmt: skip
+def test_tasks_are_no_smaller_than_lanes_and_no_larger_than_a_picture_waits_for(count, workers, most, sizes):
+    assert [part.size for part in even_tasks(np.arange(count), workers, most)] == sizes
+
+
+def test_one_unit_of_a_cell_is_that_of_its_own_device():
+    found = grids.cells_of(
+        read_subject("biased-pump", settings=["film=taut"]), {"film_thickness": ["0.2 mm", "0.25 mm"]}
+    )
+    for k, thickness in enumerate((2e-4, 2.5e-4)):
+        scales = gelcone.find_device("biased-pump").replace(film="taut", film_thickness=thickness).scales
+        assert [found.length[k], found.rate[k], found.voltage[k]] == pytest.approx(
+            [1e3 * scales.length, 1.0 / scales.time, scales.voltage], rel=1e-12
+        )
+
+
+def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
+    """At the amplitude that is left of it beyond the offset; one that is nowhere left is not drawn."""
+    made = {"onset_voltage": [2.0, 3.0], "pitchfork_voltage": [0.4, 0.6], "pull_in_voltage": [0.1, 0.5]}
+    found = SimpleNamespace(variables={name: ("", np.array(values)) for name, values in made.items()})
+    monkeypatch.setattr(grids, "limits_cells", lambda members, states, threads: found)
+    source = Source(None, None, {"preset": "base", "settings": ["voltage_bias=-0.5"]})
+    lines = thresholds(source, {"spring_stiffness": ["0.5", "0.9"]})
+    assert list(lines) == ["rest becomes unstable", "flat film loses its stability at the peak"]
+    np.testing.assert_allclose(lines["rest becomes unstable"], [2.0, 3.0])
+    np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [np.nan, 0.1])

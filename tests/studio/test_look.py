@@ -282,7 +282,10 @@ def test_what_is_said_of_a_device(shelf):
     assert told["second"] == pytest.approx(1e3 * device.second_flat_height)
     assert (told["si"], told["name"], told["wrinkles"]) == (True, device.name, device.film in ("wrinkling", "membrane"))
     assert told["strength"] == (device.breakdown_field() is not None)
-    assert told["doubts"] == doubts(device)
+    assert told["doubts"] == doubts(device) == []
+    thick = shelf.subject(Setting(device="soft-film", values={"film_thickness": "90 mm"}))
+    assert look.about(thick)["doubts"] == doubts(thick.device)
+    assert any("film_thickness = 90 mm" in doubt for doubt in look.about(thick)["doubts"])
     preset = look.about(shelf.subject(Setting(preset="base", values={"bias": "spring+weight"})))
     assert preset["rim"] - preset["disc"] == pytest.approx(1.0)  # lengths are in b - a
     assert (preset["si"], preset["second"], preset["bias"]) == (False, None, "spring+weight")

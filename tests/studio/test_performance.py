@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.analyses.answer import in_si
-from gelcone.studio import look
+from gelcone.studio import look, performance
 from gelcone.studio.performance import QUANTITIES
 from gelcone.studio.setting import Setting, Shelf
 
@@ -116,6 +116,44 @@ def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     for name, text in (("stroke", "0 mm"), ("mean height", "0 mm"), ("power", "0 mW")):
         assert (at_rest[name]["text"], at_rest[name]["value"]) == (text, 0.0)
     assert "lag" not in at_rest
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0.1234, "12 %"),
+        (0.994, "99 %"),
+        (0.9951, "99.5 %"),
+        (1.234, "123 %"),
+        (0.00123, "0.12 %"),
+        (12.34, "1.23e+03 %"),
+    ],
+)
+def test_a_share_has_two_digits_below_all_of_it(share, text):
+    assert performance._percent(share) == text
+
+
+def test_numbers_that_are_known_are_said_in_order_with_their_units(shelf):
+    """Of a device in SI, of a preset without units; the lag of a multiple of the frequency says so."""
+    device, preset = shelf.subject(SETTINGS["weight"]), shelf.subject(SETTINGS["preset"])
+    s, peak = device.device.scales, float(device.model.peak_voltage)
+    given = {"stroke": 0.25, "lag": 123.456, "harmonic": 2, "field": 0.5, "current": np.nan, "power": 0.0,
+             "pull-in of the cone, slowly": 2.0 * peak}  # fmt: skip
+    found = {own["name"]: own for own in performance.in_words(given, device)}
+    assert list(found) == ["stroke", "lag", "power", "field", "pull-in of the cone, slowly"]
+    assert [own["place"] for own in found.values()] == [0, 2, 4, 5, 6]
+    assert found["stroke"]["value"] == pytest.approx(250.0 * s.length)
+    assert found["stroke"]["text"] == f"{250.0 * s.length:.3g} mm"
+    assert found["lag"] == {"name": "lag", "place": 2, "text": "123° at twice the drive's frequency", "value": 123.456}
+    assert (found["power"]["text"], found["power"]["value"]) == ("0 mW", 0.0)
+    assert (found["field"]["text"], found["field"]["value"]) == ("50 % of breakdown", 0.5)
+    slow = found["pull-in of the cone, slowly"]
+    assert slow["value"] == pytest.approx(2.0 * peak * s.voltage)
+    assert slow["text"].endswith(" (peak at 50 %)")
+    assert slow["peak"] == 0.5
+    plain = {own["name"]: own for own in performance.in_words(given | {"harmonic": 1}, preset)}
+    assert (plain["stroke"]["text"], plain["stroke"]["value"], plain["lag"]["text"]) == ("0.25", 0.25, "123°")
+    assert len(performance.MULTIPLES) >= max(performance.HARMONICS)
 
 
 def test_a_motion_that_ends_has_no_numbers(shelf):

@@ -1,6 +1,8 @@
 """Lanes of the worker pool: what is out of date ends, and each run counts its own progress."""
 
 import asyncio
+import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -60,3 +62,33 @@ def test_a_worker_process_gives_what_it_finds_and_raises_what_it_raises(pool):
     with pytest.raises(ZeroDivisionError):
         asyncio.run(pool.do(lane, run, divmod, 7, 0))
     assert asyncio.run(pool.do(lane, run - 1, divmod, 7, 2)) is None
+
+
+@pytest.mark.parametrize(("background", "niceness"), [(True, 10), (False, 0)])
+def test_workers_in_the_background_leave_the_processor_to_the_studio(background, niceness, monkeypatch):
+    from gelcone.studio import pool as pools
+
+    asked = []
+    monkeypatch.setattr(pools.os, "nice", asked.append)
+    with warnings.catch_warnings():
+        pools._begin.__wrapped__(background)
+        warnings.warn("what is doubtful is said by the studio", stacklevel=1)
+    assert asked == [niceness]
+
+
+def test_a_task_carries_what_it_runs_under(monkeypatch):
+    names = frozenset({"mine:Law"})
+    own = Pool(3, background=False, names=names)
+    task = own._task(2, 5, divmod, (7, 2))
+    assert (task.background, task.names, task.lane, task.run, task.function, task.arguments) == (
+        False, names, 2, 5, divmod, (7, 2),
+    )  # fmt: skip
+    assert own.size == 3
+    asked = []
+    monkeypatch.setattr("gelcone.studio.pool.processes.Pool", lambda size: asked.append(size) or SimpleNamespace(
+        threads=SimpleNamespace(submit=lambda *given: asked.append(given[0].__name__)), close=lambda patience: None
+    ))  # fmt: skip
+    own.warm(print)
+    own.warm(print)  # they run already
+    assert asked == [3, *["_do"] * 3]
+    own.close()

@@ -31,6 +31,18 @@ def test_it_is_the_membrane_at_those_heights_and_voltages(table):
     np.testing.assert_array_equal(rows(table, "wrinkled")[i, j], found["wrinkle_excess"][some] > 0.0)
 
 
+def test_its_heights_reach_from_flat_to_where_the_film_is_known(table):
+    (film,) = SUBJECT.model.system.films
+    known = film.film.reach(film.own(SUBJECT.model.members().numbers_at(0)))[1]
+    scale = 1e3 * SUBJECT.device.scales.length
+    height = table.arrays["height"]
+    assert (height[0], height[-1]) == (0.0, pytest.approx(min(known, profiles.HIGHEST) * scale))
+    steps = np.diff(height)
+    assert (np.diff(steps) > 0.0).all()  # closest where the film is flat
+    at_rest = gelcone.film(SUBJECT.device, height[5] * 1e-3, 0.0).isel(height=0, constant_voltage=0)
+    assert table.arrays["top"][5] <= float(at_rest["pull_in_voltage"]) * (1.0 + 1e-6)
+
+
 def test_every_profile_leads_from_the_disc_to_the_rim(table):
     for name in ("radius", "rise", "stretch"):
         assert np.isfinite(table.arrays[name]).all()

@@ -135,6 +135,44 @@ def test_what_is_no_setting_is_refused(given):
         Setting.read(given)
 
 
+FILE_LINE = "#" + "x" * 499
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"device": "x" * 41}, "device: must be a text of at most 40 characters"),
+        ({"preset": 3}, "preset: must be a text of at most 40 characters"),
+        ({"file": "\n" * 30_001}, "file: must be a text of at most 30000 characters"),
+        ({"file": FILE_LINE + "x"}, "file: has a line of more than 500 characters; break it into several"),
+        ({"device": "a", "values": {str(k): "1" for k in range(61)}}, "values: must be at most 60 names and texts"),
+        ({"device": "a", "values": {"b" * 50: "9" * 41}},
+         f"{'b' * 40}: must be a number with its unit, or one of its choices"),
+        ({"device": "a", "values": {"b": ""}}, "b: must be a number with its unit, or one of its choices"),
+        ({"device": "a", "file": "b"}, "the setting must hold one of device, preset and file"),
+        ({"values": {}}, "the setting must hold one of device, preset and file"),
+        ({"device": "a", "more": 1}, "the setting must hold device, preset or file, and values"),
+    ],
+)  # fmt: skip
+def test_what_is_beyond_a_bound_is_refused_in_full_words(given, message):
+    with pytest.raises(InputError) as error:
+        Setting.read(given)
+    assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"device": "x" * 40}, {"file": "\n" * 30_000}, {"file": FILE_LINE}, {"preset": "base", "device": None},
+        {"device": "a", "values": {str(k): "1" for k in range(60)}}, {"device": "a", "values": {"b": "9" * 40}},
+    ],
+)  # fmt: skip
+def test_what_is_at_a_bound_is_read(given):
+    found = Setting.read(given)
+    wanted = {name: value for name, value in given.items() if value is not None}
+    assert {name: value for name, value in vars(found).items() if value} == wanted
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -359,7 +359,7 @@ def _tables(exported: Exported) -> list[str]:
         _array("double", "NUMBERS", [numbers[name] for name in names]),
         _array("double", "PARAMETERS", list(parameters.values.values())),
         _array("double", "LEAST", [_least(field) for field in fields]),
-        _array("int", "EXCLUSIVE", [field.above is not None for field in fields]),
+        _array("int", "EXCLUSIVE", [_exclusive(*own) for own in parameters.fields.items()]),
         _array("double", "START", list(z)),
         _array("double", "START_SWITCHES", [switches[name] for name in program.switches]),
         _array("int", "STATE_SCALE", [scales.index(q) if q in scales else scales.index("1") for q in quantities]),
@@ -394,6 +394,11 @@ def _least(field: Any) -> float:
     """The least value of a field; a bound of nothing is that of all numbers."""
     bound = field.above if field.above is not None else field.least
     return -LARGEST if bound is None else float(bound)
+
+
+def _exclusive(name: str, field: Any) -> bool:
+    """Whether a field must be above its least value; a strength of 0 is one that is not known."""
+    return field.above is not None and name != STRENGTH
 
 
 def _kinds(film: Any, switches: Sequence[str]) -> list[int]:

@@ -151,7 +151,7 @@ def lines(setting: Setting, wanted: Wanted, device: str) -> str:
         saved = "result"
         text[0] = "import gelcone\nimport gelcone.presets"
     known = inspect.signature(analysis.call).parameters
-    first = "device" if setting.preset is None and (analysis.planned or name == "map") else "model"
+    first = "device" if setting.preset is None and analysis.planned else "model"
     if first == "device":
         del arguments["initial"]
     text += _swept(setting, wanted)

@@ -71,8 +71,9 @@ class Setting:
         if len(names) != 1:
             raise InputError("the setting must hold one of device, preset and file")
         ((kind, text),) = names.items()
-        if not isinstance(text, str) or len(text) > (LONGEST_FILE if kind == "file" else LONGEST_VALUE):
-            raise InputError(f"{kind}: must be a text of at most {LONGEST_FILE} characters")
+        longest = LONGEST_FILE if kind == "file" else LONGEST_VALUE
+        if not isinstance(text, str) or len(text) > longest:
+            raise InputError(f"{kind}: must be a text of at most {longest} characters")
         if kind == "file" and any(len(line) > LONGEST_LINE for line in text.splitlines()):
             raise InputError(f"file: has a line of more than {LONGEST_LINE} characters; break it into several")
         values = given.get("values", {})

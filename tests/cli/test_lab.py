@@ -1,0 +1,147 @@
+"""Fits and data sheets: what is read as a material or a device, what is refused, and which files there are."""
+
+from pathlib import Path
+
+import pytest
+
+import gelcone
+from gelcone.cli import command, lab
+from gelcone.plots import style
+
+DEVICE = "disc_radius = '8 mm'\n"
+
+
+@pytest.mark.parametrize(
+    ("subject", "text", "kind"),
+    [
+        (None, None, ("material", None, {})),
+        ("gel.toml", "[material]\nname = 'gel'\n", ("material", "gel.toml", {"material": {"name": "gel"}})),
+        ("own.toml", DEVICE, ("device", "own.toml")),
+        ("own.toml", "film_radius = '30 mm'\n[material]\n", ("device", "own.toml")),
+        ("biased-pump", None, ("device", "biased-pump")),
+        ("biased-pump", "[material]\n", ("material", "biased-pump", {"material": {}})),  # a file goes first
+    ],
+)
+def test_a_file_with_a_radius_is_a_device_and_another_a_material(
+    subject, text, kind, monkeypatch, command_line, tmp_path
+):
+    asked = []
+    monkeypatch.setattr(
+        lab, "_fit_device", lambda subject, data, output, own: asked.append(("device", subject, data, own))
+    )
+    monkeypatch.setattr(
+        lab,
+        "_fit_material",
+        lambda subject, content, data, output, own: asked.append(("material", subject, content, own)),
+    )
+    if text is not None:
+        (tmp_path / subject).write_text(text, encoding="utf-8")
+    assert command_line("fit", *([subject] if subject else []), "--data", "a.csv")[0] == 0
+    ((*found, own),) = asked
+    wanted = kind if kind[0] == "material" else (*kind, (Path("a.csv"),))
+    assert tuple(found) == wanted
+    assert own == (lab.OF_MATERIALS if kind[0] == "material" else lab.OF_DEVICES)
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        ([], "--data is missing; give tests.toml or a measured CSV file"),
+        (["none.toml", "--data", "a"], "none.toml: there is no such file; give a TOML file with a table [material]"),
+        (["bad.toml", "--data", "a"], "bad.toml: broken TOML: "),
+        (["--data", "a", "--free", "b"], "--free: is an option of the fit of a device; leave it out"),
+        (["biased-pump", "--data", "a", "--laws", "gent"],
+         "--laws: is an option of the fit of a material; leave it out"),
+        (["biased-pump", "--data", "a", "--data", "b"],
+         "--data: of a device is one list of tests; put all into one tests.toml"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_fitted_is_refused_in_full_words(typed, message, command_line, tmp_path):
+    (tmp_path / "bad.toml").write_text("a = = 1\n", encoding="utf-8")
+    code, out, err = command_line("fit", *typed)
+    assert (code, out) == (2, "")
+    if message.endswith(": "):
+        assert err.startswith(f"Error: {message}")
+        assert err.endswith("; correct it there\n")
+    else:
+        assert err == f"Error: {message}\n"
+
+
+@pytest.mark.parametrize("text", ["1,x", "1.5", "", "one"])
+def test_numbers_of_branches_are_whole(text):
+    with pytest.raises(gelcone.InputError) as error:
+        lab._counts(text)
+    assert str(error.value) == f"--branches = {text!r}: must be whole numbers, such as 1,2,3"
+    assert (lab._counts(None), lab._words(None)) == (None, None)
+    assert (lab._counts("0, 3"), lab._words(" a ,b")) == ([0, 3], ["a", "b"])
+
+
+@pytest.mark.parametrize("drawn", [(), ("--uncertain", "film_thickness=0.2 mm~0.01 mm")])
+@pytest.mark.parametrize("more", [(), ("--out", "there"), ("--out", "there", "--force"), ("--out", "there", "--json")])
+def test_a_data_sheet_is_also_a_page_where_files_are_written(drawn, more, monkeypatch, command_line, tmp_path):
+    """The figure of the sheet, as PDF next to it; one that exists is kept before any work is done."""
+    pages, ran = [], []
+    monkeypatch.setattr("gelcone.plots.plot", lambda result: f"page of {result}")
+    monkeypatch.setattr(style, "save_figure", lambda figure, path, force: pages.append((figure, path, force)))
+
+    def run(analysis, *given, out, force, as_json, draw, **typed):
+        ran.append((analysis.name, out, force, as_json))
+        if out is not None:
+            assert draw("the sheet") == "page of the sheet"
+        return 1
+
+    monkeypatch.setattr(lab, "run", run)
+    monkeypatch.setattr(lab, "run_drawn", run)
+    code, out, _ = command_line("datasheet", "biased-pump", *drawn, *more)
+    place = Path("there") if more else None
+    assert (code, ran) == (1, [("datasheet", place, "--force" in more, "--json" in more)])
+    assert pages == ([("page of the sheet", Path("there/datasheet.pdf"), "--force" in more)] if more else [])
+    assert out == ("wrote there/datasheet.pdf\n" if more and "--json" not in more else "")
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "datasheet.pdf").write_text("mine")
+    ran.clear()
+    code, _, err = command_line("datasheet", "biased-pump", *drawn, *more)
+    kept = bool(more) and "--force" not in more
+    assert (code, len(ran)) == ((2, 0) if kept else (1, 1))
+    assert ("there/datasheet.pdf" in err) == kept
+
+
+def test_a_refused_structure_ends_with_1(monkeypatch, command_line):
+    for code in (0, 1):
+        monkeypatch.setattr(lab, "_fit_device", lambda *given, code=code: code)
+        assert command_line("fit", "biased-pump", "--data", "a.toml")[0] == code
+
+
+@pytest.mark.parametrize(
+    ("name", "command_of_answers"),
+    [("limits", "sweep"), ("settled", "sweep"), ("envelope", "envelope"), ("regime", "sweep")],
+)
+def test_draws_are_delivered_in_the_words_that_their_result_has(
+    name, command_of_answers, monkeypatch, command_line, tmp_path
+):
+    """Those of a sweep for an analysis of cells; from its start, which a device leaves to each draw."""
+    from gelcone.atlas import drawn
+
+    asked, delivered, checked = [], [], []
+    (tmp_path / "draws.csv").write_text("film_thickness [mm]\n0.2\n0.21\n0.22\n", encoding="utf-8")
+    monkeypatch.setattr(drawn, "over_draws", lambda *given, **how: asked.append((given, how)) or "result")
+    monkeypatch.setattr(command, "check_folder", lambda *given: checked.append(given))
+    monkeypatch.setattr(
+        command,
+        "deliver",
+        lambda answers, result, subject, out, **how: delivered.append((answers, result, out, how)) or 0,
+    )
+    assert (
+        command_line(name, "biased-pump", "--film", "taut", "--samples", "draws.csv", "--out", "there", "--force")[0]
+        == 0
+    )
+    (((device, draws, analysis), how),) = asked
+    assert (device.name, draws["film_thickness"].tolist(), analysis) == (
+        "biased pumping cone", pytest.approx([2e-4, 2.1e-4, 2.2e-4]), name,
+    )  # fmt: skip
+    assert how["initial"] is None
+    answers, result, out, rest = delivered.pop()
+    assert (answers.command, result, out) == (command_of_answers, "result", Path("there"))
+    assert (rest["force"], rest["as_json"]) == (True, False)
+    assert checked == [(Path("there"), command_of_answers, True)]
+    assert set(how) == {"initial", "progress"}

@@ -1,0 +1,125 @@
+"""How the command line ends and warns: an exit code and a line for each kind of error."""
+
+import re
+import sys
+import warnings
+
+import click
+import pytest
+
+import gelcone
+from gelcone import cli
+from gelcone.cli import COMMANDS, OWN_COMMANDS, QUIET, SPECIAL
+from gelcone.errors import DoubtfulInput, InputError, LostWorker, MissingDependency
+from gelcone.register.analyses import ANALYSES
+from gelcone.register.analyses import COMMANDS as REGISTERED
+
+
+@pytest.fixture
+def ended(monkeypatch, capsys):
+    """Runs the command line where its commands raise or give something: exit code and standard error."""
+
+    def of(result):
+        def command(prog_name, standalone_mode):
+            assert (prog_name, standalone_mode) == ("gelcone", False)
+            if callable(result):
+                return result()
+            if isinstance(result, BaseException):
+                raise result
+            return result
+
+        monkeypatch.setattr(sys, "path", list(sys.path))
+        monkeypatch.setattr(cli.group, "main", command)
+        with warnings.catch_warnings(), pytest.raises(SystemExit) as left:
+            cli.main()
+        assert sys.path[-1] == ""
+        return left.value.code, capsys.readouterr().err
+
+    return of
+
+
+@pytest.mark.parametrize(
+    ("result", "code", "said"),
+    [
+        (None, 0, ""),
+        (0, 0, ""),
+        (1, 1, ""),
+        ("done", 0, ""),
+        (InputError("a = 1: must be 2\n  and   b, too"), 2, "Error: a = 1: must be 2\nError: and b, too\n"),
+        (click.UsageError("No such option."), 2, "Error: No such option; see gelcone --help\n"),
+        (click.ClickException("lost"), 1, "Error: lost\n"),
+        (MissingDependency("pip install it"), 1, "Error: pip install it\n"),
+        (OSError("disk full"), 1, "Error: disk full\n"),
+        (MemoryError(), 1, "Error: out of memory; use fewer members or samples\n"),
+        (click.Abort(), 130, "interrupted\n"),
+        (KeyboardInterrupt(), 130, "interrupted\n"),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else None,
+)
+def test_every_ending_has_its_code_and_line(result, code, said, ended):
+    assert ended(result) == (code, said)
+
+
+def test_a_wrong_option_leads_to_the_help_of_its_command(command_line):
+    code, _, said = command_line("static", "--no-such-thing", "1")
+    assert code == 2
+    assert re.fullmatch(r"Error: No such option:? '?--no-such-thing'?; see gelcone static --help\n", said)
+
+
+def test_doubts_are_said_once_and_lost_workers_every_time(ended):
+    def doubtful():
+        for _ in range(2):
+            warnings.warn("a = 3:\n   is unusual", DoubtfulInput, stacklevel=1)
+            warnings.warn("worker lost", LostWorker, stacklevel=1)
+
+    lines = ["Warning: a = 3: is unusual", "Warning: worker lost", "Warning: worker lost"]
+    assert ended(doubtful) == (0, "".join(f"{line}\n" for line in lines))
+
+
+def test_every_command_is_listed_with_its_own_line():
+    assert set(COMMANDS) == {*REGISTERED, *OWN_COMMANDS}
+    for name, analysis in REGISTERED.items():
+        assert COMMANDS[name] == ANALYSES.summaries[analysis]
+    context = click.Context(cli.group)
+    for name in COMMANDS:
+        command = cli.group.get_command(context, name)
+        assert command.name == name
+        assert command.callback is not None
+    assert cli.group.get_command(context, "simulat") is None
+    assert set(SPECIAL) <= set(REGISTERED)
+    shown = cli.group.get_help(context)
+    for title, names in cli.SECTIONS.items():
+        part = shown.split(f"{title}:\n")[1].split("\n\n")[0]
+        first = [line.split()[0] for line in part.splitlines() if line[2:3].strip()]
+        assert first == names.split()
+
+
+@pytest.mark.parametrize("name", ["studio", "paper", "devices"])
+def test_commands_that_say_themselves_what_one_waits_for_are_left_to_it(name, monkeypatch):
+    from contextlib import contextmanager
+
+    heard = []
+
+    @contextmanager
+    def said_before(command):
+        heard.append(command)
+        yield
+
+    monkeypatch.setattr(cli, "said_before", said_before)
+    command = click.Command(name, callback=lambda: heard.append("ran"))
+    monkeypatch.setattr(cli.LazyGroup, "get_command", lambda self, context, own: command)
+    cli.group.main([name], standalone_mode=False)
+    assert heard == (["ran"] if name in QUIET else [name, "ran"])
+    assert QUIET == ("studio", "paper")
+
+
+def test_without_a_command_the_help_is_shown(command_line):
+    code, out, err = command_line()
+    assert (code, err) == (0, "")
+    assert out == command_line("--help")[1]
+    assert command_line("-h")[1] == out
+    assert command_line("--version")[1] == f"gelcone, version {gelcone.__version__}\n"
+
+
+def test_an_unknown_command_suggests_the_nearest(command_line):
+    assert command_line("simulat")[::2] == (2, "Error: 'simulat' is not a command; did you mean 'simulate'?\n")

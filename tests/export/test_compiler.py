@@ -1,0 +1,79 @@
+"""Which compiler is taken, how it is called, and what is said where there is none or it fails."""
+
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from gelcone import disk_cache
+from gelcone.errors import InputError, MissingDependency
+from gelcone.export import compiler
+
+
+@pytest.mark.parametrize(
+    ("named", "there", "found"),
+    [
+        ("", ("cc", "gcc", "clang"), ["cc"]),
+        ("", ("gcc", "clang"), ["gcc"]),
+        ("", ("clang",), ["clang"]),
+        ("", (), None),
+        ("ccache gcc -m64", ("ccache", "cc"), ["ccache", "gcc", "-m64"]),
+        ("tcc", ("cc",), None),  # what is named is taken, or none
+        ("'my cc' -O0", ("my cc",), ["my cc", "-O0"]),
+    ],
+)
+def test_the_compiler_is_the_one_that_is_named_else_the_first_there_is(named, there, found, monkeypatch):
+    monkeypatch.setenv("CC", named)
+    monkeypatch.setattr(compiler.shutil, "which", lambda command: f"/bin/{command}" if command in there else None)
+    assert compiler.find_compiler() == found
+
+
+def test_the_compiler_of_other_machines_takes_their_target(monkeypatch):
+    monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: object() if name == "ziglang" else None)
+    assert compiler.cross_compiler("x86_64-macos") == [
+        sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-macos", "-s",
+    ]  # fmt: skip
+    monkeypatch.setattr(compiler.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(MissingDependency) as error:
+        compiler.cross_compiler("x86_64-macos")
+    assert str(error.value) == "libraries for other machines need a compiler: pip install 'gelcone[platforms]'"
+
+
+@pytest.mark.parametrize(("command", "position"), [(["cc"], True), (["zig", "x86_64-windows-gnu"], False)])
+def test_a_library_is_compiled_without_contraction(command, position, monkeypatch):
+    asked, heard = [], []
+    monkeypatch.setattr(
+        compiler.subprocess, "run", lambda given, **how: asked.append(given) or SimpleNamespace(returncode=0, stderr="")
+    )
+
+    class Making:
+        def __init__(self, kind):
+            heard.append(kind)
+
+        __enter__ = __exit__ = lambda self, *_: None
+
+    monkeypatch.setattr(disk_cache, "making", Making)
+    compiler.compile_library(command, Path("a.c"), Path("a.so"))
+    ((*own, to, library, source, mathematics),) = asked
+    assert (to, library, source, mathematics) == ("-o", "a.so", "a.c", "-lm")
+    assert own[: len(command)] == command
+    flags = set(own[len(command) :])
+    assert {"-std=c99", "-ffp-contract=off", "-shared", "-fvisibility=hidden"} <= flags
+    assert ("-fPIC" in flags) == position
+    assert not flags & {"-ffast-math", "-Ofast"}
+    assert heard == ["library"]
+
+
+@pytest.mark.parametrize(
+    ("said", "first"), [("a.c:1: lost\nmore", "a.c:1: lost"), ("\n  \n", "no message"), ("", "no message")]
+)
+def test_a_compiler_that_fails_is_named_with_its_first_line(said, first, monkeypatch):
+    failed = subprocess.CompletedProcess([], 1, stdout="", stderr=said)
+    monkeypatch.setattr(compiler.subprocess, "run", lambda *given, **how: failed)
+    with pytest.raises(InputError) as error:
+        compiler.compile_library(["my-cc", "-x"], Path("a.c"), Path("a.so"))
+    assert str(error.value) == (
+        f"my-cc: does not compile the source ({first}); give another one by CC, or CC= for none"
+    )
