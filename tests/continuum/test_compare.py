@@ -205,8 +205,8 @@ def test_the_distance_of_shapes_is_that_by_which_one_is_moved():
     """As a whole by (0.03, 0.04), and linearly, whose root mean square is the largest over sqrt(3)."""
     film, fine = mesh_film(ConeModel(), 0.2, 4), mesh_film(ConeModel(), 0.2, 16)
     flat = SimpleNamespace(position=np.zeros(film.size))
-    moved = np.zeros((fine.place.size, 2)) + [0.03, 0.04]
-    assert module._distance(film, flat, fine, SimpleNamespace(position=moved.ravel())) == pytest.approx(0.05)
+    moved = SimpleNamespace(position=np.tile([0.03, 0.04], fine.place.size))
+    assert module._distance(film, flat, fine, moved) == pytest.approx(0.05)
     finest = mesh_film(ConeModel(), 0.2, 400)
     tilted = np.stack([0.3 * finest.place, 0.0 * finest.place], axis=1).ravel()
     found = module._distance(film, flat, finest, SimpleNamespace(position=tilted))
