@@ -10,6 +10,7 @@ import gelcone
 from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
+from gelcone.atlas.branches.point import Direction, Point
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
 from tests.toys import TurningBias
@@ -77,3 +78,33 @@ def test_the_orbit_is_stable_before_and_unstable_behind(result):
 def test_text_and_figure_tell_it(result):
     assert "torus at" in continue_branch_words(result, Subject(MODEL))
     assert "torus" in [handle.get_label() for handle in gelcone.plot(result).axes[0].get_legend().legend_handles]
+
+
+def pair(*multipliers, value=0.0):
+    """A point with these multipliers."""
+    nodes = np.zeros((1, len(multipliers)))
+    return Point(nodes, value, np.array(sorted(multipliers, key=abs, reverse=True), complex), Direction(nodes, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "at"), [((0.5, 0.2), (1.5, 0.2), crossing.FOLD), ((-0.5, 0.2), (-1.5, 0.2), crossing.DOUBLE)]
+)
+def test_the_unstable_side_is_that_of_the_point_beyond_the_multiplier(inner, outer, at):
+    for low, high, side in ((inner, outer, 1.0), (outer, inner, -1.0)):
+        a, b = pair(*low, value=0.2), pair(*high, value=0.7)
+        assert crossing._unstable_side(a, b, at) == side
+        assert crossing._unstable_side(b, a, at) == side
+
+
+def test_a_torus_lies_where_the_modulus_of_the_pair_nearest_to_the_circle_passes_one():
+    """A little beyond, towards the middle; real multipliers do not count."""
+
+    def ring(modulus):
+        return modulus * np.exp(0.7j), modulus * np.exp(-0.7j)
+
+    inside, outside = pair(*ring(np.exp(-0.3)), 3.0), pair(*ring(np.exp(0.1)), 0.1)
+    assert (crossing._pairs_outside(inside), crossing._pairs_outside(outside)) == (0, 2)
+    assert crossing._crossing(inside, outside) == pytest.approx(0.75 - 0.025)
+    assert crossing._crossing(outside, inside) == pytest.approx(0.25 + 0.025)
+    assert crossing._crossing(pair(0.5, 0.2, 0.1), outside) == 0.5
+    assert crossing._crossing(outside, outside) == 0.5
