@@ -95,6 +95,7 @@ BAD = {
     "time (s), voltage (V)\n0,0\n1,nan\n": "line 3: 'nan' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,inf\n": "line 3: 'inf' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1e300\n": "line 3: '1e300' is not a finite number",
+    "time (s), voltage (V)\n0,0\n1,-2e20\n": "line 3: '-2e20' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1_0\n": "line 3: '1_0' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,5 V\n": "line 3: '5 V' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1\n1,2\n": "line 4: the time 1 repeats 1; times must increase",
