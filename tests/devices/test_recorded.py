@@ -168,3 +168,12 @@ def test_options_of_a_recording_are_checked(write):
 def test_columns_are_separated_by_commas(write, separator):
     with pytest.raises(InputError, match="line 1: separate the columns by commas"):
         read_recording(write(GOOD.replace(",", separator)), True)
+
+
+@pytest.mark.parametrize("heads", ["time, voltage", "time (1), voltage [1]", "Voltage/1, time"])
+def test_a_model_takes_pure_numbers_with_or_without_the_unit_one(write, heads):
+    rows = "0.4,1\n0.1,3\n" if heads.startswith("Voltage") else "1,0.4\n3,0.1\n"
+    times, volts = read_recording(write(f"{heads}\n{rows}"), False)
+    assert (times.tolist(), volts.tolist()) == ([0.0, 2.0], [0.4, 0.1])
+    with pytest.raises(InputError, match="the column 'time' has the unit 'ms'; give a device"):
+        read_recording(write("time (ms), voltage\n0,0\n1,1\n"), False)
