@@ -9,7 +9,7 @@ pytest.importorskip("skfem")
 
 from gelcone.continuum.membrane import membrane
 from gelcone.continuum.mesh import energy, forces, mesh_film, tangent
-from gelcone.continuum.path import FREE, arc, cone, newton, reach
+from gelcone.continuum.path import FREE, arc, cone, flat, newton, reach
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import EQUIBIAXIAL, NEO_HOOKEAN, dense
 
@@ -67,3 +67,16 @@ def test_the_arc_passes_both_folds_and_meets_the_film_that_pulled_in():
     assert (beyond["folds"] == 2).all()
     assert beyond["overhangs"].all()
     assert beyond["stable"].all()
+
+
+def test_a_flat_film_is_stable_as_long_as_its_tangent_is_positive():
+    """Its voltage takes the tension of the pre-stretch: beyond, the flat film buckles."""
+    film, stable = mesh_film(ConeModel(**EQUIBIAXIAL), 0.2, 12), []
+    for squared in (0.0, 0.3, 1.0, 1.3):
+        point = flat(film, squared)
+        least = np.linalg.eigvalsh(dense(tangent(film, point.position, squared))[FREE, FREE]).min()
+        assert point.stable == (least > 0.0)
+        assert np.abs(point.position).max() < 1e-9
+        stable.append(point.stable)
+    assert stable[0]
+    assert not stable[-1]

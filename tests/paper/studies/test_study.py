@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from gelcone.dataset import model_of
+from gelcone.motion.attractor.search import default_transient
 from gelcone.paper.effort import QUICK
 from gelcone.paper.films import OTHER_FILMS, film_of_device
-from gelcone.paper.studies import STUDIES, practical
+from gelcone.paper.studies import STUDIES, practical, study
 from gelcone.paper.studies.triples import TRIPLES
+from gelcone.physics.model import ConeModel
 
 
 @pytest.mark.parametrize("film", ["taut", "wrinkling", "membrane"])
@@ -81,3 +83,25 @@ def test_motions_side_by_side_have_the_values_of_their_figures():
         "prestretch": ("base", "prestretch", (0.8, 1.0, 1.5), {"voltage": 1.0}),
         "spring": ("spring", "spring_stiffness", (1.0, 5.0, 10.0), {}),
     }
+
+
+@pytest.mark.parametrize(("damping", "frequency"), [([0.5, 0.01], 1.0), ([0.5, 0.4], 1e-3)])
+def test_kinds_wait_for_the_least_damped_motion_or_the_usual_transient_whichever_is_longer(
+    monkeypatch, damping, frequency
+):
+    model = ConeModel(damping_ratio=damping, drive_frequency=frequency)
+    asked = {}
+
+    def classify(members, states, **options):
+        asked.update(options, states=states)
+        return "evidence"
+
+    monkeypatch.setattr(study, "classify", classify)
+    monkeypatch.setattr(study, "label_evidence", lambda *given: given)
+    _, evidence, options, _ = study.kinds_of(model, (0.3, 0.1), replace(QUICK, patience=777.0))
+    usual, decays = float(default_transient(model.members()).max()), 20.0 / min(damping)
+    assert asked["transient"] == options["transient"] == max(usual, decays)
+    assert (usual > decays) == (frequency < 0.1)
+    assert asked["patience"] == options["patience"] == 777.0
+    np.testing.assert_array_equal(asked["states"], [[0.3, 0.1]] * 2)
+    assert evidence == "evidence"
