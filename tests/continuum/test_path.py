@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip("skfem")
 
+from gelcone.continuum import path
 from gelcone.continuum.membrane import membrane
 from gelcone.continuum.mesh import energy, forces, mesh_film, tangent
 from gelcone.continuum.path import FREE, arc, cone, flat, newton, reach
@@ -80,3 +81,13 @@ def test_a_flat_film_is_stable_as_long_as_its_tangent_is_positive():
         stable.append(point.stable)
     assert stable[0]
     assert not stable[-1]
+
+
+@pytest.mark.parametrize("load", ["height", "squared"])
+def test_the_rate_along_a_load_is_that_of_neighbouring_equilibria(load):
+    film = mesh_film(ConeModel(hoop_prestretch=1.2), 0.2, 8)
+    here = reach(film, newton(film, cone(film, 0.8), 0.0), "squared", 0.1)[0]
+    step = 1e-4
+    value = here.height if load == "height" else here.squared
+    ahead, behind = (reach(film, here, load, value + way * step)[0].position for way in (1.0, -1.0))
+    np.testing.assert_allclose(path._rate(film, here, load), (ahead - behind) / (2.0 * step), rtol=1e-4, atol=1e-6)
