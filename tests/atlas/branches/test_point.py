@@ -126,3 +126,18 @@ def test_the_cubic_has_the_value_at_the_share_where_it_passes_it(value):
     )
     assert passed[0] == pytest.approx(1.0 - passed[1], abs=1e-12)
     assert 0.0 < passed[0] < 0.5
+
+
+def test_a_correction_reports_how_far_its_guess_was_off_and_refuses_one_that_is_too_far():
+    model = ConeModel(damping_ratio=0.1, voltage=0.4, voltage_bias=0.3, rest_height=0.3, drive_frequency=0.8)
+    shooting = vary(model, {"voltage": (0.3, 0.5)}, (0.3, 0.0)).shooting(1e-12)
+    start = np.tile([0.25, 0.0], (shooting.count, 1))
+    orbit = at_value(shooting, start, 0.4, Metric.of(start, 1.0)).point.nodes
+    metric = Metric.of(orbit, 1.0)
+    for off in (1e-2, 1e-4):
+        guess = orbit + off * np.array([1.0, -0.5])
+        found = at_value(shooting, guess, 0.4, metric)
+        assert not found.left
+        np.testing.assert_allclose(found.point.nodes, orbit, atol=1e-9)
+        assert found.step == pytest.approx(metric.length(Direction(guess - orbit, 0.0)), rel=0.1)
+    assert at_value(shooting, orbit, 0.4, metric).step < 1e-6
