@@ -79,6 +79,8 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
         (lambda: gelcone.simulate(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]})), "was given a plan"),
         (lambda: gelcone.simulate(3), "was given a int in place of a ConeModel or a Device"),
         (lambda: gelcone.simulate(DEVICE, workers=2), "takes no workers; threads=N"),
+        (lambda: gelcone.simulate(DEVICE.to_model(), workers=2), "takes no workers; threads=N"),
+        (lambda: gelcone.map(DEVICE.to_model(), {"voltage": [0.1, 0.2]}, workers=2), "workers"),
         (lambda: gelcone.sweep(DEVICE), "was given a Device; give a plan"),
         (lambda: gelcone.regime(gelcone.simulate(DEVICE, periods=1)), "was given a result"),
         (lambda: gelcone.to_si(DEVICE), "in place of a result"),

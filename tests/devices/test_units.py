@@ -204,3 +204,11 @@ def test_lists_tuples_and_arrays_are_read_alike(values):
 )
 def test_four_digits_are_shown(value, text):
     assert format_si(value, "m") == text
+
+
+def test_a_message_lists_all_units_of_a_dimension_also_those_that_are_no_powers_of_ten():
+    assert (
+        DIMENSIONS["s"].accepted("s", "5 ms")
+        == "give a number in s or a string such as '5 ms' (units s, ms, us, min, h)"
+    )
+    assert DIMENSIONS["1"].accepted("1", "1.2") == "give a plain number such as 1.2"

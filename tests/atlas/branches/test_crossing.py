@@ -10,10 +10,11 @@ import gelcone
 from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
-from gelcone.atlas.branches.point import Direction, Point
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
+from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
-from tests.toys import TurningBias
+from tests.toys import FilteredVoltage, TurningBias
 
 MODEL = gelcone.ConeModel(bias=TurningBias(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8)
 
@@ -108,3 +109,19 @@ def test_a_torus_lies_where_the_modulus_of_the_pair_nearest_to_the_circle_passes
     assert crossing._crossing(outside, inside) == pytest.approx(0.25 + 0.025)
     assert crossing._crossing(pair(0.5, 0.2, 0.1), outside) == 0.5
     assert crossing._crossing(outside, outside) == 0.5
+
+
+def test_rest_with_a_state_of_a_circuit_is_lost_where_theory_says():
+    model = gelcone.ConeModel(
+        circuit=FilteredVoltage(), filter_time=0.3, spring_stiffness=0.5, drive_frequency=0.5, damping_ratio=0.1
+    )
+    shooting = vary(model, {"voltage": (0.6, 0.75)}, (0.0, 0.0)).shooting(1e-9)
+    nodes = np.zeros((shooting.count, 3))
+    ends = [at_value(shooting, nodes, value, Metric.of(nodes, 1.0)).point for value in (0.64, 0.7)]
+    (at,) = (at for at, test in ((crossing.FOLD, "fold"), (crossing.DOUBLE, "double"))
+             if getattr(ends[0], test) * getattr(ends[1], test) < 0.0)  # fmt: skip
+    found = crossing._at_rest(shooting, *ends, at)
+    onset = gelcone.onset_voltage(model)
+    assert float(found.values[0]) == pytest.approx(float(onset["onset_voltage"]), abs=1e-6)
+    assert np.abs(found.nodes[:, :2]).max() < 1e-12
+    assert np.abs(found.nodes[:, 2]).max() > 0.3  # the filter swings with its voltage
