@@ -5,6 +5,7 @@ import pytest
 
 from gelcone.motion import driven as module
 from gelcone.motion.driven import DRIVEN_LIMITS, NARROWEST, PARTS, WITHIN, YIELDS, driven, rows_of
+from gelcone.physics.model import ConeModel
 
 NEVER = lambda omega: np.full(np.shape(omega), np.inf)  # noqa: E731
 UNKNOWN = lambda omega: np.full(np.shape(omega), np.nan)  # noqa: E731
@@ -142,3 +143,19 @@ def test_a_motion_below_all_limits_is_where_the_next_frequency_begins():
     final = np.arange(4 * 10 * 2, dtype=float).reshape(4, 10, 2)
     found = module._below_all(final, low, VOLTS)
     np.testing.assert_array_equal(found, final[np.arange(4), [1, 9, 0, 2]])
+
+
+def test_default_frequencies_hold_the_resonances_at_rest_and_under_the_own_drive():
+    """As far as these lie within the span of the first, each to three per cent; none is closer to another."""
+    model = ConeModel(
+        damping_ratio=0.1, voltage=0.6, voltage_bias=0.6, rest_height=0.6, hoop_prestretch=1.4, drive_frequency=0.77
+    )
+    plane = module.Plane(model, module.DriveShape(0.5, 0.5), 0.3, None)
+    natural, loaded = plane.natural_frequency(), plane.natural_frequency(1.2)
+    assert loaded < 0.95 * natural
+    found = plane.default_frequencies(1.2)
+    for wanted in (0.77, *np.outer((0.5, 1.0, 2.0), (natural, loaded)).ravel()):
+        assert np.abs(found / wanted - 1.0).min() <= module.TOO_CLOSE
+    at = [k for k in range(found.size) if np.isclose(found[k], [0.77, natural, loaded]).any()]
+    assert len(at) == 3  # these three to the last digit
+    assert (found[1:] / found[:-1]).min() > 1.0 + 0.9 * module.TOO_CLOSE
