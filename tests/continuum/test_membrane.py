@@ -391,6 +391,10 @@ def test_behind_a_fold_the_first_stable_point_that_rises_through_the_voltage_cou
     paths.asked.clear()
     assert module._along_arc(FILM, made(squared=0.45), 0.3).squared == 0.3
     assert [asked[0].squared for asked in paths.asked] == [0.4]  # not from the one before, which is unstable
+    paths.arcs = [(made(squared=0.35, stable=False), 1), (made(squared=0.1, stable=False), 1), (made(squared=0.4), 2)]
+    paths.asked.clear()
+    assert module._along_arc(FILM, start, 0.3).squared == 0.3
+    assert [asked[0].squared for asked in paths.asked] == [0.4]  # not past an unstable point, although it began stable
     paths.arcs = [(made(squared=0.3), 0)]
     assert module._along_arc(FILM, start, 0.3).squared == 0.3
 
