@@ -278,3 +278,12 @@ def test_numbers_of_gels_side_by_side_are_one_where_they_agree_and_left_out_wher
     assert both.relative_permittivity == 5.0
     assert both.dielectric_strength is None
     assert both.name == "a / b / a"
+
+
+def test_the_library_is_as_it_was_whatever_is_done_with_what_was_loaded():
+    gels = load_materials()
+    assert gels["VHB 4910"] is find_material("VHB 4910")
+    gels.clear()
+    gels["VHB 4910"] = None
+    assert find_material("VHB 4910").viscous_modulus_1 == 82313.0
+    assert len(load_materials()) > 3

@@ -181,3 +181,31 @@ def test_hump_and_valley_of_the_crumpling_voltage_are_its_turning_points():
         pytest.approx(4.0 ** (1 / 3)),
         np.inf,
     ]
+
+
+@pytest.mark.parametrize(
+    ("meridional", "hoop", "turning"),
+    [
+        (1.0, 1.0, "hump"),
+        (1.0, 1.9, None),
+        (1.9, 1.0, "hump"),
+        (1.9, 1.9, None),
+        (1.0, 1.45, "hoop"),
+        (1.45, 1.0, "hump"),
+    ],
+)
+def test_a_slack_film_pulls_in_at_the_hump_or_its_hoop_and_never_where_that_lies_beyond_the_valley(
+    meridional, hoop, turning
+):
+    """Hump 1.862 and valley 2.483 at a stretch limit of 8: what counts is the square of the pre-stretch of the hoop."""
+    film = WrinklingCone()
+    n = numbers(film, stretch_limit=8.0, meridional_prestretch=meridional, hoop_prestretch=hoop)
+    assert (float(n["hump"]), float(n["valley"])) == pytest.approx((1.8625, 2.4826), abs=1e-4)
+    assert float(n["edge"]) == (hoop**2 - meridional**2 if hoop > meridional else -1.0)
+    if turning is None:
+        assert float(n["limit_squared"]) >= 1e29
+        return
+    t = {"hump": float(n["hump"]), "hoop": hoop**2}[turning]
+    stress = (1.0 - t**-3) / (t * (1.0 - (2.0 * t + t**-2 - 3.0) / 8.0))
+    assert float(n["limit_squared"]) == pytest.approx(stress * (meridional * hoop) ** 2, rel=1e-9)
+    assert float(n["end_of_slack"]) == pytest.approx(t)
