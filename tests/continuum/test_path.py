@@ -1,6 +1,7 @@
 """Equilibria of the film: Newton's method, steps along a load, the arc past folds."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -91,3 +92,35 @@ def test_the_rate_along_a_load_is_that_of_neighbouring_equilibria(load):
     value = here.height if load == "height" else here.squared
     ahead, behind = (reach(film, here, load, value + way * step)[0].position for way in (1.0, -1.0))
     np.testing.assert_allclose(path._rate(film, here, load), (ahead - behind) / (2.0 * step), rtol=1e-4, atol=1e-6)
+
+
+def made(height=0.5, stable=True, least=0.1, squared=0.2):
+    position = np.zeros(8)
+    position[path.DISC_HEIGHT] = height
+    return path.Point(position, squared, SimpleNamespace(least=least, internal=position), stable)
+
+
+@pytest.mark.parametrize(
+    ("start", "found", "taken"),
+    [
+        (made(), made(0.55), True),
+        (made(), None, False),
+        (made(), made(0.55, stable=False), False),
+        (made(stable=False), made(0.55, stable=False), True),
+        (made(0.0), made(0.0, stable=False), True),  # flat, symmetry carries it through
+        (made(), made(0.55, least=-0.1), False),
+        (made(least=-0.1), made(0.55, least=-0.1), True),
+    ],
+)
+def test_a_step_leads_to_a_film_as_stable_and_as_tense_as_before_or_nowhere(monkeypatch, start, found, taken):
+    asked = []
+    monkeypatch.setattr(path, "_rate", lambda film, point, load: np.full(8, 0.4))
+    monkeypatch.setattr(
+        path, "newton", lambda film, guess, squared, within: asked.append((guess, squared, within)) or found
+    )
+    assert path.step(None, start, "squared", 0.3) is (found if taken else None)
+    ((guess, squared, within),) = asked
+    np.testing.assert_allclose(guess, start.position + 0.04)
+    assert (squared, within) == (0.3, pytest.approx(0.3 * 0.04, rel=1e-6))
+    assert path.step(None, start, "squared", 0.2 + 1.26) is None  # by more than half of b - a
+    assert len(asked) == 1
