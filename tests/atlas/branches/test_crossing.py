@@ -108,6 +108,8 @@ def test_a_torus_lies_where_the_modulus_of_the_pair_nearest_to_the_circle_passes
     assert crossing._crossing(inside, outside) == pytest.approx(0.75 - 0.025)
     assert crossing._crossing(outside, inside) == pytest.approx(0.25 + 0.025)
     assert crossing._crossing(pair(0.5, 0.2, 0.1), outside) == 0.5
+    far = pair(*ring(np.exp(-0.3)), *ring(np.exp(-2.0)))  # the pair nearest to the circle counts
+    assert crossing._crossing(far, outside) == pytest.approx(0.75 - 0.025)
     assert crossing._crossing(outside, outside) == 0.5
 
 
