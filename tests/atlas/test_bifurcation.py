@@ -108,3 +108,32 @@ def test_diagrams_that_cannot_be_are_refused(arguments, message):
     given = {"parameter": "voltage", "values": [0.1, 0.2]} | arguments
     with pytest.raises(InputError, match=message):
         module.bifurcation(ConeModel(), **given)
+
+
+@pytest.mark.parametrize("sweeps", [(), ("up",), ("up", "down", "up")])
+def test_each_branch_has_its_share_of_the_progress(monkeypatch, sweeps):
+    """Two fixed states and each sweep once; what is left goes to the thresholds."""
+    shares, before = [], []
+
+    def classify(plan, members, states, threads, progress=None):
+        progress(1.0)
+        before.append(sum(shares))
+        return Evidence.blank(members.size)
+
+    def sweep(plan, once, threads, progress):
+        for _ in once:
+            progress(1.0)
+        return {}
+
+    def thresholds(plans, runs, bisections, threads, progress):
+        before.append(sum(shares))
+        progress(1.0)
+        return {}
+
+    for name, stand_in in (("_classify", classify), ("_sweep", sweep), ("_thresholds", thresholds)):
+        monkeypatch.setattr(module, name, stand_in)
+    states = [(0.7, 0.1), (0.2, 0.0)]
+    module.bifurcation(ConeModel(), "voltage", VALUES, initial=states, sweeps=sweeps, progress=shares.append)
+    branches = 2 + len(set(sweeps))
+    assert before == pytest.approx([module.BRANCHES_SHARE * done / branches for done in (1, 2, branches)])
+    assert sum(shares) == pytest.approx(1.0)

@@ -17,7 +17,7 @@ from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.linear import equilibrium_under_bias, small_signal_response
-from gelcone.motion.settled import HARMONICS, settled_swing
+from gelcone.motion.settled import HARMONICS, Swing, settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -323,3 +323,42 @@ def test_the_default_frequencies_are_closer_where_the_stroke_bends():
     truth = gelcone.settled(model.replace(drive_frequency=middle))["stroke"].values
     off = [np.abs(np.interp(middle, r["drive_frequency"], r["stroke"][0]) - truth).max() for r in (found, coarse)]
     assert off[0] < 0.01 * truth.max() < 0.1 * truth.max() < off[1]
+
+
+def test_of_several_bifurcations_the_nearest_to_the_bracket_counts_and_of_equal_ones_the_lower_kind():
+    jumps = xr.Dataset({"jump_low": ("jump", [1.0, 2.0, 3.0]), "jump_high": ("jump", [1.1, 2.1, 3.1])})
+    places, kinds = [1.02, 1.05, 1.15, 2.18, 1.94, 3.19, 2.91, 3.5], [3, 1, 0, 0, 5, 2, 4, 0]
+    events = xr.Dataset({"event_value": ("event", places), "event_kind": ("event", np.array(kinds))})
+    found = jumps.assign(module._jump_events(jumps, events))
+    np.testing.assert_array_equal(found["jump_event"], [1.05, 1.94, 3.19])
+    assert found["jump_event_kind"].values.tolist() == [1, 5, 2]
+
+
+def swings(amplitude, period=1):
+    """Swings up and down, (members, branches, steps)."""
+    found = Swing.blank(*np.shape(amplitude))
+    found.highest[:], found.lowest[:], found.period[:] = amplitude, -np.asarray(amplitude), period
+    return found
+
+
+def test_sweeps_differ_by_a_fiftieth_of_the_larger_unless_both_are_chaotic_or_next_to_nothing():
+    up = np.array([[1.0, 1.0, 1.0, 1e-9, 1.0]])
+    down = np.array([[0.975, 0.985, 1.03, 2e-9, np.nan]])
+    one = swings(np.stack([up, down], axis=1))
+    assert module.differing(one).tolist() == [[True, False, True, False, False]]
+    chaotic = swings(np.stack([up, down], axis=1), np.array([[[0, 1, 0, 1, 1], [0, 1, 2, 1, 1]]]))
+    assert module.differing(chaotic).tolist() == [[False, False, True, False, False]]
+
+
+def test_a_height_is_certain_where_the_motion_is_periodic_or_there_is_none():
+    heights, period = np.array([[0.5, 0.6, -1.0, 0.7]]), np.array([[1, 0, 0, 2]])
+    np.testing.assert_array_equal(module._certain(heights, period), [[0.5, np.nan, -1.0, 0.7]])
+
+
+def test_a_peak_lies_between_the_next_places_that_are_certainly_lower():
+    places, heights = (
+        np.array([[1.0, 2.0, 3.0, 4.0, 5.0]] * 2),
+        np.array([[0.2, 0.9, 1.0, np.nan, 0.5], [1, 2, 3, 4, 5.0]]),
+    )
+    low, high = module._beside(places, heights, np.array([3.0, 5.0]), np.array([1.0, 5.0]))
+    assert (low.tolist(), high.tolist()) == ([2.0, 4.0], [5.0, 5.0])

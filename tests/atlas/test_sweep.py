@@ -20,7 +20,8 @@ from gelcone.atlas import sweep as module
 from gelcone.atlas.frequency import frequency
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, plan_record, show, stored_sweep
-from gelcone.atlas.store import Status
+from gelcone.atlas.refinement import Refined
+from gelcone.atlas.store import Field, Status
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, LostWorker
@@ -626,3 +627,97 @@ def test_writing_takes_a_small_share_of_the_time_and_comes_every_two_to_ten_seco
     module._Cells.flush(cells)
     assert cells._unwritten == []
     assert cells._write_at == pytest.approx(100.0 + took + waits)
+
+
+# --- what is known of cells, on made-up results -----------------------------------------------------------------------
+
+
+def made_up(regime, outcome, sign, **more):
+    """The fields of a task."""
+    values = {"regime": regime, "outcome": outcome, "sign": sign}
+    fields = {name: Field((), np.asarray(own, dtype=np.int8), {}) for name, own in values.items()}
+    return fields | {name: Field((), np.asarray(own), {}) for name, own in more.items()}
+
+
+def cells_of(size=6, draws=()):
+    return module._Cells(SimpleNamespace(size=size, shape=(2, size // 2), draws=draws), ("regime", "sign"))
+
+
+def test_cells_are_counted_once_by_what_became_of_them():
+    own, chaotic = cells_of(), int(Regime.CHAOTIC)
+    own.ask(np.arange(5))
+    assert (own.tally.asked, own.tally.computed, own.tally.found) == (5, 0, 0)
+    own.take([(np.array([4]), None)], 1)  # before anything is known of the fields
+    own.take([(np.array([3, 1]), made_up([chaotic, 0], [0, 2], [1, -1], height=[0.5, 0.25]))], 10)
+    own.take([(np.array([0]), made_up([chaotic], [0], [1], height=[0.125])), (np.array([2]), None)], 7)
+    tally = own.tally
+    assert (tally.computed, tally.failed, tally.chaotic, tally.steps) == (5, 3, 2, 18)
+    assert own.fields["outcome"].values[:5].tolist() == [0, 2, Outcome.ERROR, 0, Outcome.ERROR]
+    np.testing.assert_array_equal(own.fields["height"].values[:5], [0.125, 0.25, np.nan, 0.5, np.nan])
+    assert own.fields["status"].values.tolist() == [Status.COMPUTED] * 5 + [0]
+    own.ask(np.array([0, 1, 5]))
+    assert (own.tally.asked, own.tally.found, own.tally.computed) == (8, 2, 7)
+    assert (own.tally.failed, own.tally.chaotic) == (4, 3)
+
+
+def test_cells_that_were_not_computed_take_all_fields_of_their_source():
+    own = cells_of()
+    own.take([(np.array([1, 4]), made_up([2, 3], [0, 1], [1, -1], height=[0.5, 0.25]))], 1)
+    own.infer(Refined(np.array([1, 1, 1, 4, 4, 4]), checked=3, missed=1))
+    for name, values in {"regime": [2, 3], "outcome": [0, 1], "sign": [1, -1], "height": [0.5, 0.25]}.items():
+        assert own.fields[name].values.tolist() == np.repeat(values, 3).tolist(), name
+    assert own.fields["status"].values.tolist() == [
+        Status.COMPUTED if k in (1, 4) else Status.INFERRED for k in range(6)
+    ]
+    assert (own.tally.inferred, own.tally.checked, own.tally.missed) == (4, 3, 1)
+
+
+def test_borders_have_a_dimension_unless_cells_are_draws():
+    kinds, dimensions = (np.arange(33)[:, None] > np.arange(33)).ravel(), []
+    for draws in ((), ("voltage",)):
+        own = module._Cells(SimpleNamespace(size=33 * 33, shape=(33, 33), draws=draws), ("regime",))
+        own.take([(np.arange(33 * 33), made_up(kinds, 0 * kinds, 0 * kinds))], 1)
+        own.infer(Refined(np.arange(33 * 33)))
+        dimensions.append(own.tally.border)
+    assert dimensions[0][0] == pytest.approx(1.0, abs=0.1)
+    assert dimensions[1] is None
+
+
+def test_cells_are_of_one_kind_where_all_that_distinguishes_them_is_the_same():
+    regimes, signs = (part.ravel() for part in np.meshgrid(np.arange(-1, 9), np.arange(-1, 2)))
+    own = cells_of(regimes.size)
+    own.take([(np.arange(regimes.size), made_up(regimes, 0 * regimes, signs))], 1)
+    kinds = own.kinds(np.arange(regimes.size))
+    assert np.unique(kinds).size == regimes.size
+    assert own.kinds(np.array([7]))[0] == kinds[7]
+    assert (module._Cells(SimpleNamespace(size=4), ()).kinds(np.arange(4)) == 0).all()
+
+
+def test_progress_is_the_share_of_the_cells_and_never_goes_back():
+    shares, tallies = [], [Tally(8, computed=2), Tally(8, computed=1), Tally(8, computed=3), Tally(8, 3, 3, inferred=5)]
+    report = module._reporter(None, shares.append)
+    for tally in tallies:
+        report(tally)
+    assert shares == [0.25, 0.125, 0.625]
+    watched = []
+    module._reporter(watched.append, None)(tallies[0])
+    assert watched == tallies[:1]
+
+
+def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(monkeypatch):
+    asked = []
+
+    def compute(plan, analysis, cells, keep):
+        asked.append(cells.tolist())
+        if 3 in cells:
+            raise ZeroDivisionError
+        if 7 in cells:
+            raise InputError("no")
+        return cells.sum()
+
+    monkeypatch.setattr(module, "compute", compute)
+    found = module._task(None, None, (), np.array([1, 3, 5]))
+    assert [(cells.tolist(), result) for cells, result in found] == [([1], 1), ([3], None), ([5], 5)]
+    assert asked == [[1, 3, 5], [1], [3], [5]]
+    with pytest.raises(InputError):
+        module._task(None, None, (), np.array([5, 7]))

@@ -110,3 +110,50 @@ def test_two_doublings_in_a_row_make_a_cascade(periods, cascade):
     for k, period in enumerate(periods):
         mirrored.add(1.0 - 0.1 * k, 1.0, period)
     assert mirrored.cascade is cascade
+
+
+def test_three_values_on_either_side_of_a_change_are_known_from_the_start():
+    """Also where the change covers several values, and at the ends of the branch: their periods show a cascade."""
+    shares = [0.0] * 5 + [0.3, 0.6] + [1.0] * 5
+    (found,) = changes("up", np.arange(12.0), evidence(shares))
+    assert (found.low, found.high) == (4.0, 7.0)
+    assert sorted(found.tried) == [float(k) for k in range(1, 11)]
+    assert [found.tried[k][0] for k in (1.0, 4.0, 5.0, 6.0, 7.0, 10.0)] == pytest.approx([1, 1, 0.7, 0.4, 0, 0])
+    (early,) = changes("up", np.arange(4.0), evidence([0.0, 1.0, 1.0, 1.0], [8, 0, 0, 0]))
+    assert sorted(early.tried) == [0.0, 1.0, 2.0, 3.0]
+    assert early.tried[0.0] == (1.0, 8)
+
+
+def test_shares_of_several_fates_add_up_to_at_most_all():
+    cells = evidence([0.25])
+    cells.fate_regime[0, :2], cells.fate_share[0, :2] = Regime.PERIODIC, (0.7, 0.4)
+    assert share_of(cells, Regime.PERIODIC).tolist() == [1.0]
+    cells.fate_regime[0, 1] = Regime.REST
+    assert share_of(cells, Regime.PERIODIC) == pytest.approx([0.7])
+    assert share_of(cells, Regime.REST) == pytest.approx([0.4])
+    cells.share_chaotic[0] = np.nan
+    assert share_of(cells, Regime.PERIODIC).tolist() == [1.0]  # one motion, which is periodic
+
+
+def test_a_range_is_narrowed_to_the_last_of_one_kind_and_the_first_of_the_other():
+    threshold = Threshold("up", Regime.PERIODIC, Regime.CHAOTIC, 1.0, 2.0)
+    for value, share in (
+        (0.5, 0.0),
+        (1.2, 1.0),
+        (1.4, 1.0),
+        (1.5, 0.6),
+        (1.6, 1.0),
+        (1.8, 0.0),
+        (1.9, 0.0),
+        (2.5, 1.0),
+    ):
+        threshold.add(value, share, 1)
+    threshold.narrow()
+    assert (threshold.low, threshold.high, threshold.unchanged) == (1.4, 1.8, 0)
+    assert threshold.middle == pytest.approx([1.5, 1.6, 1.7])
+    threshold.narrow()
+    threshold.narrow()
+    assert threshold.unchanged == 2
+    threshold.add(1.7, 0.0, 1)
+    threshold.narrow()
+    assert (threshold.low, threshold.high, threshold.unchanged) == (1.4, pytest.approx(1.7), 0)

@@ -137,3 +137,19 @@ def test_the_cone_of_a_film_has_its_prestretches_and_law():
     for name, value in numbers.items():
         assert float(value) == pytest.approx(float(np.ravel(cone[name])[0]), nan_ok=True), name
     assert (float(numbers["A"]), float(numbers["B"])) == pytest.approx((1.21, 1.96))
+
+
+def test_the_least_firmness_lies_between_the_nodes_too(monkeypatch):
+    """Of two elements, one short and one long; the ring in between is the softest."""
+    film, squared = mesh_film(ConeModel(), 0.2, 2, relaxed=True), 0.05
+    m, n = np.array([1.1, 1.2, 1.3, 1.3, 3.0, 3.3]) ** 2, 1.05
+
+    def slopes(m):
+        own = film.model.gel_law(), film.coefficients, m, np.full(m.shape, n), squared, 0.0
+        d = density.relaxed_derivatives(*own)
+        return 2.0 * d.m + 4.0 * m * d.mm
+
+    monkeypatch.setattr(charged_module, "_lengths", lambda film, point: (m, np.full(m.shape, n)))
+    exact, at_nodes = slopes(np.linspace(m[0], m[-1], 20_001)).min(), slopes(m).min()
+    assert exact < 0.85 * at_nodes
+    assert exact <= firmness(film, None, squared) < 1.02 * exact

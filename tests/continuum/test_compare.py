@@ -1,5 +1,7 @@
 """The cone model beside the continuum: forces, stretch limits and what the mesh leaves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -197,3 +199,15 @@ def test_a_mesh_table_is_taken_in_the_middle_of_those_in_tension_at_the_lowest_v
     assert asked == [(0.5, 0.3)]
     assert float(found["mesh_displacement"].squeeze()) == -0.5
     assert float(found["mesh_voltage"].squeeze()) == 0.3
+
+
+def test_the_distance_of_shapes_is_that_by_which_one_is_moved():
+    """As a whole by (0.03, 0.04), and linearly, whose root mean square is the largest over sqrt(3)."""
+    film, fine = mesh_film(ConeModel(), 0.2, 4), mesh_film(ConeModel(), 0.2, 16)
+    flat = SimpleNamespace(position=np.zeros(film.size))
+    moved = SimpleNamespace(position=np.tile([0.03, 0.04], fine.place.size))
+    assert module._distance(film, flat, fine, moved) == pytest.approx(0.05)
+    finest = mesh_film(ConeModel(), 0.2, 400)
+    tilted = np.stack([0.3 * finest.place, 0.0 * finest.place], axis=1).ravel()
+    found = module._distance(film, flat, finest, SimpleNamespace(position=tilted))
+    assert found == pytest.approx(0.3 / np.sqrt(3.0), rel=1e-4)

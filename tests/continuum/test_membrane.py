@@ -1,6 +1,7 @@
 """The film as a continuum: against exact states, an independent shooting solution, and the cone it should become."""
 
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from scipy.optimize import brentq, fsolve
 pytest.importorskip("skfem")
 
 from gelcone.codes import Outcome
-from gelcone.continuum.membrane import highest_span, membrane
+from gelcone.continuum import membrane as module
+from gelcone.continuum.membrane import State, highest_span, membrane
 from gelcone.continuum.mesh import derivatives, mesh_film
 from gelcone.continuum.path import Ending, cone, newton, reach
 from gelcone.errors import InputError
@@ -315,3 +317,151 @@ def test_the_highest_span_is_that_of_a_ring_that_contracts_freely():
     """Stretched twice, a free strip has I1 - 3 = 4 + 2/2 - 3: with that limit no film is longer."""
     film = mesh_film(ConeModel(stretch_limit=2.0, meridional_prestretch=1.25), 0.2, 4)
     assert highest_span(film) == pytest.approx(np.sqrt(4.0 / 1.25**2 - 1.0), rel=1e-12)
+
+
+# --- the search, on made-up paths -------------------------------------------------------------------------------------
+
+
+def made(height=0.5, squared=0.2, stable=True, tense=True, most=-0.1):
+    """A point that no film has; without tension it ``slackens``."""
+    return SimpleNamespace(
+        height=height, squared=squared, stable=stable, tense=tense, forces=SimpleNamespace(most=most, least=most - 1.0)
+    )
+
+
+@pytest.fixture
+def paths(monkeypatch):
+    """The search along arcs that a test gives, where a load is reached unless the test says how far."""
+    given = SimpleNamespace(arcs=[], most={}, asked=[], ends=None)
+
+    def arcs(film, start):
+        return iter([SimpleNamespace(point=p, folds=folds, squared=p.squared) for p, folds in given.arcs])
+
+    def to(film, start, load, value):
+        given.asked.append((start, load, value))
+        changed = SimpleNamespace(**(vars(start) | {load: value}))
+        lost = load in given.most and value > given.most[load]
+        return (None if lost else changed), start
+
+    def raised_in_voltage(film, start, square, step):
+        given.asked.append((start, square, step))
+        ending, end = given.ends if given.ends and given.ends[1] < square else (Ending.CONVERGED, square)
+        return SimpleNamespace(points=[start, made(start.height, min(square, end))], ending=ending, end=end)
+
+    for name, value in {
+        "arc": arcs, "reach": to, "slackens": lambda point: not point.tense, "charged": raised_in_voltage,
+        "slack_limit": lambda model: 0.4,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(module, name, value)
+    return given
+
+
+FILM = SimpleNamespace(relaxed=False, model=None)
+
+
+@pytest.mark.parametrize(
+    ("arcs", "ending", "reached"),
+    [
+        ([(made(squared=0.30), 0), (made(squared=0.36), 0), (made(squared=0.31), 1)], Ending.PULLED_IN, 0.36),
+        ([(made(squared=0.30), 0), (made(squared=0.33, tense=False), 0)], Ending.TENSION_LOST, 0.33),
+        ([(made(squared=0.25), 0), (made(squared=0.24), 0)], Ending.NOT_CONVERGED, 0.25),
+        ([(made(squared=0.2 + 0.01 * k), int(k == 12)) for k in range(13)], Ending.NOT_CONVERGED, 0.31),
+        ([(made(squared=0.2 + 0.01 * k), int(k == 11)) for k in range(13)], Ending.PULLED_IN, 0.31),
+        ([], Ending.NOT_CONVERGED, 0.2),
+    ],
+)
+def test_a_voltage_that_cannot_be_raised_ends_as_the_arc_behind_it_says(paths, arcs, ending, reached):
+    """Within twelve steps; the voltage that was reached is the highest on the way."""
+    paths.arcs, last = arcs, made()
+    found = module._ended(FILM, last)
+    assert (found.ending, found.folds, found.point) == (ending, 0, last)
+    assert found.reached == pytest.approx(reached)
+
+
+def test_behind_a_fold_the_first_stable_point_that_rises_through_the_voltage_counts(paths):
+    start = made(squared=0.2)
+    turn = [(made(squared=0.5), 0), (made(squared=0.1, stable=False), 1)]
+    paths.arcs = [*turn, (made(squared=0.35, stable=False), 1), (made(squared=0.25), 2), (made(squared=0.4), 2)]
+    found = module._along_arc(FILM, made(squared=0.45), 0.3)
+    assert (found.squared, found.stable) == (0.3, True)
+    assert [(asked[0].squared, *asked[1:]) for asked in paths.asked] == [(0.25, "squared", 0.3)]
+    paths.arcs = [*turn, (made(squared=0.2, tense=False), 2), (made(squared=0.4), 2)]
+    assert module._along_arc(FILM, made(squared=0.45), 0.3) is None
+    paths.arcs = [*turn, (made(squared=0.2, stable=False), 1), (made(squared=0.4), 2)]
+    paths.asked.clear()
+    assert module._along_arc(FILM, made(squared=0.45), 0.3).squared == 0.3
+    assert [asked[0].squared for asked in paths.asked] == [0.4]  # not from the one before, which is unstable
+    paths.arcs = [(made(squared=0.35, stable=False), 1), (made(squared=0.1, stable=False), 1), (made(squared=0.4), 2)]
+    paths.asked.clear()
+    assert module._along_arc(FILM, start, 0.3).squared == 0.3
+    assert [asked[0].squared for asked in paths.asked] == [0.4]  # not past an unstable point, although it began stable
+    paths.arcs = [(made(squared=0.3), 0)]
+    assert module._along_arc(FILM, start, 0.3).squared == 0.3
+
+
+def test_films_that_pulled_in_are_found_from_the_highest_disc_down(paths):
+    """By lowering the disc from the one above, else along the arc; below the first that is lost none is sought."""
+    lost = State(made(0.9, 0.2), Ending.PULLED_IN, 0, 0.25)
+    states = {
+        0.9: lost,
+        0.6: State(made(0.6), Ending.NOT_CONVERGED, 0, 0.2),
+        0.3: State(made(0.3), Ending.SLACK, 0, 0.1),
+    }
+    states[1.2] = State(made(1.2, 0.3), Ending.CONVERGED, 0, 0.3)
+    found = module._pulled_in(FILM, states, 0.3)
+    assert {h: (s.point.height, s.ending, s.folds, s.reached) for h, s in found.items()} == {
+        0.9: (0.9, Ending.CONVERGED, 2, 0.3),
+        0.6: (0.6, Ending.CONVERGED, 2, 0.3),
+    }
+    assert [(asked[0].height, *asked[1:]) for asked in paths.asked] == [(1.2, "height", 0.9), (0.9, "height", 0.6)]
+    del states[1.2]
+    assert module._pulled_in(FILM, states, 0.3) == {}
+    paths.arcs = [(made(0.9, 0.1), 2), (made(0.9, 0.4), 2)]
+    assert sorted(module._pulled_in(FILM, states, 0.3)) == [0.6, 0.9]
+
+
+def test_a_compressed_film_is_raised_as_far_as_all_of_it_stays_compressed(paths, monkeypatch):
+    monkeypatch.setattr(module, "flat", lambda film, square: made(0.0, square))
+    monkeypatch.setattr(module, "cone", lambda film, height, below=None: height)
+    monkeypatch.setattr(module, "newton", lambda film, guess, square, within=np.inf: made(guess, square))
+    states = {h: State(made(h), Ending.TENSION_LOST, 0, 0.1) for h in (0.2, 0.4)}
+    states |= {0.3: State(made(0.3), Ending.CONVERGED, 0, 0.1), 0.6: State(made(0.6), Ending.PULLED_IN, 0, 0.1)}
+    found = module._compressed(FILM, states, 0.3)
+    assert {h: (s.point.height, s.ending, s.folds, s.reached) for h, s in found.items()} == {
+        h: (h, Ending.COMPRESSED, 0, 0.3) for h in (0.2, 0.4, 0.6)
+    }
+    paths.most = {"height": 0.5}
+    assert sorted(module._compressed(FILM, states, 0.3)) == [0.2, 0.4]
+    for where in ("flat", "newton"):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(module, where, lambda film, *_: made(0.1, 0.3, most=0.1))
+            assert module._compressed(FILM, states, 0.3) == {}
+
+
+def test_a_film_that_wrinkles_ends_once_and_a_slack_one_pulls_in_at_the_voltage_of_a_free_film(paths):
+    start, squares = made(0.5, 0.0), [0.0, 0.1, 0.25, 0.35, 0.45]
+    assert [s.ending for s in module._relaxed_states(FILM, start, squares)] == [Ending.CONVERGED] * 5
+    assert [asked[1:] for asked in paths.asked] == [
+        (0.1, 0.1), (0.25, pytest.approx(0.15)), (0.35, pytest.approx(0.1)), (0.45, pytest.approx(0.1))
+    ]  # fmt: skip
+    paths.ends = (Ending.SLACK, 0.3)
+    found = module._relaxed_states(FILM, start, squares)
+    assert [s.ending for s in found] == [*[Ending.CONVERGED] * 3, Ending.SLACK, Ending.PULLED_IN]
+    assert [s.reached for s in found] == [0.0, 0.1, 0.25, 0.3, 0.4]
+    paths.ends = (Ending.PULLED_IN, 0.2)
+    found = module._relaxed_states(FILM, start, squares)
+    assert [s.ending for s in found] == [Ending.CONVERGED] * 2 + [Ending.PULLED_IN] * 3
+    assert [s.reached for s in found] == [0.0, 0.1, 0.2, 0.2, 0.2]
+
+
+def test_a_voltage_is_reached_from_a_lower_disc_sooner_and_else_from_a_lower_voltage(paths):
+    start, below = made(0.5, 0.1), State(made(0.4, 0.3), Ending.CONVERGED, 0, 0.3)
+    found = module._charged_to(FILM, start, 0.3, below)
+    assert (found.point.height, found.point.squared, found.ending, found.reached) == (0.5, 0.3, Ending.CONVERGED, 0.3)
+    assert [asked[1:] for asked in paths.asked] == [("height", 0.5)]
+    for lower in (None, State(made(0.0, 0.3), Ending.CONVERGED, 0, 0.3), State(made(0.4), Ending.PULLED_IN, 0, 0.3)):
+        paths.asked.clear()
+        assert module._charged_to(FILM, start, 0.3, lower).ending == Ending.CONVERGED
+        assert [asked[1:] for asked in paths.asked] == [("squared", 0.3)]
+    paths.most = {"squared": 0.2, "height": 0.45}
+    assert module._charged_to(FILM, start, 0.3, below).ending == Ending.NOT_CONVERGED

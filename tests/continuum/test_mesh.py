@@ -5,9 +5,10 @@ import pytest
 
 pytest.importorskip("skfem")
 
-from gelcone.continuum.mesh import electric_forces, energy, forces, mesh_film, tangent
+from gelcone.continuum.mesh import electric_forces, energy, forces, mesh_film, reachable, tangent
 from gelcone.continuum.path import cone
 from gelcone.physics.laws import LAWS
+from gelcone.physics.model import ConeModel
 from tests.continuum.films import MODELS, alone, dense, some_position
 
 
@@ -55,3 +56,22 @@ def test_the_tangent_is_the_gradient_of_the_forces(model):
     now = forces(film, position, squared)
     by_voltage = (forces(film, position, squared + 1e-3).internal - now.internal) / 1e-3
     np.testing.assert_allclose(electric_forces(film, position, squared, now), by_voltage, rtol=1e-9, atol=1e-12)
+
+
+def test_a_state_is_reachable_within_the_stretch_limit_and_with_no_ring_turned_inside_out():
+    film = mesh_film(ConeModel(stretch_limit=20.0), 0.2, 6)
+    own = cone(film, 0.8)
+    assert reachable(film, own)
+    assert not reachable(film, cone(film, 8.0))
+    for node, turned in ((1, 1.05), (film.place.size - 2, 1.05), (3, 3.0)):
+        inside_out = own.copy()
+        inside_out[2 * node] = -turned * film.radius[node]
+        assert not reachable(film, inside_out)
+    broken = own.copy()
+    broken[5] = np.nan
+    assert not reachable(film, broken)
+    free = mesh_film(ConeModel(law="neo-hookean"), 0.2, 6)
+    assert reachable(free, cone(free, 8.0))
+    lower = cone(free, 8.0)
+    lower[2] = -2.0 * free.radius[1]  # some rings alone, of a film without limit
+    assert not reachable(free, lower)

@@ -1,15 +1,17 @@
 """Equilibria of the film: Newton's method, steps along a load, the arc past folds."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 pytest.importorskip("skfem")
 
+from gelcone.continuum import path
 from gelcone.continuum.membrane import membrane
 from gelcone.continuum.mesh import energy, forces, mesh_film, tangent
-from gelcone.continuum.path import FREE, arc, cone, newton, reach
+from gelcone.continuum.path import FREE, arc, cone, flat, newton, reach
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import EQUIBIAXIAL, NEO_HOOKEAN, dense
 
@@ -67,3 +69,58 @@ def test_the_arc_passes_both_folds_and_meets_the_film_that_pulled_in():
     assert (beyond["folds"] == 2).all()
     assert beyond["overhangs"].all()
     assert beyond["stable"].all()
+
+
+def test_a_flat_film_is_stable_as_long_as_its_tangent_is_positive():
+    """Its voltage takes the tension of the pre-stretch: beyond, the flat film buckles."""
+    film, stable = mesh_film(ConeModel(**EQUIBIAXIAL), 0.2, 12), []
+    for squared in (0.0, 0.3, 1.0, 1.3):
+        point = flat(film, squared)
+        least = np.linalg.eigvalsh(dense(tangent(film, point.position, squared))[FREE, FREE]).min()
+        assert point.stable == (least > 0.0)
+        assert np.abs(point.position).max() < 1e-9
+        stable.append(point.stable)
+    assert stable[0]
+    assert not stable[-1]
+
+
+@pytest.mark.parametrize("load", ["height", "squared"])
+def test_the_rate_along_a_load_is_that_of_neighbouring_equilibria(load):
+    film = mesh_film(ConeModel(hoop_prestretch=1.2), 0.2, 8)
+    here = reach(film, newton(film, cone(film, 0.8), 0.0), "squared", 0.1)[0]
+    step = 1e-4
+    value = here.height if load == "height" else here.squared
+    ahead, behind = (reach(film, here, load, value + way * step)[0].position for way in (1.0, -1.0))
+    np.testing.assert_allclose(path._rate(film, here, load), (ahead - behind) / (2.0 * step), rtol=1e-4, atol=1e-6)
+
+
+def made(height=0.5, stable=True, least=0.1, squared=0.2):
+    position = np.zeros(8)
+    position[path.DISC_HEIGHT] = height
+    return path.Point(position, squared, SimpleNamespace(least=least, internal=position), stable)
+
+
+@pytest.mark.parametrize(
+    ("start", "found", "taken"),
+    [
+        (made(), made(0.55), True),
+        (made(), None, False),
+        (made(), made(0.55, stable=False), False),
+        (made(stable=False), made(0.55, stable=False), True),
+        (made(0.0), made(0.0, stable=False), True),  # flat, symmetry carries it through
+        (made(), made(0.55, least=-0.1), False),
+        (made(least=-0.1), made(0.55, least=-0.1), True),
+    ],
+)
+def test_a_step_leads_to_a_film_as_stable_and_as_tense_as_before_or_nowhere(monkeypatch, start, found, taken):
+    asked = []
+    monkeypatch.setattr(path, "_rate", lambda film, point, load: np.full(8, 0.4))
+    monkeypatch.setattr(
+        path, "newton", lambda film, guess, squared, within: asked.append((guess, squared, within)) or found
+    )
+    assert path.step(None, start, "squared", 0.3) is (found if taken else None)
+    ((guess, squared, within),) = asked
+    np.testing.assert_allclose(guess, start.position + 0.04)
+    assert (squared, within) == (0.3, pytest.approx(0.3 * 0.04, rel=1e-6))
+    assert path.step(None, start, "squared", 0.2 + 1.26) is None  # by more than half of b - a
+    assert len(asked) == 1

@@ -6,7 +6,9 @@ import xarray as xr
 
 import gelcone
 from gelcone.analyses.request import read_subject
+from gelcone.devices.analysis import Scaled, dimensionless, for_swept_devices
 from gelcone.errors import DoubtfulInput, InputError
+from gelcone.quantity import Time, Voltage
 
 DEVICE = gelcone.find_device("soft-film")
 
@@ -77,6 +79,8 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
         (lambda: gelcone.simulate(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]})), "was given a plan"),
         (lambda: gelcone.simulate(3), "was given a int in place of a ConeModel or a Device"),
         (lambda: gelcone.simulate(DEVICE, workers=2), "takes no workers; threads=N"),
+        (lambda: gelcone.simulate(DEVICE.to_model(), workers=2), "takes no workers; threads=N"),
+        (lambda: gelcone.map(DEVICE.to_model(), {"voltage": [0.1, 0.2]}, workers=2), "workers"),
         (lambda: gelcone.sweep(DEVICE), "was given a Device; give a plan"),
         (lambda: gelcone.regime(gelcone.simulate(DEVICE, periods=1)), "was given a result"),
         (lambda: gelcone.to_si(DEVICE), "in place of a result"),
@@ -130,3 +134,50 @@ def test_a_start_has_the_states_of_material_and_amplifier():
     np.testing.assert_allclose(plain.initial, [2e-3 / scales.length, 0.0, 0.9, 1.1, 1e3 / scales.voltage], rtol=1e-12)
     with pytest.raises(InputError, match="or all of them: displacement, velocity, viscous_meridional_1"):
         gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9), times=["10 ms"])
+
+
+def test_a_number_that_an_analysis_returns_is_in_si():
+    """Of one device and of several that differ in their unit of voltage."""
+    device = DEVICE.replace(film="taut", initial_height=0.0)
+    for one in (device, device.replace(film_thickness=[1e-4, 2e-4])):
+        own = gelcone.pitchfork_voltage(one.to_model()) * one.scales.voltage
+        np.testing.assert_allclose(gelcone.pitchfork_voltage(one), own, rtol=1e-14)
+        assert np.all(own > 100.0)
+
+
+def test_one_option_of_devices_in_different_units_is_a_time_that_is_long_enough_in_each_or_refused():
+    """A mass changes the unit of time, and so of a velocity, and leaves that of voltage."""
+    several = DEVICE.replace(moving_mass=[4e-3, 1e-3])
+    slow, fast = several.scales.time
+    assert slow > fast
+    taken = dimensionless(
+        {"window": "time", "level": "voltage", "start": "velocity"}, {"window": "2 s"}, several.scales
+    )
+    assert float(taken["window"]) == pytest.approx(2.0 / fast)
+    assert float(taken["window"]) * slow >= 2.0
+    volts = dimensionless({"level": "voltage"}, {"level": "2 kV"}, several.scales)["level"]
+    assert float(volts) == pytest.approx(2e3 / DEVICE.scales.voltage)
+    for quantity, value in (("velocity", "1 m/s"), ("frequency", "1 Hz")):
+        with pytest.raises(InputError, match=f"speed: is one {quantity} for devices whose units of {quantity} differ"):
+            dimensionless({"speed": quantity}, {"speed": value}, several.scales)
+    kept = dimensionless({"a": "time", "b": "", "c": "time"}, {"a": Scaled(3.0), "b": 4.0, "c": None}, several.scales)
+    assert kept == {"a": 3.0, "b": 4.0, "c": None}
+
+
+def test_an_analysis_of_a_swept_device_takes_options_in_si_and_leaves_defaults_as_they_are():
+    """Also the start: without one each device has its own, given in millimetres it is that of all."""
+    seen = {}
+
+    def own(model, *, initial=(1.0, 0.0), window: Time = 30.0, level: Voltage = 2.0):
+        """Do nothing."""
+        seen.update(initial=initial, window=window, level=level)
+        return gelcone.simulate(model, periods=1)
+
+    run = for_swept_devices(own)
+    run(DEVICE)
+    assert seen == {"initial": None, "window": 30.0, "level": 2.0}
+    assert isinstance(seen["window"], Scaled)
+    run(DEVICE, initial=("1 mm", "0 m/s"), level="1 kV")
+    assert seen == {"initial": ("1 mm", "0 m/s"), "window": 30.0, "level": "1 kV"}
+    run(DEVICE.to_model())
+    assert seen == {"initial": (1.0, 0.0), "window": 30.0, "level": 2.0}

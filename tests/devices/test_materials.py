@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.devices.device import find_device
-from gelcone.devices.materials import Material, find_material, load_materials
+from gelcone.devices.materials import Material, find_material, load_materials, side_by_side
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
@@ -226,6 +226,17 @@ def test_a_material_carries_its_branches_in_si(film):
     [
         ({"viscous_modulus_1": "9 kPa"}, "relaxation_time_1: is missing; viscous_modulus_1 is given"),
         ({"viscous_modulus_2": "9 kPa", "relaxation_time_2": "1 s"}, "viscous_modulus_2: there is no branch 1"),
+        (
+            {
+                "viscous_modulus_1": "9 kPa",
+                "relaxation_time_1": "1 s",
+                "viscous_modulus_3": 1e3,
+                "relaxation_time_3": 1,
+            },
+            "viscous_modulus_3: there is no branch 2; number them from 1",
+        ),
+        ({"relaxation_time_1": "1 s"}, "viscous_modulus_1: is missing; relaxation_time_1 is given"),
+        ({"viscous_stretch_limit_2": 50.0}, "viscous_modulus_2: is missing; viscous_stretch_limit_2 is given"),
         ({"flow": "exp"}, "flow = 'exp': must be one of log, linear"),
         (VHB | {"viscous_stretch_limit_1": 50.0}, "the linear flow has none"),
         ({"relaxation_time_1": "1 kPa", "viscous_modulus_1": "9 kPa"}, "relaxation_time_1"),
@@ -239,3 +250,40 @@ def test_branches_of_a_material_that_cannot_be_are_refused(given, message):
 def test_a_film_that_does_not_creep_is_refused_with_a_remedy():
     with pytest.raises(InputError, match="'power film' does not creep; set film = membrane, wrinkling or taut"):
         find_device("biased-pump").replace(material=Material(**VHB), film=PowerFilm()).to_model()
+
+
+def test_a_range_stays_where_another_number_is_changed_and_holds_its_own_ends():
+    """Each number takes its own range and its own source with it."""
+    given = {"shear_modulus": 9e3, "shear_modulus_range": [9e3, 1.2e4], "relative_permittivity": 5.0}
+    given |= {
+        "relative_permittivity_range": [4.0, 5.0],
+        "sources": {"shear_modulus": "a", "relative_permittivity": "b"},
+    }
+    gel = Material(**given)
+    stiffer, other = gel.replace(shear_modulus="10 kPa"), gel.replace(relative_permittivity=1.0)
+    assert (stiffer.shear_modulus_range, other.relative_permittivity_range) == (None, None)
+    assert list(stiffer.relative_permittivity_range) == [4.0, 5.0]
+    assert list(other.shear_modulus_range) == [9e3, 1.2e4]
+    assert (stiffer.sources, other.sources) == ({"relative_permittivity": "b"}, {"shear_modulus": "a"})
+    assert gel.replace(sources={}).name == gel.name
+    assert gel.replace(stretch_limit=30.0).sources == gel.sources
+
+
+def test_numbers_of_gels_side_by_side_are_one_where_they_agree_and_left_out_where_one_is_unknown():
+    one = Material(name="a", shear_modulus=1e4, relative_permittivity=5.0, dielectric_strength=1e7, resistivity=1e9)
+    two = Material(name="b", shear_modulus=2e4, relative_permittivity=5.0, resistivity=2e9)
+    both = side_by_side([one, two, one])
+    np.testing.assert_array_equal(both.shear_modulus, [1e4, 2e4, 1e4])
+    np.testing.assert_array_equal(both.resistivity, [1e9, 2e9, 1e9])
+    assert both.relative_permittivity == 5.0
+    assert both.dielectric_strength is None
+    assert both.name == "a / b / a"
+
+
+def test_the_library_is_as_it_was_whatever_is_done_with_what_was_loaded():
+    gels = load_materials()
+    assert gels["VHB 4910"] is find_material("VHB 4910")
+    gels.clear()
+    gels["VHB 4910"] = None
+    assert find_material("VHB 4910").viscous_modulus_1 == 82313.0
+    assert len(load_materials()) > 3

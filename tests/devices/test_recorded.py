@@ -95,6 +95,7 @@ BAD = {
     "time (s), voltage (V)\n0,0\n1,nan\n": "line 3: 'nan' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,inf\n": "line 3: 'inf' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1e300\n": "line 3: '1e300' is not a finite number",
+    "time (s), voltage (V)\n0,0\n1,-2e20\n": "line 3: '-2e20' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1_0\n": "line 3: '1_0' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,5 V\n": "line 3: '5 V' is not a finite number",
     "time (s), voltage (V)\n0,0\n1,1\n1,2\n": "line 4: the time 1 repeats 1; times must increase",
@@ -167,3 +168,12 @@ def test_options_of_a_recording_are_checked(write):
 def test_columns_are_separated_by_commas(write, separator):
     with pytest.raises(InputError, match="line 1: separate the columns by commas"):
         read_recording(write(GOOD.replace(",", separator)), True)
+
+
+@pytest.mark.parametrize("heads", ["time, voltage", "time (1), voltage [1]", "Voltage/1, time"])
+def test_a_model_takes_pure_numbers_with_or_without_the_unit_one(write, heads):
+    rows = "0.4,1\n0.1,3\n" if heads.startswith("Voltage") else "1,0.4\n3,0.1\n"
+    times, volts = read_recording(write(f"{heads}\n{rows}"), False)
+    assert (times.tolist(), volts.tolist()) == ([0.0, 2.0], [0.4, 0.1])
+    with pytest.raises(InputError, match="the column 'time' has the unit 'ms'; give a device"):
+        read_recording(write("time (ms), voltage\n0,0\n1,1\n"), False)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.devices.template import _value, told_fields
+from gelcone.devices.template import _terms, _value, told_fields
 from gelcone.devices.units import parse
 
 DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
@@ -50,3 +50,26 @@ def test_values_are_written_as_toml_that_reads_back_to_the_same(value, unit, tex
         assert parse("x", again, unit, infinite=True) == value
     elif not isinstance(value, list):
         assert again == value
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.123456789, "m", '"123.456789 mm"'), (2e-4, "m", '"200 um"'), (56100.0 / 3.0, "Pa", '"18.7 kPa"'),
+        (0.5, "1", "0.5"), (0.0, "m", "0.0"), (np.inf, "s", "inf"), ([1.0, 2.5], "V", '["1 V", "2.5 V"]'),
+        (True, "", "true"), ("a \u03bc", "", '"a \u03bc"'),
+    ],
+)  # fmt: skip
+def test_a_value_is_written_with_its_unit_and_all_its_digits(value, unit, text):
+    assert _value(value, unit) == text
+
+
+def test_a_field_says_whether_it_is_needed_its_unit_and_its_usual_range():
+    fields = gelcone.Device.fields
+    assert _terms(fields["disc_radius"])[:2] == ["required", "SI unit m"]
+    assert _terms(fields["damping_ratio"])[0] == "required, or give damping_coefficient or quality_factor"
+    assert _terms(fields["initial_height"])[0].startswith("optional, ")
+    assert _terms(fields["beam_rate"])[0] == "optional, no beam when left out"
+    assert [term for term in _terms(fields["disc_radius"]) if term.startswith("usual ")] == ["usual 1 mm to 50 mm"]
+    assert _terms(fields["name"])[0] == "optional, the file's name when left out"
+    assert not any(term.startswith(("SI unit", "usual")) for term in _terms(fields["name"]))

@@ -204,3 +204,17 @@ def test_lists_tuples_and_arrays_are_read_alike(values):
 )
 def test_four_digits_are_shown(value, text):
     assert format_si(value, "m") == text
+
+
+def test_a_message_lists_all_units_of_a_dimension_also_those_that_are_no_powers_of_ten():
+    assert (
+        DIMENSIONS["s"].accepted("s", "5 ms")
+        == "give a number in s or a string such as '5 ms' (units s, ms, us, min, h)"
+    )
+    assert DIMENSIONS["1"].accepted("1", "1.2") == "give a plain number such as 1.2"
+
+
+@pytest.mark.parametrize("value", [[1.0], (1.0, 2.0), np.array([1.0, 2.0])])
+def test_several_values_in_place_of_one_are_named_as_such(value):
+    with pytest.raises(FieldError, match="must be one value, not several"):
+        parse("thickness", value, "m")

@@ -77,3 +77,18 @@ def test_columns_rise_from_no_voltage_to_their_end_by_states_in_balance():
         assert found.last.V[k] == V[-1]
     alone = film.measures(film.found(film.unloaded(x[:1])._replace(V=np.array([0.0]))))
     assert found.first[0] == pytest.approx(float(alone.force[0]), rel=1e-9)
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+def test_a_column_ends_where_steps_are_as_short_as_was_asked_for_however_long_they_were(steps):
+    """Each step that leads to no state is halved; the end lies in the middle of the last one."""
+    film, x, ends = Elements(GEL, 0.25, 30), np.array([0.9, 1.5]), []
+    for finest in (3e-4, 3e-3):
+        found = columns(film, x, np.array([0.24, 0.15]), np.full(2, 0.6), steps, finest)
+        assert not found.slack.any()
+        for k in range(2):
+            V, _ = found.along(k, found.measures.force)
+            assert 0.0 < found.end[k] - V[-1] <= finest * 0.24
+            assert V.size > steps + 2
+        ends.append(found.end)
+    np.testing.assert_allclose(ends[1], ends[0], atol=2.0 * 3e-3 * 0.24)

@@ -48,3 +48,18 @@ def test_lengths_are_one_at_the_lowest_height_and_are_fitted():
     assert (numbers["mean_begin"], numbers["mean_scale"]) == (0.0, module.SCALE)
     for x, length in zip(heights[1:], found[1:], strict=True):
         assert mean_length(x * x - module.LOWEST**2, numbers)[0] == pytest.approx(length, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("A", "B", "scale", "error"), [(1.2, 1.2, 0.5, 2e-5), (1.0, 2.25, 0.1, 0.012), (1.21, 1.96, 0.1, 0.005)]
+)
+def test_lengths_are_fitted_closely_from_the_height_at_which_the_film_begins_to_pull(A, B, scale, error):
+    """With a stronger hoop they change most next to the flat film, where the variable of the fit is finer."""
+    film = Elements(Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": 50.0}), A, B), 0.25, 40)
+    own, rise = fitted(film, 0.0, 1.5), np.array([1e-4, 0.04, 0.36, 1.0])
+    assert own["mean_scale"] == scale
+    exact = mean_lengths(film, np.sqrt(rise))
+    found = mean_length(rise - rise[0], own)[0]
+    np.testing.assert_allclose(found, exact, rtol=error)
+    places = np.array([0.05, 0.3, 1.0, 1.4])
+    np.testing.assert_allclose(height_of(mean_length(places, own)[0], own), places, rtol=0.05)

@@ -188,3 +188,74 @@ def test_a_waveform_of_ones_own_is_scaled_to_its_peak():
     found = drive(own, **RANGE, threads=1)
     numbers = {name: float(found[name]) for name in ("voltage", "voltage_bias", "drive_frequency")}
     assert float(own.replace(**numbers).peak_voltage) == pytest.approx(float(found["peak_voltage"]))
+
+
+def test_a_limit_at_a_constant_voltage_counts_where_it_is_the_lower_one():
+    """At each frequency that either envelope examined; where both did, the later one."""
+    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(static_limit_voltage=("limit", [1.7]))
+    near = made_up(1.1, 1.2, 1.3, 1.8).assign(drive_frequency=("f", [1.0, 1.1, 1.2, 1.5]))
+    known, limits, names = best_drive._rows(wide, near)
+    np.testing.assert_array_equal(known, [0.5, 0.995, 1.0, 1.1, 1.2, 1.5])
+    np.testing.assert_allclose(limits, [1.7, 1.4, 1.1, 1.2, 1.3, 1.8])
+    held = "breakdown at a constant voltage"
+    assert names == [held, "pull-in", "pull-in", "pull-in", "pull-in", "pull-in"]
+    assert best_drive._limit(wide, near, 0.6) == (held, 1.7)
+    assert best_drive._limit(wide, near, 1.08) == ("pull-in", 1.2)
+    free = wide.assign(first_limit=("f", [-1, 0, -1, 0]), static_limit_voltage=("limit", [np.nan]))
+    assert best_drive._limit(free, free, 0.5) == ("none", np.inf)
+
+
+def test_the_second_search_lies_between_the_neighbours_and_around_the_limit_there():
+    window = made_up(2.0, 1.4, 2.0, 1.9)
+    for omega, ends, bound in ((0.5, (0.5, 0.995), 2.0), (1.0, (0.995, 1.5), 2.0), (1.4, (1.0, 1.5), 1.9)):
+        found = best_drive._around(window, omega)
+        assert (found["frequencies"][0], found["frequencies"][-1]) == pytest.approx(ends)
+        np.testing.assert_allclose(found["peaks"], bound * np.linspace(*best_drive.PEAKS))
+    free = window.assign(first_limit=("f", [-1] * 4))
+    np.testing.assert_allclose(best_drive._around(free, 1.0)["peaks"], 0.1 * np.linspace(*best_drive.PEAKS))
+
+
+def test_drives_inside_the_window_are_its_edge_and_the_peaks_up_to_it():
+    window = made_up(2.0, 1.4, 2.0, 1.9)
+    window = window.drop_dims("peak").assign(
+        driven_peak=("peak", [1.1, 1.52, 1.7]),
+        regime=(("f", "peak"), np.array([[Regime.PERIODIC, Regime.PERIODIC, Regime.CHAOTIC]] * 4)),
+        outcome=(("f", "peak"), np.array([[0, 3, 0]] * 4)),
+        **{f"driven_{name}": (("f", "peak"), np.arange(12.0).reshape(4, 3) + 10.0 * k)
+           for k, name in enumerate(("stroke", "damper_power", "apparent_power"))},
+    )  # fmt: skip
+    found = best_drive.candidates(window)
+    np.testing.assert_allclose(found.frequency, [*FREQUENCY, 0.5, 0.5, 0.995, 1.0, 1.0, 1.5, 1.5])
+    np.testing.assert_allclose(found.peak, [1.6, 1.12, 1.6, 1.52, 1.1, 1.52, 1.1, 1.1, 1.52, 1.1, 1.52])
+    np.testing.assert_allclose(found.stroke, [1, 2, 9, 3, 0, 1, 3, 6, 7, 9, 10])
+    np.testing.assert_allclose(found.power[4:], found.stroke[4:] + 10.0)
+    np.testing.assert_allclose(found.apparent[4:], found.stroke[4:] + 20.0)
+    assert found.periodic.tolist() == [1, 1, 1, 1, 1, 0, 1, 1, 0, 1, 0]
+    assert found.edge.tolist() == [1] * 4 + [0] * 7
+
+
+@pytest.mark.parametrize(
+    ("largest", "value"), [("stroke", 0.3), ("power", 0.4), ("work", 0.8 * np.pi / 0.5), ("speed", np.sqrt(0.4 / 0.2))]
+)
+def test_what_may_be_largest(largest, value):
+    one = best_drive.Candidates(
+        *(np.array([v, v]) for v in (0.5, 1.0, 0.3, 0.4, 9.0)), np.array([1.0, 0.0]), np.ones(2)
+    )
+    np.testing.assert_allclose(one.value(largest, 0.1), [value, np.nan])
+
+
+def test_the_kick_is_that_of_the_closer_search_and_known_at_the_edge_alone():
+    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(kick_high=("f", [0.1, 0.2, 0.3, 0.4]))
+    near = made_up(1.1, 1.2, 1.3, 1.8).assign(
+        drive_frequency=("f", [1.0, 1.1, 1.2, 1.5]), kick_high=("f", [5, 6, 7, 8])
+    )
+
+    def best(frequency, edge):
+        return best_drive.Candidates(frequency, 1.0, 0.3, 0.4, 9.0, 1.0, edge)
+
+    kicks = [best_drive._kick(near, wide, best(*one)) for one in ((1.0, 1.0), (0.995, 1.0), (1.0, 0.0), (0.7, 1.0))]
+    np.testing.assert_array_equal(kicks, [5.0, 0.2, np.nan, np.nan])
+    frequency, peak, value = best_drive._edge(wide, near, "stroke", 0.1)
+    np.testing.assert_array_equal(frequency, [0.5, 0.995, 1.0, 1.1, 1.2, 1.5])
+    np.testing.assert_allclose(peak, 0.8 * np.array([2.0, 1.4, 1.1, 1.2, 1.3, 1.8]))
+    np.testing.assert_allclose(value, [1.0, 2.0, 1.0, 2.0, 9.0, 3.0])

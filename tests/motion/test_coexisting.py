@@ -1,5 +1,7 @@
 """Motions beside the one that grows out of rest, and the kick that leads to them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from gelcone.motion import coexisting as module
 from gelcone.motion.coexisting import Motions, _narrow, coexisting
 from gelcone.motion.settle import start_states
 from gelcone.motion.settled import Swing, settled_swing
+from gelcone.motion.validity import unknown
 
 WELLS = ConeModel(damping_ratio=0.3, spring_stiffness=0.5, rest_height=0.0, voltage=0.05, voltage_bias=1.6)
 """Two wells, mirror images of each other, and next to no drive: a kick over the hill leads from one to the other."""
@@ -118,3 +121,149 @@ def test_kicks_stay_within_what_a_disc_does_where_the_stretch_limit_is_far():
     model = ConeModel(stretch_limit=1e6, damping_ratio=0.1, voltage=0.3)
     assert module._farthest(model.members(), 0) == module.FARTHEST
     assert module._farthest(model.replace(stretch_limit=10.0).members(), 0) < module.FARTHEST
+
+
+# --- made-up motions --------------------------------------------------------------------------------------------------
+
+
+def failed(outcome):
+    made = motion(np.nan)
+    made.outcome[:] = outcome
+    return made
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        (motion(1.0), motion(1.0009), True),
+        (motion(1.0), motion(1.0012), False),
+        (motion(1e-6), motion(9e-6), True),  # of at least a hundredth
+        (motion(1.0), failed(Outcome.PULLED_IN), False),
+        (failed(Outcome.PULLED_IN), failed(Outcome.STEP_LIMIT), True),
+    ],
+)
+def test_motions_are_one_where_both_ends_agree_and_all_that_fail_are(one, other, same):
+    assert module._same(one, other) is same
+    assert module._same(other, one) is same
+    for period in (0, 2):  # without a period, or of another, they agree to a hundredth
+        loose = motion(1.009)
+        loose.period[:] = period
+        assert module._same(motion(1.0), loose) is True
+    shifted = motion(1.0)
+    shifted.lowest[:] += 0.02
+    assert module._same(motion(1.0), shifted) is False
+
+
+def test_a_climb_doubles_its_kicks_and_notes_the_first_that_leads_away():
+    """At each phase and to either side; to motions of two sizes."""
+    asked = []
+
+    class Kicks:
+        phases, signs, largest = np.array([0.0, 0.5]), np.array([1.0, -1.0]), np.array([8.0, 8.0])
+
+        def after(self, rows, phases, kicks):
+            asked.extend(zip(rows.tolist(), phases.tolist(), kicks.tolist(), strict=True))
+            size = np.where(kicks >= 2.0, np.where(phases == 0.5, 3.0, 1.0), 0.1)
+            return [motion(s if row == 0 else 0.1) for row, s in zip(rows, size, strict=True)]
+
+    found, shares = [Motions([motion(0.1)], [(np.nan, np.nan)]) for _ in range(2)], []
+    leading = module._climb(Kicks(), np.array([0, 1]), found, shares.append)
+    assert leading == {0: [(0.0, 2.0), (0.5, 2.0)], 1: []}
+    assert sorted({abs(size) for _, _, size in asked}) == [8.0 / 2**k for k in range(module.LEVELS - 1, -1, -1)]
+    assert len(asked) == 2 * 4 * module.LEVELS
+    assert [float(one.highest[0]) for one in found[0].kinds] == [0.1, 1.0, 3.0]
+    assert found[0].kick[1:] == [(1.0, 2.0)] * 2
+    assert len(found[1].kinds) == 1
+    assert sum(shares) == pytest.approx(0.7)
+
+
+def test_a_first_kick_that_leads_away_has_no_lower_end():
+    class Kicks:
+        phases, signs, largest = np.array([0.0]), np.array([1.0]), np.array([1.0])
+
+        def after(self, rows, phases, kicks):
+            return [motion(1.0) for _ in rows]
+
+    found = [Motions([motion(0.1)], [(np.nan, np.nan)])]
+    module._climb(Kicks(), np.array([0]), found, lambda share: None)
+    assert found[0].kick[1] == (0.0, 2.0 ** (1 - module.LEVELS))
+    assert module._promising([(0.1, 0.5), (0.3, -0.25), (0.7, 0.25)]) == [(0.3, -0.25), (0.7, 0.25)]
+
+
+@pytest.fixture
+def settling(monkeypatch):
+    """Where discs begin decides which motion they settle on; rows are told by their voltage."""
+    asked = []
+
+    def settle(members, states, **options):
+        volts = members.values["voltage"]
+        asked.extend(zip(volts.tolist(), states[:, 0].tolist(), strict=True))
+        made = Swing.blank(members.size)
+        size = np.where(np.abs(states[:, 0]) > 1.0, 3.0, np.where(states[:, 0] > 0.3, 1.0, 0.1))
+        made.lowest[:], made.highest[:], made.period[:] = -size, size, 1
+        made.final[:, 0] = states[:, 0]
+        made.outcome[:] = np.where(states[:, 0] < -1.0, Outcome.PULLED_IN, Outcome.OK)
+        return made
+
+    monkeypatch.setattr(module, "settled_swing", settle)
+    return asked
+
+
+def test_the_disc_is_let_go_on_both_sides_up_to_its_reach(settling, monkeypatch):
+    monkeypatch.setattr(module, "_farthest", lambda members, k: 2.0 if k else 0.8)
+    members = ConeModel(voltage=[0.1, 0.2]).members()
+    found = [Motions([motion(0.1)], [(np.nan, np.nan)]) for _ in range(2)]
+    module._let_go(members, np.array([0, 1]), found, {})
+    assert sorted(settling) == [(0.1, -0.8), (0.1, -0.4), (0.1, 0.4), (0.1, 0.8), *[(0.2, x) for x in (-2, -1, 1, 2)]]
+    assert [float(one.highest[0]) for one in found[0].kinds] == [0.1, 1.0]
+    assert [float(one.highest[0]) for one in found[1].kinds] == [0.1, 1.0, 3.0]  # -2 fails and counts for nothing
+
+
+def test_motions_are_handed_on_to_both_neighbours_that_run_until_none_is_new(settling):
+    members = ConeModel(voltage=[0.1, 0.2, 0.3, 0.4]).members()
+    found = [Motions([motion(0.1)], [(np.nan, np.nan)]) for _ in range(4)]
+    for own in found:
+        own.kinds[0].final[:] = 0.0
+    new = motion(1.0)
+    new.final[:] = 0.5
+    found[1].number_of(new)
+    module._hand_on(members, np.array([0, 1, 2]), found, {})
+    assert [[float(one.highest[0]) for one in own.kinds] for own in found] == [[0.1, 1.0]] * 3 + [[0.1]]
+    large = [volts for volts, state in settling if state == 0.5]
+    assert sorted(large) == [0.1, 0.2, 0.2, 0.3]
+    assert 0.4 not in {volts for volts, _ in settling}
+
+
+def test_results_list_the_others_by_rising_kick(monkeypatch):
+    classes = SimpleNamespace(regime=np.array([Regime.CHAOTIC, Regime.PERIODIC, Regime.REST]))
+    monkeypatch.setattr(module, "classify", lambda members, states, **flow: classes)
+    monkeypatch.setattr(
+        module,
+        "swing",
+        lambda members, states, **flow: SimpleNamespace(validity=np.arange(3)[:, None] + unknown(3) * 0),
+    )
+    members = ConeModel(voltage=[0.1, 0.2]).members()
+    first = Motions(
+        [motion(k) for k in (0.1, 1.0, 2.0, 3.0)], [(np.nan,) * 2, (np.nan,) * 2, (4.0, 8.0), (1.0, 2.0)], (1.5, 1.6)
+    )
+    second = Motions([motion(0.1), failed(Outcome.PULLED_IN)], [(np.nan,) * 2, (0.5, 1.0)], (0.7, 0.8))
+    found = module._arrays(members, [first, second], np.array([9.0, 8.0]), {})
+    np.testing.assert_array_equal(found["stroke"], [[6.0, 4.0, 2.0], [np.nan] * 3])
+    np.testing.assert_array_equal(found["motion_kick_low"], [[1.0, 4.0, np.nan], [0.5, np.nan, np.nan]])
+    np.testing.assert_array_equal(found["motion_kick_high"], [[2.0, 8.0, np.nan], [1.0, np.nan, np.nan]])
+    np.testing.assert_array_equal(
+        found["regime"],
+        [[Regime.CHAOTIC, Regime.PERIODIC, Regime.REST], [Regime.LEFT_THE_DOMAIN, np.nan, np.nan]],
+    )
+    np.testing.assert_array_equal(found["outcome"], [[0, 0, 0], [Outcome.PULLED_IN, np.nan, np.nan]])
+    assert found["motions"].tolist() == [3, 1]
+    assert (found["kick_low"].tolist(), found["kick_high"].tolist()) == ([1.5, 0.7], [1.6, 0.8])
+    assert found["kick_tried"].tolist() == [9.0, 8.0]
+
+
+def test_the_largest_kick_carries_the_disc_from_rest_to_nine_tenths_of_its_reach():
+    """By its energy without voltage; the velocity is the root of twice what it gains."""
+    members = ConeModel(stretch_limit=[5.0, 50.0], voltage=1.3).members()
+    reach = np.array([float(members.system.film.reach(members.numbers_at(k))[1]) for k in range(2)])
+    gained = np.asarray(members.energy(0.9 * reach)) - np.asarray(members.energy(np.zeros(2)))
+    np.testing.assert_allclose(module._largest_kicks(members), np.sqrt(2.0 * gained), rtol=1e-12)

@@ -99,3 +99,19 @@ def test_a_capacitance_that_no_height_has_gives_none():
     assert np.isnan(found.displacement.values).all()
     with pytest.raises(InputError, match="at least 0"):
         gelcone.sense(device(), ["1 nF"], uncertainty=-1e-12)
+
+
+@pytest.mark.parametrize("kind", FILMS)
+def test_heights_are_found_wherever_the_film_has_a_state(kind):
+    """From just above its plane to the largest height that is searched, in the model's own units."""
+    model = device(kind).to_model()
+    high = min(2.99, model.film.reach(model.numbers())[1] - 1e-3)
+    x = np.array([1e-3, 0.2, 1.0, 2.0, high])
+    known = np.asarray(model.film.capacitance(x, 0.0 * x, [], model.numbers()))
+    found = gelcone.sense(model, known, uncertainty=1e-3)
+    np.testing.assert_allclose(found.displacement.values, x, rtol=1e-6)
+    slope = np.gradient(np.asarray(model.film.capacitance(np.linspace(0.9, 1.1, 3), np.zeros(3), [], model.numbers())))
+    assert float(found.displacement_error[2]) == pytest.approx(1e-3 / (slope[1] / 0.1), rel=1e-2)
+    beyond = gelcone.sense(model, [known[0] - 0.1, known[-1] * 1.5])
+    assert np.isnan(beyond.displacement.values).all()
+    assert np.isnan(beyond.displacement_error.values).all()

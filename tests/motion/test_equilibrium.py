@@ -454,3 +454,21 @@ def test_both_films_of_a_double_cone_are_stiff_at_once():
     near = 1e-6
     more = [(pull(at + near) - pull(at - near)) / (2.0 * near) for at in (x, 0.4 - x)]
     np.testing.assert_allclose(held, more[0] + more[1], rtol=1e-6)
+
+
+def test_each_equilibrium_has_the_state_of_its_film_and_one_that_is_not_there_has_none():
+    model = gelcone.ConeModel(
+        film="wrinkling", prestretch=1.2, spring_stiffness=0.3, rest_height=0.1, stretch_limit=50.0
+    )
+    levels = np.array([0.0, 0.5, 0.9, 1.1])
+    found = gelcone.static(model, levels)
+    place, states = found["equilibrium_displacement"].values, found["film_state"].values
+    missing = np.isnan(place)
+    assert missing.any()
+    assert (states[missing] == -1).all()
+    for name in ("hoop_slack", "meridional_slack", "near_limit", "pulled_in"):
+        np.testing.assert_array_equal(np.isnan(found[f"validity_{name}"].values), missing)
+    n = model.own_numbers
+    for k, v in enumerate(levels):
+        there = ~missing[k]
+        np.testing.assert_array_equal(states[k][there], model.film.state(place[k][there], v, [], n).kind)

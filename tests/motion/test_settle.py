@@ -1,5 +1,7 @@
 """Clocks and settling: forcing periods, the fastest rate, initial states, runs over whole periods."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,9 @@ from gelcone.errors import InputError
 from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import (
+    LONGEST_TIME,
     blocks,
+    check_budgets,
     clocks,
     nudge,
     pieces,
@@ -137,3 +141,12 @@ def test_pieces_join_where_the_clock_returns(monkeypatch):
     assert found[-1].outcome.tolist() == [Outcome.OK, Outcome.OUTSIDE]
     late = integrate(PERIODIC, (0.9, 0.0), [(4 + 0.25) * np.pi]).states[0, 0]
     np.testing.assert_allclose(found[-1].states[0, 1], late, atol=1e-12)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, 1.0001 * LONGEST_TIME])
+def test_a_time_that_is_not_positive_or_too_long_is_refused_by_its_name(value):
+    with pytest.raises(
+        InputError, match=re.escape(f"patience = {value:g}: must be a positive time of at most {LONGEST_TIME:g}")
+    ):
+        check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME, patience=value)
+    check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME)

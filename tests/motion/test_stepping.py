@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Outcome
+from gelcone.motion import stepping as module
 from gelcone.motion.settled import Swing
-from gelcone.motion.stepping import JUMPED, NEGLIGIBLE, Trail, jumped, walk
+from gelcone.motion.stepping import FINEST, JUMPED, NEGLIGIBLE, NUDGE, SURE, Trail, jumped, walk
 from gelcone.physics.model import ConeModel
 
 
@@ -73,3 +74,94 @@ def test_a_walk_reaches_each_frequency_and_reports_all_of_it():
     frequency, *_ = found.trail.sorted()
     for k in range(2):
         assert set(up[k]) <= set(frequency[k])
+
+
+# --- made-up motions --------------------------------------------------------------------------------------------------
+
+FOLD = 1.5312
+"""The frequency at which a large motion ends; each step near it leaves its shrinking basin early."""
+
+
+@pytest.fixture
+def world(monkeypatch):
+    """A small motion at all frequencies and a large one up to the fold, from states above a half; runs near 0.7 fail.
+    What was settled is listed as (frequency, state)."""
+    settled = []
+
+    def of(large, omegas):
+        found = Swing.blank(omegas.size, states=2)
+        found.highest[:] = np.where(large, 1.0 + 0.1 * omegas, 0.2)
+        found.lowest[:], found.period[:] = -found.highest, np.where(large, 2, 1)
+        found.final[:] = np.column_stack([found.highest, omegas])
+        found.outcome[:] = np.where(np.abs(omegas - 0.7) < 0.05, Outcome.PULLED_IN, Outcome.OK)
+        found.final[found.outcome != Outcome.OK] = np.nan
+        return found
+
+    def settle(members, states, only_extent, **search):
+        omegas = members.values["drive_frequency"]
+        settled.extend(zip(omegas.tolist(), states[:, 0].tolist(), strict=True))
+        return of((states[:, 0] > 0.5) & (omegas < FOLD - 0.01), omegas)
+
+    def on_cycles(members, before, search):
+        omegas = members.values["drive_frequency"]
+        rows = np.flatnonzero((before.amplitude < 0.5) | (omegas <= FOLD))
+        return rows, of(before.amplitude[rows] > 0.5, omegas[rows])
+
+    monkeypatch.setattr(module, "settled_swing", settle)
+    monkeypatch.setattr(module, "on_their_cycles", on_cycles)
+    return settled
+
+
+def members(count):
+    return ConeModel(voltage=np.full(count, 0.3)).members()
+
+
+def test_a_motion_is_followed_to_its_fold_and_its_fall_is_bracketed(world):
+    """Members go at their own pace: one is large from the start, one small."""
+    grid = np.tile([1.0, 1.3, 1.7, 2.0], (2, 1))
+    found = walk(members(2), grid, np.array([[0.9, 0.0], [0.1, 0.0]]), None, {})
+    np.testing.assert_allclose(found.reached.amplitude, [[1.1, 1.13, 0.2, 0.2], [0.2] * 4])
+    np.testing.assert_allclose(found.reached.final[..., 1], grid)
+    start, end = found.falls.start[0], found.falls.end[0]
+    assert np.isnan(start[[0, 1, 3]]).all()
+    assert start[2] <= FOLD <= end[2]
+    assert end[2] - start[2] <= SURE * FINEST * 0.4 * (1.0 + 1e-9)
+    before = found.falls.before.take((0, 2))
+    assert float(before.amplitude) == pytest.approx(1.0 + 0.1 * start[2])
+    assert np.isnan(found.falls.start[1]).all()
+    frequency, amplitude, period, _ = found.trail.sorted()
+    own = np.isfinite(frequency[0])
+    assert (np.diff(frequency[0][own]) > 0.0).all()
+    np.testing.assert_array_equal(amplitude[0][own] > 0.5, frequency[0][own] <= start[2])
+    np.testing.assert_array_equal(period[0][own] == 2, frequency[0][own] <= start[2])
+
+
+def test_after_a_motion_that_failed_the_next_begins_anew(world):
+    found = walk(members(1), np.array([[0.5, 0.7, 0.9, 1.2]]), np.array([[0.8, 0.0]]), None, {})
+    assert found.reached.outcome[0].tolist() == [Outcome.OK, Outcome.PULLED_IN, Outcome.OK, Outcome.OK]
+    begun = [state for omega, state in world if omega == 0.9]
+    assert begun[0] == 0.8
+    onwards = [state for omega, state in world if omega == 1.2]
+    assert onwards == [pytest.approx(1.09, abs=2 * NUDGE)]
+    assert onwards[0] != 1.09  # each step is nudged
+
+
+def test_motions_are_carried_and_continued_as_their_cycles_are(world):
+    large, small = swings((-1.15, 1.15, 2)), swings((-0.2, 0.2, 1))
+    large.final[:, 0], small.final[:, 0] = 1.15, 0.2
+    ends = (
+        members(1).replace(drive_frequency=np.array([FOLD - 0.005])),
+        members(1).replace(drive_frequency=np.array([1.6])),
+    )
+    assert [float(module.carried(at, large, np.ones(1), {}).amplitude[0]) > 0.5 for at in ends] == [True, False]
+    now, going = module.continued(ends[0], large, np.ones(1), {})
+    assert (going.tolist(), float(now.amplitude[0]) > 1.0) == ([True], True)
+    now, going = module.continued(ends[1], large, np.ones(1), {})
+    assert going.tolist() == [False]
+    assert float(now.amplitude[0]) == 1.15  # as it was
+    now, going = module.continued(ends[1], small, np.ones(1), {})
+    assert (going.tolist(), float(now.amplitude[0])) == ([True], pytest.approx(0.2))
+    chaotic = swings((-1.15, 1.15, 0))
+    chaotic.final[:, 0] = 1.15
+    now, going = module.continued(ends[1], chaotic, np.ones(1), {})
+    assert (going.tolist(), float(now.amplitude[0])) == ([True], pytest.approx(0.2))

@@ -12,6 +12,7 @@ import sys
 from datetime import date
 from html import unescape
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
@@ -366,3 +367,20 @@ def check_evidence(judged):
     assert math.isfinite(found.numbers[0].value)
     # an error is computed, or absent where all digits shown are those of the integrator
     assert all(number.error is None or number.error > 0.0 for number in found.numbers)
+
+
+@pytest.mark.parametrize(("shown", "apart"), [((3,), False), ((12,), True), ((3, 12), True), ((), False)])
+def test_the_contents_list_all_sections_that_the_page_has(shown, apart):
+    """Claims whose figure is not drawn have a section of their own; without claims there is no glance at them."""
+    figure = PaperFigure(3, "Title", ("base",), "values", "message", ("swing",), None)
+    drawn = [DrawnFigure(figure, Path("a.png"), Path("a.svg"), ())]
+    claims = [
+        JudgedClaim(
+            Claim(f"claim-{number}", "statement", number, ("swing",), None), finding(holds=True), Verdict.REPRODUCED
+        )
+        for number in shown
+    ]
+    links = Outline(reporting._contents(drawn, claims)).links
+    expected = ["#claims"] * bool(shown) + [f"#{figure.name}"] + ["#other-claims"] * apart
+    assert links == [*expected, "#verdicts", "#films", "#presets"]
+    assert [judged.claim.figure for judged in reporting._without_picture(drawn, claims)] == [12] * apart

@@ -19,6 +19,7 @@ from gelcone.errors import InputError
 from gelcone.paper import run as run_module
 from gelcone.paper import run as running
 from gelcone.paper.claims import Claim
+from gelcone.paper.effort import QUICK
 from gelcone.paper.figures.figure import PaperFigure, Table
 from gelcone.paper.films import OTHER_FILMS
 from gelcone.paper.numbers import Number
@@ -489,3 +490,19 @@ def test_a_figure_is_current_when_both_its_pictures_are_younger_than_its_data(tm
             os.utime(path, (at, at))
         assert run_module._is_current(drawn, {"swing": None}) is current
     assert not run_module._is_current(drawn, {})
+
+
+def test_a_claim_is_judged_with_another_film_once_all_its_studies_are_there():
+    checked = []
+
+    def check(studies):
+        checked.append(sorted(studies))
+        return Finding(holds=True, numbers=(), why="")
+
+    claim, effort = Claim("own", "Something holds.", 1, ("one", "other"), check), replace(QUICK, film="wrinkling")
+    there = {running._key(name, effort): xr.Dataset() for name in claim.studies}
+    assert running._with_film(claim, "wrinkling", dict(list(there.items())[:1]), effort) is None
+    assert running._with_film(claim, "wrinkling", {}, effort) is None
+    assert not checked
+    assert running._with_film(claim, "wrinkling", there, effort).film == "wrinkling"
+    assert checked == [["one", "other"]]

@@ -1,6 +1,7 @@
 """The fit of a membrane that bears compression: its error and its free limit."""
 
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum.membrane import membrane
+from gelcone.continuum.path import Ending
 from gelcone.paper import unwrinkled_fit
 from gelcone.paper.unwrinkled_fit import (
     CEILING_MARGIN,
@@ -113,3 +115,84 @@ def test_a_prestretched_free_film_runs_away_at_a_higher_voltage(stretch):
 def test_a_film_that_the_stretch_limit_holds_ends_at_one_over_g():
     model = ConeModel(stretch_limit=0.2, prestretch=1.05, prestretch_mode="equibiaxial")
     assert free_film_limit(model) == pytest.approx(1.05**4, rel=1e-9)
+
+
+# --- states on made-up paths ------------------------------------------------------------------------------------------
+
+
+def made(height, force=1.0, most=-0.1, squared=0.0):
+    return SimpleNamespace(height=height, force=force, squared=squared, forces=SimpleNamespace(most=most))
+
+
+@pytest.fixture
+def paths(monkeypatch):
+    """Points stand for states; a load is reached as ``limit`` says, (load, from, to) -> point or None."""
+    given = SimpleNamespace(limit=lambda load, before, value: None)
+    monkeypatch.setattr(
+        unwrinkled_fit, "reach", lambda film, point, load, value: (given.limit(load, point, value), point)
+    )
+    monkeypatch.setattr(unwrinkled_fit, "_state", lambda film, point, slack=False: (point, slack))
+    monkeypatch.setattr(unwrinkled_fit, "flat", lambda film, squared: made(0.0))
+    monkeypatch.setattr(unwrinkled_fit, "cone", lambda film, height, below=None: height)
+    monkeypatch.setattr(unwrinkled_fit, "newton", lambda film, guess, squared: made(guess))
+    return given
+
+
+def test_a_compressed_film_is_raised_by_shorter_steps_where_a_long_one_leads_elsewhere(paths):
+    """Up to 0.1 by long steps, up to 0.13 by short ones; beyond it is not compressed any more."""
+
+    def limit(load, before, value):
+        step = value - before.height
+        most = 0.1 if value > 0.13 else -0.1
+        return None if step > (0.05 if before.height < 0.09 else 0.015) else made(value, most=most)
+
+    paths.limit = limit
+    states = unwrinkled_fit._compressed(None, 0.3)
+    assert [point.height for point, _ in states] == pytest.approx([0.02, 0.06, 0.1, 0.11, 0.12, 0.13])
+    assert all(slack for _, slack in states)
+
+
+@pytest.mark.parametrize("where", ["flat", "newton"])
+def test_a_film_that_is_not_compressed_as_a_whole_has_no_such_states(paths, monkeypatch, where):
+    for found in (None, made(0.02, most=0.1)):
+        monkeypatch.setattr(unwrinkled_fit, where, lambda film, *_, found=found: found)
+        assert unwrinkled_fit._compressed(None, 0.3) == []
+
+
+def test_of_a_film_that_has_to_wrinkle_what_pulls_and_has_come_to_rest_counts(monkeypatch, paths):
+    monkeypatch.setattr(unwrinkled_fit, "mesh_film", lambda model, ratio, elements, relaxed: relaxed)
+    ends = [
+        (Ending.CONVERGED, made(0.1)), (Ending.SLACK, made(0.2)), (Ending.CONVERGED, made(0.3, force=0.0)),
+        (Ending.NOT_CONVERGED, made(0.4)), (Ending.CONVERGED, None), (Ending.CONVERGED, made(0.6)),
+    ]  # fmt: skip
+    asked = []
+
+    def solve(film, heights, levels):
+        asked.append((film, heights.size, levels.tolist()))
+        return [[SimpleNamespace(ending=ending, point=point) for ending, point in ends]]
+
+    monkeypatch.setattr(unwrinkled_fit, "solve", solve)
+    film = SimpleNamespace(model=None, radius_ratio=0.2)
+    states = unwrinkled_fit._wrinkled(film, np.linspace(0.1, 0.6, 6))
+    assert [(point.height, slack) for point, slack in states] == [(0.1, True), (0.6, True)]
+    assert asked == [(True, 6, [0.0])]
+    assert unwrinkled_fit._wrinkled(film, np.zeros(0)) == []
+
+
+@pytest.mark.parametrize(("fold", "kind"), [(0.31, "fold"), (9.0, "slack")])
+def test_a_charged_film_ends_at_its_fold_or_where_a_free_film_does(paths, fold, kind):
+    """Towards a fold the voltage weakens it ever faster; one that loses its tension ever less."""
+
+    def force(squared):
+        if kind == "fold":
+            return 1.0 - 0.8 * (1.0 - np.sqrt(max(1.0 - squared / fold, 0.0)))
+        return np.exp(-6.0 * squared)
+
+    paths.limit = lambda load, before, value: made(0.5, force(value), squared=value) if value < fold else None
+    states, end = unwrinkled_fit._charged(None, made(0.5, force(0.0)), 0.5)
+    reached = [point.squared for point, _ in states]
+    assert (np.diff(reached) > 0.0).all()
+    assert end == pytest.approx(fold if kind == "fold" else 0.5, rel=0.02)
+    assert any(slack for _, slack in states) == (kind == "slack")
+    if kind == "slack":
+        assert all(slack == (np.exp(-6.0 * point.squared) < 0.3) for point, slack in states[3:])

@@ -1,5 +1,8 @@
 """Waveforms: the voltage, its rate, the smallest period of its square, its peak and its mean square."""
 
+import itertools
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 import sympy
@@ -7,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from gelcone.physics.drive import PIECE, VOLTAGE, Waveform
+from gelcone.physics.drive import PIECE, VOLTAGE, Pieced, Pieces, Waveform
 from gelcone.physics.waveforms import WAVEFORMS, Sine, Triangle
 from gelcone.quantity import Quantity
 
@@ -221,3 +224,112 @@ def test_the_rate_of_a_piece_is_the_derivative_of_its_cubic(waveform):
         rate = float(waveform.shape_rate(0.0, n | {"since": since}))
         assert rate == pytest.approx((ahead - behind) / 2e-6, abs=1e-8)
         assert rate == pytest.approx(-0.7 + 1.8 * since - 3.3 * since**2, rel=1e-12)
+
+
+# --- pieces -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn(Pieced):
+    """Pieces from a table of begins (pieces,) and terms (..., pieces, 5)."""
+
+    begins: np.ndarray
+    terms: np.ndarray
+    repeat: bool = True
+
+    name = "drawn"
+
+    def table(self, n):
+        return Pieces(self.begins, self.terms)
+
+
+def drawn(degree, repeat, closed=False, seed=5):
+    """Five random pieces of a degree; those that are ``closed`` begin where the one before ends, but for the first."""
+    rng = np.random.default_rng(seed)
+    begins = np.sort(rng.uniform(0.3, 6.0, 5)) - (1.7 if repeat else 0.0)
+    begins[0] = begins[0] if repeat else 0.0
+    terms = np.zeros((5, 5))
+    terms[:, : degree + 1] = rng.uniform(-1.0, 1.0, (5, degree + 1))
+    lengths = np.append(begins[1:], begins[0] + 2.0 * np.pi) - begins
+    ends = [np.polynomial.polynomial.polyval(length, row[:4]) for length, row in zip(lengths, terms, strict=True)]
+    for k in range(1, 5) if closed else ():
+        terms[k, 0] = ends[k - 1]
+        ends[k] = np.polynomial.polynomial.polyval(lengths[k], terms[k, :4])
+    return Drawn(begins, terms, repeat), lengths, ends[-1]
+
+
+every_table = pytest.mark.parametrize(("degree", "repeat"), list(itertools.product(range(4), (True, False))))
+
+
+@every_table
+def test_pieces_are_looked_up_where_they_lie_and_from_their_corners_on(degree, repeat):
+    """At a corner itself the piece that begins there counts. With one table for all, and with one for each member."""
+    waveform, lengths, _ = drawn(degree, repeat)
+    n = numbers(0.7, 0.2, 1.0)
+    tau = np.concatenate([waveform.begins, waveform.begins + 0.3 * lengths, waveform.begins + 0.99 * lengths])
+    piece, since = np.tile(np.arange(5), 3), np.concatenate([0.0 * lengths, 0.3 * lengths, 0.99 * lengths])
+    rows = [np.polynomial.Polynomial(waveform.terms[k, :4]) for k in piece]
+    volts = np.array([0.2 + 0.7 * row(s) for row, s in zip(rows, since, strict=True)])
+    rates = np.array([0.7 * row.deriv()(s) for row, s in zip(rows, since, strict=True)])
+    several = Drawn(waveform.begins, np.stack([waveform.terms, -waveform.terms]), repeat)
+    turn = 2.0 * np.pi if repeat else 0.0
+    for shift in (0.0, turn, -3.0 * turn):
+        later = slice(None) if shift == 0.0 else slice(5, None)  # rounding may put a corner before or behind
+        np.testing.assert_allclose(waveform.voltage(tau + shift, n)[later], volts[later], atol=1e-12)
+        np.testing.assert_allclose(waveform.voltage_rate(tau + shift, n)[later], rates[later], atol=1e-12)
+        both = several.voltage(np.tile(tau + shift, (2, 1)).T, numbers(0.7, np.array([0.2, -0.2]), 1.0))
+        np.testing.assert_allclose(both.T[:, later], [volts[later], -volts[later]], atol=1e-12)
+    if not repeat:
+        beyond = waveform.voltage(waveform.begins[-1] + 9.0, n)
+        assert beyond == pytest.approx(0.2 + 0.7 * np.polynomial.polynomial.polyval(9.0, waveform.terms[-1, :4]))
+
+
+@every_table
+def test_peak_and_mean_square_of_pieces_are_those_of_their_polynomials(degree, repeat):
+    for seed in range(6):
+        waveform, lengths, _ = drawn(degree, repeat, seed=seed)
+        polynomials = [np.polynomial.Polynomial(row[:4]) for row in waveform.terms]
+        places = [np.linspace(0.0, length, 4001) for length in lengths]
+        values = np.concatenate([one(s) for one, s in zip(polynomials, places, strict=True)])
+        for bias in (0.2, -0.9):
+            squares = [(bias + 0.7 * one) ** 2 for one in polynomials]
+            mean = sum(one.integ()(s) for one, s in zip(squares, lengths, strict=True)) / (2.0 * np.pi)
+            n = numbers(0.7, bias, 3.0)
+            assert waveform.mean_square(n) == pytest.approx(mean, rel=1e-12)
+            assert waveform.peak(n) == pytest.approx(np.abs(bias + 0.7 * values).max(), rel=1e-5)
+
+
+@pytest.mark.parametrize("repeat", [True, False])
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_a_voltage_jumps_where_its_pieces_do_not_meet(degree, repeat):
+    """The end of a repeat counts where it is repeated."""
+    waveform, _, end = drawn(degree, repeat, closed=True)
+    n = numbers()
+    assert waveform.jumps(n) == repeat
+    closed, apart = waveform.terms.copy(), waveform.terms.copy()
+    closed[-1, 1] += (closed[0, 0] - end) / (waveform.begins[0] + 2.0 * np.pi - waveform.begins[-1])
+    assert not Drawn(waveform.begins, closed, repeat).jumps(n)
+    apart[2, 0] += 1e-6
+    assert Drawn(waveform.begins, apart, repeat).jumps(n)
+    assert Drawn(waveform.begins, np.stack([closed, apart]), repeat).jumps(n)
+
+
+@every_table
+def test_what_programs_load_is_what_a_time_gives(degree, repeat):
+    """The numbers of the piece, and the corners ahead, of members at several frequencies; there are no more of them
+    than were announced."""
+    waveform, _, _ = drawn(degree, repeat)
+    start, omega = np.array([0.4, 2.3, 11.7]), np.array([0.5, 1.0, 1.9])
+    n = numbers(0.7, 0.2, omega)
+    end = start + np.array([0.1, 9.0, 17.0])
+    found, places = waveform.corners_between(start, end, n), waveform.switches(start, n)
+    np.testing.assert_allclose(found.passed.T, [places[name] for name in PIECE], atol=1e-12)
+    count = np.isfinite(found.later).sum(axis=1)
+    assert (count <= waveform.corner_count(start, end, n)).all()
+    for i in range(3):
+        corners = waveform.begins + 2.0 * np.pi * np.arange(-3 if repeat else 0, 9 if repeat else 1)[:, None]
+        times = corners.ravel() / omega[i]
+        np.testing.assert_allclose(found.later[i, : count[i]], times[(times > start[i]) & (times <= end[i])])
+        after = waveform.switches(found.later[i, : count[i]] + 1e-9, numbers(0.7, 0.2, omega[i]))
+        pieces = (found.first[i] + np.arange(count[i])) % 5
+        np.testing.assert_allclose(after["piece_0"], found.terms[i, pieces, 0])

@@ -72,3 +72,18 @@ def test_two_equal_films_move_as_one_with_half_the_spring():
     # the source gives twice the energy a period, whose length is the same over sqrt(2)
     assert float(two["power"]) == pytest.approx(2.0 * math.sqrt(2.0) * float(one["power"]), rel=1e-6)
     assert float(two["current"]) == pytest.approx(math.sqrt(2.0) * float(one["current"]), rel=1e-6)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.5])
+def test_of_two_equally_near_equilibria_past_a_pitchfork_the_higher_one_is_taken(apart):
+    """Two equal films symmetric about the middle between their planes."""
+    model = gelcone.ConeModel(
+        film="taut", second_film="taut", second_flat_height=apart, rest_height=0.5 * apart, hoop_prestretch=1.2
+    )
+    lost = float(gelcone.pull_in_voltage(model)["pull_in_voltage"])
+    levels = lost * np.array([0.98, 1.02, 1.1])
+    found = gelcone.stroke_and_blocked_force(model, levels)["displacement"].values
+    places = gelcone.static(model, levels)["equilibrium_displacement"].values
+    assert found[0] == pytest.approx(0.5 * apart, abs=1e-9)
+    np.testing.assert_allclose(found[1:], np.nanmax(places[1:], axis=1), rtol=1e-9)
+    assert (found[1:] > 0.5 * apart + 0.05).all()

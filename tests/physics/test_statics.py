@@ -90,3 +90,14 @@ def test_an_ensemble_that_reaches_nothing_is_refused():
     with pytest.raises(InputError, match="stretch"):
         balances_of(beyond)
     assert np.isnan(rest_displacements(beyond)).all()
+
+
+def test_no_rest_is_continued_from_an_unstable_one():
+    """A film whose meridian is compressed: flat it is in balance, and unstable."""
+    member = ConeModel(film="taut", meridional_prestretch=0.7, hoop_prestretch=1.0, spring_stiffness=0.05).members()
+    rest = float(rest_displacements(member)[0])
+    assert rest > 0.5
+    for near in (0.0, 0.01, -0.02, np.nan, None):
+        assert statics._continued(member, near) is None
+    assert statics._continued(member, 0.95 * rest) == pytest.approx(rest, rel=1e-12)
+    assert statics._continued(member, rest - 1.5 * statics.FARTHEST) is None

@@ -120,6 +120,18 @@ def test_the_peak_counts_an_offset_of_either_sign(waveform, bias):
     assert waveform.peak(n) == pytest.approx(np.abs(voltage).max(), rel=2e-3, abs=1e-12)
 
 
+@pytest.mark.parametrize("waveform", EVERY, ids=lambda one: f"{one.name}")
+def test_the_detail_counts_the_swings_of_a_repeat(waveform):
+    """As many as it has maxima, or more, but not many times as many."""
+    n = numbers(waveform)
+    voltage = waveform.voltage(np.linspace(0.0, float(waveform.period(n)), 4001)[:-1], n)
+    slopes = np.sign(np.diff(voltage, append=voltage[0]))
+    slopes = slopes[slopes != 0.0]
+    maxima = int(((slopes > 0.0) & (np.roll(slopes, -1) < 0.0)).sum())
+    assert maxima <= waveform.detail(n) + 1e-9
+    assert waveform.detail(n) <= 3.0 * maxima
+
+
 def test_the_peak_of_a_cubic_may_lie_within_a_piece():
     class Hump(Pieced):
         """s - s^2/10 - s^3/200, which turns within its one piece."""

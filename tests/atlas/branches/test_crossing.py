@@ -10,9 +10,11 @@ import gelcone
 from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
+from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
-from tests.toys import TurningBias
+from tests.toys import FilteredVoltage, TurningBias
 
 MODEL = gelcone.ConeModel(bias=TurningBias(), damping_ratio=0.1, voltage=0.3, drive_frequency=0.8)
 
@@ -77,3 +79,51 @@ def test_the_orbit_is_stable_before_and_unstable_behind(result):
 def test_text_and_figure_tell_it(result):
     assert "torus at" in continue_branch_words(result, Subject(MODEL))
     assert "torus" in [handle.get_label() for handle in gelcone.plot(result).axes[0].get_legend().legend_handles]
+
+
+def pair(*multipliers, value=0.0):
+    """A point with these multipliers."""
+    nodes = np.zeros((1, len(multipliers)))
+    return Point(nodes, value, np.array(sorted(multipliers, key=abs, reverse=True), complex), Direction(nodes, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("inner", "outer", "at"), [((0.5, 0.2), (1.5, 0.2), crossing.FOLD), ((-0.5, 0.2), (-1.5, 0.2), crossing.DOUBLE)]
+)
+def test_the_unstable_side_is_that_of_the_point_beyond_the_multiplier(inner, outer, at):
+    for low, high, side in ((inner, outer, 1.0), (outer, inner, -1.0)):
+        a, b = pair(*low, value=0.2), pair(*high, value=0.7)
+        assert crossing._unstable_side(a, b, at) == side
+        assert crossing._unstable_side(b, a, at) == side
+
+
+def test_a_torus_lies_where_the_modulus_of_the_pair_nearest_to_the_circle_passes_one():
+    """A little beyond, towards the middle; real multipliers do not count."""
+
+    def ring(modulus):
+        return modulus * np.exp(0.7j), modulus * np.exp(-0.7j)
+
+    inside, outside = pair(*ring(np.exp(-0.3)), 3.0), pair(*ring(np.exp(0.1)), 0.1)
+    assert (crossing._pairs_outside(inside), crossing._pairs_outside(outside)) == (0, 2)
+    assert crossing._crossing(inside, outside) == pytest.approx(0.75 - 0.025)
+    assert crossing._crossing(outside, inside) == pytest.approx(0.25 + 0.025)
+    assert crossing._crossing(pair(0.5, 0.2, 0.1), outside) == 0.5
+    far = pair(*ring(np.exp(-0.3)), *ring(np.exp(-2.0)))  # the pair nearest to the circle counts
+    assert crossing._crossing(far, outside) == pytest.approx(0.75 - 0.025)
+    assert crossing._crossing(outside, outside) == 0.5
+
+
+def test_rest_with_a_state_of_a_circuit_is_lost_where_theory_says():
+    model = gelcone.ConeModel(
+        circuit=FilteredVoltage(), filter_time=0.3, spring_stiffness=0.5, drive_frequency=0.5, damping_ratio=0.1
+    )
+    shooting = vary(model, {"voltage": (0.6, 0.75)}, (0.0, 0.0)).shooting(1e-9)
+    nodes = np.zeros((shooting.count, 3))
+    ends = [at_value(shooting, nodes, value, Metric.of(nodes, 1.0)).point for value in (0.64, 0.7)]
+    (at,) = (at for at, test in ((crossing.FOLD, "fold"), (crossing.DOUBLE, "double"))
+             if getattr(ends[0], test) * getattr(ends[1], test) < 0.0)  # fmt: skip
+    found = crossing._at_rest(shooting, *ends, at)
+    onset = gelcone.onset_voltage(model)
+    assert float(found.values[0]) == pytest.approx(float(onset["onset_voltage"]), abs=1e-6)
+    assert np.abs(found.nodes[:, :2]).max() < 1e-12
+    assert np.abs(found.nodes[:, 2]).max() > 0.3  # the filter swings with its voltage

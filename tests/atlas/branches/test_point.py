@@ -99,3 +99,45 @@ def test_an_orbit_at_a_value_is_one_with_a_tangent_that_goes_up():
     assert middle.tangent.value > 0.0
     slope = (high.nodes - low.nodes) / 0.002
     np.testing.assert_allclose(middle.tangent.nodes / middle.tangent.value, slope, rtol=1e-3, atol=1e-5)
+
+
+@pytest.mark.parametrize("value", [0.31, 0.447, 0.6, 0.77, 0.89])
+def test_the_cubic_has_the_value_at_the_share_where_it_passes_it(value):
+    """Also twice, where the branch turns between two points."""
+    rising = [
+        Point(
+            np.array([[t, 0.2]]),
+            0.3 + 0.5 * t + 0.1 * t * t,
+            np.ones(2, complex),
+            Direction(np.array([[1.0, 0.0]]), 0.5 + 0.2 * t),
+        )
+        for t in (0.0, 1.0)
+    ]
+    (share,) = shares_at(*rising, value)
+    assert between(*rising, share).value == pytest.approx(value, abs=2e-4)
+    turning = [
+        Point(np.array([[t, 0.2]]), 0.3, np.ones(2, complex), Direction(np.array([[1.0, 0.0]]), slope))
+        for t, slope in ((0.0, 2.0), (1.0, -2.0))
+    ]
+    top = between(*turning, 0.5).value
+    passed = shares_at(*turning, 0.3 + (value - 0.3) * (top - 0.3))
+    assert [between(*turning, share).value for share in passed] == pytest.approx(
+        [0.3 + (value - 0.3) * (top - 0.3)] * 2, abs=1e-3 * (top - 0.3)
+    )
+    assert passed[0] == pytest.approx(1.0 - passed[1], abs=1e-12)
+    assert 0.0 < passed[0] < 0.5
+
+
+def test_a_correction_reports_how_far_its_guess_was_off_and_refuses_one_that_is_too_far():
+    model = ConeModel(damping_ratio=0.1, voltage=0.4, voltage_bias=0.3, rest_height=0.3, drive_frequency=0.8)
+    shooting = vary(model, {"voltage": (0.3, 0.5)}, (0.3, 0.0)).shooting(1e-12)
+    start = np.tile([0.25, 0.0], (shooting.count, 1))
+    orbit = at_value(shooting, start, 0.4, Metric.of(start, 1.0)).point.nodes
+    metric = Metric.of(orbit, 1.0)
+    for off in (1e-2, 1e-4):
+        guess = orbit + off * np.array([1.0, -0.5])
+        found = at_value(shooting, guess, 0.4, metric)
+        assert not found.left
+        np.testing.assert_allclose(found.point.nodes, orbit, atol=1e-9)
+        assert found.step == pytest.approx(metric.length(Direction(guess - orbit, 0.0)), rel=0.1)
+    assert at_value(shooting, orbit, 0.4, metric).step < 1e-6

@@ -109,6 +109,14 @@ def test_without_scikit_fem_it_cannot_be_told():
     assert "gelcone[fem]" in found.why
 
 
+def test_one_study_that_is_missing_is_enough_to_be_undecidable():
+    why = xr.Dataset(attrs={MISSING: "no elements"})
+    for missing in ({"continuum": why}, {"corrected": why}):
+        found = agreement({"continuum": made_up(), "corrected": thresholds()} | missing)
+        assert judge(found) is Verdict.UNDECIDABLE
+        assert "no elements" in found.why
+
+
 def test_the_membrane_is_judged_by_its_own_force():
     """The cone's is off by half of the largest force; with the membrane's in its place the two agree."""
     cone = made_up(off=0.5, other=0.5)

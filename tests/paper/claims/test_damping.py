@@ -78,3 +78,10 @@ def test_where_overdamping_begins():
     assert (first.low, first.high, first.value) == pytest.approx((0.55, 0.6, 0.6))
     assert number(finding, "critical damping").value == pytest.approx(0.9**0.5)
     assert np.isnan(found("damping-order", **order(overdamped=only())).numbers[0].value)
+
+
+def test_no_voltage_above_one_with_chaos_is_without_chaos():
+    """Of chaos between 0.8 and 1.2 alone the largest voltage without it lies below."""
+    studies = studies_in(World(lambda n: np.abs(n["voltage"] - 1.0) < 0.2), NAME, QUICK)
+    largest = number(CLAIMS[NAME].check(studies), "largest drive voltage")
+    assert 0.5 < largest.value <= 0.8 <= largest.high < 1.0

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from gelcone.paper.figures.resonance import _branches, amplitude_over_frequency, colours, peaks
+from gelcone.paper.figures.resonance import _branches, amplitude_over_frequency, colours, peaks, three_responses
 from tests.plots.made_up import data_of, line
 
 KAPPA = np.array([0.1, 1.0])
@@ -73,3 +73,29 @@ def test_highest_points_stand_over_the_stiffness_with_half_the_natural_frequency
 def test_softer_springs_are_darker():
     soft, stiff = colours(sweeps())
     assert sum(soft[:3]) < sum(stiff[:3])
+
+
+def test_responses_show_the_first_hundred_of_the_window_above_and_of_the_long_run_below():
+    time = np.linspace(0.0, 250.0, 251)
+    each, late = ("drive_frequency", "time"), ("drive_frequency", "late_time")
+    study = xr.Dataset(
+        {
+            "displacement": (each, np.stack([time, 2.0 * time])), "slack": (each, np.zeros((2, 251), dtype=int)),
+            "late_displacement": (late, np.stack([3.0 * time, 4.0 * time])),
+            "late_slack": (late, np.zeros((2, 251), dtype=int)), "regime": ("drive_frequency", [1, 1]),
+            **{f"{name}_validity_slack": ("drive_frequency", [0.25, 0.5]) for name in ("window", "late")},
+            **{f"{name}_{end}": ("drive_frequency", [sign, sign]) for name in ("window", "late")
+               for end, sign in (("lowest", -1.0), ("highest", 1.0))},
+        },
+        coords={"drive_frequency": [0.7, 1.5], "time": time, "late_time": time}, attrs={"parameter": "drive_frequency"},
+    )  # fmt: skip
+    figure = Figure()
+    three_responses(study, figure)
+    top, other, bottom, _ = figure.axes
+    for axes, factor in ((top, 1.0), (other, 2.0), (bottom, 3.0)):
+        x, y = data_of(axes.lines[0])
+        assert (min(x), max(x)) == (0.0, 100.0)
+        np.testing.assert_array_equal(y, factor * np.asarray(x))
+    assert top.get_title(loc="left").endswith("= 0.7")
+    assert other.get_title(loc="left").endswith("= 1.5")
+    assert bottom.get_xlabel() == "time after the transient"

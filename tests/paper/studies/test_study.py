@@ -1,13 +1,18 @@
 """Every study is computed with the film that it is asked for."""
 
 from dataclasses import replace
+from importlib import import_module
 
+import numpy as np
 import pytest
 
 from gelcone.dataset import model_of
+from gelcone.motion.attractor.search import default_transient
 from gelcone.paper.effort import QUICK
 from gelcone.paper.films import OTHER_FILMS, film_of_device
-from gelcone.paper.studies import STUDIES, practical
+from gelcone.paper.studies import STUDIES, practical, study
+from gelcone.paper.studies.triples import TRIPLES
+from gelcone.physics.model import ConeModel
 
 
 @pytest.mark.parametrize("film", ["taut", "wrinkling", "membrane"])
@@ -38,3 +43,65 @@ def test_the_membrane_is_a_film_of_claims_about_force_and_pull_in():
     assert {name for name, study in STUDIES.items() if "membrane" in study.films} == {
         "static", "continuum", "corrected", "linear-limit", "practical",
     }  # fmt: skip
+
+
+NUMBERS = {
+    "claims.agreement": {"CLOSE": 0.05, "NEARLY_ALL": 0.95, "SURVIVES": 0.2},
+    "claims.damping": {"SMALLEST_ERROR": 1e-6},
+    "claims.limit": {"TINY": 0.5},
+    "claims.maps": {"SURE": 0.01, "CHANCE": 0.05, "WIDEST": 0.1},
+    "claims.statics": {"LINEAR": 0.01},
+    "claims.voltage": {"ROUNDED": (1.035, 1.045)},
+    "reading": {"LIMIT_THRESHOLD": 1.5, "SAME": 0.05, "SIX": (5.5, 6.5)},
+    "studies.continuum": {"RADIUS_RATIOS": (0.2, 0.5), "FARTHEST": 1.3, "CHAOS": (0.9, 1.1), "SOFT": 0.1},
+    "studies.limits": {"LARGE": (100.0, 300.0, 1000.0), "OWN_VOLTAGE": 1.005},
+    "studies.maps": {"STACKED": (0.6, 0.8, 1.0, 1.2, 1.5)},
+    "studies.practical": {"VOLTS": (10, 15, 20, 25, 30, 35, 40, 45, 50), "HEIGHTS": (0.0, 0.02)},
+    "studies.resonance": {"STIFFNESSES": (0.1, 0.5, 1.0, 5.0, 10.0, 20.0), "BAND": (0.05, 6.0)},
+    "studies.samples": {"FACTOR": 1.25, "ABOUT": 1.2},
+    "studies.spectra": {"SETS": ("base", "fast")},
+    "studies.statics": {
+        "STATIC_VOLTAGES": (0.0, 1.0, 1.5), "LIMITS": (1.0, 1.5, 2.0, 5.0, 10.0, 50.0, 100.0), "SURFACES": (1.0, 100.0),
+    },
+    "verdicts": {"NEARLY_ALL": 0.9, "WIDE": 0.5},
+}  # fmt: skip
+"""What the paper's text, its figures as far as known, and the rules of the report state in numbers."""
+
+
+@pytest.mark.parametrize("place", NUMBERS)
+def test_studies_and_rules_have_the_numbers_of_the_text(place):
+    module = import_module(f"gelcone.paper.{place}")
+    for name, value in NUMBERS[place].items():
+        assert tuple(np.ravel(getattr(module, name)).tolist()) == tuple(np.ravel(value).tolist()), name
+
+
+def test_motions_side_by_side_have_the_values_of_their_figures():
+    assert TRIPLES == {
+        "damping": ("base", "damping_ratio", (0.001, 0.05, 0.5), {"voltage": 0.5}),
+        "limit": ("fast", "stretch_limit", (1.0, 10.0, 100.0), {"voltage": 1.005}),
+        "voltage": ("base", "voltage", (0.5, 1.04, 1.7), {}),
+        "prestretch": ("base", "prestretch", (0.8, 1.0, 1.5), {"voltage": 1.0}),
+        "spring": ("spring", "spring_stiffness", (1.0, 5.0, 10.0), {}),
+    }
+
+
+@pytest.mark.parametrize(("damping", "frequency"), [([0.5, 0.01], 1.0), ([0.5, 0.4], 1e-3)])
+def test_kinds_wait_for_the_least_damped_motion_or_the_usual_transient_whichever_is_longer(
+    monkeypatch, damping, frequency
+):
+    model = ConeModel(damping_ratio=damping, drive_frequency=frequency)
+    asked = {}
+
+    def classify(members, states, **options):
+        asked.update(options, states=states)
+        return "evidence"
+
+    monkeypatch.setattr(study, "classify", classify)
+    monkeypatch.setattr(study, "label_evidence", lambda *given: given)
+    _, evidence, options, _ = study.kinds_of(model, (0.3, 0.1), replace(QUICK, patience=777.0))
+    usual, decays = float(default_transient(model.members()).max()), 20.0 / min(damping)
+    assert asked["transient"] == options["transient"] == max(usual, decays)
+    assert (usual > decays) == (frequency < 0.1)
+    assert asked["patience"] == options["patience"] == 777.0
+    np.testing.assert_array_equal(asked["states"], [[0.3, 0.1]] * 2)
+    assert evidence == "evidence"

@@ -116,6 +116,16 @@ def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
     assert stress == pytest.approx(V, rel=1e-9)
 
 
+def test_a_film_is_slack_below_the_height_at_which_it_begins_to_pull_also_where_no_voltage_slackens_it():
+    """With the numbers of a film that has no piece in which it falls slack."""
+    film, n = film_of(*MADE[1])
+    own = {**n, "cut_squared": -1.0, "begin_squared": 0.09}
+    force, slope = film.force(np.array([0.1, 0.29, 0.31, 0.6]), 0.0, [], own)
+    np.testing.assert_array_equal(force[:2], 0.0)
+    np.testing.assert_array_equal(slope[:2], 0.0)
+    assert (force[2:] > 0.0).all()
+
+
 def test_a_film_that_never_pulls_in_has_no_highest_voltage():
     film, n = film_of(*MADE[0])
     never = {**n, "slack_limit": NEVER, "cut_squared": 1.0}

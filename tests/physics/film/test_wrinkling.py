@@ -9,6 +9,7 @@ import pytest
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.flow import integrate
 from gelcone.physics.differentiate import evaluated, gradients
+from gelcone.physics.film import wrinkling
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import ConeModel
@@ -151,3 +152,60 @@ def test_statics_and_motion_of_a_film_whose_law_takes_functions():
     place = float(stroke_and_blocked_force(model, [0.4])["displacement"][0])
     held = model.replace(voltage=0.0, voltage_bias=0.4, damping_ratio=0.5)
     assert integrate(held, (place, 0.0), [200.0]).states[0, 0, 0] == pytest.approx(place, abs=1e-12)
+
+
+def test_hump_and_valley_of_the_crumpling_voltage_are_its_turning_points():
+    """Against a fine grid: it rises to the hump, falls to the valley, and rises on to the stretch limit; a gel that
+    stiffens early has neither, one without limit no valley."""
+    limits = np.array([5.0, 7.2, 8.0, 20.0, 50.0, 200.0, np.inf])
+    law = LAWS["gent"]
+    hump, valley = wrinkling._turnings(law, law.numbers({"stretch_limit": limits}))
+    assert hump.shape == valley.shape == limits.shape
+    for k, limit in enumerate(limits):
+        n = law.numbers({"stretch_limit": limit})
+        t = np.exp(np.linspace(1e-6, np.log(min(0.5 * (limit + 3.0), 1e4)), 200_001))
+        t = t[2.0 * t + t**-2 - 3.0 < limit]
+        Vb = wrinkling._crumpling(law, t, n)
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(Vb)))) + 1
+        found = [place for place in (hump[k], valley[k]) if np.isfinite(place)]
+        assert len(found) == turns.size == (0 if limit < 7.3 else 1 if np.isinf(limit) else 2), limit
+        np.testing.assert_allclose(found, t[turns], rtol=1e-4)
+        for place in found:
+            assert float(wrinkling._crumpling_slope(law, place, n)) == pytest.approx(0.0, abs=1e-9)
+        middle = np.array([1.2, 0.3 + min(hump[k], 3.0)])
+        slopes = (wrinkling._crumpling(law, middle + 1e-6, n) - wrinkling._crumpling(law, middle - 1e-6, n)) / 2e-6
+        np.testing.assert_allclose(wrinkling._crumpling_slope(law, middle, n), slopes, rtol=1e-5, atol=1e-8)
+    yeoh, values = LAWS["yeoh"], {"yeoh_c2": np.array([[0.02], [-0.002]]), "yeoh_c3": np.array([0.001, 0.0])}
+    assert wrinkling._turnings(yeoh, yeoh.numbers(values))[0].shape == (2, 2)
+    assert [float(one) for one in wrinkling._turnings(LAWS["neo-hookean"], {})] == [
+        pytest.approx(4.0 ** (1 / 3)),
+        np.inf,
+    ]
+
+
+@pytest.mark.parametrize(
+    ("meridional", "hoop", "turning"),
+    [
+        (1.0, 1.0, "hump"),
+        (1.0, 1.9, None),
+        (1.9, 1.0, "hump"),
+        (1.9, 1.9, None),
+        (1.0, 1.45, "hoop"),
+        (1.45, 1.0, "hump"),
+    ],
+)
+def test_a_slack_film_pulls_in_at_the_hump_or_its_hoop_and_never_where_that_lies_beyond_the_valley(
+    meridional, hoop, turning
+):
+    """Hump 1.862 and valley 2.483 at a stretch limit of 8: what counts is the square of the pre-stretch of the hoop."""
+    film = WrinklingCone()
+    n = numbers(film, stretch_limit=8.0, meridional_prestretch=meridional, hoop_prestretch=hoop)
+    assert (float(n["hump"]), float(n["valley"])) == pytest.approx((1.8625, 2.4826), abs=1e-4)
+    assert float(n["edge"]) == (hoop**2 - meridional**2 if hoop > meridional else -1.0)
+    if turning is None:
+        assert float(n["limit_squared"]) >= 1e29
+        return
+    t = {"hump": float(n["hump"]), "hoop": hoop**2}[turning]
+    stress = (1.0 - t**-3) / (t * (1.0 - (2.0 * t + t**-2 - 3.0) / 8.0))
+    assert float(n["limit_squared"]) == pytest.approx(stress * (meridional * hoop) ** 2, rel=1e-9)
+    assert float(n["end_of_slack"]) == pytest.approx(t)

@@ -1,0 +1,161 @@
+"""The search for driven limits, in made-up planes whose limits are known functions of the frequency."""
+
+import numpy as np
+import pytest
+
+from gelcone.motion import driven as module
+from gelcone.motion.driven import DRIVEN_LIMITS, NARROWEST, PARTS, WITHIN, YIELDS, driven, rows_of
+from gelcone.physics.model import ConeModel
+
+NEVER = lambda omega: np.full(np.shape(omega), np.inf)  # noqa: E731
+UNKNOWN = lambda omega: np.full(np.shape(omega), np.nan)  # noqa: E731
+PULL_IN = lambda omega: 1.3 + 0.1 * omega  # noqa: E731
+HOOP = lambda omega: 0.62 + 0.3 * (omega - 1.0) ** 2  # noqa: E731
+STEP = lambda omega: np.where(omega < 1.017, 0.4, 1.1)  # noqa: E731
+
+
+class World:
+    """A plane whose motions meet each limit above a voltage that the frequency gives; ``asked`` are its pairs."""
+
+    def __init__(self, limits_from="rest", onset=np.nan, **limits):
+        self.limits_from, self.onset = limits_from, onset
+        self.limits = {name: limits.get(name.replace(" ", "_").replace("-", "_"), NEVER) for name in DRIVEN_LIMITS[:-1]}
+        self.asked = []
+
+    def examine(self, omegas, peaks, lower=None, *, yields=True):
+        below = [None] * len(peaks) if lower is None else lower.tolist()
+        self.asked += zip(omegas.tolist(), peaks.tolist(), below, strict=True)
+        met = {name: np.where(np.isnan(limit(omegas)), np.nan, 1.0 * (peaks >= limit(omegas)))
+               for name, limit in self.limits.items()}  # fmt: skip
+        own = {name: 10.0 * k + omegas + 0.1 * peaks for k, name in enumerate(YIELDS)} if yields else {}
+        codes = {"regime": 2.0 + 0.0 * peaks, "outcome": 0.0 * peaks}
+        return met | own | codes | {"final": np.stack([omegas, peaks], axis=1)}
+
+
+@pytest.fixture(autouse=True)
+def onsets(monkeypatch):
+    """The onset of rest is that of the world, known to a thousandth of a volt."""
+    monkeypatch.setattr(module, "_onset", lambda plane, omegas, highest: (plane.onset, plane.onset + 1e-3))
+
+
+OMEGAS, VOLTS = np.array([0.7, 1.0, 1.6]), np.linspace(0.2, 2.0, 10)
+
+
+@pytest.mark.parametrize("limits_from", ["rest", "settled", "both"])
+def test_each_limit_lies_in_an_interval_of_a_64th_of_the_peaks_apart(limits_from):
+    """Also below the lowest peak; what is not met is infinite, and what is not known NaN."""
+    world = World(limits_from, 0.9, pull_in=PULL_IN, hoop_slack=HOOP, chaos=lambda omega: 0.05 + 0.0 * omega,
+                  dielectric_breakdown=UNKNOWN)  # fmt: skip
+    found = driven(world, OMEGAS, VOLTS, refine=False, progress=None)
+    for name, limit in (("pull-in", PULL_IN), ("hoop slack", HOOP), ("chaos", world.limits["chaos"])):
+        k = DRIVEN_LIMITS.index(name)
+        low, high = found["low"][:, k], found["high"][:, k]
+        assert (low <= limit(OMEGAS)).all(), name
+        assert (limit(OMEGAS) <= high).all(), name
+        np.testing.assert_allclose(high - low, 0.2 / PARTS**3, rtol=1e-9)
+    for name in ("meridional slack", "stretch limit"):
+        k = DRIVEN_LIMITS.index(name)
+        assert np.isinf(found["low"][:, k]).all()
+        assert np.isinf(found["high"][:, k]).all()
+    k = DRIVEN_LIMITS.index("dielectric breakdown")
+    assert np.isnan(found["low"][:, k]).all()
+    assert np.isnan(found["high"][:, k]).all()
+    np.testing.assert_array_equal(found["low"][:, -1], 0.9)
+    np.testing.assert_allclose(found["high"][:, -1], 0.901)
+
+
+@pytest.mark.parametrize(("limits_from", "step"), [("rest", 4), ("settled", 1)])
+def test_peaks_are_examined_up_to_the_first_few_with_pull_in(limits_from, step):
+    """From rest four at a time; what is not examined is NaN, and all that was is where it belongs."""
+    world = World(limits_from, pull_in=PULL_IN)
+    found = driven(world, OMEGAS, VOLTS, refine=False, progress=None)
+    for i, omega in enumerate(OMEGAS):
+        first = int(np.argmax(PULL_IN(omega) <= VOLTS))
+        last = min((first // step + 1) * step, len(VOLTS))
+        for k, name in enumerate(YIELDS):
+            np.testing.assert_allclose(found[name][i, :last], 10.0 * k + omega + 0.1 * VOLTS[:last])
+            assert np.isnan(found[name][i, last:]).all()
+        np.testing.assert_array_equal(np.isfinite(found["regime"][i]), np.arange(len(VOLTS)) < last)
+
+
+def test_no_peak_far_above_the_constant_pull_in_is_examined():
+    """To the first one above it by a hundredth; all else has its shape all the same."""
+    world = World(hoop_slack=HOOP)
+    found = driven(world, OMEGAS, VOLTS, refine=False, progress=None, pull_in=0.995)
+    assert max(peak for _, peak, _ in world.asked) == pytest.approx(1.2)
+    assert found["stroke"].shape == (3, 10)
+    assert np.isfinite(found["stroke"]).sum(axis=1).tolist() == [6, 6, 6]
+
+
+def test_a_voltage_rises_from_the_state_settled_at_the_peak_below():
+    """Level by level, and within an interval from the level at its lower end."""
+    world = World("settled", hoop_slack=HOOP)
+    driven(world, OMEGAS, VOLTS, refine=False, progress=None)
+    assert len(world.asked) > 50
+    for omega, peak, lower in world.asked:
+        if lower is None:
+            assert peak == VOLTS[0]
+            continue
+        below = VOLTS[peak - 1e-9 > VOLTS]
+        assert lower == [omega, pytest.approx(below[-1] if below.size else VOLTS[0])]
+
+
+@pytest.mark.parametrize("limit", [HOOP, STEP])
+def test_frequencies_are_added_until_the_lowest_limit_is_known_between_any_two(limit):
+    """To a hundredth by the straight line, or to a jump between two that are 0.2 % apart."""
+    world = World(hoop_slack=limit)
+    shares = []
+    found = driven(world, OMEGAS, VOLTS, refine=True, progress=shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    known, low = found["frequency"], np.fmin.reduce(found["low"], axis=1)
+    assert (np.diff(known) > 0.0).all()
+    assert known.size > OMEGAS.size
+    shown = np.linspace(0.7, 1.6, 2001)
+    off = np.abs(np.interp(np.log(shown), np.log(known), low) / limit(shown) - 1.0)
+    beside = np.searchsorted(known, shown[off > WITHIN + 0.02])
+    assert (known[beside] / known[beside - 1] < NARROWEST**2).all()
+    assert (limit is STEP) == (beside.size > 0)
+    yields = np.isfinite(found["stroke"]).any(axis=1)
+    np.testing.assert_array_equal(yields, np.isin(known, OMEGAS))
+
+
+def test_no_frequency_is_added_where_all_limits_lie_above_the_ceiling():
+    found = driven(World(hoop_slack=HOOP), OMEGAS, VOLTS, refine=True, progress=None, ceiling=0.6)
+    np.testing.assert_array_equal(found["frequency"], OMEGAS)
+
+
+@pytest.mark.parametrize("around", [0.3, 0.6, 1.1, 1.9])
+def test_around_expected_limits_fewer_peaks_give_the_same_intervals(around):
+    world, all_ = World(hoop_slack=HOOP, pull_in=PULL_IN), World(hoop_slack=HOOP, pull_in=PULL_IN)
+    found = rows_of(world, OMEGAS, VOLTS, None, around=np.full(3, around))
+    whole = rows_of(all_, OMEGAS, VOLTS, None, yields=False)
+    k = DRIVEN_LIMITS.index("hoop slack")
+    for end in ("low", "high"):
+        np.testing.assert_array_equal(found[end][:, k], whole[end][:, k])
+    at_levels = [peak for _, peak, _ in world.asked if np.isin(peak, VOLTS)]
+    assert min(at_levels) <= HOOP(OMEGAS).min()
+    if around > 0.6:
+        assert min(at_levels) > VOLTS[0]
+
+
+def test_a_motion_below_all_limits_is_where_the_next_frequency_begins():
+    low = np.array([[0.55, np.nan, 1.5], [np.inf, np.inf, np.inf], [0.1, 0.3, np.nan], [VOLTS[2], np.inf, np.inf]])
+    final = np.arange(4 * 10 * 2, dtype=float).reshape(4, 10, 2)
+    found = module._below_all(final, low, VOLTS)
+    np.testing.assert_array_equal(found, final[np.arange(4), [1, 9, 0, 2]])
+
+
+def test_default_frequencies_hold_the_resonances_at_rest_and_under_the_own_drive():
+    """As far as these lie within the span of the first, each to three per cent; none is closer to another."""
+    model = ConeModel(
+        damping_ratio=0.1, voltage=0.6, voltage_bias=0.6, rest_height=0.6, hoop_prestretch=1.4, drive_frequency=0.77
+    )
+    plane = module.Plane(model, module.DriveShape(0.5, 0.5), 0.3, None)
+    natural, loaded = plane.natural_frequency(), plane.natural_frequency(1.2)
+    assert loaded < 0.95 * natural
+    found = plane.default_frequencies(1.2)
+    for wanted in (0.77, *np.outer((0.5, 1.0, 2.0), (natural, loaded)).ravel()):
+        assert np.abs(found / wanted - 1.0).min() <= module.TOO_CLOSE
+    at = [k for k in range(found.size) if np.isclose(found[k], [0.77, natural, loaded]).any()]
+    assert len(at) == 3  # these three to the last digit
+    assert (found[1:] / found[:-1]).min() > 1.0 + 0.9 * module.TOO_CLOSE
