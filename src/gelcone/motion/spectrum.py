@@ -182,10 +182,7 @@ def spectrum_cells(
     bands = _bands(members, highest, periods)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     settling, left = split_progress(progress, discard, 2 * periods)
-    if discard:
-        states, outcome = settle(members, states, discard, progress=settling, **flow)
-    else:
-        outcome = np.zeros(members.size, dtype=np.int8)
+    states, outcome = settle(members, states, discard, progress=settling, **flow)
     samples, most = _sampling(members, bands, periods)
     analysed = analyse if members.system.waveform.repeat else analyse_run
     spectra = [NOTHING] * members.size

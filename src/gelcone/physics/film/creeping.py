@@ -246,11 +246,11 @@ class Creeping:
             own = self.tension(m, 0.0, width, y, n)
             return np.where(own.compliance > 0.0, own.across - own.along, np.inf)
 
-        return rise(slender, np.ones_like(m), np.maximum(self._widest(m, y, n), 1.0))
+        return rise(slender, np.ones_like(m), self._widest(m, y, n))
 
     def softness(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """What is positive where the minimum of a film of the length m has ended that nothing holds: its Hessian, with
-        the opposite sign; and whether no stretch limit is reached."""
+        """The Hessian of a film of the length m that nothing holds, with the opposite sign: positive where its minimum
+        has ended; and whether no stretch limit is reached."""
         width = self.free_width(m, y, n)
         own = self.tension(m, 0.0, width, y, n)
         whole = (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
