@@ -484,11 +484,14 @@ def test_numbers_over_draws_have_their_median_their_interval_and_how_many_have_n
             "stroke": ("cell", values, {"long_name": "stroke of the disc", "units": "mm"}),
             "stroke_error": ("cell", values, {"units": "mm"}),
             "lost": ("cell", np.nan * values, {"units": "1"}),
+            "pull_in": ("cell", values + np.inf, {"units": "V", "infinite_means": "not reached"}),
             "regime": ("cell", np.ones(102, dtype=int)),
         }
     )
-    (line,) = (grids.spread_line(own) for name, own in known.data_vars.items() if grids._is_spread(str(name), own))
-    assert line == "stroke of the disc: 50 mm, 95 % within 2.5 mm to 97.5 mm; none in 1 of 102 draws"
+    assert [grids.spread_line(own) for name, own in known.data_vars.items() if grids._is_spread(str(name), own)] == [
+        "stroke of the disc: 50 mm, 95 % within 2.5 mm to 97.5 mm; none in 1 of 102 draws",
+        "pull_in: not reached in 101 of 102 draws; none in 1 of 102 draws",
+    ]
 
 
 def test_a_strength_is_missing_only_where_all_else_of_the_film_is_known():

@@ -146,9 +146,9 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _is_spread(name: str, own: xr.DataArray) -> bool:
-    """Whether a variable of a sweep over draws is a number of every one, known of some."""
+    """Whether a variable of a sweep over draws is a number of every one, known of some, if only as infinite."""
     numbers = own.dims == ("cell",) and own.dtype.kind == "f" and not name.endswith("_error")
-    return numbers and bool(np.isfinite(own.values).any())
+    return numbers and not bool(np.isnan(own.values).all())
 
 
 def spread_line(own: xr.DataArray) -> str:
@@ -158,6 +158,11 @@ def spread_line(own: xr.DataArray) -> str:
     found, name = spread(own.values), own.attrs.get("long_name", own.name)
     if np.isnan(found).any():
         return f"{name}: {none}"
+    if np.isinf(found).all():
+        return (
+            f"{name}: {sized(own[0].copy(data=found[1]))} in {own.size - lost} of {own.size} draws"
+            + f"; {none}" * bool(lost)
+        )
     low, middle, high = (sized(own[0].copy(data=value)) for value in found)
     return f"{name}: {middle}, 95 % within {low} to {high}" + f"; {none}" * bool(lost)
 
