@@ -242,6 +242,8 @@ def test_a_film_that_wrinkles_may_be_slack():
     ]
     many = xr.concat([film, film.assign(film_state_taut=0.25, film_state_crumpled=0.75)], "member")
     assert words.film_state_in_words(many)[0] == "film (mean share of the time): taut 50.0 %, crumpled 50.0 %"
+    uneven = many.assign(film_state_crumpled=("member", [0.75, NAN]))  # known of one of them
+    assert words.film_state_in_words(uneven)[0] == "film (mean share of the time): taut 50.0 %, crumpled 75.0 %"
     assert words.film_state_in_words(film.assign(film_state_taut=NAN, film_state_crumpled=NAN)) == [
         "second film (share of the time): hoop slack 100.0 %"
     ]
