@@ -157,3 +157,19 @@ def test_a_range_is_narrowed_to_the_last_of_one_kind_and_the_first_of_the_other(
     threshold.add(1.7, 0.0, 1)
     threshold.narrow()
     assert (threshold.low, threshold.high, threshold.unchanged) == (1.4, pytest.approx(1.7), 0)
+
+
+def test_each_of_several_thresholds_gets_its_own_shares_and_periods():
+    """Period 2 up to 0.31, chaos up to 0.77, and period 5 beyond it."""
+
+    def cells(tried):
+        return evidence([float(0.31 < v < 0.77) for v in tried], [2 if v < 0.5 else 5 for v in tried])
+
+    values = np.linspace(0.0, 1.0, 5)
+    found = changes("up", values, cells(values))
+    refine(found, lambda owners, tried: cells(tried), 6, lambda part: None)
+    for threshold, edge in zip(found, (0.31, 0.77), strict=True):
+        assert threshold.low <= edge <= threshold.high < threshold.low + 0.01
+        for value, (share, period) in threshold.tried.items():
+            assert period == (0 if 0.31 < value < 0.77 else 2 if value < 0.5 else 5)
+            assert share == float((0.31 < value < 0.77) == (threshold.below is Regime.CHAOTIC))

@@ -12,6 +12,7 @@ from gelcone.devices.cone import (
     undamped_cone,
 )
 from gelcone.devices.device import find_device
+from gelcone.physics.film.taut import TautCone
 from tests.toys import CubicBias
 
 PUMP = find_device("biased-pump").replace(film="taut")
@@ -85,3 +86,8 @@ def test_a_gel_that_creeps_has_crept_where_its_device_waits(film):
     own = model_of_device(PUMP.replace({"film": film, **branch})).film
     assert (own.branches, own.flow, own.rested) == (1, "linear", "raised")
     assert model_of_device(PUMP.replace(film=film)).film.branches == 0
+
+
+def test_a_film_with_branches_of_its_own_has_crept_too():
+    own = model_of_device(PUMP.replace(film=TautCone(branches=1, flow="linear"))).film
+    assert (own.branches, own.flow, own.rested) == (1, "linear", "raised")

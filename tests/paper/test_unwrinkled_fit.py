@@ -196,3 +196,25 @@ def test_a_charged_film_ends_at_its_fold_or_where_a_free_film_does(paths, fold, 
     assert any(slack for _, slack in states) == (kind == "slack")
     if kind == "slack":
         assert all(slack == (np.exp(-6.0 * point.squared) < 0.3) for point, slack in states[3:])
+
+
+def test_a_film_wrinkles_below_all_displacements_at_which_it_was_in_tension(paths, monkeypatch):
+    """Raised it is in tension from 0.3 on, and up to 0.5 below its stretch limit: it ends there as free films do
+    below, and as its columns do above."""
+    heights = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    monkeypatch.setattr(unwrinkled_fit, "_heights", lambda film: heights)
+    monkeypatch.setattr(
+        unwrinkled_fit, "raised_film", lambda film, at: {h: SimpleNamespace(position=np.array([h])) for h in at[2:]}
+    )
+    monkeypatch.setattr(unwrinkled_fit, "limit_shares", lambda film, position: position / 0.55 * LIMIT_SHARE)
+    monkeypatch.setattr(
+        unwrinkled_fit, "_charged", lambda film, point, free: ([f"column {point.position[0]}"], 0.5 + point.position[0])
+    )
+    monkeypatch.setattr(unwrinkled_fit, "_compressed", lambda film, squared: ["compressed"] if squared > 0.0 else [])
+    monkeypatch.setattr(unwrinkled_fit, "_wrinkled", lambda film, at: [f"wrinkled {h}" for h in at])
+    states, ends = unwrinkled_fit._states(None, 0.7)
+    assert states[:5] == ["column 0.3", "column 0.4", "column 0.5", "wrinkled 0.1", "wrinkled 0.2"]
+    assert set(states[5:]) == {"compressed"}
+    np.testing.assert_allclose(
+        ends, [(0.0, 0.7), (0.01, 0.7), (0.04, 0.7), (0.09, 0.8), (0.16, 0.9), (0.25, 1.0)], rtol=1e-12
+    )
