@@ -32,7 +32,8 @@ from gelcone.analyses import (
     trajectories,
     validation,
 )  # fmt: skip
-from gelcone.analyses.request import Subject, example, read_subject
+from gelcone.analyses.request import Subject, read_subject
+from gelcone.analyses.swept import example
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.floquet import Onset
 from gelcone.motion.profile import Held

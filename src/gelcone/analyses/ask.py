@@ -14,7 +14,8 @@ import numpy as np
 
 from gelcone.analyses import tables
 from gelcone.analyses.answer import in_si, result_json
-from gelcone.analyses.request import Subject, measure_reader, read_measures
+from gelcone.analyses.request import Subject
+from gelcone.analyses.values import measure_reader, read_measures
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis

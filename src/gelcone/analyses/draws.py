@@ -13,7 +13,8 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.analyses.ask import read_options
-from gelcone.analyses.request import Subject, read_drawn, read_uncertain
+from gelcone.analyses.request import Subject
+from gelcone.analyses.uncertain import read_drawn, read_uncertain
 from gelcone.atlas.uncertain import Method, draw
 from gelcone.errors import InputError
 from gelcone.files import read_text

@@ -18,7 +18,7 @@ from gelcone.analyses.answer import (
     result_json,
 )
 from gelcone.analyses.branches import followed_lines
-from gelcone.analyses.request import example, read_states
+from gelcone.analyses.swept import example, read_states
 from gelcone.errors import InputError
 from gelcone.statistics import spread
 from gelcone.words import (

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
-from gelcone.analyses.request import is_number
+from gelcone.analyses.values import is_number
 from gelcone.devices.units import DIMENSIONS, parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.register.analyses import find_analysis

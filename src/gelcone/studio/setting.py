@@ -20,7 +20,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gelcone import disk_cache, permission
-from gelcone.analyses.request import Subject, read_pairs, read_subject, read_value
+from gelcone.analyses.request import Subject, read_subject
+from gelcone.analyses.values import read_pairs, read_value
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
