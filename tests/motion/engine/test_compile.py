@@ -1,6 +1,5 @@
 """Object code: the cache, two processes at once, other systems, and what importing the package loads."""
 
-import dataclasses
 import os
 import re
 import subprocess
@@ -14,8 +13,6 @@ from engine_systems import Cone, assembly, cone_numbers
 
 from gelcone import disk_cache
 from gelcone.motion.engine import compile as compiler
-from gelcone.motion.engine.interruptions import border_events, corner_numbers
-from gelcone.motion.engine.machine_code import content_of
 from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
@@ -71,33 +68,6 @@ def test_programs_that_differ_have_entries_of_their_own(folder, monkeypatch):
     Program(Cone(), "states", 1e-6, machine=compiler.Machine(compiler.host().triple, "", ""))._compile(8)
     assert len(list(folder.iterdir())) == 4
     assert entry.exists()
-
-
-def other(value):
-    """Another value of a part of a plan."""
-    if isinstance(value, bool):
-        return not value
-    if isinstance(value, int | float):
-        return value + 1
-    if value is None:
-        return 7
-    return (*value[::-1], *value[:1])
-
-
-def test_each_part_of_a_plan_is_in_the_key_of_its_code():
-    """Among them each field of each border: code with another direction is other code."""
-    model = find_preset("base").model.replace(film="wrinkling", second_film="wrinkling", circuit="amplifier")
-    system = model.system
-    plan = Program(system, "work", 1e-6, border_events(system), **corner_numbers(system))._plan(2)
-    assert plan.borders
-    parts = {field.name: other(getattr(plan, field.name)) for field in dataclasses.fields(plan)}
-    plans = [dataclasses.replace(plan, **{name: part}) for name, part in parts.items()]
-    for k, border in enumerate(plan.borders):
-        for field in dataclasses.fields(border):
-            changed = dataclasses.replace(border, **{field.name: other(getattr(border, field.name))})
-            plans.append(dataclasses.replace(plan, borders=(*plan.borders[:k], changed, *plan.borders[k + 1 :])))
-    contents = {content_of(one) for one in (plan, *plans)}
-    assert len(contents) == 1 + len(plans) > 20
 
 
 def test_it_works_without_a_folder(folder, compilations, monkeypatch):

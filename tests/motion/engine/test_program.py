@@ -2,8 +2,6 @@
 
 import json
 import math
-import threading
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +13,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from gelcone.motion.engine import program as programs
-from gelcone.motion.engine import run as runs
 from gelcone.motion.engine.program import (
     ARRIVED,
     NOT_FINITE,
@@ -320,7 +317,7 @@ def test_options_that_cannot_be_used_are_refused():
         Program(Cone(), "states", 1e-6).run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]], threads=0)
 
 
-# --- corners, progress, interrupts -----------------------------------------------------------------------------------
+# --- corners, reruns -------------------------------------------------------------------------------------------------
 
 
 def test_a_square_wave_flips_at_its_corners():
@@ -342,79 +339,6 @@ def test_a_square_wave_flips_at_its_corners():
                 {"begin": 0.0, "sign": 1.0}, [[0.2, 0.0]], 0.0, times, corners=corners, terms=([[[1.0], [-1.0]]], 1)
             )
             np.testing.assert_allclose(raw.states[0], exact, rtol=0.0, atol=bound)
-
-
-def test_progress_adds_up_to_one(monkeypatch):
-    monkeypatch.setattr(runs, "REPORT_EVERY", 0.001)
-    monkeypatch.setattr(runs, "CALL_SECONDS", 0.002)
-    told = []
-    program = Program(Cone(), "states", 1e-15)
-    for threads in (1, 2):
-        told.clear()
-        program.run(
-            cone_numbers(voltage=np.linspace(0.5, 1.5, 64)),
-            np.tile([1.0, 0.0], (64, 1)),
-            0.0,
-            np.full((64, 1), 8000.0),
-            threads=threads,
-            report=told.append,
-        )
-        assert sum(told) == pytest.approx(1.0)
-        assert min(told) >= 0.0
-        assert len(told) > 3
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_run_stops_soon_after_it_is_told(threads):
-    program = Program(Cone(), "states", 1e-15)
-    program.run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]])
-    stop = threading.Event()
-    threading.Timer(0.3, stop.set).start()
-    before = time.perf_counter()
-    raw = program.run(
-        cone_numbers(), np.tile([1.0, 0.0], (20, 1)), 0.0, np.full((20, 1), 1e9), threads=threads, stopped=stop.is_set
-    )
-    assert time.perf_counter() - before < 0.3 + 0.25
-    assert (raw.status == -1).all()
-
-
-def test_a_run_with_many_samples_a_step_stops_soon():
-    program, times = Program(Cone(), "states", 1e-15), np.linspace(0.0, 300.0, 400_000)[None].repeat(16, axis=0)
-    program.run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]])
-    asked = []
-    program.run(
-        cone_numbers(),
-        np.tile([1.0, 0.0], (16, 1)),
-        0.0,
-        times,
-        stopped=lambda: asked.append(time.thread_time()) is None,
-    )
-    assert len(asked) == 1
-    asked.clear()
-    program.run(
-        cone_numbers(),
-        np.tile([1.0, 0.0], (16, 1)),
-        0.0,
-        times,
-        stopped=lambda: asked.append(time.thread_time()) or False,
-    )
-    assert np.diff(asked).max() < 0.2
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-def test_an_interrupt_gets_through(threads):
-    import _thread
-
-    program = Program(Cone(), "states", 1e-15)
-    program.run(cone_numbers(), [[1.0, 0.0]], 0.0, [[1.0]])
-    alive = threading.active_count()
-    threading.Timer(0.2, _thread.interrupt_main).start()
-    before = time.perf_counter()
-    with pytest.raises(KeyboardInterrupt):
-        program.run(cone_numbers(), np.tile([1.0, 0.0], (20, 1)), 0.0, np.full((20, 1), 1e9), threads=threads)
-    assert time.perf_counter() - before < 0.2 + 0.25
-    time.sleep(0.05)
-    assert threading.active_count() <= alive
 
 
 def test_rerun_gives_the_bits_of_run():
