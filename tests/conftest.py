@@ -1,9 +1,14 @@
 """What all tests need."""
 
+import os
 import signal
 import sys
 
 import pytest
+
+# On cores that several processes share, threads of BLAS wait for one another and take a hundred times as long as one
+# does for the small matrices here. It is read where NumPy is first imported, also in subprocesses.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A shell that runs its jobs in the background has them ignore interrupts, and so would the processes of the tests.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -26,6 +26,7 @@ from gelcone.errors import InputError, LostWorker
 from gelcone.physics.model import ConeModel
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.3)
+BLAS = "OPENBLAS_NUM_THREADS"
 QUICK = {"transient": 100.0, "budget": 200.0, "patience": 1.0}
 PLAN = Plan(MODEL, {"voltage": np.linspace(0.0, 1.2, 6), "prestretch": np.linspace(0.8, 1.6, 5)}, options=QUICK)
 
@@ -54,6 +55,15 @@ def test_processes_give_the_same_bits_also_when_one_dies_and_none_is_left(monkey
     xr.testing.assert_identical(result.drop_attrs(deep=False), alone.drop_attrs(deep=False))
     steps = [json.loads(found.attrs["totals"])["integrator_steps"] for found in (result, alone)]
     assert steps[0] == steps[1] > 0
+
+
+@pytest.mark.parametrize(("given", "expected"), [(None, "1"), ("3", "3")])
+def test_a_process_has_one_thread_of_blas_unless_others_are_asked_for(given, expected, monkeypatch):
+    monkeypatch.delenv(BLAS, raising=False)
+    if given:
+        monkeypatch.setenv(BLAS, given)
+    with processes(1)() as one:
+        assert next(one.run(os.getenv, [BLAS])) == (expected, 0)
 
 
 @pytest.mark.parametrize(("code", "words"), [(-9, " by signal 9"), (3, " with code 3"), (None, "")])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from gelcone.membrane.gel import Gel, bisected
+from gelcone.membrane.gel import ENOUGH, Gel, bisected
 from gelcone.physics.laws import LAWS
 
 NUMBERS = {"gent": {"stretch_limit": 20.0}, "neo-hookean": {}, "yeoh": {"yeoh_c2": 0.05, "yeoh_c3": 0.002}}
@@ -61,6 +61,29 @@ def test_the_width_of_a_slack_ring_is_the_one_of_least_energy_and_of_a_tense_one
         assert gel.natural(np.array([l1 * l1]), np.array([V]), np.array([1.0]))[0] == pytest.approx(n, rel=1e-12)
     for l1, l2, V in TENSE:
         assert gel.width(np.array([l1]), np.array([l2]), np.array([V]))[0] == l2 * l2
+
+
+@pytest.mark.parametrize("law", NUMBERS)
+def test_widths_have_the_bits_of_all_steps_also_where_the_numbers_differ_between_places(law):
+    rng = np.random.default_rng(3)
+    m, V, n = rng.uniform(1.0, 4.0, (3, 4000)) * np.array([[1.0], [0.05], [0.2]])
+    A, B = rng.uniform(1.0, 1.6, (2, 4000))
+    gel = Gel(LAWS[law], {k: v * rng.uniform(0.9, 1.1, 4000) for k, v in gel_of(law).numbers.items()}, A, B)
+    found, least = n, np.sqrt(gel.G / (B * m))
+    with np.errstate(all="ignore"):
+        for _ in range(ENOUGH):
+            r = gel.G / (m * found)
+            strain, thin = A * m + B * found + r - 3.0, B - r / found
+            excess = thin - V * m * gel.law.compliance(strain, gel.numbers)
+            slope = 2.0 * r / (found * found) + V * m * gel.law.stiffening(strain, gel.numbers) * thin
+            found = np.clip(found - excess / slope, np.maximum(least, 0.4 * found), 3.0 * found)
+        np.testing.assert_array_equal(gel.natural(m, V, n), found)
+        slack = gel.hoop(np.sqrt(m), np.sqrt(n), V) < 0.0
+        assert 400 < slack.sum() < 3600
+        given = np.sqrt(m), np.sqrt(n), V
+        one = [Gel(gel.law, {k: v[i] for k, v in gel.numbers.items()}, A[i], B[i]) for i in range(40)]
+        alone = [own.width(*(value[i] for value in given)) for i, own in enumerate(one)]
+        np.testing.assert_array_equal(gel.width(*given)[:40], alone)
 
 
 @pytest.mark.parametrize("law", NUMBERS)

@@ -72,16 +72,33 @@ class Gel:
         """The squared width n of zero hoop stress, B - r/n = V m K with r = G/(m n) and the compliance K.
 
         The left side less the right one rises and is concave (Gent, neo-Hookean), so that Newton's method converges
-        from below.
+        from below. Further steps are taken for those alone that neither stay nor swing between two widths.
         """
-        n, least = guess, np.sqrt(self.G / (self.B * m))
-        for _ in range(steps):
-            r = self.G / (m * n)
-            strain, thin = self.A * m + self.B * n + r - 3.0, self.B - r / n
-            excess = thin - V * m * self.law.compliance(strain, self.numbers)
-            slope = 2.0 * r / (n * n) + V * m * self.law.stiffening(strain, self.numbers) * thin
-            n = np.clip(n - excess / slope, np.maximum(least, 0.4 * n), 3.0 * n)
-        return n
+        found, places = np.array(guess, dtype=float), np.arange(np.size(guess))
+        gel, n, Am, Vm = self, found.copy(), self.A * m, V * m
+        before, least = np.full_like(n, np.nan), np.sqrt(self.G / (self.B * m))
+        for left in reversed(range(steps)):
+            r = gel.G / (m * n)
+            strain, thin = Am + gel.B * n + r - 3.0, gel.B - r / n
+            excess = thin - Vm * gel.law.compliance(strain, gel.numbers)
+            slope = 2.0 * r / (n * n) + Vm * gel.law.stiffening(strain, gel.numbers) * thin
+            after = np.minimum(np.maximum(n - excess / slope, np.maximum(least, 0.4 * n)), 3.0 * n)
+            swings = after == before
+            found[places] = np.where(swings, n, after) if left % 2 else after
+            moves = ~(swings | (after == n) | np.isnan(after))
+            before, n = n, after
+            if 2 * np.count_nonzero(moves) > n.size:
+                continue
+            if not moves.any():
+                break
+            gel = gel._of(moves)
+            places, before, n, m, Am, Vm, least = (one[moves] for one in (places, before, n, m, Am, Vm, least))
+        return found
+
+    def _of(self, places: Array) -> Gel:
+        """The gel of the places of a mask, where its numbers differ between places."""
+        own = {name: _of(value, places) for name, value in self.numbers.items()}
+        return Gel(self.law, own, _of(self.A, places), _of(self.B, places))
 
     def width(self, l1: Array, l2: Array, V: Array) -> Array:
         """The squared width of rings, natural where their hoop is slack."""
@@ -89,7 +106,14 @@ class Gel:
         slack = self.hoop(l1, l2, V) < 0.0
         if not slack.any():
             return n
-        return np.where(slack, self.natural(m, V, np.maximum(n, np.sqrt(self.G / (self.B * m)))), n)
+        return self._with_natural(n, m, V, slack, np.maximum(n, np.sqrt(self.G / (self.B * m))), ENOUGH)
+
+    def _with_natural(self, n: Array, m: Array, V: Array, slack: Array, guess: Array, steps: int) -> Array:
+        """The squared widths n, but the natural ones where ``slack``."""
+        n, m, V, guess = np.broadcast_arrays(n, m, V, guess)
+        widths = n.copy()
+        widths[slack] = self._of(slack).natural(m[slack], V[slack], guess[slack], steps)
+        return widths
 
     def hoop(self, l1: Array, l2: Array, V: Array) -> Array:
         """K times the hoop stress of an unwrinkled ring: negative where it wrinkles."""
@@ -104,7 +128,7 @@ class Gel:
         m = l1 * l1
         n = l2 * l2
         if slack.any():
-            n = np.where(slack, self.natural(m, V, guess, steps), n)
+            n = self._with_natural(n, m, V, slack, guess, steps)
         r = self.G / (m * n)
         strain, along, across = self.A * m + self.B * n + r - 3.0, self.A - r / m, self.B - r / n
         response = 1.0 / self.law.compliance(strain, self.numbers)
@@ -156,6 +180,10 @@ class Gel:
         first = int(np.argmax(falls))
         fine = np.linspace(t[max(first - 1, 0)], t[first + 1], 20001)
         return float(fine[np.argmax(self.crumpling(fine))])
+
+
+def _of(value: Any, places: Array) -> Any:
+    return np.broadcast_to(value, places.shape)[places] if np.ndim(value) else value
 
 
 def bisected(value: Callable[[Array], Array], negative: Array, positive: Array) -> Array:

@@ -169,9 +169,11 @@ class Shelf:
         """The fields by which cones stand for the membranes of a device; none for what has none."""
         if setting.preset is not None:
             return ()
-        device = self._device(self._key(setting), self._own(setting))
-        films = {"film": device.film, "second_film": device.second_film}
-        return tuple((name, CONE) for name, film in films.items() if film == MembraneFilm.name)
+        # not of the device with these values: to check two films, their membranes would be made
+        device, texts = self._device(self._key(setting)), dict(self._own(setting))
+        films = ("film", "second_film")
+        chosen = {name: read_value(texts[name]) if name in texts else getattr(device, name) for name in films}
+        return tuple((name, CONE) for name, film in chosen.items() if film == MembraneFilm.name)
 
     def check(self, setting: Setting) -> None:
         """`InputError` for a setting whose names or texts a page may not send, see `subject`."""
