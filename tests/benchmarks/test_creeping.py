@@ -32,8 +32,17 @@ def test_a_fault_is_seen(monkeypatch):
     assert creeping.check(TAUT, 2)["counts"] == {"wrong": 2}
 
 
-@pytest.mark.parametrize(("kinds", "code"), [({"right": 9, "without a reference": 1}, 0), ({"wrong, pull-in": 1}, 1)])
-def test_the_exit_code_knows_every_kind_of_wrong(tmp_path, kinds, code):
+@pytest.fixture(scope="module")
+def residuals():
+    return creeping.balance()
+
+
+@pytest.mark.parametrize(
+    ("kinds", "times", "code"),
+    [({"right": 9, "without a reference": 1}, 1.0, 0), ({"wrong, pull-in": 1}, 1.0, 1), ({"right": 9}, 1e9, 1)],
+)
+def test_the_exit_code_knows_every_kind_of_wrong(tmp_path, kinds, times, code, residuals, monkeypatch):
+    monkeypatch.setattr(creeping, "balance", lambda: {kind: times * worst for kind, worst in residuals.items()})
     record = {"block": 0, "components": "", "counts": kinds, "worst": 0.1, "wrong": [], "seconds": [1.0, 1.0]}
     (tmp_path / "done.jsonl").write_text(json.dumps(record) + "\n")
     assert creeping.main(creeping.BLOCK, tmp_path / "done.jsonl") == code
