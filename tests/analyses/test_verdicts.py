@@ -213,6 +213,10 @@ def test_a_step_that_goes_down_and_settles():
         "ms, "
         "drift at the end 1.25%",
     ]
+    still = step.assign(
+        {name: step[name].copy(data=[NAN]) for name in ("rise_time", "settling_time", "overshoot", "drift")}
+    )
+    assert said(trajectories.step_words, still)[1] == "  500 V: does not move the disc from 2 mm"
     slow = step.assign(
         rise_time=step["rise_time"].copy(data=[5.4e6]), settling_time=step["settling_time"].copy(data=[2.7e7])
     )

@@ -117,6 +117,9 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
         way = abs(float(one["end"]) - float(one["begin"]))
         unit = unit_of(one["end"])
         rise, settling = (float(one[name]) for name in ("rise_time", "settling_time"))
+        if np.isnan(one["overshoot"]):
+            lines.append(f"{name} does not move the disc from {measured(one['end'])}")
+            continue
         settles = "not settled within the run"
         if np.isfinite(settling):
             settles = f"settled after {lasting(settling, one['settling_time'], 4)}"
