@@ -5,17 +5,10 @@ import warnings
 
 import pytest
 
-from gelcone.cli import command, waiting
+from gelcone.cli import command
 
 COMPUTED: dict[bytes, tuple] = {}
 """Pickled question -> its result and the warnings that came with it."""
-
-
-@pytest.fixture(autouse=True)
-def _no_line_of_progress(monkeypatch):
-    """Commands say nothing of their progress on the error stream, also where the machine is slow; tests of progress set
-    their own time."""
-    monkeypatch.setattr(waiting, "FIRST_SECONDS", 3600.0)
 
 
 @pytest.fixture
