@@ -16,9 +16,10 @@ import numpy as np
 
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
+from gelcone.physics.film.elastic import STEEP
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.film.membrane import MembraneFilm
-from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import rest_displacements
 from gelcone.physics.structure import DISC

@@ -21,7 +21,7 @@ resistance the length passes that end smoothly, and the charge says where it is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -278,6 +278,19 @@ class Creeping:
             *ends,
             Border(self._minimum_border, seldom=True, folds=True),
         )
+
+    def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
+        """The switches of the borders, -1 or 1, at a state; NaN where the film has no length."""
+        q = 1.0 + np.square(x)
+        m, width = self.solved(q, squared, y, n)
+        tight, narrow = np.where(m <= q, 1.0, -1.0), np.where(width <= 1.0, 1.0, -1.0)
+        gone = np.isnan(m) | np.isnan(width)
+        return {"meridian_held": np.where(gone, np.nan, tight), "width_held": np.where(gone, np.nan, narrow)}
+
+    def combinations(self, negative: Mapping[str, Any]) -> list[Any]:
+        """Which combinations of the switches belong to each state of the film; ``negative`` says where each is -1."""
+        tight, narrow = ~negative["meridian_held"], ~negative["width_held"]
+        return [tight & narrow, tight & ~narrow, ~tight & narrow, ~tight & ~narrow]
 
     def _width_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         m, width, _, narrow = self.lengths(1.0 + x * x, squared, y, n, xp)

@@ -35,9 +35,11 @@ from gelcone.physics.bracket import RESOLVED, rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.creeping_membrane import CreepingMembrane
+from gelcone.physics.film.crumpling import crumpling
+from gelcone.physics.film.elastic import STEEP
 from gelcone.physics.film.film import Border, FilmState, TracedState
 from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm
-from gelcone.physics.film.wrinkling import STEEP, WrinklingCone
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.quantity import Array
 
@@ -420,7 +422,7 @@ class MembraneFilm(BranchedFilm):
         """The t with V G = Vb(t)."""
         most = np.minimum(n["hump"], 0.5 * (self.law.strain_limit(n) + 3.0))
         high = np.minimum(most, MOST_STRETCHED) + 0.0 * V
-        return rise(lambda t: self._ring.crumpling(t, n) - V * n["G"], np.ones_like(high), high)
+        return rise(lambda t: crumpling(self.law, t, n) - V * n["G"], np.ones_like(high), high)
 
     def _parts(self, s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
         """Ranges of s between the place where the film begins to pull and ``s``, within which the force is smooth."""
