@@ -33,8 +33,9 @@ from gelcone.physics import statics
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio import exports, look
+from gelcone.studio.asked import MAP_CELLS, STRIP_VALUES
 from gelcone.studio.frames import unpack
-from gelcone.studio.page import MAP_CELLS, STRIP_VALUES, Page
+from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Setting, Shelf

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
-import math
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -26,14 +24,12 @@ from gelcone.physics.film.pull_in import CurveKey, keep_curve, known_curves
 from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
-from gelcone.studio import exports, look, profiles
+from gelcone.studio import asked, look, profiles
 from gelcone.studio.controls import as_json
 from gelcone.studio.envelope import draw_envelope
 from gelcone.studio.frames import pack
 from gelcone.studio.grids import (
-    Axis,
     Source,
-    axis,
     find_curves,
     find_profiles,
     find_pull_in,
@@ -44,13 +40,12 @@ from gelcone.studio.grids import (
 )
 from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
-from gelcone.studio.setting import OWN_FILE, Setting, Shelf, typed
+from gelcone.studio.setting import OWN_FILE, Setting, Shelf
 from gelcone.studio.slot import GRACE, Slot
 
 _log = logging.getLogger(__name__)
 RATE, BURST = 200.0, 400
 """Messages a second that are read, and how many at once."""
-LONGEST_ID = 2**53
 RUN_SECONDS, EVIDENCE_SECONDS = 15.0, 30.0
 """After which a run, and each part of what follows it, is given up."""
 THREADS = 3
@@ -66,8 +61,6 @@ SAME_REST = 1e-9
 """Rests closer than this, in units of b - a, are one in a picture, but of a chaotic motion."""
 RESTED_SECONDS = 0.2
 """Without a newer look, after which what takes longer than a picture is computed."""
-MAP_CELLS = (65, 49)
-STRIP_VALUES = 241
 
 
 class _Late(Exception):
@@ -145,7 +138,7 @@ class Page:
         """Answers a message; whatever is wrong with it is said, and nothing ends."""
         number = side = None
         try:
-            request = _request(text)
+            request = asked.read(text, _KINDS)
             number = request["id"]
             side = request.get("side") if request["kind"] == "look" and request.get("side") in SIDES else None
             await _KINDS[request["kind"]](self, request)
@@ -169,7 +162,7 @@ class Page:
     async def _take_look(self, request: dict[str, Any]) -> None:
         request["setting"] = Setting.read(request.get("setting"))
         request["periods"] = look.check_periods(request.get("periods", look.PERIODS))
-        if _text(request, "side") not in SIDES:
+        if asked.text_of(request, "side") not in SIDES:
             raise InputError("side: must be a or b")
         panels = request.setdefault("panels", [])
         if not isinstance(panels, list):
@@ -292,7 +285,9 @@ class Page:
         """Who computes for the side of a look what takes longer, and what from."""
         side = request["side"]
         lane, pool = self._lanes[side], self._pool(side)
-        return Work(pool, lane, pool.begin(lane), request["id"], self.send), self.source(request["setting"])
+        return Work(pool, lane, pool.begin(lane), request["id"], self.send), asked.source(
+            self.shelf, request["setting"]
+        )
 
     def _drop(self, work: Work) -> None:
         """Cancels what a worker does, unless the page is gone."""
@@ -382,44 +377,19 @@ class Page:
 
     async def _map(self, request: dict[str, Any]) -> None:
         """A map over two parameters."""
-        self._begin("map", request, self._over_two, fill_map)
-
-    def _over_two(self, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
-        setting = Setting.read(request.get("setting"))
-        controls = self.shelf.controls(setting)
-        x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
-        if x.name == y.name:
-            raise InputError(f"{x.name}: is on both axes; choose two parameters")
-        return self.source(setting), x, y
+        self._begin("map", request, asked.over_two, fill_map)
 
     async def _strip(self, request: dict[str, Any]) -> None:
         """A sweep of one parameter."""
-        self._begin("strip", request, self._over_one, fill_strip)
-
-    def _over_one(self, request: Mapping[str, Any]) -> tuple[Source, Axis]:
-        setting = Setting.read(request.get("setting"))
-        return self.source(setting), axis(self.shelf.controls(setting), request.get("over"), STRIP_VALUES)
+        self._begin("strip", request, asked.over_one, fill_strip)
 
     async def _envelope(self, request: dict[str, Any]) -> None:
         """The operating envelope of a device."""
-        self._begin("envelope", request, self._of_device, draw_envelope)
-
-    def _of_device(self, request: Mapping[str, Any]) -> tuple[Source]:
-        setting = Setting.read(request.get("setting"))
-        if setting.preset is not None:
-            raise InputError("an envelope is that of a device; choose one")
-        return (self.source(setting),)
+        self._begin("envelope", request, asked.of_device, draw_envelope)
 
     async def _export(self, request: dict[str, Any]) -> None:
         """A file of what the page shows."""
-        self._begin("export", request, self._to_save, make_file)
-
-    def _to_save(self, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
-        setting, wanted = self._wanted(request)
-        form = _text(request, "format")
-        if form not in exports.FORMATS:
-            raise InputError(f"format: must be one of {', '.join(exports.FORMATS)}")
-        return self.source(setting), wanted, form
+        self._begin("export", request, asked.to_save, make_file)
 
     async def _glance(self, request: dict[str, Any]) -> None:
         """A small picture of a device or preset as it is by itself."""
@@ -428,7 +398,7 @@ class Page:
             watch, loop = Watch(), asyncio.get_running_loop()
             limit = loop.call_later(RUN_SECONDS, watch.stop.set)
             try:
-                parts, about = await self._in_thread(partial(self._glimpse, watch), request)
+                parts, about = await self._in_thread(partial(_glimpse, watch), request)
             except Stopped:
                 raise InputError(f"the picture takes more than {RUN_SECONDS:g} s") from None
             finally:
@@ -439,65 +409,30 @@ class Page:
 
         self._start("glance", request, answer)
 
-    def _glimpse(self, watch: Watch, request: Mapping[str, Any]) -> tuple[look.Parts, dict[str, Any]]:
-        setting = Setting.read(request.get("setting"))
-        if setting.file is not None or setting.values:
-            raise InputError("a small picture is that of a device or preset as it is by itself; name one")
-        with watching(watch), known_curves():
-            subject, parts, _ = self.shelf.at_once(setting, look.glance)
-            return parts, look.about(subject)
-
     async def _device_file(self, request: dict[str, Any]) -> None:
         """The device as it is set, as a device file."""
 
         async def answer() -> None:
-            text = await self._in_thread(self._device_text, request)
+            text = await self._in_thread(asked.device_file, request)
             head = {"kind": "file", "id": request["id"], "name": OWN_FILE}
             await self.send(head, {"data": np.frombuffer(text.encode(), dtype=np.uint8)})
 
         self._start("device", request, answer)
 
-    def _device_text(self, request: Mapping[str, Any]) -> str:
-        device = self.shelf.subject(Setting.read(request.get("setting"))).device
-        if device is None:
-            raise InputError("a preset is no device; only a device has a file")
-        return device.to_toml()
-
     async def _code(self, request: dict[str, Any]) -> None:
         """The command and the Python lines that give what the page shows."""
 
         async def answer() -> None:
-            words = await self._in_thread(self._lines, request)
+            words = await self._in_thread(asked.code, request)
             await self.send({"kind": "code", "id": request["id"], **words})
 
         self._start("code", request, answer)
-
-    def _lines(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        setting, wanted = self._wanted(request)
-        self.shelf.subject(setting)
-        device = self.shelf.called(setting)
-        text = {"command": exports.command(setting, wanted, device), "python": exports.lines(setting, wanted, device)}
-        return {"own_file": setting.file is not None, **text}
-
-    def _wanted(self, request: Mapping[str, Any]) -> tuple[Setting, exports.Wanted]:
-        setting, name = Setting.read(request.get("setting")), _text(request, "what")
-        names = exports.OVER.get(name, ())
-        counts = MAP_CELLS if len(names) == 2 else (STRIP_VALUES,)
-        controls = self.shelf.controls(setting) if names else []
-        axes = tuple(axis(controls, request.get(n), count) for n, count in zip(names, counts, strict=False))
-        wanted = exports.Wanted.read(name, request.get("options", {}), axes)
-        return exports.fitting(setting, wanted), wanted
-
-    def source(self, setting: Setting) -> Source:
-        """What a worker needs to read the subject of a setting; `InputError` as `Shelf.check`."""
-        self.shelf.check(setting)
-        return Source(self.shelf.path(setting), setting.file, typed(setting))
 
     def _begin(
         self,
         name: str,
         request: dict[str, Any],
-        read: Callable[[Mapping[str, Any]], tuple[Any, ...]],
+        read: Callable[[Shelf, Mapping[str, Any]], tuple[Any, ...]],
         do: Callable[..., Awaitable[None]],
     ) -> None:
         """Starts the work of a lane in place of what runs there: ``do`` with what ``read`` makes of the request."""
@@ -526,13 +461,13 @@ class Page:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _in_thread(self, read: Callable[[Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
+    async def _in_thread(self, read: Callable[[Shelf, Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
         """What a function makes of a request. Not in the event loop: a film that wrinkles takes it a while."""
-        return await asyncio.get_running_loop().run_in_executor(self._threads, read, request)
+        return await asyncio.get_running_loop().run_in_executor(self._threads, read, self.shelf, request)
 
     async def _cancel(self, request: dict[str, Any]) -> None:
         """Ends the long work that the page does not look at any more."""
-        name = _text(request, "grid")
+        name = asked.text_of(request, "grid")
         if name not in self._lanes:
             raise InputError(f"grid: must be one of {', '.join(self._lanes)}")
         self._pool(name).begin(self._lanes[name])
@@ -580,6 +515,15 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
 """What a page may ask."""
 
 
+def _glimpse(watch: Watch, shelf: Shelf, request: Mapping[str, Any]) -> tuple[look.Parts, dict[str, Any]]:
+    setting = Setting.read(request.get("setting"))
+    if setting.file is not None or setting.values:
+        raise InputError("a small picture is that of a device or preset as it is by itself; name one")
+    with watching(watch), known_curves():
+        subject, parts, _ = shelf.at_once(setting, look.glance)
+        return parts, look.about(subject)
+
+
 def _in_words(error: Exception) -> str:
     """What the page says of an error; a fault of gelcone goes to the terminal, too."""
     if isinstance(error, ProcessesEnded):
@@ -588,35 +532,3 @@ def _in_words(error: Exception) -> str:
         return " ".join(str(error).split())
     _log.error("the studio failed", exc_info=error)
     return "internal error; see the terminal"
-
-
-def _request(text: str | None) -> dict[str, Any]:
-    """A message of the page: an object with a known ``kind`` and a number ``id``; `InputError` for anything else."""
-    if text is None:
-        raise InputError("the message is not text; send JSON")
-    try:
-        request = json.loads(text, parse_constant=_number, parse_int=_number, parse_float=_number)
-    except (ValueError, RecursionError):
-        raise InputError("the message is not JSON") from None
-    if not isinstance(request, dict) or _text(request, "kind") not in _KINDS:
-        raise InputError("the message must be an object whose kind is one of: " + ", ".join(_KINDS))
-    number = request.get("id")
-    if isinstance(number, bool) or not isinstance(number, int | float) or not 0 <= number < LONGEST_ID or number % 1:
-        raise InputError("id: must be a whole number")
-    return request | {"id": int(number)}
-
-
-def _text(request: Mapping[str, Any], name: str) -> str:
-    """A text of a message, empty where there is none; `InputError` for anything else."""
-    value = request.get(name, "")
-    if not isinstance(value, str):
-        raise InputError(f"{name}: must be a text")
-    return value
-
-
-def _number(text: str) -> float:
-    """A number of a message; `ValueError` for one that is not finite, such as 1e999 or NaN."""
-    number = float(text)
-    if not math.isfinite(number):
-        raise ValueError(text)
-    return number
