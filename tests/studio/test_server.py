@@ -41,6 +41,9 @@ from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Setting, Shelf
 from gelcone.studio.slot import GRACE
 
+PATIENCE = 120.0
+"""Seconds to wait for an answer that will come, on a machine however busy."""
+
 PUMP = {"device": "biased-pump"}
 ENDLESS = {**PUMP, "values": {"frequency": "1e999 Hz"}}
 
@@ -89,7 +92,7 @@ def ask(page, kind, number=1, **content):
     page.send(json.dumps({"kind": kind, "id": number, **content}))
 
 
-def answer(page, kind, seconds=20.0):
+def answer(page, kind, seconds=PATIENCE):
     """The next answer of a kind, or an error."""
     while True:
         head, arrays = unpack(page.recv(timeout=seconds))
@@ -317,7 +320,7 @@ def test_a_foreign_page_cannot_talk(server, wrong):
 def test_a_look_is_answered_in_parts(server):
     with server.page() as page:
         ask(page, "look", 7, side="a", setting=PUMP, periods=5, controls=True)
-        head, _ = unpack(page.recv(timeout=20))  # the controls come first
+        head, _ = unpack(page.recv(timeout=PATIENCE))  # the controls come first
         assert (head["kind"], head["id"], head["side"]) == ("subject", 7, "a")
         assert {control["name"] for control in head["controls"]} >= {"frequency", "disc_radius"}
         head, arrays = answer(page, "response")
@@ -362,8 +365,12 @@ def test_a_drive_that_does_not_repeat_has_no_evidence_and_the_page_is_told_why_a
         answer(page, "response")
         head = answer(page, "late")[0]
         assert (head["stage"], head["message"].partition(",")[0]) == ("kind", "waveform = chirp: does not repeat")
-        assert answer(page, "spectrum")[1]["amplitude"][1:].max() > 0.0
-        assert answer(page, "statics")[1]["voltage"].size > 10
+        found = {}  # in either order: equilibria that another drive has found come at once
+        while not found.keys() >= {"spectrum", "statics"}:
+            head, arrays = unpack(page.recv(timeout=PATIENCE))
+            found[head["kind"]] = arrays
+        assert found["spectrum"]["amplitude"][1:].max() > 0.0
+        assert found["statics"]["voltage"].size > 10
 
 
 def test_a_fault_in_the_evidence_is_said_too(server, monkeypatch, caplog):
@@ -389,7 +396,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
         ask(page, "look", 2, side="a", setting={**PUMP, "values": {"frequency": "9 Hz"}}, panels=["statics"])
         found = []
         while "statics" not in found:
-            head, _ = unpack(page.recv(timeout=20))
+            head, _ = unpack(page.recv(timeout=PATIENCE))
             if head["id"] == 2:
                 found.append(head["kind"])
         assert found == ["response", "kind", "numbers", "statics"]
@@ -464,14 +471,14 @@ def test_a_membrane_comes_in_the_place_of_its_cone(monkeypatch, tmp_path):
         ask(page, "look", 1, side="a", setting=setting, controls=True)
         found = []
         while not found or found[-1]["about"]["stands"]:
-            found.append(answer(page, "response", 120.0)[0])
+            found.append(answer(page, "response")[0])
         assert [(own["about"]["stands"], own["about"]["film_of"]) for own in found] == [
             (True, "cone"),
             (False, "membrane"),
         ]
         shared = {**setting, "values": setting["values"] | {"meridional_prestretch": "0.5"}}
         ask(page, "look", 2, side="a", setting=shared)
-        assert answer(page, "response", 120.0)[0]["about"]["stands"]
+        assert answer(page, "response")[0]["about"]["stands"]
 
 
 def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkeypatch):
@@ -506,7 +513,7 @@ def test_the_membrane_of_another_geometry_is_computed_once_the_hand_rests(server
 def test_an_error_names_its_control_and_the_page_goes_on(server):
     with server.page() as page:
         ask(page, "look", 1, side="a", setting={**PUMP, "values": {"disc_radius": "90 mm"}})
-        head = unpack(page.recv(timeout=10))[0]
+        head = unpack(page.recv(timeout=PATIENCE))[0]
         assert (head["kind"], head["control"]) == ("error", "disc_radius")
         assert "film_radius" in head["message"]
         ask(page, "look", 2, side="a", setting=PUMP)
@@ -624,7 +631,7 @@ def test_malformed_messages_are_refused_and_nothing_ends(server, count):
     with server.page() as page:
         for number in range(count):
             page.send(malformed(number))
-            head = unpack(page.recv(timeout=20))[0]
+            head = unpack(page.recv(timeout=PATIENCE))[0]
             assert head["kind"] == "error", (malformed(number), head)
         ask(page, "look", 3, side="a", setting=PUMP)
         assert answer(page, "response")[0]["id"] == 3
@@ -667,12 +674,12 @@ def test_a_setting_that_takes_long_to_read_holds_up_nobody(server, monkeypatch, 
         monkeypatch.setattr(Shelf, name, read)
     with server.page() as one, server.page() as other:
         ask(one, kind, 5, setting=PUMP, **content)
-        assert begun.wait(20)
+        assert begun.wait(PATIENCE)
         for page in (one, other):
             ask(page, "hello")
             answer(page, "hello")
         go_on.set()
-        head = unpack(one.recv(timeout=20))[0]
+        head = unpack(one.recv(timeout=PATIENCE))[0]
         assert (head["kind"], head["id"], head["control"]) == ("error", 5, "frequency")
 
 
@@ -698,7 +705,7 @@ def test_a_message_too_long_ends_its_own_connection_alone(server):
     with server.page() as one, server.page() as other:
         one.send("x" * (LARGEST_MESSAGE + 10))
         with pytest.raises(ConnectionClosed) as closed:
-            one.recv(timeout=10)
+            one.recv(timeout=PATIENCE)
         assert closed.value.rcvd.code == 1009
         ask(other, "hello")
         assert answer(other, "hello")[0]["devices"]
@@ -832,7 +839,7 @@ def test_each_side_gets_its_own_answers_and_the_panels_that_are_open(server):
         ask(page, "look", 2, side="b", setting={"preset": "base", "values": {"voltage": "0.1"}}, periods=3)
         found = []
         while len(found) < 5:
-            head, _ = unpack(page.recv(timeout=30))
+            head, _ = unpack(page.recv(timeout=PATIENCE))
             if head["kind"] != "numbers":  # which come once the hand rests
                 found.append((head["side"], head["id"], head["kind"]))
         assert sorted(found) == [
