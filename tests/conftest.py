@@ -16,10 +16,14 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 @pytest.fixture
 def command_line(monkeypatch, capsys, tmp_path):
-    """Runs ``gelcone`` with the given arguments in an empty folder: exit code, standard output and standard error."""
-    from gelcone.cli import main
+    """Runs ``gelcone`` with the given arguments in an empty folder: exit code, standard output and standard error.
+
+    Commands say nothing of what takes long, however busy the machine is; tests of progress set a time of their own.
+    """
+    from gelcone.cli import main, waiting
 
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 3600.0)
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["gelcone", *map(str, arguments)])
