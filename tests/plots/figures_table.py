@@ -292,12 +292,12 @@ TABLE = {
         ("figure", ["# of constant_voltage", "about # of constant_voltage, half power"]),
     ],
     "designs": [
-        ("x: stroke (mm); y: apparent_power (mVA)", ["solid o apparent_power over stroke", "text: #"]),
+        ("x: stroke (mm); y: apparent power (mVA)", ["solid o apparent_power over stroke", "text: #"]),
         (
             "x: design; y: share of devices that meet all",
             ["points o probability over design", "dashed level at -: wished"],
         ),
-        ("x: design; y: peak_voltage (V)", ["bars of -", "bars of peak_voltage"]),
+        ("x: design; y: peak voltage (V)", ["bars of -", "bars of peak_voltage"]),
         ("figure", ["designs: quick", "wished", "first limit, peak of the drive"]),
     ],
     "device fit": [
@@ -630,11 +630,11 @@ TABLE = {
         ),
     ],
     "sweep": [
-        ("y: per_repeat (of per_repeat)", ["solid . per_repeat over voltage"]),
-        ("y: averaged_time (of averaged_time)", ["solid . averaged_time over voltage"]),
+        ("y: per repeat (of per_repeat)", ["solid . per_repeat over voltage"]),
+        ("y: averaged time (of averaged_time)", ["solid . averaged_time over voltage"]),
         ("y: cycle (of cycle)", ["solid . cycle over voltage"]),
         ("y: sign (of sign)", ["solid . sign over voltage"]),
-        ("x: voltage (of voltage); y: sum_residual (of sum_residual)", ["solid . 0 over voltage"]),
+        ("x: voltage (of voltage); y: sum residual (of sum_residual)", ["solid . 0 over voltage"]),
         ("figure", []),
     ],
     "probability": [
@@ -763,19 +763,19 @@ TABLE = {
         ("figure", []),
     ],
     "limits of draws": [
-        ("x: onset_voltage (of onset_voltage)", ["points | 0 over onset_voltage", "solid - over -", "filled - over -"]),
-        ("x: onset_error (of onset_error)", ["points | 0 over onset_error", "solid - over -", "filled - over -"]),
+        ("x: onset voltage (of onset_voltage)", ["points | 0 over onset_voltage", "solid - over -", "filled - over -"]),
+        ("x: onset error (of onset_error)", ["points | 0 over onset_error", "solid - over -", "filled - over -"]),
         (
-            "x: pitchfork_voltage (of pitchfork_voltage)",
+            "x: pitchfork voltage (of pitchfork_voltage)",
             ["points | 0 over pitchfork_voltage", "solid - over -", "filled - over -"],
         ),
         ("figure", []),
     ],
     "limits over one and draws": [
-        ("y: onset_voltage (of onset_voltage)", ["points . onset_voltage over spring_stiffness"]),
-        ("y: onset_error (of onset_error)", ["points . onset_error over spring_stiffness"]),
+        ("y: onset voltage (of onset_voltage)", ["points . onset_voltage over spring_stiffness"]),
+        ("y: onset error (of onset_error)", ["points . onset_error over spring_stiffness"]),
         (
-            "x: spring stiffness (of spring_stiffness); y: pitchfork_voltage (of pitchfork_voltage)",
+            "x: spring stiffness (of spring_stiffness); y: pitchfork voltage (of pitchfork_voltage)",
             ["points . pitchfork_voltage over spring_stiffness"],
         ),
         ("figure", []),

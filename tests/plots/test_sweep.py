@@ -196,3 +196,21 @@ def test_codes_are_not_drawn_as_numbers_and_nothing_but_codes_says_so():
     assert [axes.get_ylabel() for axes in sweep_figure(data).axes] == ["limit"]
     (axes,) = sweep_figure(data.drop_vars("limit")).axes
     assert [text.get_text() for text in axes.texts] == ["no cell has a number"]
+
+
+@pytest.mark.parametrize(("along", "of"), [("draw", "draws"), ("voltage", "cells")])
+def test_limits_that_no_cell_reaches_are_said_and_counted(along, of):
+    """And those that some draws do not reach, over the density of the others; only computed cells count."""
+    data = result({"status": (along, [1, 1, 1, 0]), "pull_in_voltage": (along, [np.inf, np.inf, np.nan, 7.0])}, {})
+    data["pull_in_voltage"].attrs.update(units="V", infinite_means="not reached", nan_means="not applicable")
+    (axes,) = sweep_figure(data).axes
+    words = f"not reached in 2 of 3 {of}, not applicable in 1 of 3 {of}"
+    assert [text.get_text() for text in axes.texts] == [f"pull in voltage: {words}"]
+    assert not axes.axison
+    if along == "draw":
+        data["pull_in_voltage"].values[1] = 5.0
+        (axes,) = sweep_figure(data).axes
+        assert axes.get_title(loc="left") == "not reached in 1 of 3 draws, not applicable in 1 of 3 draws"
+        assert axes.get_xlabel() == "pull in voltage (V)"
+        data["pull_in_voltage"].values[:3] = [5.0, 6.0, 7.0]
+        assert sweep_figure(data).axes[0].get_title(loc="left") == ""

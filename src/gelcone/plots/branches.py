@@ -49,7 +49,7 @@ def branches_figure(result: xr.Dataset) -> Figure:
         above.set_ylabel(axis_label(result["lowest"], "displacement\nonce per forcing period"))
         values = result["value"].values
         above.set_xlim(np.nanmin(values), np.nanmax(values))
-        below.set_xlabel(axis_label(result["value"], result.attrs["parameter"].replace("_", " ")))
+        below.set_xlabel(axis_label(result["value"], result.attrs["parameter"]))
         above.legend(handles=legend(result), loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
     return styled(7.2, 5.2, draw, result)

@@ -31,8 +31,8 @@ def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
         axes = figure.subplots()
         one, other = names_of(result)
         curves(result, axes)
-        axes.set_xlabel(axis_label(result[one], one.replace("_", " ")))
-        axes.set_ylabel(axis_label(result[other], other.replace("_", " ")))
+        axes.set_xlabel(axis_label(result[one], one))
+        axes.set_ylabel(axis_label(result[other], other))
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
     return styled(7.2, 4.2, draw, result)

@@ -96,8 +96,8 @@ def numbered(svg: str) -> str:
 
 
 def axis_label(variable: xr.DataArray, name: str) -> str:
-    """``name`` with the unit of the variable, if it has one."""
-    units = variable.attrs.get("units", "1")
+    """``name`` in words, with the unit of the variable, if it has one."""
+    name, units = name.replace("_", " "), variable.attrs.get("units", "1")
     return name if units == "1" else f"{name} ({units})"
 
 
@@ -114,5 +114,5 @@ def log_ticks(axes: Axes) -> None:
 def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left"]) -> None:
     """Labels an axis with a swept coordinate, where there is one."""
     if name in result.coords:
-        label = axis_label(result[name], name.replace("_", " "))
+        label = axis_label(result[name], name)
         (axes.set_xlabel if side == "bottom" else axes.set_ylabel)(label)

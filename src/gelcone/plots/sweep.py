@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
 from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, say, styled
 from gelcone.plots.values import values_figure
-from gelcone.words import unit_of
+from gelcone.words import missing, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,8 +69,8 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
     if there.size <= FEW:
         bar.set_ticks(there.tolist())
     axes.set_title(str(values.attrs["long_name"]), loc="left")
-    axes.set_xlabel(axis_label(across, x.replace("_", " ")))
-    axes.set_ylabel(axis_label(up, y.replace("_", " ")))
+    axes.set_xlabel(axis_label(across, x))
+    axes.set_ylabel(axis_label(up, y))
 
 
 def sweep_figure(result: xr.Dataset) -> Figure:
@@ -82,7 +83,9 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     full = {name: values.where(there) for name, values in numbers.items()}
     names = [name for name, values in full.items() if np.isfinite(values).any()][:WIDEST]
     if not names:
-        return styled(5.6, 2.0, lambda figure: say(figure.add_subplot(), "no cell has a number"), result)
+        infinite = {name: v for name, v in numbers.items() if np.isinf(full[name]).any()}
+        lost = [f"{name.replace('_', ' ')}: {_absent(v[there], along)}" for name, v in infinite.items()]
+        return styled(5.6, 2.0, lambda figure: _say_alone(figure, "\n".join(lost) or "no cell has a number"), result)
     if _unordered(result):
         return _by_gel({name: full[name] for name in names}, result)
     if len(dims) == 2 and all(dim in result.coords for dim in dims):
@@ -122,7 +125,7 @@ def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for axes, (name, values) in zip(panels, shown.items(), strict=True):
-            axes.set_ylabel(axis_label(result[name], name.replace("_", " ")), fontsize=8.0)
+            axes.set_ylabel(axis_label(result[name], name), fontsize=8.0)
             if not others:
                 axes.plot(np.arange(values.size), values, "o", color=BLUE, ms=4.0)
                 axes.set_xticks(np.arange(values.size), [str(gel) for gel in result[gels].values])
@@ -141,13 +144,29 @@ def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 def _densities(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
     from gelcone.plots.tolerances import densities
 
+    there = result["status"] > 0
+
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(shown), 1, squeeze=False)[:, 0]
         for axes, (name, values) in zip(panels, shown.items(), strict=True):
             densities(axes, values, result)
             axes.set_xlabel(axis_label(result[name], name))
+            axes.set_title(_absent(result[name][there], "draw"), loc="left", fontsize=8.0)
 
-    return styled(5.6, 0.8 + 1.5 * len(shown), draw)
+    return styled(5.6, 0.8 + 1.5 * len(shown), draw, result)
+
+
+def _say_alone(figure: Figure, words: str) -> None:
+    axes = figure.add_subplot()
+    axes.set_axis_off()
+    say(axes, words)
+
+
+def _absent(values: xr.DataArray, along: str) -> str:
+    """In how many of the draws or cells there is no number, and what that means; nothing where all have one."""
+    numbers, of = np.ravel(values.values), "draws" if along == "draw" else "cells"
+    counts = Counter(missing(float(value), values) for value in numbers[~np.isfinite(numbers)])
+    return ", ".join(f"{words} in {count} of {numbers.size} {of}" for words, count in counts.items())
 
 
 def _is_code(name: str, variable: xr.DataArray) -> bool:
@@ -207,7 +226,7 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
             x, y = map(str, values.dims)
             mark_failed(axes, edges(result[x]), edges(result[y]), failed.transpose(y, x).values)
             blank = bool((values.isnull() & ~failed).any())
-            axes.set_title(axis_label(result[name], name.replace("_", " ")), loc="left")
+            axes.set_title(axis_label(result[name], name), loc="left")
             handles += [Patch(facecolor="white", edgecolor=GREY, lw=0.6, label="white: no value")] if blank else []
         for axes in panels[len(shown) :]:
             axes.remove()

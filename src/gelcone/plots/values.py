@@ -40,7 +40,7 @@ def values_figure(result: xr.Dataset) -> Figure:
             draw_curves(result, curves[name], along, axes)
         axis = axis_of(result, along)
         if axis is not None:
-            panels[-1].set_xlabel(axis_label(axis, str(axis.name).replace("_", " ")))
+            panels[-1].set_xlabel(axis_label(axis, str(axis.name)))
 
     return styled(5.6, 0.8 + (0.25 * len(numbers) if along is None else 1.4 * len(shown)), draw)
 
@@ -70,7 +70,7 @@ def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Ax
         axes.plot(axis.values, row, color=colour, marker=".", ms=3.0)
     if axis.dtype.kind in "iu":
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name).replace("_", " ")), LABEL_WIDTH)))
+    axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name)), LABEL_WIDTH)))
 
 
 def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:
