@@ -3,7 +3,9 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.atlas import drawn
@@ -96,6 +98,15 @@ def test_a_draw_that_fails_at_one_frequency_has_failed(monkeypatch):
     model, draws = gelcone.ConeModel(voltage=0.1, voltage_bias=0.4), {"damping_ratio": np.array([0.1, 0.12])}
     found = gelcone.over_draws(model, draws, "frequency", frequencies=[0.8, 0.9])
     assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.PULLED_IN]
+
+
+def test_a_path_is_no_draws_and_a_frame_is():
+    """Of pandas; how to read a file is said."""
+    with pytest.raises(gelcone.InputError, match=r"draws = 'd.csv': must be name -> values or a Dataset; read a file"):
+        gelcone.over_draws(PUMP, "d.csv")
+    frame = pd.DataFrame(DRAWS)
+    one, other = (gelcone.over_draws(PUMP, draws, threads=1) for draws in (frame, dict(frame)))
+    xr.testing.assert_identical(one, other)
 
 
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def over_draws(
 
     Raises
     ------
-    InputError : as `Plan`, for an unknown analysis, and for options that it does not take of draws.
+    InputError : as `Plan`, for draws without names, an unknown analysis, and options that it does not take of draws.
 
     Examples
     --------
@@ -108,6 +108,11 @@ def over_draws(
     >>> f"{low} to {high}"
     '0.701 to 0.727'
     """
+    if not hasattr(draws, "keys"):
+        raise InputError(
+            f"draws = {draws!r}: must be name -> values or a Dataset; read a file with pandas.read_csv or "
+            "xarray.open_dataset"
+        )
     values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)
     known = (*sweepable(), *ALONE, SHEET)
     if analysis not in known:
