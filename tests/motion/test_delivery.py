@@ -43,6 +43,16 @@ def test_a_held_disc_takes_the_current_of_its_capacitors(films):
         assert float(run[name]) == pytest.approx(expected[name], rel=2e-3), name
 
 
+def test_a_charge_that_stays_takes_no_current_and_a_small_current_is_one():
+    """Of an open circuit, to rounding; a drive a million times smaller than the charge is no rounding."""
+    held = gelcone.ConeModel(circuit="charge", voltage=0.0, voltage_bias=0.4, rest_height=0.8)
+    run = gelcone.simulate(held, (0.5, 0.0), periods=10.0)
+    assert [float(run[name]) for name in ("peak_current", "rms_current", "apparent_power")] == [0.0, 0.0, 0.0]
+    assert float(run["peak_slew_rate"]) > 0.01
+    driven = held.replace(voltage=4e-7, drive_frequency=0.7)
+    assert float(gelcone.simulate(driven, (0.5, 0.0), periods=10.0)["peak_current"]) == pytest.approx(2.8e-7, rel=1e-3)
+
+
 def test_the_natural_frequency_is_the_root_of_the_stiffness_about_the_ramps_end():
     model = gelcone.ConeModel(rest_height=0.6, hoop_prestretch=1.3)
     volts = np.array([0.0, 0.3])

@@ -17,6 +17,8 @@ from gelcone.quantity import Array
 JUMPS = "the voltage jumps"
 LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("current_limited", "current limit")}
 """By the limit of an amplifier: the name of the share of time at it, and words for it."""
+NO_CURRENT = 1e-14
+"""A current that moves a smaller share of the charge in a unit of time is rounding, as under a charge that stays."""
 
 
 def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
@@ -35,6 +37,7 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     for line, charge in zip(system.lines, charges, strict=True):
         first, of = line.films[0], "the second film's source" if line.prefix else "the source"
         current = sum((currents[k] for k in line.films[1:]), currents[first])
+        current = np.where(np.abs(current) <= NO_CURRENT * np.abs(charge), 0.0, current)
         ran = ~np.isnan(states[..., 0])
         rms = [_root_mean_square(times, np.where(ran, one, np.nan)) for one in (voltages[first], current)]
         peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
