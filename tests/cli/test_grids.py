@@ -73,10 +73,10 @@ def test_a_store_knows_its_device(run, tmp_path):
         "--over",
         "voltage_amplitude=0 V:400 V:4",
         "--over",
-        "prestretch=1.1:1.4:3",
+        "spring_rate=14 N/m:16 N/m:3",
         "--uniform",
         "--film",
-        "wrinkling",
+        "taut",
     ]
     told = result(run(*device, "--transient", "1 s", "--budget", "2 s", "--store", tmp_path / "s", "--json"))
     for command in (["map", "--resume"], ["show"]):
