@@ -120,9 +120,9 @@ class Elements:
         unknown = np.full((x.size, self.count), np.nan)
         return Chains(V, np.tile(self.nodes, (x.size, 1)), x[:, None] * (1.0 - share), unknown, np.zeros(x.shape, bool))
 
-    def unloaded(self, x: Array) -> Chains:
+    def unloaded(self, x: Array, until_lost: bool = False) -> Chains:
         """The states without voltage at heights x > 0: from straight cones, and where none is found so from the state
-        of the nearest height, by steps."""
+        of the nearest height, by steps; ``until_lost``, none of these behind the first that has no state."""
         at = self.found(self.cones(x, np.zeros(x.size)))
         known = np.flatnonzero(at.found)
         for k in np.flatnonzero(~at.found) if known.size else []:
@@ -130,6 +130,8 @@ class Elements:
             own = self._moved(at.where(np.array([nearest])), float(x[k]))
             for values, found in zip(at, own, strict=True):
                 values[k] = found[0]
+            if until_lost and not at.found[k]:
+                break
         return at
 
     def _moved(self, at: Chains, x: float) -> Chains:

@@ -174,7 +174,7 @@ def names() -> tuple[str, ...]:
 
 def _reach(film: Elements) -> float:
     """The largest s at which the film without voltage stays within its stretch limit next to the disc."""
-    states = film.unloaded(TRIALS)
+    states = film.unloaded(TRIALS, until_lost=True)
     gel, measured = film.gel, film.measures(states)
     with np.errstate(all="ignore"):
         inside = states.found & (gel.strain(measured.disc, np.ones(TRIALS.size)) < LIMIT_SHARE * gel.strain_limit)
