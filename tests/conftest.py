@@ -14,6 +14,22 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_configure():
+    """Programs are compiled in half of the time, which was a quarter of that of all tests, and are slower.
+
+    LLVM takes its fast allocator of registers and no scheduler, for the same bits: `test_compile` compares them with
+    those of a process that has the defaults, as all processes that tests start. No such process finds this code in the
+    cache.
+    """
+    import llvmlite.binding as llvm
+
+    from gelcone.motion.engine import compile as compiler
+
+    for option in ("-enable-misched=0", "-optimize-regalloc=0"):
+        llvm.set_option("tests", option)
+    compiler.CODE = f"{compiler.CODE}-tests"
+
+
 @pytest.fixture
 def command_line(monkeypatch, capsys, tmp_path):
     """Runs ``gelcone`` with the given arguments in an empty folder: exit code, standard output and standard error.
