@@ -82,10 +82,19 @@ def test_static_of_a_device_is_in_volts_and_millimetres(as_json):
 
 def test_static_of_devices_of_several_sizes(as_json):
     """Each is that of the device alone, though length and voltage have another scale in each."""
-    radii, pump = ("30 mm", "32 mm"), ("static", "biased-pump", "--film", "wrinkling")
-    both = as_json(*pump, "--set", "film_radius=30 mm,32 mm", "--set", "film_thickness=0.2 mm,0.3 mm")
-    for k, (radius, thickness) in enumerate(zip(radii, ("0.2 mm", "0.3 mm"), strict=True)):
-        one = as_json(*pump, "--set", f"film_radius={radius}", "--set", f"film_thickness={thickness}")
+    pump = ("static", "biased-pump", "--film", "wrinkling")
+    sizes = {
+        "film_radius": ("30 mm", "33.75 mm"),
+        "disc_radius": ("8 mm", "9 mm"),
+        "film_thickness": ("0.2 mm", "0.3 mm"),
+    }
+
+    def set_to(values):
+        return [part for name, value in zip(sizes, values, strict=True) for part in ("--set", f"{name}={value}")]
+
+    both = as_json(*pump, *set_to(map(",".join, sizes.values())))
+    for k, sized in enumerate(zip(*sizes.values(), strict=True)):
+        one = as_json(*pump, *set_to(sized))
         assert both["rest_displacement"][k] == pytest.approx(one["rest_displacement"], rel=1e-12)
         # the voltages of the members are those of all in the units of each
         own = int(np.argmin(np.abs(np.array(both["constant_voltage"])[..., k] - one["constant_voltage"][0])))

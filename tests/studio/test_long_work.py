@@ -43,9 +43,8 @@ def sent(fill, *arguments):
 # --- thresholds -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("upright", [True, False])
-@pytest.mark.parametrize(("unit", "scale"), [("V", 1.0), ("kV", 1e-3), ("mV", 1e3)])
-def test_thresholds_lie_at_the_voltages_of_limits_on_the_axis_of_the_voltage(upright, unit, scale):
+@pytest.mark.parametrize(("unit", "scale", "upright"), [("V", 1.0, True), ("kV", 1e-3, False), ("mV", 1e3, True)])
+def test_thresholds_lie_at_the_voltages_of_limits_on_the_axis_of_the_voltage(unit, scale, upright):
     volts = Axis("voltage_amplitude", unit, np.linspace(500.0, 2500.0, 3) * scale)
     other = Axis("film_thickness", "mm", np.array([0.18, 0.2, 0.22]))
     ((head, arrays),) = sent(long_work._draw_thresholds, PUMP, *((volts, other) if upright else (other, volts)))
