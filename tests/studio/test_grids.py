@@ -166,3 +166,11 @@ def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
     assert list(lines) == ["rest becomes unstable", "flat film loses its stability at the peak"]
     np.testing.assert_allclose(lines["rest becomes unstable"], [2.0, 3.0])
     np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [np.nan, 0.1])
+
+
+def test_a_membrane_is_made_also_where_a_motion_has_no_kind():
+    """And the page takes the picture that was made; for the kind of the motion it asks by itself."""
+    source = Source(shipped_devices()["soft-film"], None, {"settings": ["film=taut", "waveform=chirp"]})
+    with pytest.raises(InputError, match="does not repeat"):
+        grids.look.kind(source.subject())
+    assert grids.make_membrane(source, 3)

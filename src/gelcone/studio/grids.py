@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import reprlib
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -170,10 +171,12 @@ def find_pull_in(source: Source) -> float:
 
 
 def make_membrane(source: Source, periods: float) -> bool:
-    """Leaves in the disk cache what the picture and the kind of motion of a subject need."""
+    """Leaves in the disk cache what the picture and the kind of motion of a subject need; a motion under a drive that
+    does not repeat has no kind."""
     subject = source.subject()
     look.response(subject, periods)
-    look.kind(subject)
+    with suppress(InputError):
+        look.kind(subject)
     return True
 
 
