@@ -455,7 +455,7 @@ def test_a_cluster_gives_the_same_bits_also_when_a_worker_dies(whole, monkeypatc
     monkeypatch.setattr(module, "TASK_CELLS", 8)
     start = [sys.executable, "-m", "distributed.cli.dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://", dashboard_address=None
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://", dashboard_address=":0"
     ) as local:
         address, killed = local.scheduler_address, []
         mortal = subprocess.Popen([*start, address], stderr=subprocess.DEVNULL)

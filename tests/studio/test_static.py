@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gelcone.codes import Regime
-from gelcone.studio import grids, look, page, setting
+from gelcone.studio import asked, grids, look, setting
 from gelcone.studio.server import KINDS
 
 TESTS = Path(__file__).parent / "static"
@@ -69,9 +69,9 @@ def constant(text, name):
 
 
 def test_the_map_has_as_many_cells_on_both_sides():
-    assert constant(source("map"), "CELLS") == list(page.MAP_CELLS)
+    assert constant(source("map"), "CELLS") == list(asked.MAP_CELLS)
     assert constant(source("work"), "IMPOSSIBLE") == grids.IMPOSSIBLE
-    assert int(re.search(r"over\[1\]\)\) / (\d+)", source("sweep"))[1]) == page.STRIP_VALUES - 1
+    assert int(re.search(r"over\[1\]\)\) / (\d+)", source("sweep"))[1]) == asked.STRIP_VALUES - 1
 
 
 def test_states_of_the_film_have_the_same_numbers_on_both_sides():
