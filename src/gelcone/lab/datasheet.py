@@ -207,11 +207,12 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     blank = _Small(np.nan, np.nan, np.nan, np.full(omega.size, np.nan))
     every = [blank if row is None else row for row in rows]
     frequency = {"units": "1", "quantity": "frequency", dataset.NAN: "not applicable", dataset.INFINITE: "none"}
+    time = dataset.absent("time", infinite="none")
     columns = dataset.columns(_LEVELS, {
         "natural_frequency": (natural, "natural frequency", _of("frequency")),
         "half_width": ([row.half_width for row in every], "half width of the resonance at half power", frequency),
         "bandwidth": ([row.bandwidth for row in every], "frequency to which it stays above half power", frequency),
-        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", _absent_time()),
+        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", time),
     })  # fmt: skip
     curves = {"gain": (np.stack([row.gain for row in every]), "small-signal stroke over the static one", "share")}
     axis = {"drive_frequency": (omega, "drive frequency", "frequency")}
@@ -220,10 +221,6 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
         **dataset.columns((*_LEVELS, "drive_frequency"), curves),
         **dataset.columns("drive_frequency", axis),
     }
-
-
-def _absent_time() -> dict[str, str]:
-    return dataset.absent("time", infinite="none")
 
 
 def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:

@@ -6,7 +6,7 @@ are fitted by their logarithms. The stress is linear in the moduli; relaxation t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -359,9 +359,3 @@ def _quantile(sizes: Array, test: Any, share: float) -> float:
     counts = np.bincount(test)
     weights = np.cumsum(1.0 / counts[test[order]])
     return float(sizes[order][np.searchsorted(weights, share * weights[-1])])
-
-
-def samples_of(data: Tabulated) -> Iterator[tuple[Coupon, Any]]:
-    """Each test and the rows of its samples."""
-    for k, test in enumerate(data.tests):
-        yield test, np.flatnonzero(data.curves.test == k)

@@ -388,10 +388,6 @@ class ConeSystem(Structure):
             return 2.0 * n[BIAS_SHARE] * first
         return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
 
-    def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The V on the first film above which it has no state."""
-        return self.films[0].highest_squared(x, n)
-
     # --- where the films have a state --------------------------------------------------------------------------------
 
     def pulled_in(self, x: Any, squared: Any, n: Numbers) -> Any:
