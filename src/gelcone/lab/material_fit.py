@@ -342,20 +342,24 @@ class Band(NamedTuple):
     least: float
 
 
-def band_of(data: Tabulated, predicted: Array, share: float = 0.95) -> Band:
+COVERED = 0.95
+"""The share of the residuals that a band covers."""
+
+
+def band_of(data: Tabulated, predicted: Array) -> Band:
     """The band of a prediction, from the residuals of the tests left out, each test with the same weight."""
     test = data.curves.test
     sizes = np.abs(predicted - data.curves.stress) / np.array([largest(t) for t in data.tests])[test]
     covered = []
     for k in range(len(data.tests)):
         others = test != k
-        covered.append(float(np.mean(sizes[~others] <= _quantile(sizes[others], test[others], share))))
-    return Band(_quantile(sizes, test, share), float(np.mean(covered)), float(np.min(covered)))
+        covered.append(float(np.mean(sizes[~others] <= _quantile(sizes[others], test[others]))))
+    return Band(_quantile(sizes, test), float(np.mean(covered)), float(np.min(covered)))
 
 
-def _quantile(sizes: Array, test: Any, share: float) -> float:
-    """A quantile of residuals, each test with the same weight."""
+def _quantile(sizes: Array, test: Any) -> float:
+    """The size that `COVERED` of the residuals do not exceed, each test with the same weight."""
     order = np.argsort(sizes)
     counts = np.bincount(test)
     weights = np.cumsum(1.0 / counts[test[order]])
-    return float(sizes[order][np.searchsorted(weights, share * weights[-1])])
+    return float(sizes[order][np.searchsorted(weights, COVERED * weights[-1])])

@@ -24,7 +24,7 @@ from gelcone.errors import InputError
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import start_states
+from gelcone.motion.settle import next_power_of_two, start_states
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
@@ -412,7 +412,7 @@ def _maps(members: Members, options: _Options, progress: Progress | None = None)
     """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
     numbers of a member do not depend on the others."""
     repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
-    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * members.fastest / PIECE, 1.0))).astype(int)
+    pieces = next_power_of_two(np.maximum(repeat * members.fastest / PIECE, 1.0))
     resting = _resting(members, options)
     result = np.full((3, members.size), np.nan)
     outcome = np.zeros(members.size, dtype=np.int8)
@@ -570,7 +570,7 @@ def _scan_steps(members: Members, steps: int | None) -> npt.NDArray[np.int64]:
     stiffness = np.nan_to_num(members.stiffness(np.zeros(members.shape)), nan=0.0, posinf=0.0, neginf=0.0)
     lobes = np.asarray(members.forcing_period) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
     wanted = np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS)
-    return 2 ** np.ceil(np.log2(np.broadcast_to(wanted, members.shape))).astype(np.int64)
+    return next_power_of_two(np.broadcast_to(wanted, members.shape))
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:

@@ -85,7 +85,7 @@ def regime(
 
     Raises
     ------
-    InputError : for a transient or budget that is not positive, no rounds, or when no member can start.
+    InputError : for a transient, patience or budget that is not positive, or when no member can start.
 
     Examples
     --------

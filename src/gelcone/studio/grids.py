@@ -215,7 +215,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         cells = cells_of(subject, axes)
     except InputError:
         if count == 1:
-            return _impossible(len(subject.model.system.states))
+            return _impossible()
         parts = [_kinds(subject, {name: [texts[i]] for name, texts in axes.items()}) for i in range(count)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
@@ -232,7 +232,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     }
 
 
-def _impossible(states: int) -> dict[str, Any]:
+def _impossible() -> dict[str, Any]:
     nothing = np.full(1, np.nan)
     regime = np.full(1, IMPOSSIBLE, dtype=np.uint8)
     section = np.full((1, RETURNS), np.nan)
