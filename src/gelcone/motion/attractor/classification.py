@@ -24,8 +24,8 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
 from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
+from gelcone.motion.exponents import average, bound_shear, shear_level
 from gelcone.motion.flow import integrate
-from gelcone.motion.lyapunov import average, bound_shear, shear_level
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
 from gelcone.motion.validity import unknown
 from gelcone.motion.zero_one import zero_one
