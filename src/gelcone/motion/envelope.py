@@ -27,7 +27,8 @@ from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import HEAT, heats
-from gelcone.motion.settle import inside, single, start_states
+from gelcone.motion.settle import single
+from gelcone.motion.start import inside, start_states
 from gelcone.motion.validity import NEAR_LIMIT, excesses, validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import PullInCurve, membrane_pull_in

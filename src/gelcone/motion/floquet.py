@@ -24,7 +24,8 @@ from gelcone.errors import InputError
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import next_power_of_two, start_states
+from gelcone.motion.settle import next_power_of_two
+from gelcone.motion.start import start_states
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel

@@ -20,7 +20,8 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.search import cycles_reached, transient_of
 from gelcone.motion.exponents import RUNNING_POINTS, Exponents, average, bound_shear
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import Clock, check_budgets, clocks, repeats_lasting, settle, start_states
+from gelcone.motion.settle import Clock, check_budgets, clocks, repeats_lasting, settle
+from gelcone.motion.start import start_states
 from gelcone.motion.tangents import TangentRun, advance
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

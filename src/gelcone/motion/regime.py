@@ -13,7 +13,8 @@ from gelcone.dataset import Findings, Variable
 from gelcone.devices.analysis import analysis
 from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.settle import check_budgets
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel

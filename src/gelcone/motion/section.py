@@ -12,16 +12,8 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import (
-    Piece,
-    acceleration_at,
-    blocks,
-    jerk_at,
-    pieces,
-    samples_per_repeat,
-    settle,
-    start_states,
-)
+from gelcone.motion.settle import Piece, acceleration_at, blocks, jerk_at, pieces, samples_per_repeat, settle
+from gelcone.motion.start import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress

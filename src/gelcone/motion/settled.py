@@ -19,7 +19,8 @@ from gelcone.motion.electrical import MEANINGS, electrical, known_of
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
-from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.settle import check_budgets
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

@@ -24,7 +24,7 @@ from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.physics.film.pull_in import CurveKey, PullInCurve, curve_of
 from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, kept_rests

@@ -21,8 +21,9 @@ from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
-from gelcone.motion.settle import LONGEST_TIME, start_states
+from gelcone.motion.settle import LONGEST_TIME
 from gelcone.motion.spectrum import spectrum_cells
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import broken_by_film
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.membrane import MembraneFilm

@@ -14,7 +14,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response, small_signal_response, state_space
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.response import simulate
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
