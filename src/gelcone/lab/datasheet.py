@@ -15,9 +15,9 @@ from gelcone.motion.driven import DRIVEN_LIMITS
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
 from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
-from gelcone.motion.linear import StateSpace, state_space
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settled import settled
+from gelcone.motion.state_space import StateSpace, state_space
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement

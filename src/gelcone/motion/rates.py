@@ -10,7 +10,7 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.motion.linear import python_control
+from gelcone.motion.state_space import python_control
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.quantity import Array
 

@@ -11,10 +11,11 @@ from gelcone.codes import FilmPullIn, Outcome
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.motion.linear import linear_response, small_signal_response, state_space
+from gelcone.motion.linear import linear_response
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
+from gelcone.motion.state_space import small_signal_response, state_space
 from gelcone.physics.film.branches import Branches
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
