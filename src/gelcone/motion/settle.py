@@ -50,19 +50,6 @@ def single(members: Members, row: int) -> ConeModel:
     return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
 
 
-def acceleration_at(members: Members, times: Array, states: Array) -> Array:
-    """The disc's acceleration at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    return np.asarray(members.flow(times, states)[0][1])
-
-
-def jerk_at(members: Members, times: Array, states: Array) -> Array:
-    """The rate of the acceleration there, by the chain rule along the motion."""
-    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    by_time, *by_state = members.system.slopes(times, z, n)[1]
-    rates = members.system.rates(times, z, n)
-    return np.asarray(sum((slope * rate for slope, rate in zip(by_state, rates, strict=True)), by_time))
-
-
 # --- how long motions take to settle ----------------------------------------------------------------------------------
 
 
