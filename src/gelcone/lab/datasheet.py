@@ -18,6 +18,7 @@ from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_an
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
+from gelcone.motion.step import crossing
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
@@ -229,15 +230,9 @@ def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
     values = np.linalg.eigvals(space.A)
     swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
     width = float(-swinging.real[np.argmax(np.abs(swinging.imag))]) if swinging.size else np.nan
-    still = _transfer(space, np.zeros(1))[0]
-    gain = np.abs(_transfer(space, omega) / still) if still else np.full(omega.size, np.nan)
+    still = space.transfer(np.zeros(1))[0, 0, 0]
+    gain = np.abs(space.transfer(omega)[:, 0, 0] / still) if still else np.full(omega.size, np.nan)
     return _Small(width, _edge(space, still, values), _rise_time(space, values), gain)
-
-
-def _transfer(space: StateSpace, omega: Array) -> Array:
-    """The first output over the first input at angular frequencies."""
-    size = np.eye(len(space.A))
-    return np.array([(space.C[:1] @ np.linalg.solve(1j * w * size - space.A, space.B[:, :1]))[0, 0] for w in omega])
 
 
 def _edge(space: StateSpace, still: complex, values: Any) -> float:
@@ -248,7 +243,7 @@ def _edge(space: StateSpace, still: complex, values: Any) -> float:
         return np.nan
 
     def above(log_omega: float) -> float:
-        return float(np.abs(_transfer(space, np.exp([log_omega]))[0] / still) - HALF_POWER)
+        return float(np.abs(space.transfer(np.exp([log_omega]))[0, 0, 0] / still) - HALF_POWER)
 
     sizes = np.abs(values[np.abs(values) > 0.0])
     grid = np.linspace(np.log(1e-3 * sizes.min()), np.log(1e2 * sizes.max()), 2000)
@@ -281,12 +276,7 @@ def _rise_time(space: StateSpace, values: Any) -> float:
     if heights[-1] < 0.9:
         return np.inf
     times = step * np.arange(len(heights))
-    return float(np.interp(0.9, heights[-2:], times[-2:]) - _crossing(times, np.array(heights), 0.1))
-
-
-def _crossing(times: Array, heights: Array, level: float) -> float:
-    first = int(np.argmax(heights >= level))
-    return float(np.interp(level, heights[first - 1 : first + 1], times[first - 1 : first + 1]))
+    return float(np.interp(0.9, heights[-2:], times[-2:]) - crossing(times, np.array(heights), 0.1))
 
 
 # --- ramp, drive and limits -------------------------------------------------------------------------------------------

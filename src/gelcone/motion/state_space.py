@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.devices.analysis import check_model, for_devices
@@ -60,6 +61,15 @@ class StateSpace(_Matrices):
     outputs: tuple[str, ...] = ()
     place: float = np.nan
     rest: tuple[float, ...] = ()
+
+    def moved(self, omega: Array) -> npt.NDArray[np.complex128]:
+        """The states over the inputs at angular frequencies, (i omega - A)^-1 B, (frequencies, states, inputs)."""
+        inner = 1j * np.asarray(omega)[:, None, None] * np.eye(len(self.A)) - self.A
+        return np.asarray(np.linalg.solve(inner, np.broadcast_to(self.B, (len(inner), *self.B.shape))))
+
+    def transfer(self, omega: Array) -> npt.NDArray[np.complex128]:
+        """The outputs over the inputs, C (i omega - A)^-1 B + D, (frequencies, outputs, inputs)."""
+        return np.asarray(self.C @ self.moved(omega) + self.D)
 
     def to_control(self) -> Any:
         """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
@@ -264,8 +274,7 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
         raise InputError("frequencies: must be positive numbers")
-    a, b, c, d = state_space(model)
-    transfer = np.array([(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b) + d)[0, 0] for w in omega])
+    transfer = state_space(model).transfer(omega)[:, 0, 0]
     phase = np.where(transfer != 0.0, np.degrees(np.angle(transfer)), np.nan)
     dims = ("drive_frequency",)
     return dataset.label(

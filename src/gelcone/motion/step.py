@@ -149,7 +149,7 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
     way = end - start
     with np.errstate(all="ignore"):
         share = (x - start) / way[:, None]
-        first = {level: np.array([_crossing(times, row, level) for row in share]) for level in RISE}
+        first = {level: np.array([crossing(times, row, level) for row in share]) for level in RISE}
         away = np.abs(share - 1.0) > SETTLED
         last = np.where(away.any(axis=1), x.shape[1] - 1 - np.argmax(away[:, ::-1], axis=1), 0)
         settling = np.where(last < x.shape[1] - 1, times[np.minimum(last + 1, x.shape[1] - 1)], np.nan)
@@ -164,15 +164,15 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
     return {"end": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
 
 
-def _crossing(times: Array, share: Array, level: float) -> float:
-    """When a row first comes to a level, between samples by a straight line; NaN where it never does."""
-    above = np.flatnonzero(share >= level)
+def crossing(times: Array, values: Array, level: float) -> float:
+    """When values first come to a level, between samples by a straight line; NaN where they never do."""
+    above = np.flatnonzero(values >= level)
     if not above.size:
         return np.nan
     k = int(above[0])
     if k == 0:
         return float(times[0])
-    return float(np.interp(level, share[k - 1 : k + 1], times[k - 1 : k + 1]))
+    return float(np.interp(level, values[k - 1 : k + 1], times[k - 1 : k + 1]))
 
 
 def _slope(times: Array, x: Array) -> Array:
