@@ -166,8 +166,8 @@ def load() -> None:
 
 
 def find_pull_in(source: Source) -> float:
-    """`look.pull_in_of` a subject."""
-    return look.pull_in_of(source.subject().model)
+    """`look.PULL_INS.of` a subject."""
+    return look.PULL_INS.of(source.subject().model)
 
 
 def make_membrane(source: Source, periods: float) -> bool:
@@ -186,8 +186,8 @@ def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None
 
 
 def find_static(source: Source) -> xr.Dataset:
-    """`look.static_of` a subject."""
-    return look.static_of(source.subject().model)
+    """`look.STATICS.of` a subject."""
+    return look.STATICS.of(source.subject().model)
 
 
 def find_profiles(source: Source, film: int) -> look.Parts:
