@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.differentiate import gradients
@@ -181,7 +182,7 @@ def at_rest(
     z = list(z)
     for _ in range(NEWTON_STEPS if places else 0):
         slopes, now = _stacked(gradients(rates, z, n), z[0].shape)[..., places], _stacked([rates(z, n, np)], z[0].shape)
-        change = _solved(slopes, now[..., 0, :])
+        change = solved_where_regular(slopes, now[..., 0, :])
         for k, i in enumerate(places):
             z[i] = z[i] - change[..., k]
         if not np.nanmax(np.abs(change), initial=0.0) > SAME_VOLTAGE:
@@ -192,14 +193,6 @@ def at_rest(
 def _stacked(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Array:
     """Rows and columns of arrays as matrices, ``shape`` + (rows, columns)."""
     return np.stack([np.stack([np.broadcast_to(value, shape) for value in row], axis=-1) for row in rows], axis=-2)
-
-
-def _solved(matrices: Any, right: Any) -> Any:
-    """Solutions of linear equations, NaN where there is none."""
-    finite = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
-    found = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
-    found[finite] = np.linalg.solve(matrices[finite], right[finite][..., None])[..., 0]
-    return found
 
 
 def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array) -> Array:
@@ -216,7 +209,7 @@ def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array,
     if own:
         inner = s[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, own]
         right = slopes[..., None, 1:, 0] + s[..., None] * slopes[..., None, 1:, 1]
-        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], _solved(inner, right))
+        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], solved_where_regular(inner, right))
     mean = np.broadcast_to(system.electric(line, bias, 0.0, at.z, at.n)[0], shape)
     swing = gain * (commanded - PHASES * bias[..., None] * (multiples == ROUNDING))
     return np.asarray(mean[..., None] + np.fft.irfft(swing, PHASES))
@@ -295,7 +288,7 @@ def _response(
             if system.places_of(line):
                 slopes[..., sorted(system.places_of(line)), :] = own[..., 1:, :]
     matrices = 1j * multiples[..., None, None] * np.eye(count) - slopes[..., None, :, :]
-    return np.asarray(_solved(matrices, right)[..., 0])
+    return np.asarray(solved_where_regular(matrices, right)[..., 0])
 
 
 def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
