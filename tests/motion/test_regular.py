@@ -8,7 +8,7 @@ from gelcone.motion.regular import solved_where_regular
 
 @pytest.mark.parametrize("unit", [1.0, 1.0j])
 def test_regular_systems_are_solved_and_the_others_have_nan(unit):
-    matrices = np.array([[[2.0, 1.0], [0.0, 4.0]], [[1.0, 2.0], [2.0, 4.0]], [[np.inf, 0.0], [0.0, 1.0]], np.eye(2)])
+    matrices = np.array([[[2.0, 1.0], [0.0, 4.0]], [[1.0, 2.0], [2.0, 4.0]], [[np.nan, 0.0], [0.0, 1.0]], np.eye(2)])
     right = np.array([[4.0, 8.0], [1.0, 1.0], [1.0, 1.0], [np.nan, 1.0]])
     found = solved_where_regular(unit * matrices[:, None], right[:, None])
     assert found.shape == (4, 1, 2)
