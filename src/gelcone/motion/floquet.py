@@ -201,7 +201,7 @@ def onset_voltage(
         rows = np.flatnonzero(counts == count)
         part = weighted(progress, rows.size * int(count) / float(counts.sum()))
         found[:, rows], outcome[rows] = _onsets(members.take(rows), ends[rows], int(count), options, part)
-    result = dataset.label(
+    return dataset.label(
         model,
         {
             "onset_voltage": (
@@ -210,7 +210,7 @@ def onset_voltage(
                 "voltage amplitude at which rest loses stability",
                 _ONSET,
             ),
-            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", "flag"),
+            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", Onset),
             "onset_error": ((), found[2], "width to which the onset is known", _ONSET),
             "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),
         },
@@ -218,8 +218,6 @@ def onset_voltage(
         options={"steps": steps, "tolerance": tolerance},
         title="onset voltage of rest",
     )
-    result["onset_kind"].attrs |= dataset.flags(Onset)
-    return result
 
 
 @analysis(

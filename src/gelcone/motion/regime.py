@@ -178,8 +178,5 @@ def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any],
 def _labelled(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
     """Findings of all members as a Dataset over the ensemble's dims."""
     result = dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
-    result["regime"].attrs |= {
-        "flag_values": np.array([r.value for r in Regime], dtype=np.int8),
-        "flag_meanings": " ".join(r.name.lower() for r in Regime),
-    }
+    result["regime"].attrs |= dataset.flags(Regime)
     return result
