@@ -18,8 +18,8 @@ from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_an
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
-from gelcone.motion.step import crossing
 from gelcone.physics.balance import StaticBalance
+from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, weighted

@@ -13,6 +13,7 @@ from gelcone.errors import InputError
 from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import LONGEST_TIME
+from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Time, Voltage, Voltages
@@ -162,17 +163,6 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
         "drift": drift,
     }
     return {"end": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
-
-
-def crossing(times: Array, values: Array, level: float) -> float:
-    """When values first come to a level, between samples by a straight line; NaN where they never do."""
-    above = np.flatnonzero(values >= level)
-    if not above.size:
-        return np.nan
-    k = int(above[0])
-    if k == 0:
-        return float(times[0])
-    return float(np.interp(level, values[k - 1 : k + 1], times[k - 1 : k + 1]))
 
 
 def _slope(times: Array, x: Array) -> Array:
