@@ -38,7 +38,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.classification import MEASURE_TOLERANCE, classify
 from gelcone.motion.attractor.lifetime import SETTLING
 from gelcone.motion.attractor.search import follow
-from gelcone.motion.lyapunov import average
+from gelcone.motion.exponents import average
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.paper.effort import QUICK
 from gelcone.paper.run import source_paper

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.loop import module_text
 from gelcone.motion.engine.program import Program
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "motion" / "engine"))
@@ -101,7 +102,7 @@ def main(turns: int) -> None:
         times = np.tile(period * step * np.arange(1, 4 / step + 1), (MEMBERS, 1))
         for tolerance in TOLERANCES:
             program = Program(Cone(), keep, tolerance)
-            cost = operations_in(program.module_text(program._best_width(MEMBERS, 1)))
+            cost = operations_in(module_text(program._plan(program._best_width(MEMBERS, 1))))
             done = cost * int(program.run(numbers, starts, 0.0, times).steps.sum())
             rates = np.empty((turns, 2))
             for turn in rates:

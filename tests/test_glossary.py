@@ -1,5 +1,6 @@
 """The words of tables and figures are explained, in one place."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,10 @@ from gelcone.codes import FilmPullIn
 from gelcone.motion.driven import DRIVEN_LIMITS
 from gelcone.motion.envelope import STATIC_LIMITS
 from gelcone.words import FAILINGS
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "site"))
+
+import pages
 
 SHOWN = {
     *(name.replace("dielectric ", "") for name in (*DRIVEN_LIMITS, *STATIC_LIMITS) if name != "chaos"),
@@ -32,7 +37,7 @@ def test_what_is_shown_is_explained(term, command_line):
 
 def test_the_page_is_the_glossary(command_line):
     page = Path(__file__).parents[1] / "docs" / "glossary.md"
-    assert page.read_text(encoding="utf-8") == glossary.markdown()
+    assert page.read_text(encoding="utf-8") == pages.glossary()
     listed = command_line("help", "glossary")[1]
     assert all(f"\n{term}\n" in f"\n{listed}" for term in glossary.GLOSSARY)
 

@@ -271,6 +271,15 @@ def codes() -> Pages:
     return {"reference/codes.md": "\n".join(text)}
 
 
+def glossary() -> str:
+    """The text of ``docs/glossary.md``, which stands in the repository."""
+    from gelcone.glossary import GLOSSARY
+
+    rows = [f"| {term} | {meaning} |" for term, meaning in GLOSSARY.items()]
+    head = "# Glossary\n\nThe words of figures, tables and messages; `gelcone help glossary` prints them.\n"
+    return "\n".join([head, "| term | meaning |", "|---|---|", *rows]).replace("|offset|", "\\|offset\\|") + "\n"
+
+
 CODES = """
     # Outcomes, regimes, messages
 

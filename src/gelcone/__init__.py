@@ -189,9 +189,9 @@ if TYPE_CHECKING:
     from gelcone.motion.floquet import floquet_multipliers as floquet_multipliers
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.flow import integrate as integrate
-    from gelcone.motion.linear import small_signal_response as small_signal_response
-    from gelcone.motion.linear import state_space as state_space
     from gelcone.motion.rates import rates as rates
+    from gelcone.motion.state_space import small_signal_response as small_signal_response
+    from gelcone.motion.state_space import state_space as state_space
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
     from gelcone.physics.bias import BuckledBeam as BuckledBeam

@@ -80,12 +80,5 @@ def find_term(text: str) -> str | None:
     return known.get(_plain(text))
 
 
-def markdown() -> str:
-    """Make the text of ``docs/glossary.md``."""
-    rows = [f"| {term} | {meaning} |" for term, meaning in GLOSSARY.items()]
-    head = "# Glossary\n\nThe words of figures, tables and messages; `gelcone help glossary` prints them.\n"
-    return "\n".join([head, "| term | meaning |", "|---|---|", *rows]).replace("|offset|", "\\|offset\\|") + "\n"
-
-
 def _plain(text: str) -> str:
     return text.lower().replace("-", " ").replace("_", " ")

@@ -57,10 +57,15 @@ def export(result: xr.Dataset, path: str | Path, *, force: bool = False) -> list
 
 def tables(result: xr.Dataset) -> dict[tuple[str, ...], pd.DataFrame]:
     """Dims -> a table of the variables over these, one row for each entry, with columns ``name (unit)``."""
+    return {dims: _table(result, dims, names) for dims, names in _by_dims(result).items()}
+
+
+def _by_dims(result: xr.Dataset) -> dict[tuple[str, ...], list[str]]:
+    """Dims -> the names of the variables over these."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, variable in result.data_vars.items():
         groups.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
-    return {dims: _table(result, dims, names) for dims, names in groups.items()}
+    return groups
 
 
 def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.DataFrame:
@@ -90,9 +95,7 @@ def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.Dat
     """
     if not hasattr(result, "data_vars"):
         raise InputError(f"table: was given a {type(result).__name__}; give a Dataset that an analysis returned")
-    known: dict[tuple[str, ...], list[str]] = {}
-    for name, variable in result.data_vars.items():
-        known.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
+    known = _by_dims(result)
     first = tuple(map(str, result.sizes))[:1]
     most = max(known, key=lambda dims: len(known[dims]), default=())
     wanted = (first if first in known else most) if over is None else (over,) if isinstance(over, str) else tuple(over)

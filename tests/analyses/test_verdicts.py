@@ -693,11 +693,11 @@ def thresholds(rows):
 
 
 def test_changes_of_regime():
-    assert grids._threshold_lines(thresholds(1), SUBJECT) == [
+    assert grids._threshold_lines(thresholds(1)) == [
         "changes of regime:", "  up: periodic -> chaotic at voltage 1.25 to 1.5 V, by a cascade of period doublings",
     ]  # fmt: skip
-    assert grids._threshold_lines(edited(thresholds(1), threshold_cascade=0), SUBJECT)[1].endswith("1.25 to 1.5 V")
-    assert grids._threshold_lines(thresholds(0), SUBJECT) == ["no change of regime"]
+    assert grids._threshold_lines(edited(thresholds(1), threshold_cascade=0))[1].endswith("1.25 to 1.5 V")
+    assert grids._threshold_lines(thresholds(0)) == ["no change of regime"]
 
 
 def tolerances(**changes):

@@ -11,7 +11,7 @@ from gelcone.atlas.threshold import Threshold
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion.attractor.classification import Evidence
-from gelcone.motion.settle import nudge
+from gelcone.motion.start import nudge
 from gelcone.physics.model import ConeModel
 
 VALUES = np.array([0.1, 0.2, 0.3, 0.4])

@@ -7,6 +7,7 @@ import page
 import peak
 import pytest
 
+from gelcone.motion.engine.loop import module_text
 from gelcone.motion.engine.program import Program
 from tests.motion.engine.engine_systems import Cone
 
@@ -34,7 +35,7 @@ def test_operations_are_those_of_a_step():
     of_order = {}
     for tolerance in (1e-6, 1e-10, 1e-14):
         program = Program(Cone(), "states", tolerance)
-        (of_order[program.order],) = {peak.operations_in(program.module_text(width)) for width in (4, 8)}
+        (of_order[program.order],) = {peak.operations_in(module_text(program._plan(width))) for width in (4, 8)}
     # of the products of two series there are as many terms as the square of the order
     assert of_order[12] / of_order[8] == pytest.approx((12 / 8) ** 2, rel=0.25)
     assert of_order[18] / of_order[12] == pytest.approx((18 / 12) ** 2, rel=0.25)

@@ -66,7 +66,7 @@ def test_bounds_about_zero_have_their_mean_in_the_middle():
     assert _middle((0.0, 2.0)) == 1.0
     assert _middle((-1.0, 3.0)) == 1.0
     assert _middle((1.0, 4.0)) == 2.0
-    assert _bounds({"voltage_offset": "0 V:2 kV", "hoop_prestretch": "1:2"}, {}) == {
+    assert _bounds({"voltage_offset": "0 V:2 kV", "hoop_prestretch": "1:2"}) == {
         "voltage_offset": (0.0, 2e3),
         "hoop_prestretch": (1.0, 2.0),
     }

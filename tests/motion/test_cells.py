@@ -11,9 +11,9 @@ from gelcone.motion.limits import limits, limits_cells
 from gelcone.motion.lyapunov import lyapunov, lyapunov_cells
 from gelcone.motion.regime import regime, regime_cells
 from gelcone.motion.section import section, section_cells
-from gelcone.motion.settle import start_states
 from gelcone.motion.settled import settled, settled_cells
 from gelcone.motion.spectrum import spectrum, spectrum_cells
+from gelcone.motion.start import start_states
 from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
 

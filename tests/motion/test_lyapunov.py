@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import odeint
-from scipy.signal import lfilter
 
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
+from gelcone.motion.exponents import FEWEST_BLOCKS, Exponents
 from gelcone.motion.flow import integrate
-from gelcone.motion.lyapunov import average, finite_exponents, lyapunov, running_estimate, steady_statistics
-from gelcone.motion.settle import BLOCK, STRETCH, Clock, clocks, repeats_lasting, settle
+from gelcone.motion.lyapunov import finite_exponents, lyapunov
+from gelcone.motion.settle import BLOCK, STRETCH, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
 from tests.toys import SeriesResistor
@@ -36,19 +36,6 @@ def varied(count=17, seed=5, **fixed):
 
 
 # --- known answers ----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("damping", "stiffness"), [(0.05, 1.5), (0.7, 2.5), (2.0, 1.5), (3.0, 0.5), (0.0, 1.0)])
-def test_rest_has_the_exponents_of_a_damped_linear_oscillator(damping, stiffness):
-    """-zeta twice below critical damping, -zeta +- sqrt(zeta^2 - K) above."""
-    model = ConeModel(voltage=0.0, damping_ratio=damping, spring_stiffness=stiffness)
-    apart = np.sqrt(max(damping**2 - float(model.stiffness(0.0)), 0.0))
-    expected = np.array([-damping + apart, -damping - apart])
-    # A frame that turns with an oscillation averages over it as 1/t only.
-    found = average(model.members(), np.zeros((1, 2)), budget=20_000.0 if apart == 0.0 else 3_000.0)
-    np.testing.assert_allclose(found.values[0], expected, atol=1e-9 if apart else 2e-3)
-    if apart == 0.0:
-        assert found.values.sum() == pytest.approx(-2.0 * damping, abs=1e-10)
 
 
 def test_qr_growth_is_the_growth_under_the_product():
@@ -181,18 +168,6 @@ def test_the_sum_holds_asymptotically_too():
 # --- errors and signs -------------------------------------------------------------------------------------------------
 
 
-def test_the_standard_error_is_the_spread_of_many_averages():
-    """48 runs on one chaotic attractor: their spread is what each of them says it is."""
-    count = 48
-    model = ConeModel(**CHAOS | {"damping_ratio": np.full(count, 0.05)})
-    initial = np.stack([np.linspace(0.2, 1.5, count), np.zeros(count)], axis=1)
-    states, _ = settle(model.members(), initial, repeats_lasting(model.members(), 200.0))
-    found = average(model.members(), states, budget=1.0)
-    assert (found.sign >= 0).all()
-    spread, stated = found.values[:, 0].std(ddof=1), np.sqrt((found.standard_error[:, 0] ** 2).mean())
-    assert spread / stated == pytest.approx(1.0, abs=0.35)
-
-
 def test_averaging_goes_on_until_the_sign_is_certain_or_the_budget_spent():
     # The exponent of the undriven, undamped motion is zero: no budget makes its sign certain.
     model = ConeModel(voltage=0.0, damping_ratio=[0.0, 0.05], spring_stiffness=0.9)
@@ -228,7 +203,7 @@ def test_without_damping_exponents_are_averages():
 
 def test_an_average_has_at_least_twenty_blocks():
     result = lyapunov(ConeModel(**CHAOS), transient=1.0, budget=1.0, window=1.0)
-    assert float(result["averaged_time"]) >= module.FEWEST_BLOCKS * BLOCK
+    assert float(result["averaged_time"]) >= FEWEST_BLOCKS * BLOCK
 
 
 def test_finite_and_asymptotic_stand_side_by_side():
@@ -248,14 +223,6 @@ def test_finite_and_asymptotic_stand_side_by_side():
     asymptotic = result["running_exponent"].values[1]
     assert asymptotic[np.isfinite(asymptotic)][-1] == pytest.approx(long_run[1], rel=0.1)
     np.testing.assert_allclose(result["per_repeat"], result["lyapunov"][:, 0] * model.forcing_period)
-
-
-def test_the_running_estimate_ends_with_the_mean():
-    growth = np.random.default_rng(4).normal(size=(2, 700, 2))
-    clock = clocks(ConeModel(**CHAOS | {"damping_ratio": [0.1, 0.1]}).members())[0][1]
-    running = running_estimate(growth, clock)
-    np.testing.assert_allclose(running[:, -1, 1], growth[:, :, 0].mean(axis=1) / clock.spacing, rtol=1e-12)
-    assert (np.diff(running[..., 0]) > 0.0).all()
 
 
 # --- the contract -----------------------------------------------------------------------------------------------------
@@ -326,23 +293,11 @@ def test_signs_closer_to_zero_than_rounding_are_not_certain():
     assert 0.0 < FLOOR < 1e-5
 
 
-# --- statistics by hand -----------------------------------------------------------------------------------------------
-
-
-def test_block_statistics_are_those_of_the_blocks():
-    """Two blocks of two stretches of length 3: rates (a + b)/6, their mean, and the error of a mean of two."""
-    clock = Clock(1, 2, np.array([3.0]), np.ones(1))
-    growth = np.array([[[1.0, -1.0], [5.0, -3.0], [2.0, -2.0], [10.0, -6.0]]])
-    means, errors = module.block_statistics(growth, clock)
-    np.testing.assert_allclose(means, [[1.5, -1.0]])
-    np.testing.assert_allclose(errors, [[0.5, 1.0 / 3.0]])  # half the difference of two rates
-
-
 def test_an_average_that_ends_on_a_cycle_takes_its_exponents_and_its_sign():
     """Both exponents of that cycle are -zeta, and certainly negative, however uncertain the average was."""
     model = ConeModel(spring_stiffness=0.5, damping_ratio=0.05, drive_frequency=0.3, voltage=0.8).members()
     settled, _ = settle(model, np.array([[1.0, 0.0]]), repeats_lasting(model, 2000.0))
-    found = module.Exponents(
+    found = Exponents(
         values=np.array([[0.01, -0.11]]),
         standard_error=np.array([[0.02, 0.02]]),
         time=np.array([1280.0]),
@@ -370,31 +325,6 @@ def test_a_window_in_pieces_gives_the_exponents_of_the_whole(monkeypatch):
     pieces, again = module.finite_exponents(model, states, 200.0, {})
     np.testing.assert_allclose(pieces, whole, rtol=1e-10)
     np.testing.assert_allclose(again, running, rtol=1e-10)
-
-
-def test_half_of_what_the_halves_of_a_run_differ_by_is_an_error():
-    """Where the first half, still settling, grows at another rate than the second, which alone counts."""
-    clock = Clock(1, 1, np.ones(1), np.ones(1))
-    growth = np.repeat([[1.0, 0.0, 1.0], [2.0, 0.0, 2.0]], 64, axis=0)[None]
-    growth = growth + 1e-3 * np.random.default_rng(1).standard_normal(growth.shape)
-    means, errors, steady, _ = steady_statistics(growth, clock)
-    assert not steady[0]
-    assert means[0, 0] == pytest.approx(2.0, abs=1e-3)
-    assert errors[0, 0] == pytest.approx(0.5, abs=1e-3)
-
-
-@pytest.mark.parametrize(("memory", "grown_share", "spread"), [(0.0, 1.0, 1.0), (0.7, 0.0, 1.07), (0.95, 0.0, 1.8)])
-def test_stated_errors_cover_averages_of_noise_with_a_memory(memory, grown_share, spread):
-    """400 averages of 640 stretches: deviations over stated errors scatter by about 1, also where longer blocks have to
-    be taken because errors still grow; a memory longer than most blocks is too long."""
-    noise = np.random.default_rng(4).standard_normal((400, 2640))
-    rates = 0.3 + lfilter([1.0], [1.0, -memory], noise, axis=1)[:, 2000:]
-    clock = Clock(1, 1, np.ones(400), np.ones(400))
-    means, errors, grown = module.grown_statistics(rates[:, :, None], clock)
-    off = (means[:, 0] - 0.3) / errors[:, 0]
-    assert off.std() == pytest.approx(spread, rel=0.15)
-    assert abs(off.mean()) < 0.3 * spread
-    assert grown.mean() == pytest.approx(grown_share, abs=0.1)
 
 
 def test_a_strong_contraction_is_not_rounding():

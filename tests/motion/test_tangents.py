@@ -12,7 +12,8 @@ from gelcone.motion import orbit, tangents
 from gelcone.motion.attractor import cycle
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.cyclic import scaled_product
-from gelcone.motion.lyapunov import average, lyapunov
+from gelcone.motion.exponents import average
+from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
 from gelcone.motion.tangents import TangentRun, advance, first_frames, log_multipliers, qr_growth, solved

@@ -10,7 +10,7 @@ import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion import transfer
 from gelcone.motion.attractor.cycle import find_cycles
-from gelcone.motion.linear import state_space
+from gelcone.motion.state_space import state_space
 from gelcone.motion.transfer import _amplitudes
 
 CERTIFIED = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["transfer"]

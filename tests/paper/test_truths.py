@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from gelcone.paper.truths import Share, entries, every, lengths, share, some, stratified
+from gelcone.paper.truths import Share, entries, every, lengths, share, stratified
 
 
 def test_shares_count_what_holds_fails_and_is_open():
@@ -103,7 +103,4 @@ def test_open_truths_decide_only_where_they_matter():
     assert every(True, None) is None
     assert every(False, None) is False
     assert every() is True
-    assert some(False, None) is None
-    assert some(True, None) is True
-    assert some() is False
     assert entries(np.array([1.0, 0.0, np.nan])) == [True, False, None]

@@ -7,11 +7,12 @@ from gelcone.codes import FilmPullIn, Outcome
 from gelcone.devices.device import Device, find_device
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.motion.linear import linear_response, small_signal_response, state_space
+from gelcone.motion.linear import linear_response
 from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
+from gelcone.motion.state_space import small_signal_response, state_space
 from gelcone.physics.circuit import ABSENT, ELECTRICS, Amplifier, IdealSource
 from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of

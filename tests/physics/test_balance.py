@@ -14,9 +14,6 @@ from gelcone.physics.balance import (
     SEARCH_RANGE,
     PullIn,
     _film_lost,
-    along_ramp,
-    equilibria_of,
-    losses_of,
     rest_of,
 )
 from gelcone.physics.bias import Bias
@@ -65,7 +62,7 @@ def one(model):
 
 
 def displacements(balance, squared):
-    return [e.displacement for e in equilibria_of(balance, np.array([squared]))[0]]
+    return [e.displacement for e in balance.equilibria(np.array([squared]))[0]]
 
 
 # --- the closed forms of the cone with a spring -----------------------------------------------------------------------
@@ -109,12 +106,12 @@ def test_the_wells_of_a_neo_hookean_cone_by_hand():
     """kappa + 1 - 1/q^2 = V: x = +-sqrt(1/sqrt(1 + kappa - V) - 1) for kappa < V < kappa + 1, and the flat film."""
     balance = one(ConeModel(law="neo-hookean", spring_stiffness=0.7))
     for squared in (0.0, 0.5, 0.7 * (1.0 - 1e-9)):
-        (flat,) = equilibria_of(balance, np.array([squared]))[0]
+        (flat,) = balance.equilibria(np.array([squared]))[0]
         assert flat.displacement == 0.0
         assert flat.stable
         assert flat.slope == pytest.approx(0.7 - squared, abs=1e-15)
     for squared in (0.71, 1.2, 1.69):
-        lower, flat, upper = equilibria_of(balance, np.array([squared]))[0]
+        lower, flat, upper = balance.equilibria(np.array([squared]))[0]
         well = math.sqrt(1.0 / math.sqrt(1.7 - squared) - 1.0)
         assert (lower.displacement, upper.displacement) == pytest.approx((-well, well), rel=1e-12)
         assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
@@ -143,7 +140,7 @@ def test_an_ensemble_has_a_balance_for_each_member_in_its_order():
 def test_members_that_reach_nothing_are_refused_only_together():
     model = ConeModel(prestretch=[1.0, 2.0], stretch_limit=0.5)
     assert [b.reachable for b in balances_of(model)] == [True, False]
-    assert equilibria_of(balances_of(model)[1], np.array([0.1]))[0] == []
+    assert balances_of(model)[1].equilibria(np.array([0.1]))[0] == []
     with pytest.raises(InputError, match="must exceed the smallest I1 - 3"):
         balances_of(model.take([1]))
     assert not every_balance(model.take([1]))[0].reachable
@@ -159,7 +156,7 @@ def wells(k1=-0.8, k3=0.5):
 @pytest.mark.parametrize("squared", [0.0, 0.3, 2.5])
 def test_the_wells_of_a_cubic_bias_by_hand(squared):
     """x (k1 - V + k3 x^2) = 0, on a film that resists nothing: 0 and +-sqrt((V - k1)/k3)."""
-    lower, flat, upper = equilibria_of(one(wells()), np.array([squared]))[0]
+    lower, flat, upper = one(wells()).equilibria(np.array([squared]))[0]
     well = math.sqrt((squared + 0.8) / 0.5)
     assert (lower.displacement, flat.displacement, upper.displacement) == pytest.approx((-well, 0.0, well), rel=1e-12)
     assert (lower.stable, flat.stable, upper.stable) == (True, False, True)
@@ -171,7 +168,7 @@ def test_the_wells_of_a_cubic_bias_by_hand(squared):
 
 def test_an_equilibrium_on_its_pitchfork_counts_once():
     balance = one(wells(k1=0.6))
-    (flat,) = equilibria_of(balance, np.array([0.6]))[0]
+    (flat,) = balance.equilibria(np.array([0.6]))[0]
     assert flat.displacement == 0.0
     assert flat.stable  # the cubic stiffness holds it
     assert displacements(balance, 0.6 + 1e-6) == pytest.approx([-math.sqrt(2e-6), 0.0, math.sqrt(2e-6)], rel=1e-6)
@@ -189,12 +186,12 @@ def test_a_fold_by_hand():
     balance = one(quintic(k1=-0.5))
     rest = rest_of(balance, None)
     assert rest**2 == pytest.approx(2.0 - math.sqrt(2.0), rel=1e-12)  # -0.5 + s - s^2/4 = 0
-    voltage, kind, before, beyond = losses_of(balance, rest)[0]
+    voltage, kind, before, beyond = balance.losses(rest)[0]
     assert kind == PullIn.FOLD
     assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
     assert before == pytest.approx(math.sqrt(2.0), rel=1e-7)
     assert beyond == math.inf
-    inner = [e for e in equilibria_of(balance, np.array([0.25]))[0] if e.displacement > 0.0]
+    inner = [e for e in balance.equilibria(np.array([0.25]))[0] if e.displacement > 0.0]
     assert [e.displacement**2 for e in inner] == pytest.approx([1.0, 3.0], rel=1e-12)  # -0.5 + s - s^2/4 = 0.25
     assert [e.stable for e in inner] == [True, False]
     (left,) = {abs(x) for x in displacements(balance, 0.5) if x != 0.0}
@@ -206,7 +203,7 @@ def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
     """Of three stable stretches the first loses its stability; there are equilibria on both of the others."""
     balance = one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Wavy()))
     rest = rest_of(balance, None)
-    voltage, kind, before, beyond = losses_of(balance, rest)[0]
+    voltage, kind, before, beyond = balance.losses(rest)[0]
 
     def squared(s):
         return s - 0.5 + 0.6 * math.sin(4.0 * s)
@@ -216,21 +213,21 @@ def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
     assert before == pytest.approx(math.sqrt(lost), rel=1e-7)
     bottom, top = math.pi / 2.0 - lost, lost + math.pi / 2.0  # the next minimum and maximum of that
     assert beyond**2 == pytest.approx(brentq(lambda s: squared(s) - squared(lost), bottom, top), rel=1e-9)
-    place, losses = along_ramp(balance, rest, np.array([0.9, 1.1]) * squared(lost))
+    place, losses = balance.along_ramp(rest, np.array([0.9, 1.1]) * squared(lost))
     np.testing.assert_array_equal(losses, [0, 1])
     assert beyond < place[1] < math.sqrt(top)
 
 
 def test_a_pitchfork_by_hand_and_the_fold_behind_it():
     balance = one(quintic())
-    voltage, kind, before, beyond = losses_of(balance, 0.0)[0]
+    voltage, kind, before, beyond = balance.losses(0.0)[0]
     assert kind == PullIn.PITCHFORK
     assert voltage == pytest.approx(math.sqrt(0.5), rel=1e-12)
     assert (before, beyond) == (0.0, 0.0)
     jump = balance.jump(0.0)
     assert (jump.voltage, jump.kind) == (pytest.approx(math.sqrt(1.5), rel=1e-12), PullIn.FOLD)
     squared = np.array([0.2, 0.4999, 0.75, 1.25, 1.4999, 1.51])
-    place, losses = along_ramp(balance, 0.0, squared)
+    place, losses = balance.along_ramp(0.0, squared)
     np.testing.assert_array_equal(losses, [0, 0, 1, 1, 1, 2])
     expected = [0.0, 0.0, *np.sqrt(2.0 - np.sqrt(4.0 - 4.0 * (squared[2:5] - 0.5)))]
     np.testing.assert_allclose(place[:5], expected, rtol=1e-9)
@@ -239,7 +236,7 @@ def test_a_pitchfork_by_hand_and_the_fold_behind_it():
 
 def test_a_bias_that_stiffens_leaves_the_searched_displacements():
     balance = one(wells())
-    voltage, kind, before, beyond = losses_of(balance, rest_of(balance, None))[0]
+    voltage, kind, before, beyond = balance.losses(rest_of(balance, None))[0]
     assert kind == PullIn.SEARCH_RANGE
     assert voltage == pytest.approx(math.sqrt(-0.8 + 0.5 * SEARCH_RANGE**2), rel=1e-9)
     assert before == SEARCH_RANGE
@@ -250,11 +247,11 @@ def test_a_lifted_film_with_a_limit_is_never_lost():
     balance = one(ConeModel(rest_height=0.3, stretch_limit=9.0))
     rest = rest_of(balance, None)
     assert 0.0 < rest < 0.3
-    voltage, kind, before, beyond = losses_of(balance, rest)[0]
+    voltage, kind, before, beyond = balance.losses(rest)[0]
     assert (voltage, kind) == (math.inf, PullIn.NEVER)
     assert math.isnan(before)
     assert math.isnan(beyond)
-    place, losses = along_ramp(balance, rest, np.array([0.0, 1.0, 25.0, 900.0]))
+    place, losses = balance.along_ramp(rest, np.array([0.0, 1.0, 25.0, 900.0]))
     assert place[0] == pytest.approx(rest, rel=1e-12)
     assert (np.diff(place) > 0.0).all()
     assert (losses == 0).all()
@@ -267,12 +264,12 @@ def test_a_film_that_has_no_state_above_a_voltage_pulls_in_there(k1, kind, squar
     balance = one(model)
     assert balance.film_fails
     assert balance.highest_squared == 2.0
-    voltage, found, before, _ = losses_of(balance, 0.0)[0]
+    voltage, found, before, _ = balance.losses(0.0)[0]
     assert found == kind
     assert voltage == pytest.approx(math.sqrt(squared), rel=1e-12)
     assert before == 0.0
     assert displacements(balance, 2.1) == []
-    _, losses = along_ramp(balance, 0.0, np.array([1.0, 1.9, 2.1]))
+    _, losses = balance.along_ramp(0.0, np.array([1.0, 1.9, 2.1]))
     np.testing.assert_array_equal(losses, [0, 0, 1] if kind == PullIn.FILM else [0, 1, 2])
 
 
@@ -292,7 +289,7 @@ def test_a_film_that_pushes_the_disc_by_itself_is_not_flat_at_any_voltage():
     assert not balance.flat
     assert balance.lifted
     for squared, x, stable in ((0.0, 0.2, True), (0.1, 0.25, True), (0.7, -0.5, False)):
-        (found,) = equilibria_of(balance, np.array([squared]))[0]
+        (found,) = balance.equilibria(np.array([squared]))[0]
         assert found.displacement == pytest.approx(x, rel=1e-12)
         assert found.stable == stable
     assert rest_of(balance, None) == pytest.approx(0.2, rel=1e-12)
@@ -323,7 +320,7 @@ def test_without_a_spring_a_film_that_loses_its_tension_behind_the_valley_is_sta
     """There w rises with |x|; just where it balances the film neither pulls nor has a slope."""
     balance = one(ConeModel(film="wrinkling", stretch_limit=8.0, spring_stiffness=0.0, rest_height=0.0))
     levels = np.linspace(0.75, 1.5, 16) ** 2
-    for level, found in zip(levels, equilibria_of(balance, levels), strict=True):
+    for level, found in zip(levels, balance.equilibria(levels), strict=True):
         outer = found[-1]
         assert outer.displacement > 1.5
         assert balance.squared(outer.displacement + 1e-4) > level > balance.squared(outer.displacement - 1e-4)

@@ -7,7 +7,6 @@ import pytest
 
 from gelcone import simulate
 from gelcone.errors import InputError
-from gelcone.physics.balance import equilibria_of
 from gelcone.physics.bias import BIASES, Bias, BuckledBeam, ConstantForce, LinearSpring, Together, Weight
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record, find_bias
@@ -214,7 +213,7 @@ def test_a_weight_lowers_a_sprung_disc_by_m_g_over_k():
 def test_a_buckled_beam_alone_has_two_wells():
     model = without_film("beam", beam_stiffness=-0.8, beam_cubic=0.5, beam_height=0.3)
     (balance,) = balances_of(model)
-    found = equilibria_of(balance, np.array([0.0]))[0]
+    found = balance.equilibria(np.array([0.0]))[0]
     well = np.sqrt(0.8 / 0.5)
     np.testing.assert_allclose([e.displacement for e in found], [0.3 - well, 0.3, 0.3 + well], rtol=1e-13)
     np.testing.assert_allclose([e.slope for e in found], [1.6, -0.8, 1.6], rtol=1e-12)

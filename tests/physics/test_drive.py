@@ -1,4 +1,4 @@
-"""Waveforms: the voltage, its rate, the smallest period of its square, its peak and its mean square."""
+"""Waveforms: the voltage, its rate, the smallest period of its square, and its peak."""
 
 import itertools
 from dataclasses import dataclass
@@ -8,7 +8,6 @@ import pytest
 import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from gelcone.physics.drive import PIECE, VOLTAGE, Pieced, Pieces, Waveform
 from gelcone.physics.waveforms import WAVEFORMS, Sine, Triangle
@@ -140,28 +139,24 @@ def test_a_waveform_is_antiperiodic_exactly_where_it_says_so(waveform, own):
     assert changes_sign == waveform.antiperiodic
 
 
-# --- peak and mean square ---------------------------------------------------------------------------------------------
+# --- peak -------------------------------------------------------------------------------------------------------------
 
 
 @every_waveform
 @pytest.mark.parametrize("bias", [0.0, 0.7, -0.4])
-def test_peak_and_mean_square_against_quadrature(waveform, own, bias):
+def test_the_peak_is_that_of_the_voltage(waveform, own, bias):
     n = numbers(1.3, bias, 0.6, **own)
     period = float(waveform.period(n))
-    mean = quad(lambda tau: waveform.voltage(tau, n) ** 2, 0.0, period, epsabs=1e-13)[0] / period
-    assert waveform.mean_square(n) == pytest.approx(mean, rel=1e-12)
     peak = np.abs(waveform.voltage(np.linspace(0.0, period, 200_001), n)).max()
     assert waveform.peak(n) == pytest.approx(peak, rel=2e-4)
 
 
-def test_the_sines_closed_forms_are_those_of_its_samples():
+def test_the_sines_closed_form_is_that_of_its_samples():
     rng = np.random.default_rng(1)
     n = numbers(rng.uniform(0.0, 2.0, (3, 4)), rng.uniform(-1.0, 1.0, 4), 2.0)
     np.testing.assert_allclose(SINE.peak(n), Waveform.peak(SINE, n), rtol=1e-12)
-    np.testing.assert_allclose(SINE.mean_square(n), Waveform.mean_square(SINE, n), rtol=1e-12)
     assert SINE.peak(n).shape == (3, 4)
     assert SINE.peak(numbers(2.0, -0.3)) == 2.3
-    assert SINE.mean_square(numbers(2.0, -0.3)) == pytest.approx(2.09)
 
 
 def test_arrays_broadcast():
@@ -285,17 +280,14 @@ def test_pieces_are_looked_up_where_they_lie_and_from_their_corners_on(degree, r
 
 
 @every_table
-def test_peak_and_mean_square_of_pieces_are_those_of_their_polynomials(degree, repeat):
+def test_the_peak_of_pieces_is_that_of_their_polynomials(degree, repeat):
     for seed in range(6):
         waveform, lengths, _ = drawn(degree, repeat, seed=seed)
         polynomials = [np.polynomial.Polynomial(row[:4]) for row in waveform.terms]
         places = [np.linspace(0.0, length, 4001) for length in lengths]
         values = np.concatenate([one(s) for one, s in zip(polynomials, places, strict=True)])
         for bias in (0.2, -0.9):
-            squares = [(bias + 0.7 * one) ** 2 for one in polynomials]
-            mean = sum(one.integ()(s) for one, s in zip(squares, lengths, strict=True)) / (2.0 * np.pi)
             n = numbers(0.7, bias, 3.0)
-            assert waveform.mean_square(n) == pytest.approx(mean, rel=1e-12)
             assert waveform.peak(n) == pytest.approx(np.abs(bias + 0.7 * values).max(), rel=1e-5)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.physics.bias import Together, Weight
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.members import Rows

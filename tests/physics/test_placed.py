@@ -15,8 +15,9 @@ from gelcone import Regime, regime, simulate, static
 from gelcone.dataset import load, model_of, save
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
-from gelcone.motion.linear import linear_response, state_space
+from gelcone.motion.linear import linear_response
 from gelcone.motion.settled import settled
+from gelcone.motion.state_space import state_space
 from gelcone.physics.balance import PullIn
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import DRIVES

@@ -1,10 +1,23 @@
 """Frames: what is packed is what the page unpacks."""
 
+import json
+import struct
 import warnings
 
 import numpy as np
 
-from gelcone.studio.frames import pack, unpack
+from gelcone.studio.frames import pack
+
+
+def unpack(frame):
+    """Head and arrays of a frame; what the page does in JavaScript."""
+    (length,) = struct.unpack_from("<I", frame)
+    head = json.loads(frame[4 : 4 + length])
+    arrays = {
+        name: np.frombuffer(frame, dtype=f"<{kind}", count=count, offset=4 + length + at)
+        for name, kind, at, count in head["arrays"]
+    }
+    return head, arrays
 
 
 def test_a_frame_holds_its_head_and_arrays_at_multiples_of_eight_bytes():

@@ -16,10 +16,10 @@ from gelcone import InputError
 from gelcone.devices.files import shipped_devices
 from gelcone.motion.settle import MOST_STRETCHES, clocks
 from gelcone.studio import exports, look
-from gelcone.studio.frames import unpack
 from gelcone.studio.grids import Source, kinds
 from gelcone.studio.pool import Pool, work
 from gelcone.studio.setting import Setting, Shelf
+from tests.studio.test_frames import unpack
 from tests.studio.test_server import PUMP, Running
 
 PUMP_TEXT = shipped_devices()["biased-pump"].read_text(encoding="utf-8")

@@ -187,20 +187,20 @@ def test_equilibria_are_found_again_for_every_parameter_that_they_depend_on(shel
     model = shelf.subject(Setting(preset="base", values=values | {"voltage": "0.4"})).model
     counted = []
     monkeypatch.setattr(look, "static", lambda model, voltages: counted.append((model.parameters(), voltages[-1])))
-    monkeypatch.setattr(look, "_statics", {})
-    look.static_of(model)
+    monkeypatch.setattr(look.STATICS, "stored", {})
+    look.STATICS.of(model)
     numbers = [name for name, value in model.values.items() if np.ndim(value) == 0 and np.isfinite(value)]
     assert len(numbers) > 10
     for name in numbers:
         before = len(counted)
-        look.static_of(model.replace(**{name: 1.01 * float(model.values[name]) + 1e-3}))
+        look.STATICS.of(model.replace(**{name: 1.01 * float(model.values[name]) + 1e-3}))
         assert len(counted) == before + (name not in look.DRIVEN), name
     for changed in ({"law": "neo-hookean"}, {"film": "wrinkling" if film == "taut" else "taut"}, {"bias": "spring"}):
         before = len(counted)
-        look.static_of(model.replace(**changed) if "bias" not in changed else gelcone.ConeModel(film=film))
+        look.STATICS.of(model.replace(**changed) if "bias" not in changed else gelcone.ConeModel(film=film))
         assert len(counted) == before + 1
     before = len(counted)
-    look.static_of(model.replace(voltage=3.0))  # beyond what was looked at
+    look.STATICS.of(model.replace(voltage=3.0))  # beyond what was looked at
     assert counted[before:]
     assert counted[-1][1] >= 3.0
 

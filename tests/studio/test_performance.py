@@ -80,7 +80,7 @@ def test_the_field_is_the_share_of_the_dielectric_strength(shelf):
 
 
 def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives(shelf, monkeypatch):
-    monkeypatch.setattr(look, "_pull_ins", {})
+    monkeypatch.setattr(look.PULL_INS, "stored", {})
     cone = {"film": "wrinkling"}
     subject = shelf.subject(Setting(device="biased-pump", values=cone))
     peak = subject.device.voltage_amplitude + subject.device.voltage_offset
@@ -91,9 +91,9 @@ def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives
     other = shelf.subject(
         Setting(device="biased-pump", values=cone | {"voltage_amplitude": "400 V", "frequency": "7 Hz"})
     )
-    assert look.has_pull_in(other.model)
+    assert look.PULL_INS.has(other.model)
     stiffer = shelf.subject(Setting(device="biased-pump", values=cone | {"spring_rate": "16 N/m"}))
-    assert not look.has_pull_in(stiffer.model)
+    assert not look.PULL_INS.has(stiffer.model)
     never = shelf.subject(Setting(preset="base"))
     assert numbers(look.margins(never)) == {}
 

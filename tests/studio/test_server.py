@@ -34,12 +34,12 @@ from gelcone.presets import load_presets
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio import exports, look
 from gelcone.studio.asked import MAP_CELLS, STRIP_VALUES
-from gelcone.studio.frames import unpack
 from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
 from gelcone.studio.server import LARGEST_MESSAGE, Studio
 from gelcone.studio.setting import Setting, Shelf
 from gelcone.studio.slot import GRACE
+from tests.studio.test_frames import unpack
 
 PATIENCE = 120.0
 """Seconds to wait for an answer that will come, on a machine however busy."""

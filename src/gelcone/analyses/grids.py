@@ -74,11 +74,11 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         lines.append(f"  {branch}: {counts_text(own)}")
         lines += [f"    {line}" for line in validity_in_words(own)]
-    shown_words = [*doubt_lines(shown), *_threshold_lines(shown, subject), *followed_lines(shown)]
+    shown_words = [*doubt_lines(shown), *_threshold_lines(shown), *followed_lines(shown)]
     return "\n".join([*lines, *shown_words])
 
 
-def _threshold_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
+def _threshold_lines(shown: xr.Dataset) -> list[str]:
     """Where the regime changes, on which branch, from what to what."""
     from gelcone.atlas.bifurcation import thresholds_of
 

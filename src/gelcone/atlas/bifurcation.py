@@ -23,14 +23,8 @@ from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.attractor.search import transient_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.regime import label_evidence
-from gelcone.motion.settle import (
-    check_budgets,
-    complete,
-    nudge,
-    repeats_lasting,
-    settle,
-    start_states,
-)
+from gelcone.motion.settle import check_budgets, repeats_lasting, settle
+from gelcone.motion.start import complete, nudge, start_states
 from gelcone.motion.stepping import NUDGE
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

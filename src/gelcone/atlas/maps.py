@@ -18,7 +18,7 @@ from gelcone.devices.device import Device
 from gelcone.errors import unknown_name
 from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import inside
+from gelcone.motion.start import inside
 from gelcone.physics.model import ConeModel
 from gelcone.progress import weighted
 from gelcone.quantity import Time

@@ -29,7 +29,8 @@ from gelcone.devices.analysis import analysis
 from gelcone.devices.points import GELS, at
 from gelcone.devices.si import shown_values
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.settle import check_budgets, complete, start_states
+from gelcone.motion.settle import check_budgets
+from gelcone.motion.start import complete, start_states
 from gelcone.progress import Progress, Stopped
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis

@@ -176,7 +176,6 @@ def check_workers(name: str, options: Mapping[str, Any]) -> None:
 
 def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:
     """The dimensionless arguments of an analysis for a device, from those given in SI."""
-    check_workers(function.__name__, given)
     arguments = dimensionless({name: annotation_of(function, name)[1] for name in given}, given, device.scales)
     if "initial" in inspect.signature(function).parameters:
         arguments["initial"] = state_of(device, given.get("initial"))

@@ -206,23 +206,35 @@ def _is_flag(own: Variable) -> bool:
     return own.kind == "code" and not own.name.endswith("film_state") and own.name != "outcome"
 
 
+def _given(
+    own: Variable, starts: Mapping[str, float], places: Mapping[str, int]
+) -> tuple[str | None, str | None, int | None]:
+    """Unit and start of a variable, and of a rate the place of its state."""
+    start = 0.0 if own.kind == "input" else starts.get(own.name)
+    of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
+    return own.unit or None, None if start is None else repr(start), of
+
+
+def _groups(numbered: Sequence[tuple[int, Variable]]) -> tuple[list[int], list[int], list[int]]:
+    """The numbers of outputs, of rates, and of what is unknown at first."""
+    outputs = [number for number, own in numbered if own.kind in ("state", "output", "code")]
+    rates = [number for number, own in numbered if own.kind == "rate"]
+    return outputs, rates, sorted([*rates, *(number for number, own in numbered if own.kind in ("output", "code"))])
+
+
 def _rows2(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
     starts, places = _starts(exported), {own.name: row for row, (_, own) in enumerate(listed, start=1)}
     found = []
     for place, own in listed:
         kind = "Boolean" if _is_flag(own) else "Integer" if own.kind == "code" else "Real"
-        start = 0.0 if own.kind == "input" else starts.get(own.name)
-        of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
-        inside = {"unit": own.unit or None, "start": None if start is None else repr(start), "derivative": of}
+        unit, start, of = _given(own, starts, places)
+        inside = {"unit": unit, "start": start, "derivative": of}
         found.append(_element("ScalarVariable", _attributes(own, place), _element(kind, inside)))
     return found
 
 
 def _structure2(listed: list[tuple[int, Variable]]) -> list[str]:
-    rows = [(row, own) for row, (_, own) in enumerate(listed, start=1)]
-    outputs = [row for row, own in rows if own.kind in ("state", "output", "code")]
-    rates = [row for row, own in rows if own.kind == "rate"]
-    unknown = sorted([*rates, *(row for row, own in rows if own.kind in ("output", "code"))])
+    outputs, rates, unknown = _groups([(row, own) for row, (_, own) in enumerate(listed, start=1)])
 
     def each(name: str, numbers: Iterable[int]) -> str:
         return _element(name, {}, "".join(_element("Unknown", {"index": number}) for number in numbers))
@@ -237,10 +249,8 @@ def _rows3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
     found = [_element("Float64", time | {"variability": "continuous", "unit": "s"})]
     for place, own in listed:
         kind = "Boolean" if _is_flag(own) else "Int32" if own.kind == "code" else "Float64"
-        start = 0.0 if own.kind == "input" else starts.get(own.name)
-        of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
-        more = {"unit": own.unit or None, "derivative": of, "start": None if start is None else repr(start)}
-        found.append(_element(kind, _attributes(own, place) | more))
+        unit, start, of = _given(own, starts, places)
+        found.append(_element(kind, _attributes(own, place) | {"unit": unit, "derivative": of, "start": start}))
     for k in range(len(exported.program.border_switches)):
         own = Variable(f"border_{k}", "local", "", "positive on the side of the border on which the motion is")
         attributes = _attributes(own, count + k) | {"causality": "local", "variability": "continuous"}
@@ -249,9 +259,7 @@ def _rows3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
 
 
 def _structure3(exported: Exported, listed: list[tuple[int, Variable]]) -> list[str]:
-    outputs = [place for place, own in listed if own.kind in ("state", "output", "code")]
-    rates = [place for place, own in listed if own.kind == "rate"]
-    unknown = sorted([*rates, *(place for place, own in listed if own.kind in ("output", "code"))])
+    outputs, rates, unknown = _groups(listed)
     count = len(exported.variables)
     borders = range(count, count + len(exported.program.border_switches))
     groups = {

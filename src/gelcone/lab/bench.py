@@ -26,9 +26,9 @@ from gelcone.lab.periodic import (
     balanced,
     linear_motion,
     small_motion,
-    solved,
 )
 from gelcone.motion.flow import integrate
+from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.members import Members
 from gelcone.physics.waveforms import Samples
 from gelcone.quantity import Array
@@ -365,7 +365,7 @@ class Variants:
             force, slope = self.force(c[moving] @ BASIS, squared[moving], own)
             left = force @ WEIGHTS.T + np.einsum("rij,rj->ri", inertia[moving], c[moving])
             matrix = np.einsum("ip,rp,jp->rij", WEIGHTS, slope, BASIS) + inertia[moving]
-            step = solved(matrix, left)
+            step = solved_where_regular(matrix, left)
             size[moving] = np.abs(step).max(axis=-1)
             c[moving] -= step * np.minimum(1.0, LONGEST_STEP / np.maximum(size[moving], 1e-300))[:, None]
             moving = moving[size[moving] > 1e-12]

@@ -15,10 +15,11 @@ from gelcone.motion.driven import DRIVEN_LIMITS
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
 from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
-from gelcone.motion.linear import StateSpace, state_space
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settled import settled
+from gelcone.motion.state_space import StateSpace, state_space
 from gelcone.physics.balance import StaticBalance
+from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, weighted
@@ -207,11 +208,12 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     blank = _Small(np.nan, np.nan, np.nan, np.full(omega.size, np.nan))
     every = [blank if row is None else row for row in rows]
     frequency = {"units": "1", "quantity": "frequency", dataset.NAN: "not applicable", dataset.INFINITE: "none"}
+    time = dataset.absent("time", infinite="none")
     columns = dataset.columns(_LEVELS, {
         "natural_frequency": (natural, "natural frequency", _of("frequency")),
         "half_width": ([row.half_width for row in every], "half width of the resonance at half power", frequency),
         "bandwidth": ([row.bandwidth for row in every], "frequency to which it stays above half power", frequency),
-        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", _absent_time()),
+        "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", time),
     })  # fmt: skip
     curves = {"gain": (np.stack([row.gain for row in every]), "small-signal stroke over the static one", "share")}
     axis = {"drive_frequency": (omega, "drive frequency", "frequency")}
@@ -222,25 +224,15 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     }
 
 
-def _absent_time() -> dict[str, str]:
-    return dataset.absent("time", infinite="none")
-
-
 def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
     """The small-signal numbers about a constant voltage."""
     space = state_space(model.replace(voltage_bias=float(voltage)))
     values = np.linalg.eigvals(space.A)
     swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
     width = float(-swinging.real[np.argmax(np.abs(swinging.imag))]) if swinging.size else np.nan
-    still = _transfer(space, np.zeros(1))[0]
-    gain = np.abs(_transfer(space, omega) / still) if still else np.full(omega.size, np.nan)
+    still = space.transfer(np.zeros(1))[0, 0, 0]
+    gain = np.abs(space.transfer(omega)[:, 0, 0] / still) if still else np.full(omega.size, np.nan)
     return _Small(width, _edge(space, still, values), _rise_time(space, values), gain)
-
-
-def _transfer(space: StateSpace, omega: Array) -> Array:
-    """The first output over the first input at angular frequencies."""
-    size = np.eye(len(space.A))
-    return np.array([(space.C[:1] @ np.linalg.solve(1j * w * size - space.A, space.B[:, :1]))[0, 0] for w in omega])
 
 
 def _edge(space: StateSpace, still: complex, values: Any) -> float:
@@ -251,7 +243,7 @@ def _edge(space: StateSpace, still: complex, values: Any) -> float:
         return np.nan
 
     def above(log_omega: float) -> float:
-        return float(np.abs(_transfer(space, np.exp([log_omega]))[0] / still) - HALF_POWER)
+        return float(np.abs(space.transfer(np.exp([log_omega]))[0, 0, 0] / still) - HALF_POWER)
 
     sizes = np.abs(values[np.abs(values) > 0.0])
     grid = np.linspace(np.log(1e-3 * sizes.min()), np.log(1e2 * sizes.max()), 2000)
@@ -284,12 +276,7 @@ def _rise_time(space: StateSpace, values: Any) -> float:
     if heights[-1] < 0.9:
         return np.inf
     times = step * np.arange(len(heights))
-    return float(np.interp(0.9, heights[-2:], times[-2:]) - _crossing(times, np.array(heights), 0.1))
-
-
-def _crossing(times: Array, heights: Array, level: float) -> float:
-    first = int(np.argmax(heights >= level))
-    return float(np.interp(level, heights[first - 1 : first + 1], times[first - 1 : first + 1]))
+    return float(np.interp(0.9, heights[-2:], times[-2:]) - crossing(times, np.array(heights), 0.1))
 
 
 # --- ramp, drive and limits -------------------------------------------------------------------------------------------

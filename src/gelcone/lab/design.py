@@ -192,7 +192,7 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
     best, population, fitness = problem.search(first)
     progress(0.3)
     if not feasible(fitness) and first.name != "probability":
-        best, population, fitness = problem.search(first, np.concatenate([best[None], population])[:POPULATION], AGAIN)
+        best, population, fitness = problem.search(first, with_best(population, best), AGAIN)
     if not feasible(fitness):
         raise InputError(closest(problem, best))
     found = [(problem, best, population)]

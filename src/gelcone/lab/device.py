@@ -371,11 +371,11 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
 
 
-def fitted_band(result: xr.Dataset, count: int = BAND_DRAWS) -> str:
+def fitted_band(result: xr.Dataset) -> str:
     """The height of a fitted device over a slow voltage ramp with its 95 % interval, as a CSV table: of draws
     correlated as the fit leaves them, without those that have no state. The ramp ends at the peak of the drive, or at
     the highest voltage of the tests."""
-    device, draws = fitted_device(result), fitted_draws(result, count)
+    device, draws = fitted_device(result), fitted_draws(result, BAND_DRAWS)
     names = list(map(str, draws.data_vars))
     factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)
     variants = Variants(device, names, np.concatenate([np.ones((1, len(names))), factors]), {})

@@ -96,9 +96,9 @@ class Problem:
         gains = {name: factors[:, count + k] for k, name in enumerate(self.used)}
         return Variants(self.device, list(self.free), factors[:, :count], gains, near)
 
-    def predict(self, logs: Array, tests: Sequence[DeviceTest] | None = None) -> Array:
-        """All readings of tests, (variants, readings); NaN where a variant has no state."""
-        return self._readings(self.variants(logs), tests)
+    def predict(self, logs: Array) -> Array:
+        """All readings, (variants, readings); NaN where a variant has no state."""
+        return self._readings(self.variants(logs), None)
 
     def _readings(self, variants: Variants, tests: Sequence[DeviceTest] | None) -> Array:
         return np.concatenate([variants.predict(test) for test in (self.tests if tests is None else tests)], axis=1)

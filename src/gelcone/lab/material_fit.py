@@ -6,7 +6,7 @@ are fitted by their logarithms. The stress is linear in the moduli; relaxation t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -342,26 +342,24 @@ class Band(NamedTuple):
     least: float
 
 
-def band_of(data: Tabulated, predicted: Array, share: float = 0.95) -> Band:
+COVERED = 0.95
+"""The share of the residuals that a band covers."""
+
+
+def band_of(data: Tabulated, predicted: Array) -> Band:
     """The band of a prediction, from the residuals of the tests left out, each test with the same weight."""
     test = data.curves.test
     sizes = np.abs(predicted - data.curves.stress) / np.array([largest(t) for t in data.tests])[test]
     covered = []
     for k in range(len(data.tests)):
         others = test != k
-        covered.append(float(np.mean(sizes[~others] <= _quantile(sizes[others], test[others], share))))
-    return Band(_quantile(sizes, test, share), float(np.mean(covered)), float(np.min(covered)))
+        covered.append(float(np.mean(sizes[~others] <= _quantile(sizes[others], test[others]))))
+    return Band(_quantile(sizes, test), float(np.mean(covered)), float(np.min(covered)))
 
 
-def _quantile(sizes: Array, test: Any, share: float) -> float:
-    """A quantile of residuals, each test with the same weight."""
+def _quantile(sizes: Array, test: Any) -> float:
+    """The size that `COVERED` of the residuals do not exceed, each test with the same weight."""
     order = np.argsort(sizes)
     counts = np.bincount(test)
     weights = np.cumsum(1.0 / counts[test[order]])
-    return float(sizes[order][np.searchsorted(weights, share * weights[-1])])
-
-
-def samples_of(data: Tabulated) -> Iterator[tuple[Coupon, Any]]:
-    """Each test and the rows of its samples."""
-    for k, test in enumerate(data.tests):
-        yield test, np.flatnonzero(data.curves.test == k)
+    return float(sizes[order][np.searchsorted(weights, COVERED * weights[-1])])

@@ -6,10 +6,9 @@ the voltage. Derivatives are those of the traced equation of motion, by quadratu
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -27,15 +26,6 @@ RATE = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """The derivative of mean, sine and cosine by the phase."""
 
 
-def solved(matrix: Array, right: Array) -> Array:
-    """Solutions of small linear systems, NaN where one is not finite or singular."""
-    good: Any = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
-    good &= np.abs(np.linalg.det(np.where(good[..., None, None], matrix, np.eye(matrix.shape[-1])))) > 0.0
-    found = np.full(right.shape, np.nan, dtype=np.result_type(matrix, right))
-    found[good] = np.linalg.solve(matrix[good], right[good][..., None])[..., 0]
-    return found
-
-
 def at_rest(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
     """All states, (members, states), of discs held at x under constant commands until films and circuits have settled,
     and the derivatives of their rates, (members, states, states)."""
@@ -43,7 +33,7 @@ def at_rest(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
     z = still.start_states(np.stack([x, np.zeros_like(x)], axis=1))
     for _ in range(NEWTON_STEPS):
         rates, slopes = _rates(still, np.zeros(len(z)), z)
-        step = solved(slopes[:, 2:, 3:], rates[:, 2:])
+        step = solved_where_regular(slopes[:, 2:, 3:], rates[:, 2:])
         z[:, 2:] -= step
         if not np.nanmax(np.abs(step), initial=0.0) > SMALLEST_STEP:
             break
@@ -77,7 +67,7 @@ def linear_motion(members: Members, x: Array) -> Array:
     z, slopes = at_rest(members, x, members.values["voltage_bias"])
     omega, size = members.values["drive_frequency"], z.shape[1]
     stirred = _rates(members, np.zeros(len(z)), z)[1][..., 0] / omega[:, None]
-    moved = solved(1j * omega[:, None, None] * np.eye(size) - slopes, stirred)
+    moved = solved_where_regular(1j * omega[:, None, None] * np.eye(size) - slopes, stirred)
     return np.stack([z, moved.real, moved.imag], axis=-1)
 
 
@@ -97,7 +87,7 @@ def balanced(members: Members, start: Array) -> Array:
         left = np.einsum("rpi,kp->rik", rates, WEIGHTS) - omega[:, None, None] * (c[moving] @ RATE.T)
         matrix = np.einsum("kp,rpij,lp->rikjl", WEIGHTS, slopes[..., 1:], BASIS, optimize=True) - turned
         rows = (len(moving), 3 * count)
-        step = solved(matrix.reshape(*rows, 3 * count), left.reshape(rows)).reshape(left.shape)
+        step = solved_where_regular(matrix.reshape(*rows, 3 * count), left.reshape(rows)).reshape(left.shape)
         size[moving] = np.abs(step).max(axis=(1, 2))
         longest = np.maximum(np.abs(step[:, 0]).max(axis=1), 1e-300)
         c[moving] -= step * np.minimum(1.0, LONGEST_STEP / longest)[:, None, None]

@@ -25,6 +25,8 @@ RELATIVE, ABSOLUTE = 1e-7, 1e-9
 SAME_RATE = 1e-6
 """Stretch rates that differ by less, relative to the largest, are one."""
 NEWTON_STEPS = 30
+PER_DECADE = 12
+"""Relaxation times in a factor of ten."""
 
 
 def squared_lengths(test: Coupon, stretch: Array | float) -> tuple[Any, Any]:
@@ -193,16 +195,16 @@ def _pieces(history: tuple[Array, Array]) -> Iterator[tuple[float, float, float,
 
 
 @cache
-def _grid(shortest: float, longest: float, per_decade: int) -> Array:
-    count = int(np.ceil(per_decade * np.log10(longest / shortest))) + 1
+def _grid(shortest: float, longest: float) -> Array:
+    count = int(np.ceil(PER_DECADE * np.log10(longest / shortest))) + 1
     return np.geomspace(shortest, longest, max(count, 4))
 
 
-def relaxation_grid(tests: list[Coupon], per_decade: int = 12) -> Array:
+def relaxation_grid(tests: list[Coupon]) -> Array:
     """Relaxation times that tests can distinguish, evenly spaced in their logarithm: from a thirtieth of the shortest
     step to a hundred times the longest test."""
     timed = [test.history[0] for test in tests if test.history[0].size]
     if not timed:
         return np.empty(0)
     steps = [float(np.median(np.diff(np.unique(times)))) for times in timed]
-    return _grid(min(steps) / 30.0, 100.0 * max(float(times[-1]) for times in timed), per_decade)
+    return _grid(min(steps) / 30.0, 100.0 * max(float(times[-1]) for times in timed))

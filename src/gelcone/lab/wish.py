@@ -196,7 +196,7 @@ def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
         raise InputError('[free]: is missing; give fields and their bounds, disc_radius = "4 mm:15 mm"')
     if not requirements:
         raise InputError('nothing is required; give what the device must do, such as stroke = ">= 5 mm"')
-    bounds = _bounds(free, fixed)
+    bounds = _bounds(free)
     device = _device(
         fixed | {key: float(_middle(span)) for key, span in bounds.items()} | {"name": fixed.get("name", name)}
     )
@@ -248,7 +248,7 @@ def _example(name: str) -> str:
     return {"m": "5 mm", "N": "50 mN", "V": "2 kV", "W": "5 mVA", "A": "0.1 mA", "Hz": "10 Hz"}[MEASURES[name]]
 
 
-def _bounds(free: Mapping[str, Any], fixed: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
     from gelcone.devices.fields import DEVICE_FIELDS
 
     found = {}

@@ -16,8 +16,8 @@ from gelcone.motion.driven import NUDGE, DriveShape
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
-from gelcone.motion.settle import start_states
 from gelcone.motion.settled import settled_swing
+from gelcone.motion.start import start_states
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
 from gelcone.progress import Progress, weighted

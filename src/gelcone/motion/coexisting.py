@@ -94,7 +94,7 @@ def coexisting(
     if not members.size:
         return _arrays(members, [], np.empty(0), flow)
     own = settled_swing(members, states, only_extent=True, **flow)
-    found = [Motions([_row(own, k)], [(np.nan, np.nan)]) for k in range(members.size)]
+    found = [Motions([own.take([k])], [(np.nan, np.nan)]) for k in range(members.size)]
     alive = np.flatnonzero(own.outcome == Outcome.OK)
     largest = _largest_kicks(members)
     kicks = _Kicks(members, own, largest, shift, flow)
@@ -157,7 +157,7 @@ class _Kicks:
             away = away[(settled.outcome[away] == Outcome.OK) & ~self._back(rows[away], states[away])]
         if away.size:
             settled.put(away, settled_swing(members.take(away), states[away], only_extent=True, **self.flow))
-        return [_row(settled, k) for k in range(len(rows))]
+        return [settled.take([k]) for k in range(len(rows))]
 
     def _back(self, rows: Rows, states: Array) -> npt.NDArray[np.bool_]:
         """Whether states at phase 0 have arrived at the own motion of their rows, where that repeats with the forcing:
@@ -199,7 +199,7 @@ def _let_go(members: Members, alive: Rows, found: list[Motions], flow: dict[str,
     settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
     for k, row in enumerate(rows):
         if settled.outcome[k] == Outcome.OK:
-            found[row].number_of(_row(settled, k))
+            found[row].number_of(settled.take([k]))
 
 
 def _hand_on(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
@@ -221,7 +221,7 @@ def _hand_on(members: Members, alive: Rows, found: list[Motions], flow: dict[str
         settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
         for k, row in enumerate(rows):
             if settled.outcome[k] == Outcome.OK:
-                found[row].number_of(_row(settled, k))
+                found[row].number_of(settled.take([k]))
 
 
 def _narrow(kicks: _Kicks, alive: Rows, found: list[Motions], leading: dict[int, list[tuple[float, float]]]) -> None:
@@ -278,10 +278,6 @@ def _edge(kicks: _Kicks, found: list[Motions], rows: Rows, phases: Array, sizes:
         hit = leads(middle)
         high, low = np.where(hit, middle, high), np.where(hit, low, middle)
     return np.where(away, high, np.nan)
-
-
-def _row(swing: Swing, k: int) -> Swing:
-    return Swing(**{name: values[k : k + 1] for name, values in vars(swing).items()})
 
 
 def _same(one: Swing, other: Swing) -> bool:

@@ -22,7 +22,8 @@ from gelcone.motion.job import Keep, Trajectories
 from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import dissipated_energy, heat_of
-from gelcone.motion.settle import alike, next_power_of_two, start_states
+from gelcone.motion.settle import alike, next_power_of_two
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import excesses, slack_places
 from gelcone.physics.film.pull_in import PullInCurve
 from gelcone.physics.members import Members

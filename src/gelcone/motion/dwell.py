@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.motion.extent import quintic
 from gelcone.physics.bracket import rise
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -61,8 +62,7 @@ class Path:
             h, s = step[:, 0], share
             bend, change = h * h * rate[:, 1], h * h * (later[:, 1] - rate[:, 1])
             rest, slope = more[:, 0] - h * rate[:, 0] - 0.5 * bend, h * (later[:, 0] - rate[:, 0]) - bend
-            third = 10.0 * rest - 4.0 * slope + 0.5 * change
-            fourth, fifth = 7.0 * slope - 15.0 * rest - change, 6.0 * rest - 3.0 * slope + 0.5 * change
+            third, fourth, fifth = quintic(rest, slope, change)
             smooth = h * rate[:, 0] + s * (0.5 * bend + s * (third + s * (fourth + s * fifth)))
             found[:, 0] = z[:, 0] + s * smooth
         return self.times[first] + share * step[:, 0], found

@@ -27,8 +27,10 @@ from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.response import HEAT, heats
-from gelcone.motion.settle import inside, single, start_states
+from gelcone.motion.settle import single
+from gelcone.motion.start import inside, start_states
 from gelcone.motion.validity import NEAR_LIMIT, excesses, validity_variables
+from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import PullInCurve, membrane_pull_in
 from gelcone.physics.members import Members
@@ -492,7 +494,7 @@ def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
     excess = [
         (s.true_field - strength, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states
     ]
-    limits = np.array([[_first(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
+    limits = np.array([[first_passing(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
     limits[0] = np.nan if np.isnan(strength) else limits[0]
     pull_in = ramp.pull_in
     if plane.membrane is not None:
@@ -507,7 +509,9 @@ def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -
         return math.inf
     # where it pulls in at all, it has at the largest of these; the ramp may come there later
     levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
-    return _first(levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values))
+    return first_passing(
+        levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values)
+    )
 
 
 # --- held for a while -----------------------------------------------------------------------------------------------
@@ -530,11 +534,11 @@ def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
     with np.errstate(all="ignore"):
         for own in excesses(held.members, held.run.states, voltages):
             most = [own[name].max(axis=1) if name in own else np.full(held.levels.shape, np.nan) for name in names]
-            found[: len(names)] = np.fmin(found[: len(names)], [_first(held.levels, values) for values in most])
+            found[: len(names)] = np.fmin(found[: len(names)], [first_passing(held.levels, values) for values in most])
         beyond = np.inf
         if plane.membrane is not None:
             over = voltages[0] - plane.membrane.voltage(held.run.states[..., 0])
-            beyond = _first(held.levels, over.max(axis=1))
+            beyond = first_passing(held.levels, over.max(axis=1))
     found[0] = np.nan if plane.model.dielectric_strength is None else found[0]
     return np.array([*found[:-2], relaxed[-2], min(held.highest, beyond)])
 
@@ -545,15 +549,3 @@ def _held_variables(held: Holding, duration: float) -> dict[str, dataset.Variabl
         "held_displacement": (("held_voltage",), at_end, "displacement after the holding time", "length"),
         "holding_time": ((), duration, "for how long a constant voltage is held", "time"),
     }
-
-
-def _first(levels: Array, excess: Array) -> float:
-    """Level at which ``excess`` first passes zero, linear between points; infinity if it never does."""
-    over = np.flatnonzero(excess > 0.0)
-    if not over.size:
-        return np.inf
-    k = int(over[0])
-    if k == 0 or not np.isfinite(excess[k - 1]):
-        return float(levels[k])
-    before, after = excess[k - 1], excess[k]
-    return float(levels[k - 1] + (levels[k] - levels[k - 1]) * before / (before - after))

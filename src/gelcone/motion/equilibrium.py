@@ -147,7 +147,7 @@ def static(
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     options |= {"displacements": None if displacements is None else x.tolist(), "at_once": at_once}
-    return _with_flags(result.assign_attrs(options=json.dumps(options)))
+    return result.assign_attrs(options=json.dumps(options))
 
 
 def own_levels(model: Ensemble) -> Array:
@@ -281,7 +281,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
     """
     balances = balances_of(model)
     variables = _pull_in_variables(balances, _rests(model, balances, start))
-    return _with_flags(_label(model, balances, variables, start=start, title="pull-in"))
+    return _label(model, balances, variables, start=start, title="pull-in")
 
 
 @for_devices
@@ -493,15 +493,10 @@ def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dic
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
         "pull_in_voltage": ((), voltage, "voltage at which a slow ramp loses stability", dataset.absent("voltage")),
-        "pull_in_kind": ((), kind.astype(np.int8), "how the ramp loses stability", "flag"),
+        "pull_in_kind": ((), kind.astype(np.int8), "how the ramp loses stability", PullIn),
         "pull_in_from": ((), before, "displacement at which the ramp loses stability", dataset.absent("length")),
         "pull_in_to": ((), after, "displacement that it goes to", _TO),
     }
-
-
-def _with_flags(result: xr.Dataset) -> xr.Dataset:
-    result["pull_in_kind"].attrs |= dataset.flags(PullIn)
-    return result
 
 
 def _branch_limit(

@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gelcone.motion.settle import acceleration_at
 from gelcone.physics.bracket import rise
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
+
+
+def acceleration_at(members: Members, times: Array, states: Array) -> Array:
+    """The disc's acceleration at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    return np.asarray(members.flow(times, states)[0][1])
 
 
 def extent(members: Members, times: Array, states: Array) -> tuple[Array, Array]:
@@ -28,15 +32,22 @@ def extent(members: Members, times: Array, states: Array) -> tuple[Array, Array]
     return lowest, highest
 
 
+def quintic(rest: Array, slope: Array, change: Array) -> tuple[Array, Array, Array]:
+    """The coefficients of s^3, s^4 and s^5 in x0 + u0 s + a0 s^2/2 + ..., with the share s of an interval.
+
+    They add ``rest`` to the value at its end, ``slope`` to the slope there and ``change`` to the second derivative.
+    """
+    third = 10.0 * rest - 4.0 * slope + 0.5 * change
+    return third, 7.0 * slope - 15.0 * rest - change, 6.0 * rest - 3.0 * slope + 0.5 * change
+
+
 def _turning(times: Array, x: Array, u: Array, a: Array) -> Array:
     """The displacement (points,) where the velocity passes zero between two samples, (points, 2) each."""
     h = times[:, 1] - times[:, 0]
     (u0, u1), (a0, a1) = (h * u.T), (h * h * a.T)
     rest = x[:, 1] - x[:, 0] - u0 - 0.5 * a0
     slope, change = u1 - u0 - a0, a1 - a0
-    # the shares s of the interval in x = x0 + u0 s + a0 s^2/2 + third s^3 + fourth s^4 + fifth s^5
-    third = 10.0 * rest - 4.0 * slope + 0.5 * change
-    fourth, fifth = 7.0 * slope - 15.0 * rest - change, 6.0 * rest - 3.0 * slope + 0.5 * change
+    third, fourth, fifth = quintic(rest, slope, change)
     upward = np.where(u0 > 0.0, -1.0, 1.0)
 
     def velocity(s: Array) -> Array:

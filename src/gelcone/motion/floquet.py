@@ -10,8 +10,6 @@ Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979),
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -21,23 +19,21 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.devices.analysis import analysis, for_devices
 from gelcone.errors import InputError
-from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.equilibrium import pitchfork_voltage
-from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import start_states
+from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.monodromy import STILL_STABLE, Monodromy, Options, monodromy
+from gelcone.motion.settle import next_power_of_two
+from gelcone.motion.start import start_states
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array, Frequencies, Voltage, Voltages
 from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PIECE = 4.0
-"""Length of the pieces into which a repeat is cut, in units of the fastest linear time scale: so short that the
-determinant of a piece is sharp, and that no deviation overflows in a long repeat."""
-MOST_PIECES_AT_ONCE = 1_000_000
 BEFORE_PULL_IN = 1.0 - 1e-6
 """Share of the voltage at which the flat film pulls in up to which rest is examined."""
 FEWEST_STEPS, MOST_STEPS = 256, 4096
@@ -49,12 +45,6 @@ SECTIONS = 8
 ROUNDS = 6
 _ONSET = dataset.absent("voltage", nan="not reached")
 PEAK_ROUNDS = 4
-STILL_STABLE = 1e-12
-"""A margin below this without voltage is rounding."""
-SETTLING, MOST_SETTLINGS = 64.0, 100
-"""Forcing periods after which the states besides the disc's are compared, and how often they are."""
-
-Progress = Callable[[float], None]
 
 
 class Onset(IntEnum):
@@ -93,7 +83,7 @@ def floquet_multipliers(
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Floquet multipliers of rest over one repeat of the drive.
 
@@ -126,7 +116,7 @@ def floquet_multipliers(
     [0.7304, 1.0035]
     """
     _check_rest(model)
-    maps = _maps(model.members(), _Options(tolerance, threads), progress)
+    maps = monodromy(model.members(), Options(tolerance, threads), progress)
     real, imag, log_modulus = maps.multipliers()
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus[:, 0])
@@ -162,7 +152,7 @@ def onset_voltage(
     steps: int | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Smallest voltage amplitude at which rest loses its stability under the drive.
 
@@ -204,14 +194,14 @@ def onset_voltage(
     members = model.members()
     ends = _search_ends(model, highest)
     counts = _scan_steps(members, steps)
-    options = _Options(tolerance, threads)
+    options = Options(tolerance, threads)
     found = np.full((3, model.size), np.nan)
     outcome = np.zeros(model.size, dtype=np.int8)
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count)
-        part = _part(progress, rows.size * int(count) / float(counts.sum()))
+        part = weighted(progress, rows.size * int(count) / float(counts.sum()))
         found[:, rows], outcome[rows] = _onsets(members.take(rows), ends[rows], int(count), options, part)
-    result = dataset.label(
+    return dataset.label(
         model,
         {
             "onset_voltage": (
@@ -220,7 +210,7 @@ def onset_voltage(
                 "voltage amplitude at which rest loses stability",
                 _ONSET,
             ),
-            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", "flag"),
+            "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", Onset),
             "onset_error": ((), found[2], "width to which the onset is known", _ONSET),
             "searched": (("bound",), np.stack([0.0 * ends, ends], axis=1), "voltage amplitudes searched", "voltage"),
         },
@@ -228,8 +218,6 @@ def onset_voltage(
         options={"steps": steps, "tolerance": tolerance},
         title="onset voltage of rest",
     )
-    result["onset_kind"].attrs |= dataset.flags(Onset)
-    return result
 
 
 @analysis(
@@ -254,7 +242,7 @@ def tongues(
     highest: Voltage | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Where rest is unstable over drive frequency and voltage amplitude: the instability tongues.
 
@@ -293,15 +281,17 @@ def tongues(
         raise InputError(f"tongues takes one actuator, not an ensemble of shape {model.shape}; take one member")
     omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
     _check_rest(model)
-    options = _Options(tolerance, threads)
+    options = Options(tolerance, threads)
     own = onset_voltage(model, highest=highest, tolerance=tolerance, threads=threads)
     rows = model.replace(drive_frequency=omega)
     grid = model.replace(drive_frequency=omega[:, None], voltage=volts).members()
-    maps = _maps(grid, options, _part(progress, 0.4))
+    maps = monodromy(grid, options, weighted(progress, 0.4))
     shape = (omega.size, volts.size)
     margin, log_modulus = maps.margin().reshape(shape), maps.multipliers()[2][:, 0].reshape(shape)
-    boundary = _boundaries(rows.members(), volts, margin, options, _part(progress, 0.2))
-    onset = onset_voltage(rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=_part(progress, 0.4))
+    boundary = _boundaries(rows.members(), volts, margin, options, weighted(progress, 0.2))
+    onset = onset_voltage(
+        rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=weighted(progress, 0.4)
+    )
     static = pitchfork_voltage(model) - abs(model.voltage_bias)
     plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
     with np.errstate(over="ignore"):
@@ -334,52 +324,6 @@ def tongues(
     return result.assign({f"own_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
 
 
-# --- maps over one repeat -------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Options:
-    tolerance: float
-    threads: int | None
-
-
-@dataclass(frozen=True)
-class _Maps:
-    """The linear map over one repeat for every member: its trace is ``trace`` exp(``log_scale``), with |trace| <= 2.
-
-    ``log_product`` is the logarithm of the product of the multipliers, -2 zeta T.
-    """
-
-    trace: Array
-    log_scale: Array
-    log_product: Array
-    product_error: Array
-    repeat: Array
-    outcome: npt.NDArray[np.int8]
-
-    def margin(self) -> Array:
-        """(|trace| - 1 - p)/(|trace| + 1 + p), p the product, from logarithms."""
-        with np.errstate(divide="ignore"):
-            log_trace = np.log(np.abs(self.trace)) + self.log_scale
-        return np.tanh(0.5 * (log_trace - np.log1p(np.exp(self.log_product))))
-
-    def multipliers(self) -> tuple[Array, Array, Array]:
-        """Real part, imaginary part and logarithm of the modulus, each (members, 2), the larger modulus first."""
-        half = 0.5 * np.abs(self.trace)
-        product = np.exp(self.log_product - 2.0 * self.log_scale)
-        square = half * half - product
-        apart = np.sqrt(np.abs(square))
-        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            larger = np.where(square < 0.0, 0.5 * self.log_product, self.log_scale + np.log(half + apart))
-            log_modulus = np.stack([larger, self.log_product - larger], axis=1)
-            sign = np.where(self.trace < 0.0, -1.0, 1.0)[:, None]
-            scale = np.exp(self.log_scale)
-            pair = (square < 0.0)[:, None]
-            real = sign * np.where(pair, (half * scale)[:, None], np.exp(log_modulus))
-            imag = np.where(pair, (apart * scale)[:, None] * np.array([1.0, -1.0]), 0.0)
-        return real, np.where(np.isnan(real), np.nan, imag), log_modulus
-
-
 def _check_rest(model: Ensemble) -> None:
     start_states(model, (0.0, 0.0))
     members = model.members()
@@ -396,72 +340,24 @@ def _check_rest(model: Ensemble) -> None:
     )
 
 
-def _resting(members: Members, options: _Options) -> Array:
-    """States (members, N) with the disc at rest and all other states as periodic as the drive, at phase 0."""
-    states = members.start_states((0.0, 0.0))
-    for _ in range(0 if members.system.planar else MOST_SETTLINGS):
-        period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
-        run = integrate(members, states, SETTLING * period, tolerance=options.tolerance, threads=options.threads)
-        change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
-        if not (change > STILL_STABLE).any():
-            break
-    return states
-
-
-def _maps(members: Members, options: _Options, progress: Progress | None = None) -> _Maps:
-    """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
-    numbers of a member do not depend on the others."""
-    repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
-    pieces = 2 ** np.ceil(np.log2(np.maximum(repeat * members.fastest / PIECE, 1.0))).astype(int)
-    resting = _resting(members, options)
-    result = np.full((3, members.size), np.nan)
-    outcome = np.zeros(members.size, dtype=np.int8)
-    for count in np.unique(pieces):
-        same = np.flatnonzero(pieces == count)
-        for rows in np.array_split(same, int(np.ceil(same.size * count / MOST_PIECES_AT_ONCE))):
-            times = repeat[rows, None] * (np.arange(1, count + 1) / count)
-            part = _part(progress, float(rows.size * count) / float(pieces.sum()))
-            run = integrate(
-                members.take(rows),
-                resting[rows],
-                times,
-                keep="tangents",
-                tolerance=options.tolerance,
-                threads=options.threads,
-                progress=part,
-            )
-            assert run.tangents is not None
-            # deviations of the disc from the flat film have no part in the other states, which are even in x
-            result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome
-    log_product = -2.0 * members.damping_ratio * repeat
-    return _Maps(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
-
-
-def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
-    """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
-    product, log_scale = scaled_product(tangents)
-    with np.errstate(invalid="ignore"):
-        areas = np.log(tangents[..., 0, 0] * tangents[..., 1, 1] - tangents[..., 0, 1] * tangents[..., 1, 0])
-    return np.trace(product, axis1=1, axis2=2), log_scale, areas.sum(axis=1)
-
-
 # --- searching over the voltage -------------------------------------------------------------------------------------
 
 
 def _onsets(
-    members: Members, ends: Array, steps: int, options: _Options, progress: Progress | None
+    members: Members, ends: Array, steps: int, options: Options, progress: Progress
 ) -> tuple[Array, npt.NDArray[np.int8]]:
     """Onset, kind and error (3, members), and the outcomes."""
     scan = ends[:, None] * (np.arange(steps + 1) / steps)
     whole = steps + 2 * SECTIONS * PEAK_ROUNDS + SECTIONS * ROUNDS
-    maps = _at_voltages(members, scan, options, _part(progress, steps / whole))
+    counted = Counted(progress)
+    maps = _at_voltages(members, scan, options, weighted(counted, steps / whole))
     margin = maps.margin().reshape(scan.shape)
     rows, low, high = _first_brackets(scan, margin)
     early, early_low, early_high = _hidden_brackets(members, scan, margin, options)
     rows, low, high = np.append(early, rows), np.append(early_low, low), np.append(early_high, high)
     rows, first = np.unique(rows, return_index=True)
     low, high = low[first], high[first]
-    _report(progress, 2 * SECTIONS * PEAK_ROUNDS / whole)
+    counted(2 * SECTIONS * PEAK_ROUNDS / whole)
     found = np.full((3, members.size), np.nan)
     found[1] = Onset.NONE
     if rows.size:
@@ -470,14 +366,14 @@ def _onsets(
         doubles = _at_voltages(unstable, voltage[:, None], options).trace < 0.0
         found[:, rows] = voltage, np.where(doubles, Onset.MINUS_ONE, Onset.PLUS_ONE), width
     found[:, margin[:, 0] > STILL_STABLE] = np.array([[0.0], [Onset.AT_START], [0.0]])
-    _report(progress, SECTIONS * ROUNDS / whole)
+    counted.finish()
     return found, maps.outcome.reshape(scan.shape).max(axis=1)
 
 
-def _at_voltages(members: Members, voltages: Array, options: _Options, progress: Progress | None = None) -> _Maps:
+def _at_voltages(members: Members, voltages: Array, options: Options, progress: Progress = None) -> Monodromy:
     """The maps of every member at its voltages, shape (members, voltages), flattened."""
     rows = np.repeat(np.arange(len(voltages)), voltages.shape[1])
-    return _maps(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
+    return monodromy(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
 
 
 def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], Array, Array]:
@@ -489,7 +385,7 @@ def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], A
 
 
 def _hidden_brackets(
-    members: Members, scan: Array, margin: Array, options: _Options
+    members: Members, scan: Array, margin: Array, options: Options
 ) -> tuple[npt.NDArray[np.intp], Array, Array]:
     """The same for tongues that lie between two points of the scan, found where the margin peaks; lowest first."""
     stable_so_far = np.logical_and.accumulate(~(margin > 0.0), axis=1)
@@ -508,7 +404,7 @@ def _hidden_brackets(
     return rows[hidden], begin[hidden], best[hidden]
 
 
-def _boundaries(rows: Members, volts: Array, margin: Array, options: _Options, progress: Progress | None) -> Array:
+def _boundaries(rows: Members, volts: Array, margin: Array, options: Options, progress: Progress) -> Array:
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
@@ -517,11 +413,11 @@ def _boundaries(rows: Members, volts: Array, margin: Array, options: _Options, p
     if row.size:
         place = np.arange(row.size) - np.repeat(np.cumsum(count) - count, count)
         boundary[row, place], _ = _refine(rows.take(row), volts[step], volts[step + 1], rising, options)
-    _report(progress, 1.0)
+    Counted(progress)(1.0)
     return boundary
 
 
-def _refine(members: Members, low: Array, high: Array, rising: Array, options: _Options) -> tuple[Array, Array]:
+def _refine(members: Members, low: Array, high: Array, rising: Array, options: Options) -> tuple[Array, Array]:
     """Roots of the margin in brackets, one a member, where it rises (1) or falls (-1) through 0; and their widths.
 
     A bracket is cut into sections until it is so narrow that interpolation leaves no more than rounding.
@@ -570,7 +466,7 @@ def _scan_steps(members: Members, steps: int | None) -> npt.NDArray[np.int64]:
     stiffness = np.nan_to_num(members.stiffness(np.zeros(members.shape)), nan=0.0, posinf=0.0, neginf=0.0)
     lobes = np.asarray(members.forcing_period) * np.sqrt(np.maximum(stiffness, 0.0)) / np.pi
     wanted = np.clip(STEPS_PER_LOBE * lobes, FEWEST_STEPS, MOST_STEPS)
-    return 2 ** np.ceil(np.log2(np.broadcast_to(wanted, members.shape))).astype(np.int64)
+    return next_power_of_two(np.broadcast_to(wanted, members.shape))
 
 
 def _axis(name: str, values: npt.ArrayLike) -> Array:
@@ -578,13 +474,3 @@ def _axis(name: str, values: npt.ArrayLike) -> Array:
     if axis.ndim > 1 or axis.size < 2 or not (np.diff(axis) > 0.0).all():
         raise InputError(f"{name}: must be at least two increasing values; sort them and leave out doubles")
     return axis
-
-
-def _part(progress: Progress | None, share: float) -> Progress | None:
-    """Reports ``share`` of the work as a whole."""
-    return None if progress is None else lambda done: progress(share * done)
-
-
-def _report(progress: Progress | None, share: float) -> None:
-    if progress is not None:
-        progress(share)

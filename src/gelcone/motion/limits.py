@@ -13,7 +13,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.motion.equilibrium import jump_voltages, pitchfork_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import inside, start_states
+from gelcone.motion.start import inside, start_states
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members

@@ -1,24 +1,18 @@
-"""Small signals: the actuator linearised about an equilibrium under a constant voltage."""
+"""Linear theory: the response to a drive, linearised about the equilibrium under its mean square."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone import dataset
-from gelcone.devices.analysis import check_model, for_devices
-from gelcone.devices.device import Device
-from gelcone.devices.scales import MEASURES
-from gelcone.errors import InputError, MissingDependency, unknown_name
-from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import CIRCUITS
-from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
@@ -26,10 +20,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import each, every_balance, rest_displacements
 from gelcone.physics.structure import Line
 from gelcone.physics.system import ConeSystem
-from gelcone.quantity import Array, Frequencies
-
-if TYPE_CHECKING:
-    import xarray as xr
+from gelcone.quantity import Array
 
 HARMONICS = 8
 """Multiples of the drive frequency that are taken into account."""
@@ -42,217 +33,6 @@ BIAS, SQUARE = "constant command", "squared voltage on film"
 """Among the numbers of a search for rest: the command, and the voltages squared."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
-
-
-OUTPUTS: Mapping[str, str] = {
-    "displacement": "length",
-    "velocity": "velocity",
-    "film_voltage": "voltage",
-    "charge": "charge",
-    "capacitance": "capacitance",
-    "current": "current",
-    "leak": "current",
-}
-"""Outputs of a linear model, of which the electric ones are those of the first film, and their quantities."""
-INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
-PASSED = 1e-12
-"""Feed-through of the charge, as a share of its largest derivative, below which none is."""
-
-
-class _Matrices(NamedTuple):
-    """The four matrices."""
-
-    A: Array
-    B: Array
-    C: Array
-    D: Array
-
-
-class StateSpace(_Matrices):
-    """x' = A x + B u, y = C x + D u, as SciPy and python-control take it: ``scipy.signal.StateSpace(*it)``,
-    ``control.ss(*it)``.
-
-    ``states``, ``inputs`` and ``outputs`` are the names of x, u and y, all counted from the equilibrium; ``place`` is
-    its displacement and ``rest`` all states there. Units are dimensionless, or SI for a device.
-    """
-
-    states: tuple[str, ...] = ()
-    inputs: tuple[str, ...] = ()
-    outputs: tuple[str, ...] = ()
-    place: float = np.nan
-    rest: tuple[float, ...] = ()
-
-    def to_control(self) -> Any:
-        """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
-        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
-        return python_control().ss(*self, **names)
-
-
-def python_control() -> Any:
-    """The module of python-control; `MissingDependency` without it."""
-    try:
-        import control
-    except ImportError:
-        raise MissingDependency("python-control is not installed: pip install control") from None
-    return control
-
-
-def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
-    """The equilibrium that a slow ramp from 0 to the voltage ``bias`` ends at; `InputError` if there is none."""
-    place = float(stroke_and_blocked_force(model, [abs(bias)])["displacement"][0])
-    if not np.isfinite(place):
-        raise InputError(f"voltage_bias = {bias:g}: beyond pull-in, there is no equilibrium; lower it")
-    return place
-
-
-def state_space(
-    model: ConeModel | Device,
-    device: Device | None = None,
-    *,
-    voltage: float | str | None = None,
-    inputs: Sequence[str] = ("voltage",),
-    outputs: Sequence[str] = ("displacement",),
-) -> StateSpace:
-    """The model linearised about its equilibrium under a constant voltage, with the states of films and circuits.
-
-    x'' = -2 zeta x' - K x + 2 v0 x0 v (of a taut film), with the stiffness K there; without a bias the
-    voltage has no first-order effect and B is zero.
-
-    Parameters
-    ----------
-    model : a single model, or a device, whose units are then SI.
-    device : scales the matrices to SI. Default None: dimensionless.
-    voltage : the constant voltage; in volts with a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
-    inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and behind an ideal
-        source ``"voltage_rate"``, the rate of the voltage, on which the current depends.
-    outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
-        circuit that keeps the charge from jumping or with the input ``"voltage_rate"``, ``"current"``.
-
-    Returns
-    -------
-    The matrices ``A``, ``B``, ``C``, ``D`` as a tuple that SciPy takes, with the names of their ``states``, ``inputs``
-    and ``outputs``, the displacement ``place`` of the equilibrium, and ``to_control()``.
-
-    Raises
-    ------
-    InputError : for an ensemble, a voltage beyond pull-in, unknown names, a current that an ideal source makes
-        jump, and the rate of a voltage that a circuit takes.
-
-    Examples
-    --------
-    >>> import gelcone
-    >>> model = gelcone.ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
-    >>> linear = gelcone.state_space(model)
-    >>> linear.A.shape, round(float(linear.A[1, 0]), 4)
-    ((2, 2), -2.2028)
-    """
-    if isinstance(model, Device):
-        device = model if voltage is None else model.replace_quietly(voltage_offset=voltage)
-        model = device.to_model()
-    check_model(model, "state_space")
-    if model.shape:
-        raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
-    for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
-        for name in given:
-            if name not in known:
-                raise unknown_name(f"{kind} of a linear model", name, known)
-    system, n = model.system, model.numbers()
-    bias = float(model.voltage_bias) if voltage is None or device is not None else float(voltage)
-    place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
-    at = [*map(float, _rest_under(model, place, bias)), bias]
-    switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
-    n = {**n, **switches}
-    slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
-    jacobian, count = np.array(slopes, dtype=float), len(system.states)
-    pushed = np.eye(count)[:, 1:2]
-    if "voltage_rate" in inputs and not _ideal(system):
-        raise InputError("voltage_rate: is an input of an ideal source, and here is a circuit; leave it out")
-    columns = {"voltage": jacobian[:, -1:], "force": pushed, "voltage_rate": 0.0 * pushed}
-    B = np.hstack([columns[name] for name in inputs])
-    C, D = _output_rows(system, at, n, switches, outputs, jacobian[:, :-1], B, inputs)
-    x, time = _scales(system.states, device)
-    u, y = (
-        np.array([1.0 if device is None else float(device.scales.size(known[name])) for name in given])
-        for given, known in ((inputs, INPUTS), (outputs, OUTPUTS))
-    )
-    found = StateSpace(
-        A=jacobian[:, :-1] * x[:, None] / (x * time),
-        B=B * x[:, None] / (time * u),
-        C=C * y[:, None] / x,
-        D=D * y[:, None] / u,
-    )
-    found.states, found.inputs, found.outputs = tuple(s.name for s in system.states), tuple(inputs), tuple(outputs)
-    found.place, found.rest = at[0] * float(x[0]), tuple((np.array(at[:-1]) * x).tolist())
-    return found
-
-
-def _output_rows(
-    system: ConeSystem,
-    at: list[float],
-    n: Mapping[str, Any],
-    switches: Mapping[str, Any],
-    outputs: Sequence[str],
-    A: Array,
-    B: Array,
-    inputs: Sequence[str],
-) -> tuple[Array, Array]:
-    """The rows of C and D of the outputs."""
-
-    def values(z: list[Any], xp: Any) -> list[Any]:
-        own = {**n, **{name: xp.constant(float(np.ravel(value)[0])) for name, value in switches.items()}}
-        v = system.electric(system.line_of(0), z[-1], 0.0, z[:-1], own, xp)[0]
-        found = {"displacement": z[0], "velocity": z[1], "film_voltage": v}
-        if wanted & {"charge", "capacitance"}:
-            found["capacitance"] = system.films[0].capacitance(
-                z[0], v * v, system.states_of(z[:-1], "film", 0), own, xp
-            )
-            delays = system.circuit.delays
-            found["charge"] = system.stored_under(z[-1], z[:-1], own, xp) if delays else v * found["capacitance"]
-        if "leak" in wanted:
-            found["leak"] = system.leaks_under(z[-1], z[:-1], own, xp)[0]
-        return [xp.node(found[name]) for name in rows]
-
-    rows = [*("charge" if name == "current" else name for name in outputs), "leak"]
-    wanted = set(rows)
-    slopes = np.array(gradients(values, at), dtype=float).reshape(len(rows), -1)
-    C, passed = slopes[:, :-1].copy(), slopes[:, -1:]
-    through = np.hstack([passed if name == "voltage" else 0.0 * passed for name in inputs])
-    D = through.copy()
-    for k, name in enumerate(outputs):
-        if name == "current":  # what charges the film, and what leaks
-            jumps = np.abs(passed[k]).max() > PASSED * np.abs(slopes[k]).max()
-            if jumps and "voltage_rate" not in inputs:
-                raise InputError(
-                    "current: follows the rate of the voltage of an ideal source; give inputs=('voltage', "
-                    "'voltage_rate'), take charge, whose rate it is, or a circuit with a series resistance"
-                )
-            C[k], D[k] = slopes[k, :-1] @ A + C[-1], slopes[k, :-1] @ B + through[-1]
-            if jumps:
-                D[k, list(inputs).index("voltage_rate")] = passed[k, 0]
-    return C[:-1], D[:-1]
-
-
-def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
-    """All states at rest under a constant command, from near a ``place`` of the disc, by Newton's method."""
-    system, n = model.system, model.numbers()
-    z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
-    z = uncurrented(system, voltage, z, n)
-    n = {**n, **system.switches_under(voltage, z, n)}
-
-    def rates(every: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
-        return list(system.rates_under(voltage, every, n, xp)[1:])
-
-    others = [0, *range(2, len(z))]
-    settled = _at_rest(z, others[1:], lambda every, n, xp: rates(every, n, xp)[1:], n)
-    return settled if system.planar else _at_rest(settled, others, rates, n)
-
-
-def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float]:
-    """SI values of one unit of each state and of time; 1 without a device."""
-    if device is None:
-        return np.ones(len(states)), 1.0
-    own = [float(device.scales.size(state.quantity)) if state.quantity in MEASURES else 1.0 for state in states]
-    return np.array(own), device.scales.time
 
 
 @dataclass(frozen=True)
@@ -318,7 +98,7 @@ def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
     lines = [system.line_of(film) for film in range(len(system.films))]
     commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
     voltages = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
-    if _ideal(system):
+    if all_ideal(system):
         place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
         return _settled(members, _OperatingPoint(place, stiffness, voltages, [], n))
     voltages = [np.zeros((*omega.shape, PHASES)) for _ in lines]
@@ -335,7 +115,7 @@ def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
     return replace(found, voltages=voltages)
 
 
-def _ideal(system: ConeSystem) -> bool:
+def all_ideal(system: ConeSystem) -> bool:
     """Whether all films have the voltages that are commanded."""
     return all(line.circuit == CIRCUITS["ideal"] for line in system.lines)
 
@@ -353,7 +133,7 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
         for k, film in enumerate(system.films):
             n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n) if film.borders else {}
         own = [i for i in system.mechanical if i > 1]
-        z = _at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
+        z = at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
     return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
 
 
@@ -372,7 +152,7 @@ def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[
     with np.errstate(all="ignore"):
         for line in system.lines:
             places = [i for i in range(2, len(z)) if i in system.places_of(line)]
-            z = _at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: command})
+            z = at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: command})
     return z
 
 
@@ -391,7 +171,7 @@ def _circuit_rates(system: ConeSystem, line: Line, z: list[Any], n: Mapping[str,
     return system.electric(line, n[BIAS], 0.0, z, n, xp)[1:]
 
 
-def _at_rest(
+def at_rest(
     z: list[Any],
     places: list[int],
     rates: Callable[[list[Any], Mapping[str, Any], Any], list[Any]],
@@ -402,7 +182,7 @@ def _at_rest(
     z = list(z)
     for _ in range(NEWTON_STEPS if places else 0):
         slopes, now = _stacked(gradients(rates, z, n), z[0].shape)[..., places], _stacked([rates(z, n, np)], z[0].shape)
-        change = _solved(slopes, now[..., 0, :])
+        change = solved_where_regular(slopes, now[..., 0, :])
         for k, i in enumerate(places):
             z[i] = z[i] - change[..., k]
         if not np.nanmax(np.abs(change), initial=0.0) > SAME_VOLTAGE:
@@ -413,14 +193,6 @@ def _at_rest(
 def _stacked(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Array:
     """Rows and columns of arrays as matrices, ``shape`` + (rows, columns)."""
     return np.stack([np.stack([np.broadcast_to(value, shape) for value in row], axis=-1) for row in rows], axis=-2)
-
-
-def _solved(matrices: Any, right: Any) -> Any:
-    """Solutions of linear equations, NaN where there is none."""
-    finite = np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1)
-    found = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
-    found[finite] = np.linalg.solve(matrices[finite], right[finite][..., None])[..., 0]
-    return found
 
 
 def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array) -> Array:
@@ -437,7 +209,7 @@ def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array,
     if own:
         inner = s[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, own]
         right = slopes[..., None, 1:, 0] + s[..., None] * slopes[..., None, 1:, 1]
-        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], _solved(inner, right))
+        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], solved_where_regular(inner, right))
     mean = np.broadcast_to(system.electric(line, bias, 0.0, at.z, at.n)[0], shape)
     swing = gain * (commanded - PHASES * bias[..., None] * (multiples == ROUNDING))
     return np.asarray(mean[..., None] + np.fft.irfft(swing, PHASES))
@@ -476,7 +248,7 @@ def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
         harmonics = 2j * np.fft.fft(voltage**2)[..., 1 : HARMONICS + 1] / PHASES
         harmonics[np.abs(harmonics) < ROUNDING * mean_square[..., None]] = 0.0
         drives.append(harmonics)
-    if members.system.planar and _ideal(members.system):
+    if members.system.planar and all_ideal(members.system):
         drive = np.zeros((*at.place.shape, HARMONICS), dtype=complex)
         for film, mean_square, harmonics in zip(members.system.films, at.mean_squares, drives, strict=True):
             with np.errstate(all="ignore"):
@@ -516,7 +288,7 @@ def _response(
             if system.places_of(line):
                 slopes[..., sorted(system.places_of(line)), :] = own[..., 1:, :]
     matrices = 1j * multiples[..., None, None] * np.eye(count) - slopes[..., None, :, :]
-    return np.asarray(_solved(matrices, right)[..., 0])
+    return np.asarray(solved_where_regular(matrices, right)[..., 0])
 
 
 def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
@@ -533,49 +305,3 @@ def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
                 x = x - force / stiffness
             x = np.where(np.isfinite(x) & (stiffness > 0.0), x, np.nan)
     return x, np.where(np.isnan(x), np.nan, stiffness)
-
-
-@for_devices
-def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Dataset:
-    """Gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
-
-    Parameters
-    ----------
-    model : a single model with a ``voltage_bias``.
-    frequencies : positive, shape (frequencies,).
-
-    Returns
-    -------
-    Dataset over ``drive_frequency``: ``gain`` (displacement per voltage, of a device in mm/kV) and ``phase`` in
-    degrees, NaN where the gain is 0.
-
-    Raises
-    ------
-    InputError : for an ensemble, a bias beyond pull-in, and frequencies that are not positive.
-
-    Examples
-    --------
-    >>> import gelcone
-    >>> import numpy as np
-    >>> model = gelcone.ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
-    >>> found = gelcone.small_signal_response(model, np.array([0.1, 1.0]))
-    >>> found.gain.values.round(4).tolist()
-    [0.3472, 0.6308]
-    """
-    omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
-        raise InputError("frequencies: must be positive numbers")
-    a, b, c, d = state_space(model)
-    transfer = np.array([(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b) + d)[0, 0] for w in omega])
-    phase = np.where(transfer != 0.0, np.degrees(np.angle(transfer)), np.nan)
-    dims = ("drive_frequency",)
-    return dataset.label(
-        model,
-        {
-            "gain": (dims, np.abs(transfer), "displacement per small voltage about the bias", "gain"),
-            "phase": (dims, phase, "phase of the displacement", "angle"),
-        },
-        coords={"drive_frequency": (dims, omega, "drive frequency", "frequency")},
-        options={},
-        title="small-signal frequency response",
-    )

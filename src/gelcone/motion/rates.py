@@ -10,7 +10,7 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
-from gelcone.motion.linear import python_control
+from gelcone.motion.state_space import python_control
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.quantity import Array
 
@@ -67,7 +67,7 @@ class Rates:
     def jacobian(self, t: float, y: Any, *, voltage: Input | None = None, force: Input = 0.0) -> Array:
         """Derivatives (N, N) of the rates by the states ``y`` (N,), for implicit integrators; see `__call__`."""
         z, n = self._at(t, y, voltage, force)
-        rows = self._system.slopes(0.0, [np.float64(value) for value in z], n)
+        _, rows = self._system.rates_and_slopes(0.0, [np.float64(value) for value in z], n)
         found = np.array([[float(value) for value in row[1:]] for row in rows])
         return found * self._sizes[:, None] / (self._sizes * self._scales.time)
 

@@ -13,7 +13,8 @@ from gelcone.dataset import Findings, Variable
 from gelcone.devices.analysis import analysis
 from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.settle import check_budgets
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
@@ -85,7 +86,7 @@ def regime(
 
     Raises
     ------
-    InputError : for a transient or budget that is not positive, no rounds, or when no member can start.
+    InputError : for a transient, patience or budget that is not positive, or when no member can start.
 
     Examples
     --------
@@ -177,8 +178,5 @@ def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any],
 def _labelled(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
     """Findings of all members as a Dataset over the ensemble's dims."""
     result = dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
-    result["regime"].attrs |= {
-        "flag_values": np.array([r.value for r in Regime], dtype=np.int8),
-        "flag_meanings": " ".join(r.name.lower() for r in Regime),
-    }
+    result["regime"].attrs |= dataset.flags(Regime)
     return result

@@ -17,7 +17,8 @@ from gelcone.errors import InputError
 from gelcone.motion.delivery import delivered, switched
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.settle import LONGEST_TIME, start_states
+from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import ASSUMPTIONS, SHARES, broken, lasting, unknown, validity_variables
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.wrinkling import FAILED

@@ -11,17 +11,10 @@ from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.extent import acceleration_at
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import (
-    Piece,
-    acceleration_at,
-    blocks,
-    jerk_at,
-    pieces,
-    samples_per_repeat,
-    settle,
-    start_states,
-)
+from gelcone.motion.settle import Piece, blocks, pieces, samples_per_repeat, settle
+from gelcone.motion.start import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
@@ -274,6 +267,14 @@ def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: A
     return 0.5 * (low + high)
 
 
+def _jerk_at(members: Members, times: Array, states: Array) -> Array:
+    """The rate of the acceleration there, by the chain rule along the motion."""
+    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
+    by_time, *by_state = members.system.rates_and_slopes(times, z, n)[1][1]
+    rates = members.system.rates(times, z, n)
+    return np.asarray(sum((slope * rate for slope, rate in zip(by_state, rates, strict=True)), by_time))
+
+
 def _polish(
     turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
 ) -> tuple[Array, Array]:
@@ -292,7 +293,7 @@ def _polish(
         x, u = reached[..., 0], reached[..., 1]
         a = acceleration_at(part, at[:, None], reached)
         step = -u / np.where(a == 0.0, 1.0, a)
-        remains = u + a * step + 0.5 * jerk_at(part, at[:, None], reached) * step * step
+        remains = u + a * step + 0.5 * _jerk_at(part, at[:, None], reached) * step * step
         final = np.column_stack([x + (u + 0.5 * a * step) * step, remains])
         before = u[:, 0] * kind[left] > 0.0
         low[left], high[left] = np.where(before, at, low[left]), np.where(before, high[left], at)

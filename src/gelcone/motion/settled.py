@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,11 +15,13 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
+from gelcone.motion.columns import Columns
 from gelcone.motion.electrical import MEANINGS, electrical, known_of
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
-from gelcone.motion.settle import check_budgets, start_states
+from gelcone.motion.settle import check_budgets
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import unknown, validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -40,7 +42,7 @@ ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Swing:
+class Swing(Columns):
     """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` of the cycle
     in forcing periods (0: none), whether that is ``resting`` (of period 1), the ``outcome``, (..., harmonics) the
     complex ``harmonics`` - displacement is the sum of the imaginary parts of harmonic times exp(i k omega t) -, (...,
@@ -74,15 +76,6 @@ class Swing:
             validity=unknown(*shape),
             source=np.full((*shape, len(MEANINGS)), np.nan),
         )
-
-    def take(self, rows: Any) -> Swing:
-        """Some of the motions."""
-        return Swing(**{field.name: getattr(self, field.name)[rows].copy() for field in fields(self)})
-
-    def put(self, where: Any, other: Swing) -> None:
-        """Replaces the motions at some places."""
-        for field in fields(self):
-            getattr(self, field.name)[where] = getattr(other, field.name)
 
     @property
     def amplitude(self) -> Array:

@@ -13,6 +13,7 @@ from gelcone.errors import InputError
 from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.settle import LONGEST_TIME
+from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Time, Voltage, Voltages
@@ -149,7 +150,7 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
     way = end - start
     with np.errstate(all="ignore"):
         share = (x - start) / way[:, None]
-        first = {level: np.array([_crossing(times, row, level) for row in share]) for level in RISE}
+        first = {level: np.array([crossing(times, row, level) for row in share]) for level in RISE}
         away = np.abs(share - 1.0) > SETTLED
         last = np.where(away.any(axis=1), x.shape[1] - 1 - np.argmax(away[:, ::-1], axis=1), 0)
         settling = np.where(last < x.shape[1] - 1, times[np.minimum(last + 1, x.shape[1] - 1)], np.nan)
@@ -162,17 +163,6 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
         "drift": drift,
     }
     return {"end": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
-
-
-def _crossing(times: Array, share: Array, level: float) -> float:
-    """When a row first comes to a level, between samples by a straight line; NaN where it never does."""
-    above = np.flatnonzero(share >= level)
-    if not above.size:
-        return np.nan
-    k = int(above[0])
-    if k == 0:
-        return float(times[0])
-    return float(np.interp(level, share[k - 1 : k + 1], times[k - 1 : k + 1]))
 
 
 def _slope(times: Array, x: Array) -> Array:

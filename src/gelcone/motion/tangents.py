@@ -17,6 +17,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
+from gelcone.motion.regular import solved_where_regular
 from gelcone.motion.settle import STRETCH, Clock
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -116,7 +117,7 @@ def solved(matrices: Array, right: Array) -> Array:
 
     NaN, or infinite, where there is none.
     """
-    return (_solved_in_the_plane if _two_states(matrices) else _solved)(matrices, right)
+    return (_solved_in_the_plane if _two_states(matrices) else solved_where_regular)(matrices, right)
 
 
 def _two_states(matrices: Array) -> bool:
@@ -189,12 +190,3 @@ def _larger(product: Array, log_scale: Array, log_determinant: Array) -> Array:
         moduli[finite] = np.sort(np.abs(np.linalg.eigvals(product[finite])), axis=1)[:, ::-1]
     with np.errstate(divide="ignore"):
         return log_scale[:, None] + np.log(moduli[:, :-1])
-
-
-def _solved(matrices: Array, right: Array) -> Array:
-    solution = np.full(right.shape, np.nan)
-    regular = np.array(np.isfinite(matrices).all(axis=(1, 2)))
-    regular[regular] = np.linalg.slogdet(matrices[regular])[0] != 0.0
-    if regular.any():
-        solution[regular] = np.linalg.solve(matrices[regular], right[regular][..., None])[..., 0]
-    return solution

@@ -13,9 +13,9 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import StateSpace, state_space
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settled import SAMPLES, Swing, harmonics_of, settled_swing
+from gelcone.motion.state_space import StateSpace, state_space
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -166,12 +166,9 @@ def _degrees(values: Complex) -> Array:
 
 def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]:
     """Displacement and current over the voltage, and all states over it, (frequencies, N)."""
-    s = 1j * omega
-    inner = s[:, None, None] * np.eye(len(space.A)) - space.A
-    right = np.broadcast_to(space.B.astype(complex), (omega.size, *space.B.shape))
-    states = np.asarray(np.linalg.solve(inner, right)[..., 0], dtype=np.complex128)
+    states = space.moved(omega)[..., 0]
     place, *electric = (states @ space.C.T + space.D[:, 0]).T
-    current = s * electric[0] + electric[1] if electric else np.full(omega.shape, np.nan + 0j)
+    current = 1j * omega * electric[0] + electric[1] if electric else np.full(omega.shape, np.nan + 0j)
     return place, current, states
 
 

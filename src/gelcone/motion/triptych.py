@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.regime import regime_cells
 from gelcone.motion.section import section_cells
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array, Time, check_count

@@ -263,9 +263,9 @@ def validity_variables(
     return told
 
 
-def invalid(result: xr.Dataset, prefix: str = "") -> xr.DataArray | None:
+def invalid(result: xr.Dataset) -> xr.DataArray | None:
     """Where in a result any assumption fails at some time; None for a result without validity."""
-    names = [f"{prefix}validity_{name}" for name in ASSUMPTIONS]
+    names = [f"validity_{name}" for name in ASSUMPTIONS]
     known = [result[name] for name in names if name in result]
     if not known:
         return None

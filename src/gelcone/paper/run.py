@@ -75,7 +75,6 @@ class PaperRun:
     claims: tuple[JudgedClaim, ...]
     report: Path
     effort: str
-    version: str
 
 
 def source_paper() -> Paper:
@@ -353,7 +352,7 @@ def _finish(
     write_together({path: partial(_write_text, text) for path, text in texts.items()}, force=True)
     answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
     mine = tuple(figure for figure in figures if figure.figure.number in drawn)
-    return PaperRun(mine, tuple(answered), folder / "report.html", effort.name, __version__)
+    return PaperRun(mine, tuple(answered), folder / "report.html", effort.name)
 
 
 def _tabulated(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> DrawnFigure:

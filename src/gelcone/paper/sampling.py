@@ -16,7 +16,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.lyapunov import finite_exponents
-from gelcone.motion.settle import complete
+from gelcone.motion.start import complete
 from gelcone.paper.effort import Effort
 from gelcone.paper.truths import Share, share, stratified
 from gelcone.physics.model import ConeModel

@@ -114,11 +114,6 @@ def every(*truths: Truth) -> Truth:
     return False if False in truths else None if None in truths else True
 
 
-def some(*truths: Truth) -> Truth:
-    """Whether at least one holds; None when none does but one is open."""
-    return True if True in truths else None if None in truths else False
-
-
 def truth(value: float) -> Truth:
     """One entry of an array of truths."""
     return None if np.isnan(value) else bool(value)

@@ -192,13 +192,38 @@ class StaticBalance:
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
 
     def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
-        """All equilibria at each v^2, (levels,), in the order of x."""
-        return equilibria_of(self, squared)
+        """All equilibria at each v^2, (levels,), in the order of x. One on a fold counts once, and as unstable."""
+        found: list[dict[float, bool]] = [{} for _ in squared]
+        for side in (-1, 1):
+            segments = self.segments[side]
+            for segment in segments:
+                x = roots_on_segment(self, squared, segment)
+                at = np.flatnonzero(~np.isnan(x))
+                stable = at.size > 0 and _rises(self, segment)
+                whole = squared[at] < self.system.film.highest_squared(x[at], self.n)
+                for i in at[whole]:
+                    found[i][float(x[i])] = stable
+            for _, fold in segments[:-1]:
+                for i in np.flatnonzero(same_squared(float(self.squared(fold)), squared)):
+                    found[i][fold] = False
+        if self.flat:
+            pitchfork, beside = float(self.squared(0.0)), 0.5 * float(sum(self.segments[1][0]))
+            # the force and not the slope of w: a film that w makes slack has none
+            pull = self.force(np.full(squared.shape, beside), squared)
+            held = np.where(same_squared(pitchfork, squared), pull, pitchfork - squared) > 0.0
+            for i in np.flatnonzero(squared < self.highest_squared):
+                found[i][0.0] = bool(held[i])
+        return [_with_slopes(self, level, at) for level, at in zip(squared, found, strict=True)]
 
     def losses(self, rest: float) -> list[Loss]:
         """The losses of stability on a ramp from ``rest``, in their order; the last has the kind `PullIn.NEVER` where
         the ramp then stays stable, and an unknown voltage (NaN) where nothing is stable without voltage."""
-        return losses_of(self, rest)
+        legs = self.ramp_from(rest)
+        begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
+        return [
+            NO_LOSS if leg.end == PullIn.NEVER else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
+            for leg, begin in zip(legs, begins, strict=False)
+        ] or [NO_RAMP]
 
     def jump(self, rest: float) -> Loss:
         """The first loss of stability that is not a pitchfork which continues smoothly."""
@@ -207,7 +232,18 @@ class StaticBalance:
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
         """Displacement and losses of stability passed at each v^2."""
-        return along_ramp(self, rest, squared)
+        legs = self.ramp_from(rest)
+        highs = np.array([leg.high for leg in legs])
+        level = np.asarray(squared)[:, None]
+        losses = ((highs < level) & ~same_squared(highs, level)).sum(axis=1)
+        place = np.full(squared.shape, np.nan)
+        for k, leg in enumerate(legs):
+            here = losses == k
+            flat = leg.segment == (0.0, 0.0)
+            x = np.zeros(here.sum()) if flat else roots_on_segment(self, squared[here], leg.segment)
+            nearest = np.where(same_squared(leg.high, squared[here]), leg.segment[1], leg.begin)
+            place[here] = np.where(np.isnan(x), nearest, x)
+        return place, losses
 
     def pitchfork(self) -> float:
         """The v^2 at which the flat film loses its stability; NaN where it is not an equilibrium."""
@@ -221,7 +257,18 @@ class StaticBalance:
     def curves(self, highest: float) -> list[Array]:
         """Displacement, voltage and slope, (3, points), along each curve of equilibria up to a voltage, with folds and
         pitchforks among the points."""
-        return curves_of(self, highest)
+        found = []
+        for segment in self.segments[-1] + self.segments[1]:
+            begin, end = (_traced_end(self, segment, k, highest) for k in (0, 1))
+            if begin is not None and end is not None:
+                found.append(_piece(self, segment, _closer_to_ends(begin, end)))
+        if self.flat:
+            pitchfork = float(self.squared(0.0))
+            lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
+            voltage = np.unique([0.0, lost, min(highest, math.sqrt(self.highest_squared))])
+            slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
+            found.append(np.stack([0.0 * voltage, voltage, slope]))
+        return found
 
     def excess(self, x: Any) -> Any:
         """w(x) over the V at which the film pulls in, less 1: positive where there is no equilibrium."""
@@ -313,31 +360,6 @@ class Equilibrium(NamedTuple):
     stable: bool
 
 
-def equilibria_of(balance: StaticBalance, squared: Array) -> list[list[Equilibrium]]:
-    """All equilibria at each v^2, (levels,), in the order of x. One on a fold counts once, and as unstable."""
-    found: list[dict[float, bool]] = [{} for _ in squared]
-    for side in (-1, 1):
-        segments = balance.segments[side]
-        for segment in segments:
-            x = roots_on_segment(balance, squared, segment)
-            at = np.flatnonzero(~np.isnan(x))
-            stable = at.size > 0 and _rises(balance, segment)
-            whole = squared[at] < balance.system.film.highest_squared(x[at], balance.n)
-            for i in at[whole]:
-                found[i][float(x[i])] = stable
-        for _, fold in segments[:-1]:
-            for i in np.flatnonzero(same_squared(float(balance.squared(fold)), squared)):
-                found[i][fold] = False
-    if balance.flat:
-        pitchfork, beside = float(balance.squared(0.0)), 0.5 * float(sum(balance.segments[1][0]))
-        # the force and not the slope of w: a film that w makes slack has none
-        pull = balance.force(np.full(squared.shape, beside), squared)
-        held = np.where(same_squared(pitchfork, squared), pull, pitchfork - squared) > 0.0
-        for i in np.flatnonzero(squared < balance.highest_squared):
-            found[i][0.0] = bool(held[i])
-    return [_with_slopes(balance, level, at) for level, at in zip(squared, found, strict=True)]
-
-
 def _with_slopes(balance: StaticBalance, squared: float, found: Mapping[float, bool]) -> list[Equilibrium]:
     places = sorted(found)
     slopes = balance.slope(np.array(places), squared) if places else ()
@@ -413,49 +435,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
     return float(x[0]) if k == 0 else float(rise(balance.excess, x[k - 1], x[k]))
 
 
-def losses_of(balance: StaticBalance, rest: float) -> list[Loss]:
-    """See `StaticBalance.losses`."""
-    legs = balance.ramp_from(rest)
-    begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
-    return [
-        NO_LOSS if leg.end == PullIn.NEVER else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
-        for leg, begin in zip(legs, begins, strict=False)
-    ] or [NO_RAMP]
-
-
-def along_ramp(balance: StaticBalance, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Displacement and losses of stability passed at each v^2."""
-    legs = balance.ramp_from(rest)
-    highs = np.array([leg.high for leg in legs])
-    level = np.asarray(squared)[:, None]
-    losses = ((highs < level) & ~same_squared(highs, level)).sum(axis=1)
-    place = np.full(squared.shape, np.nan)
-    for k, leg in enumerate(legs):
-        here = losses == k
-        flat = leg.segment == (0.0, 0.0)
-        x = np.zeros(here.sum()) if flat else roots_on_segment(balance, squared[here], leg.segment)
-        nearest = np.where(same_squared(leg.high, squared[here]), leg.segment[1], leg.begin)
-        place[here] = np.where(np.isnan(x), nearest, x)
-    return place, losses
-
-
 # --- curves of equilibria -----------------------------------------------------------------------------------------
-
-
-def curves_of(balance: StaticBalance, highest: float) -> list[Array]:
-    """See `StaticBalance.curves`."""
-    found = []
-    for segment in balance.segments[-1] + balance.segments[1]:
-        begin, end = (_traced_end(balance, segment, k, highest) for k in (0, 1))
-        if begin is not None and end is not None:
-            found.append(_piece(balance, segment, _closer_to_ends(begin, end)))
-    if balance.flat:
-        pitchfork = float(balance.squared(0.0))
-        lost = math.sqrt(min(max(pitchfork, 0.0), balance.highest_squared))
-        voltage = np.unique([0.0, lost, min(highest, math.sqrt(balance.highest_squared))])
-        slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
-        found.append(np.stack([0.0 * voltage, voltage, slope]))
-    return found
 
 
 def _traced_end(balance: StaticBalance, segment: tuple[float, float], k: int, highest: float) -> float | None:

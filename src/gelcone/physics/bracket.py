@@ -10,6 +10,8 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
+from gelcone.quantity import Array
+
 RESOLVED = 2.0 * sys.float_info.epsilon
 """Share of a root within which its bracket ends."""
 BESIDE = 1e-6
@@ -83,3 +85,26 @@ def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) 
     if found != found:
         raise ArithmeticError(f"the function has one sign at {a!r} and {b!r}, or a pole between")
     return found
+
+
+def crossing(times: Array, values: Array, level: float) -> float:
+    """When values first come to a level, between samples by a straight line; NaN where they never do."""
+    above = np.flatnonzero(values >= level)
+    if not above.size:
+        return np.nan
+    k = int(above[0])
+    if k == 0:
+        return float(times[0])
+    return float(np.interp(level, values[k - 1 : k + 1], times[k - 1 : k + 1]))
+
+
+def first_passing(levels: Array, excess: Array) -> float:
+    """Level at which ``excess`` first passes zero, linear between points; infinity if it never does."""
+    over = np.flatnonzero(excess > 0.0)
+    if not over.size:
+        return np.inf
+    k = int(over[0])
+    if k == 0 or not np.isfinite(excess[k - 1]):
+        return float(levels[k])
+    before, after = excess[k - 1], excess[k]
+    return float(levels[k - 1] + (levels[k] - levels[k - 1]) * before / (before - after))

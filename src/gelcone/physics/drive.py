@@ -20,7 +20,7 @@ from gelcone.physics.implicit import traced
 from gelcone.quantity import Array, Quantity
 
 PHASES = 720
-"""Phases of a period at which a shape is evaluated for its peak and its mean square."""
+"""Phases of a period at which a shape is sampled, as for its peak."""
 
 VOLTAGE = {
     "voltage": Quantity("v", "voltage amplitude Phi sqrt(eps/mu)/H", 0.5, lower=0.0, scale="voltage"),
@@ -29,9 +29,6 @@ VOLTAGE = {
 }
 """What every waveform takes; one with more numbers adds them: ``parameters = VOLTAGE | {...}``."""
 
-
-NODES = 24
-"""Of Gauss's quadrature in each piece."""
 
 PIECE = ("piece_begin", "piece_0", "piece_1", "piece_2", "piece_3", "gate")
 """Numbers of a waveform with pieces: the time of the corner that was passed last, the terms of the cubic of the phase
@@ -183,10 +180,6 @@ class Waveform(Component):
         """Largest absolute value of the voltage."""
         return np.abs(self.samples(n)).max(axis=-1)[()]
 
-    def mean_square(self, n: Numbers) -> Any:
-        """Mean of the squared voltage over a period."""
-        return np.square(self.samples(n)).mean(axis=-1)[()]
-
 
 class Pieced(Waveform):
     """A waveform of pieces: each is a cubic of the phase since its corner, and a gate times a carrier.
@@ -329,25 +322,6 @@ class Pieced(Waveform):
         high, low = np.max(values, axis=(0, -1)), np.min(values, axis=(0, -1))
         at = [np.asarray(n["voltage_bias"]) + np.asarray(n["voltage"]) * level for level in (high, low)]
         return np.maximum(np.abs(at[0]), np.abs(at[1]))[()]
-
-    def mean_square(self, n: Numbers) -> Any:
-        """Mean of the squared voltage over a repeat, by quadrature of each piece, which is exact for cubics."""
-        table = self.table(n)
-        lengths = np.diff(table.begins, axis=-1, append=table.begins[..., :1] + 2.0 * np.pi)
-        places, weights = np.polynomial.legendre.leggauss(NODES)
-        total: Any = 0.0
-        own = {name: np.asarray(value)[..., None] for name, value in n.items()}
-        for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-            s = place * lengths
-            terms = dict(zip(PIECE[1:], np.moveaxis(table.terms, -1, 0), strict=True))
-            shape = self.shape(table.begins + s, {**own, **terms, "since": s})
-            voltage = self._voltage(shape, {**own, **terms})
-            total = total + (weight * lengths * voltage * voltage).sum(axis=-1)
-        return (total / (2.0 * np.pi))[()]
-
-    def _voltage(self, shape: Any, n: Numbers) -> Any:
-        """The voltage of a shape, with the numbers of its piece."""
-        return n["voltage_bias"] + n["voltage"] * shape
 
 
 def of_points(begins: Any, values: Any) -> Array:

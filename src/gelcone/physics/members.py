@@ -296,7 +296,7 @@ class Members(Ensemble):
         system, n = self.system, self.own_numbers
         if system.planar:
             return self.rate
-        slopes = system.slopes(np.zeros(self.shape), list(self.start_states((0.0, 0.0)).T), n)
+        _, slopes = system.rates_and_slopes(np.zeros(self.shape), list(self.start_states((0.0, 0.0)).T), n)
         decays = [spread(np.abs(row[i + 1]), self.shape) for i, row in enumerate(slopes) if i > 1]
         with np.errstate(invalid="ignore"):
             return np.fmax.reduce([self.rate, *decays])

@@ -299,9 +299,9 @@ class PairBalance(StaticBalance):
         at = [i + 1 for i, *_ in losses]
         return np.insert(x, at, [row[1] for row in losses]), np.insert(voltage, at, [row[2] for row in losses])
 
-    def folds(self, highest: float = HIGHEST_FOLD) -> list[tuple[float, float]]:
-        """(voltage, displacement) of all folds up to a voltage, in that order."""
-        rows = [row for curve in self._followed(highest) for row in self._losses(*curve) if row[3] == PullIn.FOLD]
+    def folds(self) -> list[tuple[float, float]]:
+        """(voltage, displacement) of all folds up to `HIGHEST_FOLD`, in that order."""
+        rows = [row for curve in self._followed(HIGHEST_FOLD) for row in self._losses(*curve) if row[3] == PullIn.FOLD]
         return sorted((level, place) for _, place, level, _ in rows)
 
     def pitchfork(self) -> float:

@@ -101,12 +101,7 @@ class ConeSystem(Structure):
     def source_charges(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Charge on the films of each line, which its source has to deliver."""
         moment = self._moment(tau, z, n, np)
-        return [
-            line.circuit.stored(
-                moment.port(line), moment.voltage(line), self.states_of(z, "line", line.prefix), line.own(moment.n)
-            )
-            for line in self.lines
-        ]
+        return [moment.stored(line) for line in self.lines]
 
     def source_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
         """Rates of change of these voltages."""
@@ -178,7 +173,7 @@ class ConeSystem(Structure):
         if self.planar:
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
         if not traced(xp):
-            return rates, [row[1:] for row in self.slopes(tau, z, n)]
+            return rates, [row[1:] for row in self.rates_and_slopes(tau, z, n)[1]]
         own, charges = self.deviating(tau, z, n, xp)
         slopes = jacobian(own, z)
         for place, charge in charges.items():
@@ -214,14 +209,9 @@ class ConeSystem(Structure):
             found[place] = self._values(leaves, slopes, tau, z, n)
         return found
 
-    def slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[list[Any]]:
-        """Derivatives [i][j] of the rate of state i, by time (j = 0) or by state j - 1, of numbers or arrays."""
-        leaves, rows = _slopes_of(self)
-        flat = self._values(leaves, [slope for row in rows for slope in row], tau, z, n)
-        return [flat[i * len(rows[0]) : (i + 1) * len(rows[0])] for i in range(len(rows))]
-
     def rates_and_slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change with their `slopes`, of numbers or arrays."""
+        """Rates of change, and derivatives [i][j] of that of state i, by time (j = 0) or by state j - 1, of numbers or
+        arrays."""
         leaves, rows = _rates_and_slopes_of(self)
         flat, size = self._values(leaves, [node for row in rows for node in row], tau, z, n), len(rows[0])
         found = [flat[i * size : (i + 1) * size] for i in range(len(rows))]
@@ -388,10 +378,6 @@ class ConeSystem(Structure):
             return 2.0 * n[BIAS_SHARE] * first
         return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
 
-    def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The V on the first film above which it has no state."""
-        return self.films[0].highest_squared(x, n)
-
     # --- where the films have a state --------------------------------------------------------------------------------
 
     def pulled_in(self, x: Any, squared: Any, n: Numbers) -> Any:
@@ -446,13 +432,6 @@ def _leaves(system: ConeSystem) -> tuple[Graph, dict[str, Node], Node, list[Node
     z = [graph.state(i) for i in range(len(system.states))]
     n = {name: graph.switch(name) for name in system.numbers}
     return graph, {"time": graph.time} | {f"state {i}": leaf for i, leaf in enumerate(z)} | n, graph.time, z, n
-
-
-@lru_cache(maxsize=64)
-def _slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
-    """The leaves of a graph, and in it what `ConeSystem.slopes` gives."""
-    graph, leaves, time, z, n = _leaves(system)
-    return leaves, jacobian([graph.node(rate) for rate in system.rates(time, z, n, graph)], [time, *z])
 
 
 @lru_cache(maxsize=64)

@@ -45,9 +45,6 @@ class Sine(Waveform):
     def peak(self, n: Numbers) -> Any:
         return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
 
-    def mean_square(self, n: Numbers) -> Any:
-        return np.square(n["voltage_bias"]) + 0.5 * np.square(n["voltage"])
-
 
 def _check_flags(name: str, **flags: Any) -> None:
     """`InputError` for what is neither true nor false."""
@@ -178,9 +175,6 @@ class HalfWave(Pieced):
         gate = self._at(tau, phase, n, xp)["gate"]
         return gate * (n["voltage_bias"] + n["voltage"] * xp.sin(phase))
 
-    def _voltage(self, shape: Any, n: Numbers) -> Any:
-        return n["gate"] * n["voltage_bias"] + n["voltage"] * shape
-
     def samples(self, n: Numbers) -> Array:
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
         phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
@@ -225,10 +219,6 @@ class Burst(Pieced):
 
     def peak(self, n: Numbers) -> Any:
         return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
-
-    def mean_square(self, n: Numbers) -> Any:
-        share = self.cycles / self.period_in_cycles
-        return np.square(n["voltage_bias"]) + 0.5 * share * np.square(n["voltage"])
 
 
 @dataclass(frozen=True)
@@ -329,13 +319,6 @@ class Harmonics(Waveform):
 
     def detail(self, n: Numbers) -> Any:
         return max(int(k) for k, _, _ in self.terms)
-
-    def mean_square(self, n: Numbers) -> Any:
-        total = {int(k): 0.0j for k, _, _ in self.terms}
-        for k, a, phi in self.terms:
-            total[int(k)] += a * np.exp(1j * phi)
-        power = 0.5 * sum(abs(one) ** 2 for one in total.values())
-        return np.square(n["voltage_bias"]) + power * np.square(n["voltage"])
 
 
 def multisine(lowest: int, highest: int, seed: int = 0) -> Harmonics:

@@ -35,17 +35,6 @@ def pack(head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> by
     return b"".join([struct.pack("<I", len(text)), text, *parts])
 
 
-def unpack(frame: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Head and arrays of a frame; what the page does in JavaScript."""
-    (length,) = struct.unpack_from("<I", frame)
-    head = json.loads(frame[4 : 4 + length])
-    arrays = {
-        name: np.frombuffer(frame, dtype=f"<{kind}", count=count, offset=4 + length + at)
-        for name, kind, at, count in head["arrays"]
-    }
-    return head, arrays
-
-
 def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(name): _finite(part) for name, part in value.items()}

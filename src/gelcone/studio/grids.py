@@ -24,7 +24,7 @@ from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
 from gelcone.motion.attractor.classification import RETURNS
 from gelcone.motion.limits import limits_cells
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.physics.film.pull_in import CurveKey, PullInCurve, curve_of
 from gelcone.physics.members import Members
 from gelcone.physics.statics import RestKey, kept_rests
@@ -166,8 +166,8 @@ def load() -> None:
 
 
 def find_pull_in(source: Source) -> float:
-    """`look.pull_in_of` a subject."""
-    return look.pull_in_of(source.subject().model)
+    """`look.PULL_INS.of` a subject."""
+    return look.PULL_INS.of(source.subject().model)
 
 
 def make_membrane(source: Source, periods: float) -> bool:
@@ -186,8 +186,8 @@ def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None
 
 
 def find_static(source: Source) -> xr.Dataset:
-    """`look.static_of` a subject."""
-    return look.static_of(source.subject().model)
+    """`look.STATICS.of` a subject."""
+    return look.STATICS.of(source.subject().model)
 
 
 def find_profiles(source: Source, film: int) -> look.Parts:
@@ -215,7 +215,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         cells = cells_of(subject, axes)
     except InputError:
         if count == 1:
-            return _impossible(len(subject.model.system.states))
+            return _impossible()
         parts = [_kinds(subject, {name: [texts[i]] for name, texts in axes.items()}) for i in range(count)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
@@ -232,7 +232,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     }
 
 
-def _impossible(states: int) -> dict[str, Any]:
+def _impossible() -> dict[str, Any]:
     nothing = np.full(1, np.nan)
     regime = np.full(1, IMPOSSIBLE, dtype=np.uint8)
     section = np.full((1, RETURNS), np.nan)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -21,8 +21,9 @@ from gelcone.motion.equilibrium import static
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.section import section_cells
-from gelcone.motion.settle import LONGEST_TIME, start_states
+from gelcone.motion.settle import LONGEST_TIME
 from gelcone.motion.spectrum import spectrum_cells
+from gelcone.motion.start import start_states
 from gelcone.motion.validity import broken_by_film
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.membrane import MembraneFilm
@@ -359,8 +360,6 @@ def spectrum(subject: Subject) -> Parts:
 DRIVEN = ("voltage", "drive_frequency", "damping_ratio", "waveform", "circuit")
 """Parameters on which equilibria under a constant voltage do not depend."""
 MOST_STATICS = 32
-_statics: dict[str, xr.Dataset] = {}
-_pull_ins: dict[str, float] = {}
 
 
 def _body(model: ConeModel) -> str:
@@ -373,58 +372,51 @@ def _levels(model: ConeModel) -> float:
     return float(2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3))))
 
 
-def static_of(model: ConeModel) -> xr.Dataset:
-    """`gelcone.static` past the peak voltage, which takes seconds for films that wrinkle; kept while only the drive
-    changes."""
-    key = f"{_levels(model)} {_body(model)}"
-    if key not in _statics:
-        keep_static(model, static(model, np.linspace(0.0, _levels(model), STATIC_LEVELS)))
-    return _statics[key]
+T = TypeVar("T")
 
 
-def keep_static(model: ConeModel, found: xr.Dataset) -> None:
-    """Keeps what `static_of` found of a model elsewhere."""
-    _kept(_statics, f"{_levels(model)} {_body(model)}", found)
+class Answers(Generic[T]):
+    """Answers about models by a ``key``, found by a function and stored for `MOST_STATICS` keys."""
+
+    def __init__(self, key: Callable[[ConeModel], str], find: Callable[[ConeModel], T]) -> None:
+        self._key, self._find = key, find
+        self.stored: dict[str, T] = {}
+
+    def of(self, model: ConeModel) -> T:
+        """The answer, from the store where it is there."""
+        if not self.has(model):
+            self.keep(model, self._find(model))
+        return self.stored[self._key(model)]
+
+    def keep(self, model: ConeModel, found: T) -> None:
+        """Stores an answer that was found elsewhere."""
+        if len(self.stored) >= MOST_STATICS:
+            self.stored.clear()
+        self.stored[self._key(model)] = found
+
+    def has(self, model: ConeModel) -> bool:
+        """Whether `of` answers at once."""
+        return self._key(model) in self.stored
 
 
-def pull_in_of(model: ConeModel) -> float:
-    """`performance.pull_in`, kept while only the drive changes."""
-    key = _body(model)
-    if key not in _pull_ins:
-        keep_pull_in(model, performance.pull_in(model))
-    return _pull_ins[key]
-
-
-def keep_pull_in(model: ConeModel, found: float) -> None:
-    """Keeps what `pull_in_of` found of a model elsewhere."""
-    _kept(_pull_ins, _body(model), found)
-
-
-def _kept(store: dict[str, Any], key: str, found: Any) -> None:
-    if len(store) >= MOST_STATICS:
-        store.clear()
-    store[key] = found
-
-
-def has_static(model: ConeModel) -> bool:
-    """Whether `static_of` answers at once."""
-    return f"{_levels(model)} {_body(model)}" in _statics
-
-
-def has_pull_in(model: ConeModel) -> bool:
-    """Whether `pull_in_of` answers at once."""
-    return _body(model) in _pull_ins
+STATICS: Answers[xr.Dataset] = Answers(
+    lambda model: f"{_levels(model)} {_body(model)}",
+    lambda model: static(model, np.linspace(0.0, _levels(model), STATIC_LEVELS)),
+)
+"""`gelcone.static` past the peak voltage, which takes seconds for films that wrinkle."""
+PULL_INS: Answers[float] = Answers(_body, performance.pull_in)
+"""`performance.pull_in`; like statics, it does not change with the drive."""
 
 
 def margins(subject: Subject) -> Parts:
     """The static pull-in voltage, and how near the drive's peak is to it."""
-    numbers = {performance.PULL_INS[film_of(subject.model)]: pull_in_of(subject.model)}
+    numbers = {performance.PULL_INS[film_of(subject.model)]: PULL_INS.of(subject.model)}
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
 def statics(subject: Subject) -> Parts:
     """The equilibria over a constant voltage, stable where the slope is positive, and the voltages that matter."""
-    result = static_of(subject.model)
+    result = STATICS.of(subject.model)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
     marks = {

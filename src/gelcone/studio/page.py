@@ -242,7 +242,7 @@ class Page:
         if request["stands"]:
             return await self._make_membrane(request)
         model = subject.model
-        kept = look.has_pull_in(model), "statics" in request["panels"] and look.has_static(model)
+        kept = look.PULL_INS.has(model), "statics" in request["panels"] and look.STATICS.has(model)
         if kept[0]:
             await self._add("numbers", request, look.margins, subject)
         if kept[1]:
@@ -328,10 +328,10 @@ class Page:
         """Pull-in, and the equilibria where they are shown, of which none is kept yet."""
         if not kept[0]:
             with suppress(InputError):
-                look.keep_pull_in(subject.model, await work.do(find_pull_in, source))
+                look.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
                 await self._add("numbers", request, look.margins, subject)
         if "statics" in request["panels"] and not kept[1]:
-            look.keep_static(subject.model, await work.do(find_static, source))
+            look.STATICS.keep(subject.model, await work.do(find_static, source))
             await self._add("statics", request, look.statics, subject)
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:

@@ -7,6 +7,7 @@ from engine_systems import Cone, assembly, cone_numbers
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine import program as programs
 from gelcone.motion.engine import run as runs
+from gelcone.motion.engine.loop import module_text
 from gelcone.motion.engine.program import Program
 
 MEMBERS = 45
@@ -97,7 +98,7 @@ def test_a_processor_without_wide_vectors(kind):
         pytest.skip("the processors named here are of another kind")
     haswell = compiler.Machine(host.triple, "haswell", "")
     program = Program(Cone(), keep, tolerance, machine=haswell)
-    text = assembly(program.module_text(8), haswell)
+    text = assembly(module_text(program._plan(8)), haswell)
     assert "zmm" not in text
     assert "vfmadd" in text
     assert_same_bits(raw, run(program))

@@ -12,6 +12,7 @@ from engine_systems import Cone, assembly, cone_numbers
 
 from gelcone import disk_cache
 from gelcone.motion.engine import compile as compiler
+from gelcone.motion.engine.loop import module_text
 from gelcone.motion.engine.program import Program
 from gelcone.motion.flow import integrate
 from gelcone.presets import find_preset
@@ -163,7 +164,7 @@ OTHERS = [
 def test_code_for_other_systems_calls_nothing_from_outside(triple, processor, magic, allowed):
     machine = compiler.Machine(triple, processor, "")
     for keep in ("states", "tangents"):
-        text = Program(Cone(), keep, 1e-6).module_text(machine.vector)
+        text = module_text(Program(Cone(), keep, 1e-6)._plan(machine.vector))
         assert re.match(magic, compiler.object_code(text, machine), re.DOTALL)
         words = assembly(text, machine)
         defined = set(re.findall(r"^([\w.$]+):", words, re.MULTILINE))

@@ -15,7 +15,6 @@ from gelcone.paper.studies import limits
 from gelcone.paper.studies.limits import (
     STARTS,
     STEP,
-    _quarter,
     _reach,
     beyond,
     limit_map,
@@ -54,10 +53,6 @@ def test_the_period_of_the_free_oscillator_is_that_of_its_energy():
     for k in (20, 30):
         assert ratio[k] == pytest.approx(4.0 * quarter(amplitudes[k]) / (2.0 * np.pi / np.sqrt(kappa)), rel=1e-4)
     assert (found["outcome"] == Outcome.OK).all()
-
-
-def test_a_quarter_is_where_a_line_crosses_zero():
-    assert _quarter(np.array([0.0, 1.0, 2.0, 3.0]), np.array([4.0, 3.0, -1.0, -2.0])) == 1.75
 
 
 def test_the_reach_is_where_the_film_meets_its_limit():

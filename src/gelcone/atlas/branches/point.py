@@ -117,14 +117,12 @@ def along(start: Point, direction: Direction, by: float) -> Direction:
     return Direction(start.nodes + by * direction.nodes, start.value + by * direction.value)
 
 
-def correct(
-    shooting: Shooting, guess: Direction, plane: Direction, metric: Metric, most: int = CORRECTIONS
-) -> Corrected:
+def correct(shooting: Shooting, guess: Direction, plane: Direction, metric: Metric) -> Corrected:
     """The orbit nearest to ``guess`` in the plane through it that is normal to ``plane``."""
     nodes, value, first, before = guess.nodes, guess.value, np.inf, np.inf
     rows, corner = metric.row(plane)
     top = np.array([[0.0, 1.0]])
-    for _ in range(most):
+    for _ in range(CORRECTIONS):
         found = shooting.run(nodes, (value,))
         if not found.arrived:
             return Corrected(None, True, first)

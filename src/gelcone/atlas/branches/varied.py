@@ -22,7 +22,7 @@ from gelcone.devices.si import STATE, device_attributes
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.orbit import Kind, Settings, Shooting, repeat_phase, segments_for
-from gelcone.motion.settle import complete, start_states
+from gelcone.motion.start import complete, start_states
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 

@@ -24,8 +24,9 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
 from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
+from gelcone.motion.columns import Columns
+from gelcone.motion.exponents import average, bound_shear, shear_level
 from gelcone.motion.flow import integrate
-from gelcone.motion.lyapunov import average, bound_shear, shear_level
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
 from gelcone.motion.validity import unknown
 from gelcone.motion.zero_one import zero_one
@@ -54,7 +55,7 @@ REGULAR_K = 0.2
 
 
 @dataclass
-class Evidence:
+class Evidence(Columns):
     """All that is known of each member; arrays (members, ...).
 
     ``regime`` (a `Regime`), ``period`` in forcing periods (0: none), ``symmetric`` under x -> -x, ``return_distance``
@@ -146,10 +147,6 @@ class Evidence:
             fate_share=zeros(float, FATES),
             followed=np.ones(count, dtype=np.int64),
         )
-
-    def take(self, rows: Any) -> Evidence:
-        """The evidence of some members."""
-        return Evidence(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
 
     @classmethod
     def join(cls, parts: list[Evidence]) -> Evidence:

@@ -8,12 +8,13 @@ Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7. Rest is a cyc
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.motion.columns import Columns
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import newton
 from gelcone.motion.settle import Clock, clocks
@@ -41,7 +42,7 @@ REST_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Cycles:
+class Cycles(Columns):
     """The cycles near some motions; arrays (members, ...).
 
     ``found``; ``period`` in forcing periods; ``extent`` (the larger one of its displacement and velocity);
@@ -77,15 +78,6 @@ class Cycles:
             time=np.zeros(count),
             point=np.full((count, states), np.nan),
         )
-
-    def take(self, rows: Any) -> Cycles:
-        """The cycles of some members."""
-        return Cycles(**{f.name: getattr(self, f.name)[rows] for f in fields(self)})
-
-    def put(self, rows: Any, other: Cycles) -> None:
-        """Replaces the cycles of some members."""
-        for f in fields(self):
-            getattr(self, f.name)[rows] = getattr(other, f.name)
 
     @property
     def sign(self) -> npt.NDArray[np.int8]:

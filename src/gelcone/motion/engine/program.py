@@ -13,7 +13,6 @@ import numpy.typing as npt
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.laws import Keep, System, traced_plan
-from gelcone.motion.engine.loop import module_text
 from gelcone.motion.engine.machine_code import Compiled, aligned, each
 from gelcone.motion.engine.plan import (
     ARRIVED,
@@ -129,10 +128,6 @@ class Program:
 
     def _plan(self, width: int) -> Plan:
         return Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
-
-    def module_text(self, width: int) -> str:
-        """The LLVM module that is compiled for this many lanes."""
-        return module_text(self._plan(width))
 
     def _best_width(self, members: int, threads: int) -> int:
         """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step

@@ -162,9 +162,7 @@ class Jet:
         }
         for equation in equations:
             own = self._blocks[equation.root.index]
-            if len(own) == 1:
-                self._correct_root(equation, addresses[equation.root.index])
-            elif equation is own[-1]:
+            if equation is own[-1]:
                 self._correct_roots(own, [addresses[one.root.index] for one in own])
         self._run(rates, followed, moving, equations, order)
         self.borders = [self._coefficients[border.index][: highest + 1] for border, highest in borders]
@@ -223,43 +221,9 @@ class Jet:
             values[node.index] = evaluate(self._f, node, arguments)
         return values[node.index]
 
-    def _correct_root(self, equation: Equation, address: Value) -> None:
-        """Newton's method from the value at ``address``, lane by lane until nothing is left to correct; where none
-        is there (NaN), from the first guess."""
-        f = self._f
-        before = f.load(address)
-        unknown = f.compare("uno", before, before)
-        with f.when(f.anywhere(unknown)):
-            f.store(f.choose(unknown, self._first(equation.first, {}), before), address)
-        others: dict[int, Value] = {}
-        for node in equation.others:
-            value = self._first(node, others)
-            if not self._coefficients.get(node.index, [value]) and node.index not in self._inlined:
-                self._coefficients[node.index].append(value)
-        going, count = f.slot(), f.slot()
-        f.store(f.real(1.0), going)
-        f.store_whole("0", count)
-        with f.repeat() as out:
-            value = f.load(address)
-            values = others | {equation.root.index: value}
-            residual = self._first(equation.residual, values)
-            slope = self._searched(equation, self._first(equation.slope, values), residual, value)
-            step = self._short(f.divide(residual, slope), value, equation, f.compare("ogt", slope, f.real(0.0)))
-            moves = f.compare("ogt", f.load(going), f.real(0.0))
-            corrected = f.choose(moves, f.subtract(value, step), value)
-            f.store(corrected, address)
-            size = f.larger(f.absolute(corrected), f.real(1.0))
-            large = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), size))
-            large = f.both(moves, large)
-            f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
-            corrections = f.new(f"add i64 {f.load_whole(count)}, 1")
-            f.store_whole(corrections, count)
-            f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
-            f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
-        self._coefficients[equation.root.index] = [f.load(address)]
-
     def _correct_roots(self, block: Sequence[Equation], addresses: Sequence[Value]) -> None:
-        """The same for two roots that depend on each other."""
+        """Newton's method for one root, or two that depend on each other, from the values at ``addresses``, lane by
+        lane until nothing is left to correct; where none is there (NaN), from the first guess."""
         f = self._f
         for equation, address in zip(block, addresses, strict=True):
             before = f.load(address)
@@ -275,20 +239,12 @@ class Jet:
         f.store(f.real(1.0), going)
         f.store_whole("0", count)
         with f.repeat() as out:
-            before_all = [f.load(address) for address in addresses]
-            values = others | {equation.root.index: v for equation, v in zip(block, before_all, strict=True)}
-            residuals = [self._first(equation.residual, values) for equation in block]
-            slopes = self._slopes_of_block(block, values)
-            for k, equation in enumerate(block):
-                slopes[k][k] = self._searched(equation, slopes[k][k], residuals[k], before_all[k])
-            inverse, determinant = self._inverse(slopes)
-            rising = f.both(f.compare("ogt", determinant, f.real(0.0)), f.compare("ogt", slopes[0][0], f.real(0.0)))
+            roots = [f.load(address) for address in addresses]
+            steps = self._steps(block, roots, others)
             moves = f.compare("ogt", f.load(going), f.real(0.0))
             large = None
-            for equation, value, address, row in zip(block, before_all, addresses, inverse, strict=True):
-                step = f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1]))
-                step = self._short(step, value, equation, rising)
-                corrected = f.choose(moves, f.subtract(value, step), value)
+            for root, address, step in zip(roots, addresses, steps, strict=True):
+                corrected = f.choose(moves, f.subtract(root, step), root)
                 f.store(corrected, address)
                 size = f.larger(f.absolute(corrected), f.real(1.0))
                 moved = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), size))
@@ -302,6 +258,28 @@ class Jet:
             f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
         for equation, address in zip(block, addresses, strict=True):
             self._coefficients[equation.root.index] = [f.load(address)]
+
+    def _steps(self, block: Sequence[Equation], roots: Sequence[Value], others: dict[int, Value]) -> list[Value]:
+        """Newton's steps of one root or two."""
+        f = self._f
+        values = others | {equation.root.index: root for equation, root in zip(block, roots, strict=True)}
+        residuals = [self._first(equation.residual, values) for equation in block]
+        if len(block) == 1:
+            (equation,), (root,), (residual,) = block, roots, residuals
+            slope = self._searched(equation, self._first(equation.slope, values), residual, root)
+            rising = f.compare("ogt", slope, f.real(0.0))
+            return [self._short(f.divide(residual, slope), root, equation, rising)]
+        slopes = self._slopes_of_block(block, values)
+        for k, equation in enumerate(block):
+            slopes[k][k] = self._searched(equation, slopes[k][k], residuals[k], roots[k])
+        inverse, determinant = self._inverse(slopes)
+        rising = f.both(f.compare("ogt", determinant, f.real(0.0)), f.compare("ogt", slopes[0][0], f.real(0.0)))
+        return [
+            self._short(
+                f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1])), root, equation, rising
+            )
+            for equation, root, row in zip(block, roots, inverse, strict=True)
+        ]
 
     def _searched(self, equation: Equation, slope: Value, residual: Value, value: Value) -> Value:
         """The slope that the search takes; where its steps are bounded, that of the residual over the root, times the

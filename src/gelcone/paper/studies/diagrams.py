@@ -13,7 +13,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.dataset import Table, attributes, columns
 from gelcone.motion.floquet import floquet_multipliers
 from gelcone.motion.lyapunov import finite_exponents
-from gelcone.motion.settle import complete
+from gelcone.motion.start import complete
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import WRINKLING
 from gelcone.paper.studies.cascade import cascade

@@ -13,8 +13,8 @@ from gelcone.dataset import attributes
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import complete, start_states
 from gelcone.motion.settled import swing
+from gelcone.motion.start import complete, start_states
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.reading import STARTS
@@ -22,6 +22,7 @@ from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study
+from gelcone.physics.bracket import first_passing
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
     times = linear * np.linspace(0.0, 1.2, 4001)
     states = np.stack([amplitudes, np.zeros_like(amplitudes)], axis=1)
     run = integrate(model, states, times)
-    period = np.array([_quarter(times, x) * 4.0 for x in run.states[..., 0]])
+    period = np.array([first_passing(times, -x) * 4.0 for x in run.states[..., 0]])
     progress(1.0)
     return dataset.label(
         model,
@@ -53,13 +54,6 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
         options={},
         title="linear limit",
     )
-
-
-def _quarter(times: Any, displacement: Any) -> float:
-    """First time at which the displacement is zero, by linear interpolation between close samples."""
-    k = int(np.flatnonzero(displacement <= 0.0)[0])
-    before, after = displacement[k - 1], displacement[k]
-    return float(times[k - 1] + (times[k] - times[k - 1]) * before / (before - after))
 
 
 def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:

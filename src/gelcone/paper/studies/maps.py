@@ -11,7 +11,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
-from gelcone.motion.settle import complete
+from gelcone.motion.start import complete
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.diagrams import FINITE, rest_stability
 from gelcone.paper.studies.samples import MODES

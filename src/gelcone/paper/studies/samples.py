@@ -14,7 +14,7 @@ import numpy as np
 
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
-from gelcone.motion.settle import complete
+from gelcone.motion.start import complete
 from gelcone.paper import reading
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import WRINKLING

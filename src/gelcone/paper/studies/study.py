@@ -12,7 +12,7 @@ import numpy as np
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import default_transient
 from gelcone.motion.regime import label_evidence
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import CREEPING, MEMBRANE, WRINKLING
 from gelcone.physics.model import ConeModel

@@ -17,7 +17,7 @@ from gelcone.dataset import attributes
 from gelcone.motion.lyapunov import finite_exponents
 from gelcone.motion.response import simulate
 from gelcone.motion.section import section
-from gelcone.motion.settle import start_states
+from gelcone.motion.start import start_states
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import WRINKLING
 from gelcone.paper.studies.study import OF_MOTION, Progress, Study, about, kinds_of, merged

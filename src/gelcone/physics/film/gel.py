@@ -74,20 +74,19 @@ class GelFilm(Film):
         q = 1.0 + x * x
         return n["A"] * q + n["B"] + n["G"] / q - 3.0
 
-    def cone_state(self, q: Any, voltage: Any, n: Numbers) -> FilmState:
-        """Stretches and true stresses where the squared slant is q."""
-        invariant = n["A"] * q + n["B"] + n["G"] / q - 3.0
-        response, squared = self.law.response(invariant, n), voltage * voltage
-        l1, l2 = np.sqrt(n["A"] * q), np.sqrt(n["B"]) + 0.0 * q
-        l3 = 1.0 / (l1 * l2)
+    def ring_state(self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)) -> FilmState:
+        """Stretches and true stresses of a ring of the squared lengths m and ``width`` over the mounted ones; ``more``
+        are stresses besides the law's."""
+        ring = self.traced_ring(m, width, np.square(voltage), n, np, more)
+        l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
         return FilmState(
             meridional_stretch=l1,
             hoop_stretch=l2,
-            thickness_stretch=l3,
-            meridional_stress=(l1 * l1 - l3 * l3) * response - squared * q,
-            hoop_stress=(l2 * l2 - l3 * l3) * response - squared * q,
-            true_field=np.abs(voltage) * np.sqrt(q),
-            limit_share=invariant / self.law.strain_limit(n),
+            thickness_stretch=1.0 / (l1 * l2),
+            meridional_stress=ring.meridional_stress,
+            hoop_stress=ring.hoop_stress,
+            true_field=np.abs(voltage) * np.sqrt(m * width),
+            limit_share=ring.limit_share,
         )
 
     def traced_ring(

@@ -161,9 +161,6 @@ class TautCone(BranchedFilm):
         return found._replace(limit_share=xp.maximum(found.limit_share, self.viscous.limit_share(q, 1.0, y, n, xp)))
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        found = self.cone_state(1.0 + np.square(x), voltage, n)
-        if not (self.branches and y):
-            return found
-        along, across = self.viscous.stresses(1.0 + np.square(x), 1.0, y, n)
-        stresses = {"meridional_stress": found.meridional_stress + along, "hoop_stress": found.hoop_stress + across}
-        return found._replace(**stresses)
+        q, width = 1.0 + np.square(x), 1.0 + 0.0 * x
+        own = self.viscous.stresses(q, width, y, n) if self.branches and y else (0.0, 0.0)
+        return self.ring_state(q, width, voltage, n, own)

@@ -281,25 +281,12 @@ class WrinklingCone(TautCone):
         self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)
     ) -> FilmState:
         """Of a ring of those squared lengths, over the mounted ones; ``more`` are stresses besides the law's."""
-        squared = np.square(voltage)
-        l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
-        l3 = 1.0 / (l1 * l2)
-        strain = l1 * l1 + l2 * l2 + l3 * l3 - 3.0
-        response, field = self.law.response(strain, n), squared * (m * width)
-
-        def stress(stretch: Any, own: Any) -> Any:
-            tension = (stretch * stretch - l3 * l3) * response - field + own
-            return np.where(np.isnan(tension), np.nan, np.maximum(tension, 0.0))[()]
-
-        return FilmState(
-            meridional_stretch=l1,
-            hoop_stretch=l2,
-            thickness_stretch=l3,
-            meridional_stress=stress(l1, more[0]),
-            hoop_stress=stress(l2, more[1]),
-            true_field=np.abs(voltage) * np.sqrt(m * width),
-            limit_share=strain / self.law.strain_limit(n),
+        found = self.ring_state(m, width, voltage, n, more)
+        along, across = (
+            np.where(np.isnan(stress), np.nan, np.maximum(stress, 0.0))[()]
+            for stress in (found.meridional_stress, found.hoop_stress)
         )
+        return found._replace(meridional_stress=along, hoop_stress=across)
 
     def describe(self) -> str:
         ends = _STUDIES[self.pull_in] + self.viscous.words

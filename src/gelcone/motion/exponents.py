@@ -1,0 +1,212 @@
+"""Averages of the growth of deviations: Lyapunov exponents with their standard errors.
+
+The error is that of the mean over at least 100 blocks, each a whole number of forcing periods: the longer the blocks,
+the less of what the motion remembers from one to the next is missed, and the averaging continues until longer blocks
+give no larger errors (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.motion.settle import STRETCH, Clock, clocks
+from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
+from gelcone.physics.members import Members
+from gelcone.quantity import Array
+
+FEWEST_BLOCKS = 100
+"""Fewest blocks that give an error; fewer give a sign at best."""
+GROWING = 1.15
+"""Errors grow still when those of the longest blocks exceed those of half the length by this factor, twice what chance
+makes of 100 blocks."""
+LAST_BLOCKS = 16
+"""Where they grow still and the budget is spent, the largest error of any blocks counts, as long as there is this
+number.
+"""
+BUDGET, PRECISE_BUDGET = 20_000.0, 1e7
+"""Longest averaging time by default, without and with a precision that is asked for."""
+SHEAR = 5.0
+"""Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
+that is this many times larger is positive."""
+STEADY = 0.05
+"""Halves of the averaging time whose exponents differ by less than this share agree, however small their errors are."""
+RUNNING_POINTS = 200
+
+
+@dataclass(frozen=True)
+class Exponents:
+    """The exponents of all members after averaging: ``values`` and ``standard_error`` (members, N), ``time`` averaged
+    over, ``divergence`` (members,), the mean trace of the Jacobian over that time, ``sign`` of the largest (-1 or 1
+    when certain, 0 when the budget did not suffice), ``outcome``; ``running`` (members, points, 2): averaged time and
+    largest exponent so far; ``states`` (members, N) at the end."""
+
+    values: Array
+    standard_error: Array
+    time: Array
+    divergence: Array
+    sign: npt.NDArray[np.int8]
+    outcome: npt.NDArray[np.int8]
+    running: Array
+    states: Array
+
+
+def average(
+    members: Members,
+    states: Array,
+    *,
+    budget: float | None = None,
+    precision: float | None = None,
+    stretch: float = STRETCH,
+    **flow_options: Any,
+) -> Exponents:
+    """Averages from ``states`` (members, N) at phase 0 until the sign of the largest exponent is certain, and its
+    standard error at most ``precision`` where that is given.
+
+    Members with NaN states are left out. ``budget`` is the longest averaging time, at least `FEWEST_BLOCKS` blocks;
+    ``stretch`` as in `clocks`.
+    """
+    if budget is None:
+        budget = BUDGET if precision is None else PRECISE_BUDGET
+    goal = _Goal(budget, np.inf if precision is None else precision)
+    count, size = states.shape
+    result = Exponents(
+        values=np.full((count, size), np.nan),
+        standard_error=np.full((count, size), np.nan),
+        time=np.zeros(count),
+        divergence=np.full(count, np.nan),
+        sign=np.zeros(count, dtype=np.int8),
+        outcome=np.zeros(count, dtype=np.int8),
+        running=np.full((count, RUNNING_POINTS, 2), np.nan),
+        states=np.full((count, size), np.nan),
+    )
+    runs = np.asarray(np.isfinite(states).all(axis=1))
+    for group, clock in clocks(members, stretch):
+        rows = group[runs[group]]
+        if rows.size:
+            own = clock.take(runs[group])
+            _average_group(members.take(rows), states[rows], own, rows, goal, result, flow_options)
+    return result
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """When an average ends: at the latest after the time ``budget``, not before the error is down to ``precision``."""
+
+    budget: float
+    precision: float
+
+
+def _average_group(
+    members: Members,
+    states: Array,
+    clock: Clock,
+    rows: npt.NDArray[np.intp],
+    goal: _Goal,
+    result: Exponents,
+    flow_options: dict[str, Any],
+) -> None:
+    run, growth = TangentRun.at(states), np.empty((len(states), 0, states.shape[1] + 1))
+    # One block lets the frame turn into its own directions before the average begins.
+    advance(members, run, clock, clock.block, **flow_options)
+    while True:
+        blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
+        more, trace = advance(members, run, clock, blocks * clock.block, **flow_options)
+        # the trace is averaged as the exponents are, over the same blocks
+        growth = np.concatenate([growth, np.concatenate([more, trace[:, :, None]], axis=2)], axis=1)
+        means, errors, steady, grown = steady_statistics(growth, clock)
+        time = growth.shape[1] * clock.spacing
+        floor = np.where(members.damped, FLOOR, shear_level(time))
+        certain = np.abs(means[:, 0]) > np.maximum(CERTAIN * errors[:, 0], floor)
+        enough = certain & steady & grown & (errors[:, 0] <= goal.precision)
+        finished = enough | (run.outcome != Outcome.OK) | (2.0 * time > goal.budget)
+        ended = rows[finished]
+        result.values[ended], result.standard_error[ended] = means[finished, :-1], errors[finished, :-1]
+        result.divergence[ended] = means[finished, -1]
+        result.time[ended] = time[finished]
+        result.sign[ended] = np.where(certain, np.sign(means[:, 0]), 0)[finished]
+        result.outcome[ended] = run.outcome[finished]
+        result.running[ended] = running_estimate(growth[finished], clock.take(finished))
+        result.states[ended] = run.states[finished]
+        if finished.all():
+            return
+        left = np.flatnonzero(~finished)
+        members, rows, growth, clock = members.take(left), rows[left], growth[left], clock.take(left)
+        run = run.take(left)
+
+
+def shear_level(time: Array) -> Array:
+    """The exponent that regular motion without damping may seem to have after so long an average."""
+    return SHEAR * np.log(np.maximum(time, math.e)) / np.maximum(time, math.e)
+
+
+def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Exponents and standard errors, whether both halves of the time agree on the largest exponent, and whether longer
+    blocks give no larger errors.
+
+    Where the halves do not agree, the motion had not settled yet, and only the later one counts; half of what they
+    differ by is an error too.
+    """
+    half = growth.shape[1] // clock.block // 2 * clock.block
+    means, errors, grown = grown_statistics(growth, clock)
+    late, late_errors, _ = grown_statistics(growth[:, half:], clock)
+    early = block_statistics(growth[:, :half], clock)[0]
+    apart = np.abs(late[:, 0] - early[:, 0])
+    agree = ~(apart > np.maximum(CERTAIN * 2.0 * errors[:, 0], STEADY * np.abs(late[:, 0])))
+    late_errors = np.fmax(late_errors, 0.5 * apart[:, None])
+    return np.where(agree[:, None], means, late), np.where(agree[:, None], errors, late_errors), agree, grown
+
+
+def grown_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    """Exponents (members, N), the standard errors of the longest blocks of which there are `FEWEST_BLOCKS`, and whether
+    these have stopped growing; where they have not, the largest errors that still longer blocks give."""
+    units = growth.shape[1] // clock.per_repeat
+    longest = max(units // FEWEST_BLOCKS, 1)
+    means, errors = block_statistics(growth, clock, longest)
+    _, shorter = block_statistics(growth, clock, max(longest // 2, 1))
+    grown = ~(errors[:, 0] > GROWING * shorter[:, 0])
+    largest, length = errors, 2 * longest
+    while not grown.all() and units // length >= LAST_BLOCKS:
+        _, more = block_statistics(growth, clock, length)
+        largest = np.where(grown[:, None], largest, np.fmax(largest, more))
+        length *= 2
+    return means, largest, grown
+
+
+def block_statistics(growth: Array, clock: Clock, units: int | None = None) -> tuple[Array, Array]:
+    """Exponents (members, N) as means over blocks, and the standard errors of these means.
+
+    A block is that of the clock, or a number of ``units`` of its shortest whole number of forcing periods.
+    """
+    block = clock.block if units is None else units * clock.per_repeat
+    blocks = growth.shape[1] // block
+    per_block = growth[:, : blocks * block].reshape(len(growth), blocks, block, -1).sum(axis=2)
+    rates = per_block / (block * clock.spacing)[:, None, None]
+    return rates.mean(axis=1), rates.std(axis=1, ddof=1) / np.sqrt(blocks)
+
+
+def running_estimate(growth: Array, clock: Clock) -> Array:
+    """Averaged time and largest exponent so far at up to `RUNNING_POINTS` even points, (members, points, 2)."""
+    steps = growth.shape[1]
+    picks = np.unique(np.linspace(1, steps, min(RUNNING_POINTS, steps)).astype(int)) - 1
+    time = clock.spacing[:, None] * (picks + 1)
+    out = np.full((len(growth), RUNNING_POINTS, 2), np.nan)
+    out[:, : len(picks), 0] = time
+    out[:, : len(picks), 1] = np.cumsum(growth[:, :, 0], axis=1)[:, picks] / time
+    return out
+
+
+def bound_shear(members: Members, result: Exponents) -> None:
+    """Regular motion without damping has the exponents 0: what was averaged is shear, and bounds what may be there.
+
+    Its deviations grow like time, so that an average over T is off by log(T)/T, however small its scatter is.
+    """
+    regular = ~members.damped & (result.sign == 0) & (result.values[:, 0] <= shear_level(result.time))
+    bound = np.abs(result.values[regular]).max(axis=1, initial=0.0)
+    result.standard_error[regular] = np.maximum(result.standard_error[regular], bound[:, None])
+    result.values[regular] = 0.0

@@ -1,0 +1,118 @@
+"""The linear map of small motions about the flat film over one repeat of the drive, and its multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.cyclic import scaled_product
+from gelcone.motion.flow import integrate
+from gelcone.motion.settle import next_power_of_two
+from gelcone.physics.members import Members
+from gelcone.progress import Progress, weighted
+from gelcone.quantity import Array
+
+PIECE = 4.0
+"""Length of the pieces into which a repeat is cut, in units of the fastest linear time scale: so short that the
+determinant of a piece is sharp, and that no deviation overflows in a long repeat."""
+MOST_PIECES_AT_ONCE = 1_000_000
+STILL_STABLE = 1e-12
+"""A margin below this without voltage is rounding."""
+SETTLING, MOST_SETTLINGS = 64.0, 100
+"""Forcing periods after which the states besides the disc's are compared, and how often they are."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of `integrate`."""
+
+    tolerance: float
+    threads: int | None
+
+
+@dataclass(frozen=True)
+class Monodromy:
+    """The linear map over one repeat for every member: its trace is ``trace`` exp(``log_scale``), with |trace| <= 2.
+
+    ``log_product`` is the logarithm of the product of the multipliers, -2 zeta T.
+    """
+
+    trace: Array
+    log_scale: Array
+    log_product: Array
+    product_error: Array
+    repeat: Array
+    outcome: npt.NDArray[np.int8]
+
+    def margin(self) -> Array:
+        """(|trace| - 1 - p)/(|trace| + 1 + p), p the product, from logarithms."""
+        with np.errstate(divide="ignore"):
+            log_trace = np.log(np.abs(self.trace)) + self.log_scale
+        return np.tanh(0.5 * (log_trace - np.log1p(np.exp(self.log_product))))
+
+    def multipliers(self) -> tuple[Array, Array, Array]:
+        """Real part, imaginary part and logarithm of the modulus, each (members, 2), the larger modulus first."""
+        half = 0.5 * np.abs(self.trace)
+        product = np.exp(self.log_product - 2.0 * self.log_scale)
+        square = half * half - product
+        apart = np.sqrt(np.abs(square))
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            larger = np.where(square < 0.0, 0.5 * self.log_product, self.log_scale + np.log(half + apart))
+            log_modulus = np.stack([larger, self.log_product - larger], axis=1)
+            sign = np.where(self.trace < 0.0, -1.0, 1.0)[:, None]
+            scale = np.exp(self.log_scale)
+            pair = (square < 0.0)[:, None]
+            real = sign * np.where(pair, (half * scale)[:, None], np.exp(log_modulus))
+            imag = np.where(pair, (apart * scale)[:, None] * np.array([1.0, -1.0]), 0.0)
+        return real, np.where(np.isnan(real), np.nan, imag), log_modulus
+
+
+def _resting(members: Members, options: Options) -> Array:
+    """States (members, N) with the disc at rest and all other states as periodic as the drive, at phase 0."""
+    states = members.start_states((0.0, 0.0))
+    for _ in range(0 if members.system.planar else MOST_SETTLINGS):
+        period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
+        run = integrate(members, states, SETTLING * period, tolerance=options.tolerance, threads=options.threads)
+        change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
+        if not (change > STILL_STABLE).any():
+            break
+    return states
+
+
+def monodromy(members: Members, options: Options, progress: Progress = None) -> Monodromy:
+    """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
+    numbers of a member do not depend on the others."""
+    repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
+    pieces = next_power_of_two(np.maximum(repeat * members.fastest / PIECE, 1.0))
+    resting = _resting(members, options)
+    result = np.full((3, members.size), np.nan)
+    outcome = np.zeros(members.size, dtype=np.int8)
+    for count in np.unique(pieces):
+        same = np.flatnonzero(pieces == count)
+        for rows in np.array_split(same, int(np.ceil(same.size * count / MOST_PIECES_AT_ONCE))):
+            times = repeat[rows, None] * (np.arange(1, count + 1) / count)
+            part = weighted(progress, float(rows.size * count) / float(pieces.sum()))
+            run = integrate(
+                members.take(rows),
+                resting[rows],
+                times,
+                keep="tangents",
+                tolerance=options.tolerance,
+                threads=options.threads,
+                progress=part,
+            )
+            assert run.tangents is not None
+            # deviations of the disc from the flat film have no part in the other states, which are even in x
+            result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome
+    log_product = -2.0 * members.damping_ratio * repeat
+    return Monodromy(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
+
+
+def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
+    """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
+    product, log_scale = scaled_product(tangents)
+    with np.errstate(invalid="ignore"):
+        areas = np.log(tangents[..., 0, 0] * tangents[..., 1, 1] - tangents[..., 0, 1] * tangents[..., 1, 0])
+    return np.trace(product, axis1=1, axis2=2), log_scale, areas.sum(axis=1)

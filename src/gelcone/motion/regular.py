@@ -1,0 +1,16 @@
+"""Small linear systems, many at once, some of which may have no solution."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def solved_where_regular(matrices: Any, right: Any) -> Any:
+    """Solutions (..., n) of systems (..., n, n) with right sides (..., n), NaN where one is not finite or singular."""
+    regular = np.array(np.isfinite(matrices).all(axis=(-2, -1)) & np.isfinite(right).all(axis=-1))
+    regular[regular] = np.linalg.slogdet(matrices[regular])[0] != 0.0
+    found = np.full(right.shape, np.nan, dtype=np.result_type(matrices, right))
+    found[regular] = np.linalg.solve(matrices[regular], right[regular][..., None])[..., 0]
+    return found

@@ -1,0 +1,68 @@
+"""The map over one repeat: closed forms, WKB, its determinant, and the motion itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gelcone import ConeModel, floquet_multipliers, integrate, pitchfork_voltage
+
+
+def test_without_drive_the_multipliers_are_those_of_the_damped_oscillator():
+    zeta = np.array([0.0, 0.05, 0.5, 3.0])
+    result = floquet_multipliers(ConeModel(damping_ratio=zeta, voltage=0.0, spring_stiffness=1.5))
+    root = np.sqrt((zeta**2 - 1.5).astype(complex))
+    expected = np.exp((-zeta[:, None] + root[:, None] * [1.0, -1.0]) * np.pi)
+    computed = result.multiplier_real.values + 1j * result.multiplier_imag.values
+    np.testing.assert_allclose(np.sort_complex(computed), np.sort_complex(expected), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(result.growth_rate, np.log(np.abs(expected[:, 0])) / np.pi, atol=1e-13)
+
+
+def test_a_constant_voltage_grows_where_it_is_above_the_pitchfork():
+    """No amplitude, a bias alone: growth rate -zeta + sqrt(zeta^2 - k + bias^2)."""
+    bias = np.array([0.5, 1.2, 1.25, 2.0])
+    model = ConeModel(voltage=0.0, voltage_bias=bias, spring_stiffness=1.5, damping_ratio=0.1)
+    result = floquet_multipliers(model)
+    expected = np.real(-0.1 + np.sqrt((0.01 - 1.5 + bias**2).astype(complex)))
+    np.testing.assert_allclose(result.growth_rate, expected, atol=1e-12)
+    assert ((result.margin > 0.0).values == (bias > pitchfork_voltage(model))).all()
+
+
+def test_a_long_repeat_does_not_overflow():
+    """At omega = 2e-4 deviations grow by more than e^1000 in one repeat, as WKB says to a few per mille."""
+    omega, v, k = 2e-4, 2.0, 1.5
+    result = floquet_multipliers(ConeModel(drive_frequency=omega, voltage=v, spring_stiffness=k, damping_ratio=0.01))
+    phase = np.linspace(0.0, np.pi, 100_001)
+    wkb = np.trapezoid(np.sqrt(np.maximum(v**2 * np.sin(phase) ** 2 - k + 1e-4, 0.0)), phase) / np.pi - 0.01
+    assert float(result.log_modulus[0]) > 1000.0
+    assert np.isinf(result.spectral_radius)
+    assert float(result.growth_rate) == pytest.approx(wkb, rel=5e-3)
+    assert abs(float(result.product_error)) < 1e-8
+
+
+@given(
+    st.floats(0.0, 2.0),
+    st.floats(0.0, 3.0),
+    st.floats(0.05, 5.0),
+    st.sampled_from([0.0, 0.4]),
+    st.floats(0.8, 1.4),
+)
+@settings(max_examples=30, deadline=None)
+def test_the_multipliers_multiply_to_the_damping_of_a_repeat(zeta, voltage, omega, bias, stretch):
+    model = ConeModel(damping_ratio=zeta, voltage=voltage, drive_frequency=omega, voltage_bias=bias, prestretch=stretch)
+    result = floquet_multipliers(model)
+    repeat = (2.0 if bias else 1.0) * np.pi / omega
+    assert float(result.forcing_period) == pytest.approx(repeat)
+    assert abs(float(result.product_error)) < 1e-9
+    assert float(result.log_modulus.sum()) == pytest.approx(-2.0 * zeta * repeat, abs=1e-9)
+
+
+def test_the_map_is_the_tangent_map_of_the_motion():
+    """Two finite deviations through the full equations of motion give the same multipliers."""
+    model = ConeModel(voltage=0.8, drive_frequency=0.9)
+    small = 1e-7
+    columns = [integrate(model, state, [float(model.forcing_period)]).states[0, 0] for state in small * np.eye(2)]
+    expected = np.linalg.eigvals(np.array(columns).T / small)
+    result = floquet_multipliers(model)
+    computed = result.multiplier_real.values + 1j * result.multiplier_imag.values
+    np.testing.assert_allclose(np.sort_complex(computed), np.sort_complex(expected), atol=1e-10)
