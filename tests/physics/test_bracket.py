@@ -96,3 +96,13 @@ def test_company_changes_no_bit() -> None:
     together = rise(lambda x: x * x * x - wanted * wanted * wanted, np.zeros(40), np.full(40, 3.0))
     alone = [rise(lambda x, w=w: x * x * x - w * w * w, np.zeros(1), np.full(1, 3.0))[0] for w in wanted]
     assert (together == alone).all()
+
+
+def test_what_lies_beyond_the_ends_of_one_element_does_not_concern_the_others() -> None:
+    """The first has no sign change, and no value inside; the second has both."""
+    wanted = np.array([np.nan, 0.3])
+
+    def function(x):
+        return np.where(np.isnan(wanted), np.where((x > 0.0) & (x < 1.0), np.nan, 1.0), x - wanted)
+
+    np.testing.assert_allclose(rise(function, np.zeros(2), np.ones(2)), [0.0, 0.3], rtol=1e-15)

@@ -10,7 +10,7 @@ import gelcone
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate, phase_program
 from gelcone.motion.response import simulate
-from gelcone.physics.circuit import CIRCUITS, Circuit, IdealSource
+from gelcone.physics.circuit import CIRCUITS, Circuit, IdealSource, Port
 from gelcone.physics.component import State
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
@@ -326,3 +326,38 @@ def test_a_film_on_an_open_circuit_senses_the_motion_and_is_stiffer():
             sensed = run["drive_voltage"] * (1.0 + run["displacement"] ** 2)
             np.testing.assert_allclose(sensed, charge, rtol=1e-14)
     assert squares[0] - squares[1] == pytest.approx(4.0 * (x * charge / q) ** 2 / q, rel=1e-5)
+
+
+# --- ports, of films that are formulas --------------------------------------------------------------------------------
+
+
+class Formula:
+    """A film of the capacitance (1 + x^2) (1 + V/4) (2 + y) whose state changes by x u - V y."""
+
+    def __init__(self, share):
+        self.share, self.film = share, SimpleNamespace(linear_charge=False, borders=(), name="formula")
+        self.words = "the film"
+
+    def capacitance(self, x, squared, y, n, xp):
+        return self.share * ((1.0 + x * x) * (1.0 + 0.25 * squared) * (2.0 + y[0]))
+
+    def rates(self, x, velocity, squared, y, n, xp):
+        return [x * velocity - squared * y[0]]
+
+
+def test_a_port_knows_how_charge_and_voltage_of_its_films_change():
+    """Q' = Q_v v' + Q_x u + Q_y y', by hand; the voltage of a charge is the inverse of the charge of a voltage."""
+    x, u, v = np.array([0.3, -0.7]), np.array([0.5, 1.1]), np.array([0.6, -0.4])
+    y, films = [np.array([0.2, 0.4]), np.array([0.3, -0.1])], (Formula(1.0), Formula(0.4))
+    port = Port(0.0, x, u, lambda: 0.0, tuple((film, [own]) for film, own in zip(films, y, strict=True)), {}, np)
+    weight = (2.0 + y[0]) + 0.4 * (2.0 + y[1])
+    by_v, by_x = (1.0 + x * x) * (1.0 + 0.75 * v * v) * weight, 2.0 * x * (v + 0.25 * v**3) * weight
+    area = (1.0 + x * x) * (1.0 + 0.25 * v * v)
+    of_states = [share * area * v * (x * u - v * v * own) for share, own in zip((1.0, 0.4), y, strict=True)]
+    np.testing.assert_allclose(port.capacitance(v), area * weight, rtol=1e-14)
+    np.testing.assert_allclose(port.slope(v), by_v, rtol=1e-12)
+    rate = port.voltage_rate(v, np.array([0.9, -0.2]))
+    np.testing.assert_allclose(by_v * rate + by_x * u + sum(of_states), [0.9, -0.2], rtol=1e-12)
+    np.testing.assert_allclose(port.voltage(port.charge(v)), v, rtol=1e-12)
+    held = area * weight * 0.3 + by_x * u + sum(of_states)  # of films whose capacitance the voltage does not change
+    np.testing.assert_allclose(port.charge_rate(v, 0.3), held, rtol=1e-12)

@@ -177,7 +177,7 @@ def test_borders_have_the_side_of_their_switch_in_arrays_and_in_programs(flow):
 
 
 def test_a_film_that_nothing_holds_ends_where_its_voltage_is_highest():
-    """Flat and equally stretched like its branches: V over the stretch t has its first maximum there, on a fine grid."""
+    """Flat, and equally stretched like its branches: V over the stretch t has its first maximum there, on a grid."""
     film, n = film_of("log", "minimum", meridional_prestretch=1.0, hoop_prestretch=1.0, stretch_limit=50.0)
     state = 0.9
     y = [np.array([state])] * 4
