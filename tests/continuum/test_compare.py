@@ -211,3 +211,15 @@ def test_the_distance_of_shapes_is_that_by_which_one_is_moved():
     tilted = np.stack([0.3 * finest.place, 0.0 * finest.place], axis=1).ravel()
     found = module._distance(film, flat, finest, SimpleNamespace(position=tilted))
     assert found == pytest.approx(0.3 / np.sqrt(3.0), rel=1e-4)
+
+
+def test_pull_in_of_cone_and_membrane_is_that_of_the_films_themselves(monkeypatch):
+    """Their localisation counts, unlike in the force of the cone, which is that of states beyond, too."""
+    found, model = made_up(monkeypatch), ConeModel()
+    x = np.array([0.3, 0.5])
+    for name, film in (("cone", "wrinkling"), ("membrane", "membrane")):
+        own = model.replace(film=film, **({"radius_ratio": 0.2} if film == "membrane" else {}))
+        right = np.sqrt(own.film.highest_squared(x, own.numbers()))
+        np.testing.assert_allclose(found[f"{name}_pull_in_voltage"].values.squeeze(), right, rtol=1e-12)
+    held = alone(model.replace(film="wrinkling", pull_in="minimum"))
+    np.testing.assert_allclose(found["cone_force"].values.squeeze(), [held.force(x, v) for v in (0.1, 0.6)], rtol=1e-12)

@@ -339,10 +339,10 @@ def test_what_programs_load_is_what_a_time_gives(degree, repeat):
 def test_each_member_gets_the_corners_between_its_own_two_times(repeat):
     """By a list of all corners of a member; of those that do not repeat there are no more than the pieces."""
     waveform, _, _ = drawn(2, repeat)
-    start, end = np.array([0.1, 2.9, -0.5 if repeat else 0.0, 1.2]), np.array([1.4, 3.4, 2.6, 1.25])
-    omega = np.array([1.0, 2.0, 3.0, 0.5])
+    start, end = np.array([0.1, 2.9, -0.5 if repeat else 0.0, 1.2, 1.3]), np.array([1.4, 3.4, 2.6, 1.25, 2.6])
+    omega = np.array([1.0, 2.0, 3.0, 0.5, 3.0])
     found = waveform.corners_between(start, end, {**numbers(0.7, 0.2), "drive_frequency": omega})
-    for k in range(4):
+    for k in range(5):
         turns = 2.0 * np.pi * np.arange(-4, 5) if repeat else np.zeros(1)
         every = np.sort((turns[:, None] + waveform.begins).ravel()) / omega[k]
         within = every[(every > start[k]) & (every <= end[k])]

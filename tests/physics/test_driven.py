@@ -49,6 +49,8 @@ def test_a_drive_inside_goes_on_from_the_phase_at_which_a_step_begins_and_the_in
     taken = numbers_of(system, model.values)
     assert {INPUTS[0], PHASE} <= taken.keys()
     assert (DRIVE_PIECE[1] in taken) == own.pieced
+    assert sorted(taken) == sorted(system.numbers)  # those of a piece by their names as inputs alone
+    assert not taken.keys() & set(PIECE)
     taken |= given
     for tau in (0.0, 1e-3):
         exact = own.voltage(started + tau, n) + 0.3 + 0.25 * tau

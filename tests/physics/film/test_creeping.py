@@ -194,3 +194,24 @@ def test_a_film_that_nothing_holds_ends_where_its_voltage_is_highest():
     assert float(found[0]) == pytest.approx(squared[last], rel=1e-8)
     V, longest = Creeping(film, localises=False)._free_end(y, n)
     assert (float(V[0]), float(longest[0])) == pytest.approx((squared[last], t[last]), rel=1e-4)
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_the_borders_that_end_the_film_are_those_of_its_energy(flow):
+    """The Hessian by the logarithms of its free lengths less a share of the modulus; 2 (h11 h22 - h12^2) - s1 h22 of a
+    held film with slack hoops; 1 where the other border is the one."""
+    (film, n), (x, squared, y) = film_of(flow), samples(flow, 240, 13)
+    m, width = film.creeping.solved(1.0 + x * x, squared, y, n)
+    localises, ends = [border.value for border in film.borders if border.switch is None]
+    own = film.creeping.tension(m, squared, width, y, n)
+    h11, h12, h22 = film.creeping.slopes(own, m, width, y, n)
+    stiff = 1.0 + n["viscous_modulus_1"] + n["viscous_modulus_2"]
+    held, narrow = m <= 1.0 + x * x, width <= 1.0
+    free = h11 * h22 - h12 * h12
+    signs = {"meridian_held": np.where(held, 1.0, -1.0), "width_held": np.where(narrow, 1.0, -1.0)}
+    at, whole = (x, squared, y, {**n, **signs}, np), np.isfinite(m)
+    right = np.where(held, 1.0, np.where(narrow, h11 - 3e-4 * stiff, free - 3e-4 * stiff**2))
+    np.testing.assert_allclose(ends(*at)[whole], right[whole], rtol=1e-10)
+    right = np.where(held & ~narrow, 2.0 * free - own.along * h22, 1.0)
+    np.testing.assert_allclose(localises(*at)[whole], right[whole], rtol=1e-10)
+    assert np.bincount((2 * ~held + ~narrow)[whole], minlength=4).min() > 1

@@ -266,3 +266,16 @@ def test_borders_of_a_program_have_the_side_of_the_switches_of_arrays(limit, pul
         for found, right in zip(in_program(film.force, there, own, *at), exact, strict=True):
             np.testing.assert_allclose(found + 0.0 * at[0], right, rtol=1e-7, atol=1e-8)
     assert len(np.unique(table[:, :3], axis=0)) > 3
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+def test_the_strain_is_that_of_the_lengths_without_voltage(law):
+    """Of films that are too short or too wide for their gap, too."""
+    film, random = WrinklingCone(law=LAWS[law]), np.random.default_rng(2)
+    lm, lh, x = (random.uniform(low, high, 200) for low, high in ((0.6, 1.4), (0.6, 1.6), (0.0, 1.2)))
+    n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, **PARAMETERS[law])
+    m, width = film.resting_lengths(x, n)
+    exact = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
+    np.testing.assert_allclose(film.strain(x, n), exact, atol=1e-9)
+    kinds = 2 * (m > (1.0 + x * x) * (1.0 + 1e-9)) + (width > 1.0 + 1e-9)
+    assert np.bincount(kinds, minlength=4).min() > 5
