@@ -391,4 +391,6 @@ def test_a_program_has_the_formulas_of_a_film_that_creeps():
         found, place, *borders = in_program(formulas, n, own, *at)
         np.testing.assert_allclose((found + 0.0 * at[0])[whole], force[whole], rtol=1e-8, atol=1e-10)
         np.testing.assert_allclose((place + 0.0 * at[0])[whole], film._place(*at, n)[whole], rtol=1e-7)
+        near = [border.switch for border in film.borders].index("near")  # by the height at which it hangs
+        np.testing.assert_allclose(borders[near], own["near"] * (n["cut_squared"] - place), rtol=1e-12)
         assert all(np.all((value + 0.0 * at[0])[whole] > -1e-9) for value in borders)
