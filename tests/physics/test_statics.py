@@ -114,3 +114,12 @@ def test_double_cones_that_differ_in_their_second_film_alone_rest_elsewhere():
         alone = ConeModel(film="taut", second_film="taut", hoop_prestretch=1.2, spring_stiffness=0.4, **own)
         assert rests[k] == pytest.approx(rest_displacement(alone), rel=1e-12)
     assert np.unique(rests).size == 3
+
+
+def test_under_the_hand_the_last_member_is_continued():
+    statics._rests.clear()
+    places = {}
+    with continuing(places):
+        rests = rest_displacements(ConeModel(rest_height=[0.4, 0.9]))
+    assert rests[0] != rests[1]
+    assert list(places.values()) == [rests[1]]

@@ -5,9 +5,10 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias, LinearSpring
-from gelcone.physics.circuit import IdealSource
+from gelcone.physics.circuit import Amplifier, IdealSource
 from gelcone.physics.component import State
 from gelcone.physics.film.taut import TautCone
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.structure import Structure
@@ -107,3 +108,21 @@ def test_both_lines_of_a_double_cone_have_the_switches_of_their_circuit():
     assert model.system.command_of(model.system.lines[1], 0.7, n) == pytest.approx(0.1)
     constant = model.replace(second_drive="constant").system
     assert constant.command_of(constant.lines[1], 0.7, n) == 0.9
+
+
+class Unlike(TautCone):
+    name, linear_charge = "unlike", False
+
+
+@pytest.mark.parametrize("film", [Unlike(), WrinklingCone()])
+def test_a_resistance_without_a_state_needs_films_whose_capacitance_the_voltage_does_not_change(film):
+    """It may depend on the voltage, or change its law at a border."""
+    reduced = {"circuit": Amplifier(reduced=True), "series_resistance": 0.003}
+    for films in ({"film": film}, {"film": "taut", "second_film": film}):
+        with pytest.raises(
+            InputError, match=f"reduced: the capacitance of the film '{film.name}' depends on the voltage"
+        ):
+            ConeModel(**films, **reduced)
+    assert ConeModel(film="taut", second_film="taut", **reduced).system.circuit.reduced
+    with pytest.raises(InputError, match="reduced: the voltage of the waveform 'triangle' has corners"):
+        ConeModel(film="taut", waveform="triangle", **reduced)
