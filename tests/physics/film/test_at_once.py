@@ -111,3 +111,18 @@ def test_branches_are_held_as_they_are_where_a_run_starts_from_rest():
     film = own.system.films[0].film
     exact = model.film.force(x, squared, [np.array([0.8]), np.array([0.9])], n)
     np.testing.assert_allclose(film.force(x, squared, [], n), exact, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("law", "branch"), [(4.0, 50.0), (4.0, np.inf), (np.inf, 3.0), (np.inf, np.inf)])
+def test_a_film_reaches_as_far_as_the_lower_of_its_limits(law, branch):
+    """q + 1/q - 2 at the limit of law or branch, of a film that is not pre-stretched."""
+    case = {"branches": [{"g": 0.5, "J": branch}], "lm": 1.0, "lh": 1.0, "J": law}
+    held = films_at_once(model_of(case, TautCone))
+    begin, end = held.system.film.reach(held.numbers_at(0))
+    assert begin == 0.0
+    lowest = min(law, branch)
+    if np.isinf(lowest):
+        assert end == np.inf
+    else:
+        q = 1.0 + end * end
+        assert q + 1.0 / q - 2.0 == pytest.approx(lowest, rel=1e-9)
