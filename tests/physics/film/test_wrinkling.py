@@ -241,6 +241,11 @@ def test_the_film_ends_at_its_highest_voltage_where_its_border_says_so(limit, pu
         gone = np.isnan(film.force(x, squared, [], n)[0])
         assert not gone[~ends].any()
         assert whole <= (not gone.any())
+    for share in np.linspace(0.0, 0.999, 30):  # and nowhere before
+        squared = share * np.where(ends, highest, 3.0)
+        with np.errstate(all="ignore"):
+            value = border.value(x, squared, [], {**n, **film.switches(x, squared, [], n)}, np)
+        assert (value > 0.0).all()
     assert ends.sum() >= 300 * (limit > 20.0)
     assert (~ends).any() or limit > 20.0
 
