@@ -141,7 +141,7 @@ def test_the_pull_in_voltage_is_unknown_where_no_voltage_was_that_high():
     assert np.abs(share).max() < 0.02
 
 
-def made_up(monkeypatch, **changes):
+def made_up(monkeypatch, model=None, **changes):
     """`compare` on results that no continuum gave: two voltages and two displacements, forces of 2."""
     at = ("constant_voltage", "displacement")
     values = {
@@ -152,7 +152,8 @@ def made_up(monkeypatch, **changes):
     result = xr.Dataset({name: (at, value) for name, value in values.items()}, coords=coords)
     monkeypatch.setattr(module, "membrane", lambda *_, **__: result)
     monkeypatch.setattr(module, "limit_displacements", lambda film: np.full(len(module.LIMIT_SHARES), np.nan))
-    return module.compare(ConeModel(), 0.2, displacements=[0.3, 0.5], voltages=[0.1, 0.6], wrinkles="relax", elements=4)
+    given = {"displacements": [0.3, 0.5], "voltages": [0.1, 0.6], "wrinkles": "relax", "elements": 4}
+    return module.compare(model or ConeModel(), 0.2, **given)
 
 
 def test_the_continuum_has_pulled_in_above_the_lowest_of_its_voltages(monkeypatch):
@@ -211,3 +212,19 @@ def test_the_distance_of_shapes_is_that_by_which_one_is_moved():
     tilted = np.stack([0.3 * finest.place, 0.0 * finest.place], axis=1).ravel()
     found = module._distance(film, flat, finest, SimpleNamespace(position=tilted))
     assert found == pytest.approx(0.3 / np.sqrt(3.0), rel=1e-4)
+
+
+def test_pull_in_of_cone_and_membrane_is_that_of_the_films_themselves(monkeypatch):
+    """Their localisation counts, unlike in the force of the cone, which is that of states beyond, too."""
+    model = ConeModel(prestretch=1.5, prestretch_mode="equibiaxial")
+    found = made_up(monkeypatch, model)
+    x = np.array([0.3, 0.5])
+    for name, film in (("cone", "wrinkling"), ("membrane", "membrane")):
+        own = model.replace(film=film, **({"radius_ratio": 0.2} if film == "membrane" else {}))
+        right = np.sqrt(own.film.highest_squared(x, own.numbers()))
+        np.testing.assert_allclose(found[f"{name}_pull_in_voltage"].values.squeeze(), right, rtol=1e-12)
+    held = alone(model.replace(film="wrinkling", pull_in="minimum"))
+    assert (
+        held.film.highest_squared(x, held.numbers()) > 1.01 * found["cone_pull_in_voltage"].values.squeeze() ** 2
+    ).all()
+    np.testing.assert_allclose(found["cone_force"].values.squeeze(), [held.force(x, v) for v in (0.1, 0.6)], rtol=1e-12)

@@ -1,6 +1,7 @@
 """Equilibria of the film: Newton's method, steps along a load, the arc past folds."""
 
 import itertools
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -124,3 +125,74 @@ def test_a_step_leads_to_a_film_as_stable_and_as_tense_as_before_or_nowhere(monk
     assert (squared, within) == (0.3, pytest.approx(0.3 * 0.04, rel=1e-6))
     assert path.step(None, start, "squared", 0.2 + 1.26) is None  # by more than half of b - a
     assert len(asked) == 1
+
+
+@dataclass(frozen=True)
+class Netted:
+    """A film that may wrinkle, as far as `settled` sees it."""
+
+    net: float = 0.0
+    relaxed: bool = True
+
+
+def test_a_slack_film_comes_to_rest_on_ever_weaker_nets_each_from_the_rest_on_the_last(monkeypatch):
+    """First from a weak net on; where a rest is lost or unstable from the strongest on; None where neither leads on."""
+    asked, lost = [], set()
+
+    def newton(film, start, square, within):
+        k = path.NETS.index(film.net)
+        asked.append((k, float(start[0]), square, within))
+        return None if (k, len(asked)) in lost else path.Point(start + 1.0, square, None, (k, "unstable") not in lost)
+
+    monkeypatch.setattr(path, "newton", newton)
+    guess = np.full(4, 5.0)
+    point = path.settled(Netted(), guess, 0.3, 0.7)
+    assert asked == [(4, 5.0, 0.3, 0.7), (5, 6.0, 0.3, 0.7)]
+    assert point.position[0] == 7.0
+    asked.clear()
+    lost.add((5, 2))
+    point = path.settled(Netted(), guess, 0.3)
+    assert [k for k, *_ in asked] == [4, 5, 0, 1, 2, 3, 4, 5]
+    assert [start for _, start, *_ in asked] == [5.0, 6.0, *np.arange(5.0, 11.0)]
+    assert point.position[0] == 11.0
+    asked.clear()
+    lost.clear()
+    lost.add((4, "unstable"))
+    assert path.settled(Netted(), guess, 0.3) is None
+    assert [k for k, *_ in asked] == [4, 0, 1, 2, 3, 4]
+    assert path.settled(Netted(relaxed=False), guess, 0.3) is None
+    assert list(path.NETS) == sorted(path.NETS, reverse=True)
+
+
+@pytest.mark.parametrize(("begin", "target"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_load_is_reached_in_steps_that_are_halved_where_one_fails_and_doubled_after_one_that_does_not(
+    monkeypatch, begin, target
+):
+    """A made-up path, of which no step is longer than 0.3; and one that ends at 0.6 of the way."""
+    way, end = np.sign(target - begin), [np.inf]
+
+    def step(film, point, load, to):
+        far = abs(to - point.squared) > 0.3 + 1e-12 or (to - begin) * way > end[0]
+        return None if far else made(squared=to)
+
+    monkeypatch.setattr(path, "step", step)
+    found, last = path.reach(None, made(squared=begin), "squared", target)
+    assert found is last
+    assert found.squared == target
+    end[0] = 0.6
+    found, last = path.reach(None, made(squared=begin), "squared", target)
+    assert found is None
+    assert 0.6 - 2.0 * path.SMALLEST_STEP["squared"] < (last.squared - begin) * way <= 0.6
+    assert path.reach(None, made(squared=begin), "squared", begin)[0].squared == begin
+
+
+def test_a_guess_is_the_cone_with_the_radii_of_another_state():
+    film = mesh_film(ConeModel(), 0.2, 4)
+    plain = cone(film, 0.7)
+    np.testing.assert_array_equal(plain[0::2], 0.0)
+    np.testing.assert_allclose(plain[1::2], 0.7 * (1.0 - film.place))
+    below = path.Point(np.arange(float(film.size)), 0.0, None, True)
+    found = cone(film, 0.7, below)
+    np.testing.assert_array_equal(found[0::2], below.position[0::2])
+    np.testing.assert_array_equal(found[1::2], plain[1::2])
+    assert below.position[1] == 1.0  # the state itself stays

@@ -13,9 +13,10 @@ from gelcone.membrane import force, made
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.table import names, table
+from gelcone.membrane.table import NEVER, TRIALS, names, table
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.laws import LAWS
+from tests.membrane.made_up import MadeUp
 
 LAW = LAWS["gent"]
 PULL_IN = json.loads((Path(__file__).parents[1] / "reference" / "membrane.json").read_text())["pull_in"]
@@ -217,3 +218,115 @@ def test_the_key_of_a_charge_holds_the_sources_of_both_its_formulas(monkeypatch)
 def test_films_share_a_table_where_they_differ_by_rounding_alone():
     assert made.rounded(1.0 + 1e-15) == made.rounded(1.0)
     assert made.rounded(1.0 + 1e-9) != made.rounded(1.0)
+
+
+# --- made-up films: what their tables hold is known -------------------------------------------------------------------
+
+GELS = {"even": (1.0, 1.0), "strong meridian": (1.4, 1.1), "strong hoop": (1.0, 1.5)}
+
+
+@cache
+def made_up(kind, **changes):
+    """A made-up film and its table."""
+    film = MadeUp(Gel(LAW, LAW.numbers({"stretch_limit": changes.pop("stretch_limit", 50.0)}), *GELS[kind]), **changes)
+    with pytest.MonkeyPatch.context() as patch:
+        return film, film.table(patch)
+
+
+def places(film, n, piece):
+    """s and V of states of a piece, between the places at which the fit has its own."""
+    begin, end = (film.begin, n["cut_squared"]) if piece == "near" else (n["cut_squared"], n["reach_squared"])
+    s = begin + (end - begin) * np.linspace(0.01, 0.99, 41)
+    return s, np.linspace(0.0, 0.97, 17)[:, None] * (film.slack(s) if piece == "near" else film.localisation(s))
+
+
+@pytest.mark.parametrize("piece", force.PIECES)
+@pytest.mark.parametrize("kind", GELS)
+def test_a_table_gives_back_the_formulas_of_a_made_up_film(kind, piece):
+    film, n = made_up(kind)
+    s, V = places(film, n, piece)
+    rough = 3e-2 if piece == "far" else 1e-10  # W of the far piece is a cubic; the film's has a corner at the star
+    own = force.pull(piece, s, V, n)
+    np.testing.assert_allclose(own.q, film.q(s, V), atol=rough)
+    for found, at in zip((own.rim, own.whole), film.kinks(s), strict=True):
+        np.testing.assert_allclose(found, film.q(s, V) - at, atol=rough if piece == "far" else 1e-4)
+    np.testing.assert_allclose(own.k, film.pull(s, V), rtol=5e-3, atol=2e-3 * (piece == "near"))
+    ends, measured = force.ends(piece, own.u + 0.0 * V, own.q, n), film.measured(film.height(s), V)
+    np.testing.assert_allclose(ends.disc, measured.disc + 0.0 * V, rtol=1e-5)
+    np.testing.assert_allclose(ends.field, measured.field**2, rtol=2e-3)
+    if piece == "far":
+        np.testing.assert_allclose(force.pull_in(s, n), film.localisation(s), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", GELS)
+def test_a_table_holds_the_limits_of_a_made_up_film(kind):
+    film, n = made_up(kind)
+    assert tuple(sorted(n)) == names()
+    assert n["begin_squared"] == pytest.approx(film.begin)
+    assert n["cut_squared"] == pytest.approx(film.cut, abs=2e-9)
+    assert n["reach_squared"] == 9.0
+    assert n["star_place"] == pytest.approx(film.star, abs=1e-3)
+    assert (n["lowest_pull_in"], n["slack_limit"]) == (film.lowest, film.limit)
+    hump, flat = film.gel.hump(), film.gel.crumpling(film.gel.B) / film.gel.G
+    assert hump > film.gel.B
+    assert n["flat_voltage"] == pytest.approx(flat if kind == "strong hoop" else film.slack(0.0), rel=1e-12)
+    area = [0.0, 0.1, -0.05, 0.02, 0.0, 0.0, 0.0] if kind != "even" else [0.0] * 7
+    np.testing.assert_allclose([n[f"flat_area_{i}"] for i in range(7)], area, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", GELS)
+def test_the_stated_error_of_a_made_up_film_covers_its_forces_and_not_much_more(kind):
+    """One whose force swings over the height faster than the fit; over the force and a tenth of the floor."""
+    film, n = made_up(kind, star=0.1, ripple=0.05)
+    errors = []
+    for piece in force.PIECES:
+        s, V = places(film, n, piece)
+        if piece == "far":  # up to the star: behind it the film is held at the lowest voltage
+            V = np.linspace(0.0, 0.95, 17)[:, None] * force.pull_in(s, n)
+        x = film.height(s)
+        own, exact = x * force.pull(piece, s, V, n).k, x * film.pull(s, V)
+        errors.append(np.abs(own - exact) / (exact + 0.1 * np.maximum(x * film.pull(s, 0.0), low(film))))
+    largest = max(map(np.max, errors))
+    assert largest < n["film_error"] < 6.0 * largest
+    assert n["film_error"] > 10.0 * made_up(kind, star=0.1)[1]["film_error"]
+
+
+def low(film):
+    """The force without voltage at the height 0.1."""
+    return 0.1 * float(film.pull(film.of_height(0.1), 0.0))
+
+
+def test_a_film_that_never_falls_slack_below_the_heights_at_which_it_localises_has_one_piece():
+    """Where the hump lies before the pre-stretch, or where the cut is next to the height at which it begins to pull."""
+    gel = Gel(LAW, LAW.numbers({"stretch_limit": 50.0}), 9.0, 9.0)
+    assert gel.hump() < gel.A
+    thick = MadeUp(gel, begin=0.0, share=0.0)
+    for film in (thick, MadeUp(Gel(LAW, gel.numbers, 1.0, 1.0), begin=0.0, lowest=0.02, rise=0.05, share=1e-4)):
+        with pytest.MonkeyPatch.context() as patch:
+            n = film.table(patch)
+        assert n["cut_squared"] == -1.0
+        assert n["near_start"] == 1.0
+        assert all(n[name] == 0.0 for name in force.names("near", "main").ravel())
+        V = 0.5 * film.localisation(2.0)
+        assert force.pull("far", 2.0, V, n).k == pytest.approx(film.pull(2.0, V), rel=1e-2)
+
+
+def test_a_film_that_localises_nowhere_has_no_far_piece_up_to_where_it_falls_slack():
+    film, n = made_up("even", lowest=np.inf, share=1.0, slackest=4.0)
+    assert n["cut_squared"] == n["reach_squared"] == 9.0
+    assert n["lowest_pull_in"] == NEVER
+    assert (n["star_place"], n["end_begin"], n["end_scale"], n["end_offset"]) == (0.0, -1.0, 1.0, 0.0)
+    assert all(n[name] == 0.0 for name in force.names("far", "main").ravel())
+    s = np.linspace(0.1, 8.9, 23)
+    np.testing.assert_allclose(force.pull("near", s, 0.3 * film.slack(s), n).k, film.pull(s, 0.3 * film.slack(s)), 1e-3)
+
+
+def test_a_film_reaches_as_far_as_nine_tenths_of_its_stretch_limit_next_to_the_disc():
+    for limit in (1.9, 2.2):
+        film, n = made_up("even", stretch_limit=limit, slackest=1.2)
+        trial = TRIALS[np.searchsorted(TRIALS, n["reach_squared"] ** 0.5 * (1 - 1e-12)) :][:2]
+        inside, beyond = film.gel.strain(film.disc(trial**2), 1.0) < 0.9 * limit
+        assert (bool(inside), bool(beyond)) == (True, False)
+        assert n["reach_squared"] == pytest.approx(trial[0] ** 2, rel=1e-12)
+    with pytest.raises(InputError, match="stretch_limit: is too close to the pre-stretch"):
+        made_up("even", stretch_limit=0.2)

@@ -8,6 +8,7 @@ import pytest
 from gelcone import simulate
 from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, BuckledBeam, ConstantForce, LinearSpring, Together, Weight
+from gelcone.physics.component import State
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import bias_record, find_bias
 from gelcone.physics.statics import balances_of, rest_displacement
@@ -274,3 +275,30 @@ def test_the_stiffness_of_several_is_the_sum_of_theirs():
     alone = [float(part.stiffness_scale(n)) for part in both.parts]
     assert min(alone) > 0.1
     assert float(both.stiffness_scale(n)) == pytest.approx(sum(alone), rel=1e-12)
+
+
+class Lagged(Bias):
+    """Springs of ``stiffness``, each to a state that follows the disc at the rate ``speed`` times their distance."""
+
+    def __init__(self, stiffness, speed, count):
+        self.stiffness, self.speed = stiffness, speed
+        self.name = f"lagged at {speed:g}"
+        self.states = tuple(State(f"lag_{speed:g}_{k}", "lag", "length") for k in range(count))
+
+    name, parameters = "lagged", {}
+
+    def force(self, x, y, n, xp=np):
+        own = y or [0.0] * len(self.states)
+        return sum(self.stiffness * (x - lag) for lag in own), self.stiffness * len(own) + 0.0 * x
+
+    def rates(self, x, velocity, y, n, xp=np):
+        return [self.speed * (x - lag) for lag in y]
+
+
+def test_three_biases_take_one_another_s_states_in_turn():
+    parts = Lagged(1.0, 0.1, 2), Lagged(2.0, 0.2, 1), LinearSpring(), Lagged(3.0, 0.3, 2)
+    both, n = Together(parts), {"spring_stiffness": 0.7, "rest_height": 0.4}
+    y = [0.1, 0.2, 0.3, 0.4, 0.5]
+    force = (0.9 + 0.8) + 2.0 * 0.7 + 3.0 * (0.6 + 0.5) + 0.7 * 0.6
+    assert both.force(1.0, y, n)[0] == pytest.approx(force)
+    assert both.rates(1.0, 0.0, y, n) == pytest.approx([0.09, 0.08, 0.14, 0.18, 0.15])

@@ -114,3 +114,13 @@ def test_a_level_is_reached_where_it_is_equal():
     assert crossing(times, np.array([-4.0, 0.5, 0.0, 2.0]), 0.5) == 1.0
     assert crossing(times, np.array([1.0, -1.0, 1.0, 1.0]), 0.5) == 0.0
     assert np.isnan(crossing(times, np.array([np.nan, 1.0, 2.0, 3.0]), 4.0))
+
+
+def test_what_lies_beyond_the_ends_of_one_element_does_not_concern_the_others() -> None:
+    """The first has no sign change, and no value inside; the second has both."""
+    wanted = np.array([np.nan, 0.3])
+
+    def function(x):
+        return np.where(np.isnan(wanted), np.where((x > 0.0) & (x < 1.0), np.nan, 1.0), x - wanted)
+
+    np.testing.assert_allclose(rise(function, np.zeros(2), np.ones(2)), [0.0, 0.3], rtol=1e-15)

@@ -249,3 +249,30 @@ def test_the_permissions_of_a_component_are_its_own_and_those_of_all_its_parts(s
     assert needed >= {f"{HERE}:Cubic", f"{HERE}:Holder.Inner", "gelcone.physics.bias:Together"}
     assert needed >= set().union(*map(names_of, parts))
     assert names_of(parts[0]) > names_of(parts[0].other)
+
+
+@dataclass(frozen=True)
+class Scaled(StrainEnergyLaw):
+    """A neo-Hookean law whose response has a factor: only with 1 is it the slope of its energy."""
+
+    factor: float = 1.0
+
+    name = "scaled"
+
+    def energy(self, strain, n, xp=np):
+        return 0.5 * strain
+
+    def response(self, strain, n, xp=np):
+        return self.factor + 0.0 * strain
+
+    def response_slope(self, strain, n, xp=np):
+        return 0.0 * strain
+
+    def strain_limit(self, n):
+        return np.asarray(np.inf)
+
+
+def test_each_component_of_a_class_is_proved_by_what_it_holds():
+    assert ConeModel(law=Scaled()).law == Scaled()
+    with pytest.raises(InputError, match=r"scaled: .* correct its formula"):
+        ConeModel(law=Scaled(1.1))

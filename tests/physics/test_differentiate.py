@@ -161,3 +161,22 @@ def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
     w = np.array([[np.roots([1.0, 0.0, 1.0, -t])[-1].real for t in row] for row in values[a.index] + together])
     exists = np.abs(np.exp(together) + values[b.index] * together**2 - w - shift) < 1e-12
     assert 50 < exists.sum() < 200  # the others are of no use, and wander until the last step
+
+
+def test_the_slopes_of_two_roots_that_depend_on_each_other_are_those_of_their_equations():
+    """m n^2 = a and m + n = b: by hand, in the order in which they are made and in the other."""
+    graph = Graph()
+    a, b = graph.state(0), graph.state(1)
+
+    def n_of(m, a, b, xp):
+        return xp.root("n", lambda n, m, a, b, xp: m + n - b, (m, a, b), lambda m, a, b, xp: 0.4 * b)
+
+    m = graph.root("m", lambda m, a, b, xp: m * n_of(m, a, b, xp) ** 2.0 - a, (a, b), lambda a, b, xp: 0.3 * b)
+    n = n_of(m, a, b, graph)
+    for of, by, exact in [
+        (m, a, lambda m, n: 1.0 / (n * n - 2.0 * m * n)),
+        (n, a, lambda m, n: -1.0 / (n * n - 2.0 * m * n)),
+    ]:
+        (slope,) = derivatives([of], by)
+        values = {m.index: 0.5, n.index: 1.4, a.index: 0.5 * 1.4**2, b.index: 1.9}
+        assert float(evaluated([slope], values)[0]) == pytest.approx(exact(0.5, 1.4), rel=1e-12)

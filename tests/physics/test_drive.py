@@ -325,3 +325,24 @@ def test_what_programs_load_is_what_a_time_gives(degree, repeat):
         after = waveform.switches(found.later[i, : count[i]] + 1e-9, numbers(0.7, 0.2, omega[i]))
         pieces = (found.first[i] + np.arange(count[i])) % 5
         np.testing.assert_allclose(after["piece_0"], found.terms[i, pieces, 0])
+
+
+@pytest.mark.parametrize("repeat", [True, False])
+def test_each_member_gets_the_corners_between_its_own_two_times(repeat):
+    """By a list of all corners of a member; of those that do not repeat there are no more than the pieces."""
+    waveform, _, _ = drawn(2, repeat)
+    start, end = np.array([0.1, 2.9, -0.5 if repeat else 0.0, 1.2, 1.3]), np.array([1.4, 3.4, 2.6, 1.25, 2.6])
+    omega = np.array([1.0, 2.0, 3.0, 0.5, 3.0])
+    found = waveform.corners_between(start, end, {**numbers(0.7, 0.2), "drive_frequency": omega})
+    for k in range(5):
+        turns = 2.0 * np.pi * np.arange(-4, 5) if repeat else np.zeros(1)
+        every = np.sort((turns[:, None] + waveform.begins).ravel()) / omega[k]
+        within = every[(every > start[k]) & (every <= end[k])]
+        later = found.later[k]
+        np.testing.assert_allclose(later[: within.size], within, rtol=1e-12)
+        assert np.isinf(later[within.size :]).all()
+        before = np.flatnonzero(every <= start[k])
+        passed = before[-1] if before.size else 0
+        assert found.passed[k, 0] == pytest.approx(every[passed])
+        np.testing.assert_array_equal(found.passed[k, 1:], waveform.terms[passed % 5])
+        assert found.first[k] == (passed + 1) % 5

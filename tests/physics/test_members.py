@@ -244,3 +244,14 @@ def test_the_energy_is_the_integral_of_the_static_force_of_films_and_bias(more):
     energies = [float(np.ravel(model.members().energy(place))[0]) for place in (0.1, 0.8)]
     assert energies[1] - energies[0] == pytest.approx(np.trapezoid(force, x), rel=1e-6)
     assert energies == [float(model.energy(place)) for place in (0.1, 0.8)]
+
+
+def test_force_and_stiffness_are_known_up_to_the_voltage_at_which_a_film_pulls_in():
+    """And within the stretch limit; above either they are NaN."""
+    model = ConeModel(film="wrinkling", stretch_limit=[50.0, 20.0], prestretch=1.1, spring_stiffness=0.7)
+    x = np.array([0.6, 0.7])
+    highest = np.sqrt(model.film.highest_squared(x, model.numbers()))
+    for share, known in ((0.0, True), (0.7, True), (0.999, True), (1.001, False)):
+        for found in (model.force(x, share * highest), model.stiffness(x, share * highest)):
+            np.testing.assert_array_equal(np.isfinite(found), known)
+    assert np.isnan(model.force(np.array([0.6, 9.0]))).tolist() == [False, True]

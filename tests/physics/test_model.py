@@ -740,3 +740,17 @@ def test_an_array_of_the_wrong_type_is_refused_in_one_line():
     with pytest.raises(InputError) as error:
         ConeModel(voltage=np.array([["1", "2"], ["3", "4"]]))
     assert "\n" not in str(error.value)
+
+
+def test_a_second_film_takes_what_the_first_one_chose():
+    """Its law and pre-stretch mode, its branches, and where it wrinkles what happens at pull-in."""
+    chosen = {"film": "wrinkling", "pull_in": "minimum", "law": "neo-hookean", "prestretch_mode": "equibiaxial"}
+    first, second = (placed.film for placed in ConeModel(**chosen, second_film="wrinkling").system.films)
+    assert second == first
+    assert (second.pull_in, second.law.name, second.prestretch_mode) == ("minimum", "neo-hookean", "equibiaxial")
+    viscous = {"viscous_modulus_1": 0.5, "flow": "linear", "rested": "raised"}
+    first, second = (placed.film for placed in ConeModel(film="taut", second_film="taut", **viscous).system.films)
+    assert second == first
+    assert (second.branches, second.flow, second.rested) == (1, "linear", "raised")
+    other = ConeModel(film="taut", second_film="wrinkling", **viscous).system.films[1].film
+    assert (other.name, other.branches, other.flow, other.pull_in) == ("wrinkling", 1, "linear", "first")

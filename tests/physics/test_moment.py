@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.physics.model import ConeModel
 from tests.physics.test_system import MODELS, every_model, points
 
 
@@ -31,3 +32,17 @@ def test_the_rate_of_the_film_voltage_is_its_slope_along_the_motion(name):
         rates = np.array(system.rates(tau, z, n), dtype=float)
         ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
         assert system.voltage_rates(tau, z, n)[0] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-7, abs=1e-9)
+
+
+def test_a_branch_without_states_takes_power_like_a_damper():
+    """2 zeta u^2 by the disc's damper, 4 g tau x^2 u^2/q^2 by the branch, of the film's power."""
+    fast = {"viscous_modulus_1": 0.7, "relaxation_time_1": 0.01, "reduced": "relaxation_time_1"}
+    model = ConeModel(film="taut", damping_ratio=0.3, voltage=0.4, **fast)
+    system, n, tau, z = model.system, model.own_numbers, 0.4, np.array([0.6, 1.7])
+    film, damper = system.powers(tau, z, n)[:2]
+    force = system.film.force(z[0], system.waveform.voltage(tau, n) ** 2, [], n)[0]
+    drag = 4.0 * 0.7 * 0.01 * (z[0] / (1.0 + z[0] ** 2)) ** 2
+    assert film == pytest.approx(-(force + drag * z[1]) * z[1], rel=1e-12)
+    assert damper == pytest.approx(0.6 * z[1] ** 2, rel=1e-14)
+    bias = system.bias.force(z[0], [], n)[0]
+    assert system.rates(tau, z, n)[1] == pytest.approx(-(force + bias + (drag + 0.6) * z[1]), rel=1e-12)

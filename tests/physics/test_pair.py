@@ -7,6 +7,8 @@ import pytest
 
 import gelcone
 from gelcone.physics.balance import SEARCH_RANGE, PullIn
+from gelcone.physics.pair import PairBalance
+from gelcone.physics.statics import balances_of, rest_displacements
 
 PAIR = gelcone.ConeModel(
     law="neo-hookean", film="taut", second_film="taut", second_flat_height=0.5, spring_stiffness=0.3
@@ -87,3 +89,22 @@ def test_of_two_equally_near_equilibria_past_a_pitchfork_the_higher_one_is_taken
     assert found[0] == pytest.approx(0.5 * apart, abs=1e-9)
     np.testing.assert_allclose(found[1:], np.nanmax(places[1:], axis=1), rtol=1e-9)
     assert (found[1:] > 0.5 * apart + 0.05).all()
+
+
+@pytest.mark.parametrize("drive", ["same", "opposite", "constant"])
+def test_a_ramp_rests_where_forces_balance_up_to_its_first_loss_and_beyond(drive):
+    """At each level a stable equilibrium of all that there are, and of neighbouring levels one near the other."""
+    model = PAIR.replace(second_drive=drive, rest_height=0.3, hoop_prestretch=1.3)
+    (balance,) = balances_of(model.members())
+    assert isinstance(balance, PairBalance)
+    rest = float(rest_displacements(model))
+    lost = balance.losses(rest)[0]
+    levels = np.concatenate([[0.0], lost.voltage * np.array([0.3, 0.31, 0.6, 0.9, 0.99])])
+    place, losses = balance.along_ramp(rest, levels**2)
+    assert losses.tolist() == [0] * 6
+    assert place[0] == rest
+    for x, level in zip(place, levels, strict=True):
+        stable = [e.displacement for e in balance.equilibria(np.array([level**2]))[0] if e.stable]
+        assert min(abs(x - other) for other in stable) < 1e-9
+        assert abs(float(balance.force(x, level**2))) < 1e-12
+    assert abs(place[2] - place[1]) < 0.05

@@ -101,3 +101,25 @@ def test_no_rest_is_continued_from_an_unstable_one():
         assert statics._continued(member, near) is None
     assert statics._continued(member, 0.95 * rest) == pytest.approx(rest, rel=1e-12)
     assert statics._continued(member, rest - 1.5 * statics.FARTHEST) is None
+
+
+def test_double_cones_that_differ_in_their_second_film_alone_rest_elsewhere():
+    second = {"second_hoop_prestretch": [1.1, 1.4, 1.1], "second_flat_height": [0.8, 0.8, 0.5]}
+    pair = ConeModel(film="taut", second_film="taut", hoop_prestretch=1.2, spring_stiffness=0.4, **second)
+    found = every_balance(pair)
+    assert len({id(balance) for balance in found}) == 3
+    rests = rest_displacements(pair)
+    for k in range(3):
+        own = {name: values[k] for name, values in second.items()}
+        alone = ConeModel(film="taut", second_film="taut", hoop_prestretch=1.2, spring_stiffness=0.4, **own)
+        assert rests[k] == pytest.approx(rest_displacement(alone), rel=1e-12)
+    assert np.unique(rests).size == 3
+
+
+def test_under_the_hand_the_last_member_is_continued():
+    statics._rests.clear()
+    places = {}
+    with continuing(places):
+        rests = rest_displacements(ConeModel(rest_height=[0.4, 0.9]))
+    assert rests[0] != rests[1]
+    assert list(places.values()) == [rests[1]]

@@ -5,9 +5,10 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.physics.bias import Bias, LinearSpring
-from gelcone.physics.circuit import IdealSource
+from gelcone.physics.circuit import Amplifier, IdealSource
 from gelcone.physics.component import State
 from gelcone.physics.film.taut import TautCone
+from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.structure import Structure
@@ -90,3 +91,38 @@ def test_all_parameters_have_defaults_and_are_checked():
     assert system.complete({}).keys() <= system.parameters.keys()
     with pytest.raises(InputError, match="damping_ratio = -1: must be at least 0"):
         system.complete({"damping_ratio": -1.0})
+
+
+def test_both_lines_of_a_double_cone_have_the_switches_of_their_circuit():
+    limits = {"series_resistance": 0.3, "current_limit": 0.5, "filter_time": 0.2, "slew_rate": 2.0}
+    model = ConeModel(film="taut", second_film="taut", second_drive="opposite", circuit="amplifier", **limits)
+    own = [name for name in model.own_numbers if name.endswith(("_above", "_below"))]
+    first = ["slew_rate_above", "slew_rate_below", "current_limit_above", "current_limit_below"]
+    assert own == [*first, *("second_" + name for name in first)]
+    assert model.system.numbers == tuple(model.own_numbers)
+    assert [line.films for line in model.system.lines] == [(0,), (1,)]
+    names = [state.name for state in model.system.states[2:]]
+    assert names == ["amplifier_voltage", "film_voltage", "second_amplifier_voltage", "second_film_voltage"]
+    assert [list(model.system.places_of(line)) for line in model.system.lines] == [[2, 3], [4, 5]]
+    n = {"voltage_bias": 0.4, "second_voltage": 0.9}
+    assert model.system.command_of(model.system.lines[1], 0.7, n) == pytest.approx(0.1)
+    constant = model.replace(second_drive="constant").system
+    assert constant.command_of(constant.lines[1], 0.7, n) == 0.9
+
+
+class Unlike(TautCone):
+    name, linear_charge = "unlike", False
+
+
+@pytest.mark.parametrize("film", [Unlike(), WrinklingCone()])
+def test_a_resistance_without_a_state_needs_films_whose_capacitance_the_voltage_does_not_change(film):
+    """It may depend on the voltage, or change its law at a border."""
+    reduced = {"circuit": Amplifier(reduced=True), "series_resistance": 0.003}
+    for films in ({"film": film}, {"film": "taut", "second_film": film}):
+        with pytest.raises(
+            InputError, match=f"reduced: the capacitance of the film '{film.name}' depends on the voltage"
+        ):
+            ConeModel(**films, **reduced)
+    assert ConeModel(film="taut", second_film="taut", **reduced).system.circuit.reduced
+    with pytest.raises(InputError, match="reduced: the voltage of the waveform 'triangle' has corners"):
+        ConeModel(film="taut", waveform="triangle", **reduced)

@@ -130,3 +130,34 @@ def test_the_static_force_is_what_the_rates_have_at_rest(name):
 def test_a_system_is_planar_where_displacement_and_velocity_are_all():
     assert MODELS["gent"].system.planar
     assert not MODELS["five"].system.planar
+
+
+@pytest.mark.parametrize(("limits", "share"), [((20.0, 30.0), True), ((20.0, np.inf), True), ((np.inf, np.inf), False)])
+def test_the_strain_of_two_films_is_the_larger_share_of_their_limits_or_without_any_the_larger_strain(limits, share):
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=1.5, second_hoop_prestretch=1.4,
+        stretch_limit=limits[0], second_stretch_limit=limits[1],
+    )  # fmt: skip
+    x, n = np.array([0.1, 0.9, 1.4]), pair.own_numbers
+    strains = np.array([film.strain(x, n) for film in pair.system.films])
+    own = np.array([strain / limit for strain, limit in zip(strains, limits, strict=True)])
+    np.testing.assert_allclose(pair.system.strain(x, n), (own if share else strains).max(axis=0), rtol=1e-14)
+    q = np.array([1.0 + x * x, 1.0 + (1.5 - x) ** 2])
+    np.testing.assert_allclose(strains, [q[0] + 1.0 / q[0] - 2.0, q[1] + 1.96 + 1.0 / (1.96 * q[1]) - 3.0], rtol=1e-12)
+
+
+def test_a_double_cone_is_overstretched_where_one_of_its_films_is():
+    """The second film's branch is stretched by 1 + (d - x)^2."""
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=1.5,
+        viscous_modulus_1=0.4, relaxation_time_1=2.0, viscous_limit_1=0.5,
+    )  # fmt: skip
+    n = pair.own_numbers
+    names = [state.name for state in pair.system.states]
+    for x in (0.1, 0.75, 1.4):
+        z = [x, 0.0, 1.0, 1.0, 1.0, 1.0]
+        assert len(names) == len(z)
+        q = np.array([1.0 + x * x, 1.0 + (1.5 - x) ** 2])
+        each = q + 1.0 / q - 2.0 >= 0.5
+        assert bool(pair.system.overstretched(z, n)) == each.any()
+    assert each.tolist() == [True, False]

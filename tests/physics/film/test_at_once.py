@@ -11,6 +11,7 @@ from gelcone.motion.equilibrium import jump_voltages
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.statics import rest_displacement
 
 CERTIFIED = json.loads((Path(__file__).parents[2] / "reference" / "viscous.json").read_text())
 
@@ -93,3 +94,35 @@ def test_a_film_whose_next_minimum_is_near_pulls_in_where_the_first_ends(limit):
     first = squared[np.argmax(np.diff(squared) < 0.0)]
     found = held.system.films[0].highest_squared(np.array([0.0]), held.numbers())
     np.testing.assert_allclose(found, first, rtol=1e-10)
+
+
+def test_branches_are_held_as_they_are_where_a_run_starts_from_rest():
+    """Those that have rested where the disc is raised to: at their own lengths there they carry nothing."""
+    given = {"viscous_modulus_1": 0.8, "relaxation_time_1": 5.0, "rest_height": 0.7, "spring_stiffness": 0.9}
+    model = ConeModel(film=TautCone(branches=1, rested="raised"), hoop_prestretch=1.1, **given)
+    rest = float(rest_displacement(model))
+    assert rest > 0.2
+    held = films_at_once(model)
+    for name, value in (("meridional", 1.0 / (1.0 + rest * rest)), ("hoop", 1.0)):
+        assert float(held.values[f"held_viscous_{name}_1"][0]) == pytest.approx(value, rel=1e-12)
+    own = films_at_once(model, np.array([[0.3, 0.0, 0.8, 0.9]]))
+    assert [float(own.values[f"held_viscous_{name}_1"][0]) for name in ("meridional", "hoop")] == [0.8, 0.9]
+    x, squared, n = np.array([0.5]), np.array([0.2]), own.numbers()
+    film = own.system.films[0].film
+    exact = model.film.force(x, squared, [np.array([0.8]), np.array([0.9])], n)
+    np.testing.assert_allclose(film.force(x, squared, [], n), exact, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("law", "branch"), [(4.0, 50.0), (4.0, np.inf), (np.inf, 3.0), (np.inf, np.inf)])
+def test_a_film_reaches_as_far_as_the_lower_of_its_limits(law, branch):
+    """q + 1/q - 2 at the limit of law or branch, of a film that is not pre-stretched."""
+    case = {"branches": [{"g": 0.5, "J": branch}], "lm": 1.0, "lh": 1.0, "J": law}
+    held = films_at_once(model_of(case, TautCone))
+    begin, end = held.system.film.reach(held.numbers_at(0))
+    assert begin == 0.0
+    lowest = min(law, branch)
+    if np.isinf(lowest):
+        assert end == np.inf
+    else:
+        q = 1.0 + end * end
+        assert q + 1.0 / q - 2.0 == pytest.approx(lowest, rel=1e-9)

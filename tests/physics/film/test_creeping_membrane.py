@@ -10,6 +10,7 @@ from gelcone.codes import Outcome
 from gelcone.membrane.gel import Gel
 from gelcone.motion.flow import integrate
 from gelcone.physics.film.membrane import MembraneFilm
+from tests.physics.film.programs import in_program
 
 GEL = {"prestretch": 1.5, "prestretch_mode": "equibiaxial", "radius_ratio": 0.2}
 BRANCH = {"viscous_modulus_1": 0.5, "relaxation_time_1": 10.0}
@@ -111,3 +112,23 @@ def test_a_second_membrane_creeps_as_the_first():
 def test_branches_without_states_are_refused():
     with pytest.raises(InputError, match="relaxation_time_1 takes its states in a membrane; take the taut film"):
         model_of(relaxation_time_1=0.01, reduced="relaxation_time_1")
+
+
+@pytest.mark.parametrize("prestretch_mode", ["equibiaxial", "radial"])
+def test_a_program_that_begins_with_a_loose_film_finds_its_natural_height(prestretch_mode):
+    """Where the branches have crept far above the disc: a run may begin so, or be resumed. Arrays bracket that height,
+    and a program comes to it by Newton's method from above."""
+    own = {"prestretch": 1.0 if prestretch_mode == "equibiaxial" else 1.5, "prestretch_mode": prestretch_mode}
+    film, n = numbers_of(model_of(**own))
+    random = np.random.default_rng(8)
+    x, squared = random.uniform(0.02, 0.8, 600), random.uniform(0.0, 0.4, 600)
+    y = [random.uniform(0.5, 0.9, 600), random.uniform(0.95, 1.05, 600)]
+    signs = film.switches(x, squared, y, n)
+    loose = (signs["in_tension"] < 0.0) & np.isfinite(film.force(x, squared, y, n)[0])
+    assert loose.sum() > 30
+    table = np.array(list(signs.values())).T
+    for row in np.unique(table[loose], axis=0):
+        here = loose & (table == row).all(axis=1)
+        at = x[here], squared[here], [value[here] for value in y]
+        (found,) = in_program(film._place, n, dict(zip(signs, row, strict=True)), *at)
+        np.testing.assert_allclose(found, film._place(*at, n), rtol=1e-9)

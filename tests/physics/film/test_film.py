@@ -73,3 +73,34 @@ def test_statics_through_the_model():
     assert model.law is None
     assert model.prestretch_mode is None
     assert model.stretches == (1.0, 1.0)
+
+
+class Curved(Film):
+    """F = c x^3 - V x/(1 + V) + V^2 x^5/4: not linear in V."""
+
+    name = "curved"
+
+    def force(self, x, squared, y, n, xp=np):
+        weaker, stiffer = squared / (1.0 + squared), 0.25 * squared * squared
+        force = n["c"] * (x * x * x) - weaker * x + stiffer * (x * x * x * x * x)
+        return force, 3.0 * n["c"] * (x * x) - weaker + 5.0 * stiffer * (x * x * x * x)
+
+
+def test_what_follows_from_a_force_that_is_not_linear_in_the_squared_voltage():
+    """Turning, gain and area by hand at a voltage; no state above none, and none beyond a limit."""
+    film, n = Curved(), {"c": 1.7}
+    for V in (0.0, 0.6):
+        np.testing.assert_allclose(film.turning(X, V, n), 3.4 * X**3 + V**2 * X**5, rtol=1e-12)
+        gain = X / (1.0 + V) ** 2 - 0.5 * V * X**5
+        np.testing.assert_allclose(film.voltage_gain(X, V, n), gain, rtol=1e-12, atol=1e-15)
+        area = 1.0 + X**2 / (1.0 + V) ** 2 - V * X**6 / 6.0
+        np.testing.assert_allclose(film.capacitance(X, V, [], n), area, rtol=1e-12)
+        work = 1.7 * X**4 / 4.0 - 0.5 * V / (1.0 + V) * X**2 + V**2 * X**6 / 24.0
+        np.testing.assert_allclose(film.work(X, V, [], n), work, rtol=1e-12, atol=1e-15)
+        taken = V / (1.0 + V) * X - 0.25 * V**2 * X**5
+        np.testing.assert_allclose(film.voltage_force(X, V, [], n), taken, rtol=1e-12, atol=1e-15)
+        v, rate, u = V**0.5, 0.4, 0.7  # d(v area)/dt
+        by_v = area + 2.0 * V * (-2.0 * X**2 / (1.0 + V) ** 3 - X**6 / 6.0)
+        current = film.current(X, u, v, rate, n)
+        by_x = 2.0 * X / (1.0 + V) ** 2 - V * X**5
+        np.testing.assert_allclose(current, by_v * rate + v * by_x * u, rtol=1e-6, atol=1e-9)

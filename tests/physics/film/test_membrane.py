@@ -10,10 +10,12 @@ from scipy.integrate import solve_ivp
 
 from gelcone import ConeModel, InputError
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.membrane.mean_length import mean_length
 from gelcone.membrane.table import NEVER
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
+from tests.physics.film.programs import in_program
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "membrane.json").read_text())
 MADE = [(0.2, 1, 1), (0.2, 1.5, 1.5), (0.2, 1, 1.5)]
@@ -239,3 +241,156 @@ def test_branches_of_a_loose_membrane_are_as_long_as_where_it_begins_to_pull():
     for state, beyond in ((1.0, False), (0.7, True)):
         assert [bool(film.overstretched(x, [state, 1.0], n)) for x in (0.0, 0.2, begin)] == [beyond] * 3
     assert film.starts(0.2, n) == film.starts(begin, n)
+
+
+# --- borders, programs and branches -----------------------------------------------------------------------------------
+
+
+def sampled(n, count=240, seed=5):
+    """Heights and squared voltages over all that the film has states for."""
+    random = np.random.default_rng(seed)
+    film, reach = MembraneFilm(), float(n["reach_squared"]) ** 0.5
+    x = random.uniform(0.02, 0.95, count) * min(reach, 1.6)
+    return x, random.uniform(0.0, 0.99, count) * np.minimum(film.highest_squared(x, n), 1.5)
+
+
+def by_switches(signs):
+    """The rows of equal switches, as a dict and a mask each."""
+    table = np.array(list(signs.values())).T
+    for row in np.unique(table, axis=0):
+        yield dict(zip(signs, row, strict=True)), (table == row).all(axis=1)
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_a_program_has_the_formulas_of_arrays_and_its_borders_the_side_of_the_switches(made):
+    film, n = film_of(*made)
+    x, squared = sampled(n)
+    state, seen = film.state(x, np.sqrt(squared), [], n), 0
+    share = film.limit_share(x, np.sqrt(squared), [], n)
+
+    def formulas(x, squared, n, xp):
+        borders = [border.value(x, squared, [], n, xp) for border in film.borders]
+        own = film.traced_state(x, squared, [], n, xp)
+        return [*film.force(x, squared, [], n, xp), film.capacitance(x, squared, [], n, xp), *own, *borders]
+
+    for own, here in by_switches(film.switches(x, squared, [], n)):
+        at = x[here], squared[here]
+        force, slope, charge, along, across, field, limit, *borders = in_program(formulas, n, own, *at)
+        np.testing.assert_allclose((force + 0.0 * at[0], slope + 0.0 * at[0]), film.force(*at, [], n), 1e-9, 1e-12)
+        np.testing.assert_allclose(charge + 0.0 * at[0], film.capacitance(*at, [], n), rtol=3e-3)
+        np.testing.assert_allclose(along, state.meridional_stress[here], rtol=1e-8, atol=1e-9)
+        np.testing.assert_allclose(across, state.hoop_stress[here], rtol=1e-8, atol=1e-9)
+        np.testing.assert_allclose(field, state.true_field[here] ** 2, rtol=1e-8)
+        np.testing.assert_allclose(limit, share[here], rtol=1e-8)
+        assert all(np.all(value > -1e-12) for value in borders)
+        seen += 1
+    assert seen > 1
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_the_film_ends_where_its_border_says_so(made):
+    """A slack one at its own limit, one in tension where it localises: which of the two the kind of pull-in names."""
+    film, n = film_of(*made)
+    x = np.linspace(0.03, 1.5, 60)
+    highest = film.highest_squared(x, n)
+    border = film.borders[-1]
+    assert (border.switch, border.seldom) == (None, True)
+    for share, whole in ((1.0 - 1e-9, True), (1.0 + 1e-9, False)):
+        for own, here in by_switches(film.switches(x, share * highest, [], n)):
+            value = border.value(x[here], share * highest[here], [], {**n, **own}, np)
+            np.testing.assert_array_equal(value > 0.0, whole)
+            kind = FilmPullIn.LOCALISATION if own["pulls"] > 0.0 else FilmPullIn.MINIMUM
+            assert film.pull_in_kind(own) == kind
+        np.testing.assert_array_equal(np.isnan(film.force(x, share * highest, [], n)[0]), not whole)
+
+
+@pytest.mark.parametrize("branches", [0, 1])
+def test_the_time_in_each_kind_is_counted_by_the_switches(branches):
+    """In tension all around, partly wrinkled, wrinkled all around, slack: by hand for each set of switches."""
+    film = MembraneFilm(branches=branches)
+    names = ["another", *film.switch_names]
+    dwell = np.random.default_rng(0).uniform(0.0, 1.0, (2, 2 ** len(names)))
+    expected = np.zeros((2, 4))
+    for place in range(dwell.shape[1]):
+        on = {name: not (place >> k) & 1 for k, name in enumerate(names)}
+        if not on["in_tension" if branches else "pulls"]:
+            kind = 3
+        elif not (on["pulls"] and on["any_taut"]):
+            kind = 2
+        else:
+            kind = 0 if on["rim_taut"] else 1
+        expected[:, kind] += dwell[:, place]
+    np.testing.assert_allclose(film.times_of_kinds(names, dwell), expected, rtol=1e-14)
+
+
+@cache
+def creeping(made=MADE[0]):
+    film, (_, n) = MembraneFilm(branches=1), film_of(*made)
+    return film, n | film.viscous.numbers({"viscous_modulus_1": 0.4, "relaxation_time_1": 3.0, "viscous_limit_1": 20.0})
+
+
+@pytest.mark.parametrize("made", [MADE[0], MADE[2]])
+def test_a_film_that_creeps_is_one_energy_where_it_pulls_and_hangs_loose_where_it_would_push(made):
+    """Loose it neither pulls nor knows where its disc is: charge, energy and stresses are those of its own height."""
+    (film, n), h = creeping(made), 1e-4
+    x, squared = sampled(n, 40, 6)
+    random = np.random.default_rng(8)
+    y = [random.uniform(0.35, 1.0, 40), random.uniform(0.9, 1.1, 40)]
+    signs = film.switches(x, squared, y, n)
+    loose = signs["in_tension"] < 0.0
+    assert 3 < loose.sum() < 37
+    force, slope = film.force(x, squared, y, n)
+    own = film.work(x, squared, y, n)
+    ahead, behind = (film.work(x + d, squared, y, n) for d in (h, -h))
+    smooth = np.isfinite(ahead - behind) & (np.abs(ahead - 2.0 * own + behind) < 1e-6)
+    assert smooth.sum() > 20
+    np.testing.assert_allclose(force[smooth], ((ahead - behind) / (2.0 * h))[smooth], atol=2e-5)
+    assert (force[loose & smooth] == 0.0).all()
+    assert (slope[loose & smooth] == 0.0).all()
+    s = film._place(x, squared, y, n)
+    assert (s[loose] > x[loose] ** 2).all()
+    np.testing.assert_array_equal(s[~loose], x[~loose] ** 2)
+    for name in ("capacitance", "work"):
+        at_own = getattr(film, name)(np.sqrt(s), squared, y, n)
+        np.testing.assert_allclose(getattr(film, name)(x, squared, y, n), at_own, rtol=1e-9, atol=1e-12)
+    state = film.state(x, np.sqrt(squared), y, n)
+    whole = state.kind >= 0
+    assert (state.kind[loose & whole] == 3).all()
+    (m, width), hoop = (
+        film.branch_lengths(x, squared, y, n),
+        film.viscous.stresses(*film.branch_lengths(x, squared, y, n), y, n),
+    )
+    np.testing.assert_allclose(m, mean_length(s, n)[0], rtol=1e-12)
+    assert width == 1.0
+    elastic = film_of(*made)[0].state(np.sqrt(s), np.sqrt(squared), [], n)
+    for found, plain, more in zip(
+        (state.meridional_stress, state.hoop_stress),
+        (elastic.meridional_stress, elastic.hoop_stress),
+        hoop,
+        strict=True,
+    ):
+        np.testing.assert_allclose(found[whole], np.maximum(plain + more, 0.0)[whole], rtol=1e-9, atol=1e-12)
+    share = np.fmax(film_of(*made)[0].limit_share(x, np.sqrt(squared), [], n), film.viscous.limit_share(m, width, y, n))
+    assert (film.limit_share(x, np.sqrt(squared), y, n) >= share - 1e-12)[whole].all()
+
+
+def test_a_program_has_the_formulas_of_a_film_that_creeps():
+    film, n = creeping()
+    x, squared = sampled(n, 60, 6)
+    random = np.random.default_rng(8)
+    y = [random.uniform(0.7, 1.0, 60), random.uniform(0.9, 1.1, 60)]
+
+    def formulas(x, squared, y, n, xp):
+        borders = [border.value(x, squared, y, n, xp) for border in film.borders[:-1]]
+        return [film.force(x, squared, y, n, xp)[0], film._place(x, squared, y, n, xp), *borders]
+
+    for own, here in by_switches(film.switches(x, squared, y, n)):
+        at = x[here], squared[here], [value[here] for value in y]
+        force = film.force(*at, n)[0]
+        whole = np.isfinite(force)
+        found, place, *borders = in_program(formulas, n, own, *at)
+        np.testing.assert_allclose((found + 0.0 * at[0])[whole], force[whole], rtol=1e-8, atol=1e-10)
+        np.testing.assert_allclose((place + 0.0 * at[0])[whole], film._place(*at, n)[whole], rtol=1e-7)
+        near = [border.switch for border in film.borders].index("near")  # by the height at which it hangs
+        np.testing.assert_allclose(borders[near], own["near"] * (n["cut_squared"] - place), rtol=1e-12)
+        assert all(np.all((value + 0.0 * at[0])[whole] > -1e-9) for value in borders)

@@ -9,7 +9,7 @@ import pytest
 import gelcone
 from gelcone.errors import InputError
 from gelcone.physics.film import pull_in
-from gelcone.physics.film.pull_in import membrane_pull_in
+from gelcone.physics.film.pull_in import ReadCurve, membrane_pull_in
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 
@@ -106,3 +106,43 @@ def test_a_curve_that_would_dip_below_its_lowest_column_takes_a_lower_degree():
     n, x = model.members().numbers_at(0), np.geomspace(1e-4, 0.1, 40)
     assert model.film.highest_squared(x, n).min() > 0.1
     assert np.isfinite(model.force(x, 0.1)).all()
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.05])
+def test_curves_between_others_are_the_plane_through_them_and_their_error_is_that_of_leaving_one_out(monkeypatch, bend):
+    """Of made-up films, whose voltage is a plane over hoop pre-stretch squared and a/b, and bends by ``bend``."""
+    made, places = [], np.linspace(0.0, 2.0, pull_in.PLACES)
+
+    def volts(B, ratio):
+        return (0.5 + 0.2 * B + 0.3 * ratio + bend * (B - 1.4) ** 2) * (1.0 + 0.1 * places)
+
+    def curve_of(law, numbers, A, B, ratio):
+        made.append((B, ratio))
+        return ReadCurve({"film_error": 0.01 * B, "reach_squared": 4.0}, volts(B, ratio))
+
+    monkeypatch.setattr(pull_in, "curve_of", curve_of)
+    random = np.random.default_rng(1)
+    hoops, ratios = random.uniform(1.1, 1.3, 60), random.uniform(0.15, 0.3, 60)
+    members = ConeModel(film="wrinkling", hoop_prestretch=hoops, radius_ratio=ratios).members()
+    with pull_in.interpolated_curves(members) as between:
+        assert between.films == 60
+        assert between.made == len(made) == len(set(made)) < 15
+        assert len(pull_in._between) == 60 - between.made
+        off = []
+        for (_, _, A, B, ratio), curve in pull_in._between.items():
+            assert A == 1.0
+            assert curve.reach == 2.0
+            assert curve.error == pytest.approx(0.01 * max(B for B, _ in made))
+            off.append(np.max(np.abs(curve.voltage(places) / volts(B, ratio) - 1.0)))
+        assert max(off) < (1e-10 if not bend else 6.0 * between.error)
+        columns = np.array([(1.0, B, ratio) for B, ratio in made])
+        left_out = []
+        for k in range(len(made)):
+            others = np.arange(len(made)) != k
+            values = np.array([volts(*one) for one in made])
+            found = columns[k] @ np.linalg.lstsq(columns[others], values[others], rcond=None)[0]
+            left_out.append((values[k] - found) / values[k])
+        assert between.error == pytest.approx(np.sqrt(np.mean(np.square(left_out))), rel=1e-6, abs=1e-12)
+    assert not pull_in._between
+    read = ReadCurve({"film_error": 0.0, "reach_squared": 4.0}, volts(1.4, 0.2))
+    np.testing.assert_allclose(read.voltage([-1.0, 1.0, 5.0]), [0.924, 0.924, 1.008], rtol=1e-12)

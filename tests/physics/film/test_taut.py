@@ -7,6 +7,7 @@ from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
+from tests.physics.film.programs import in_program
 
 CASES = {
     "gent": ConeModel(stretch_limit=9.0, meridional_prestretch=1.1, hoop_prestretch=1.3),
@@ -205,3 +206,25 @@ def test_film_force_strain_and_limits_of_an_ensemble_are_those_of_its_members():
         alone = model.take(np.ravel_multi_index(index, (2, 3)))
         for one, other in zip(together, alone.film_state(0.8, 0.4), strict=True):
             assert np.broadcast_to(one, (2, 3))[index] == pytest.approx(float(other), rel=1e-14)
+
+
+@pytest.mark.parametrize("flow", ["log", "linear"])
+def test_a_program_has_the_stresses_and_the_force_of_a_film_with_branches(flow):
+    film = TautCone(branches=1, flow=flow)
+    given = {"viscous_modulus_1": 0.7, "relaxation_time_1": 3.0, "hoop_prestretch": 1.2, "stretch_limit": 30.0}
+    n = film.numbers(film.complete(given | ({"viscous_limit_1": 1.5} if flow == "log" else {})))
+    x, voltage, y = (
+        np.linspace(0.1, 1.1, 7),
+        np.linspace(0.0, 0.8, 7),
+        [np.linspace(0.8, 1.1, 7), np.linspace(1.1, 0.9, 7)],
+    )
+    state = film.state(x, voltage, y, n)
+    along, across, field, share = in_program(film.traced_state, n, {}, x, voltage**2, y)
+    np.testing.assert_allclose(along, state.meridional_stress, rtol=1e-12)
+    np.testing.assert_allclose(across, state.hoop_stress, rtol=1e-12)
+    np.testing.assert_allclose(field, state.true_field**2, rtol=1e-12)
+    np.testing.assert_allclose(share, film.limit_share(x, voltage, y, n), rtol=1e-9)
+    np.testing.assert_allclose(
+        in_program(film.force, n, {}, x, voltage**2, y), film.force(x, voltage**2, y, n), rtol=1e-12
+    )
+    assert np.abs(along - film.state(x, voltage, [], n).meridional_stress).max() > 0.1

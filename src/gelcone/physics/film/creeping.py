@@ -244,7 +244,9 @@ class Creeping:
 
         def slender(width: Any) -> Any:
             own = self.tension(m, 0.0, width, y, n)
-            return np.where(own.compliance > 0.0, own.across - own.along, np.inf)
+            whole = (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
+            more = own.across - own.along
+            return np.where(whole & np.isfinite(more), more, np.inf)  # at the limit itself both may be infinite
 
         return rise(slender, np.ones_like(m), self._widest(m, y, n))
 

@@ -71,7 +71,7 @@ class CreepingMembrane:
 
         def residual(natural: Any, s: Any, squared: Any, *others: Any) -> Any:
             *y, xp = others
-            push = self.pull(natural, squared, y, n, xp)[0]
+            push = natural * self.pull(natural, squared, y, n, xp)[0]  # K alone bends down: from above, too far a step
             return push if known(pulls) == 0.0 else pulls * (natural - s) + (1.0 - pulls) * push
 
         law = [n[name] for name in self.film.switch_names]
@@ -79,11 +79,14 @@ class CreepingMembrane:
         near = 0.5 + 0.5 * n["near"]
         least = near * n["mean_begin"] + (1.0 - near) * xp.maximum(n["cut_squared"], n["mean_begin"])
 
+        most = near * n["cut_squared"] + (1.0 - near) * n["reach_squared"]
+
         def first(s: Any, squared: Any, *others: Any) -> Any:
-            """The height at which the last branch carries nothing: the natural one lies below, and far below it the
-            formulas of the relaxed film mean nothing."""
+            """The height at which the last branch carries nothing, as far as the law at the natural height holds: that
+            one lies below, and far below it the formulas of the relaxed film mean nothing."""
             *y, xp = others
-            return xp.maximum(xp.maximum(s, least), height_of(self.film.viscous.free_length(y, xp), n))
+            above = xp.maximum(xp.maximum(s, least), height_of(self.film.viscous.free_length(y, xp), n))
+            return -xp.maximum(-above, -most)
 
         return root(xp, name, residual, (s, squared, *y), first), pulls
 
