@@ -373,7 +373,7 @@ def made_up_envelope(first, low, static, recommended):
         (6.0, 1, 1800.0, 1500.0, "chaos under the drive", ""),
         (6.0, 1, 2500.0, 1500.0, "hoop slack on a ramp", ""),
         (6.0, -1, 1800.0, 1500.0, "hoop slack on a ramp", ""),
-        (6.0, 1, 1800.0, 1300.0, "chaos under the drive", "chaos under the drive leaves 1300 V at its frequency, and it"),
+        (6.0, 1, 1800.0, 1300.0, "chaos under the drive", "chaos under the drive leaves 1300 V at its frequency"),
         (4.0, 1, 1800.0, 1300.0, "chaos under the drive", "its settled stroke is 4 mm"),
         (np.nan, 1, 1800.0, 1500.0, "chaos under the drive", "its settled stroke is nan mm"),
     ],

@@ -191,7 +191,7 @@ def test_a_structure_of_the_loss_has_a_damper_a_branch_or_both():
     assert own.damping_coefficient == 0.0
     assert own.material.viscous_modulus_1 == pytest.approx(0.1 * PUMP.material.shear_modulus)
     assert own.material.relaxation_time_1 == pytest.approx(1.0 / (2.0 * np.pi * PUMP.frequency))
-    branch = {name: module.ANY for name in ("material.viscous_modulus_1", "material.relaxation_time_1")}
+    branch = dict.fromkeys(("material.viscous_modulus_1", "material.relaxation_time_1"), module.ANY)
     assert free == {**FREE, **branch}
     own, free = module._with_loss(creeping, {**FREE, "damping_coefficient": 0.3}, "both")
     assert (own.material.viscous_modulus_1, own.damping_coefficient) == (500.0, PUMP.damping_coefficient)

@@ -137,3 +137,10 @@ def sphere(x, p, q):
 def multipliers_at(slope):
     """The two multipliers where the rule has that slope, the larger one first."""
     return sorted(np.roots([1.0, -(1.0 + SHRINKS) * slope, SHRINKS]), key=abs, reverse=True)
+
+
+def bubble(x, p):
+    """The fixed point x = AWAY has the multiplier -1 at p = 0 and at p = 1; a branch of cycles of two, h^2 = p (1 - p),
+    leads from the one to the other."""
+    s = x - AWAY
+    return AWAY - (1.0 + p * (1.0 - p)) * s + s**3

@@ -154,3 +154,16 @@ def test_an_orbit_is_found_between_its_two_points():
     x, value = maps.cycle_of(0.3)
     cycles = world.of_kind(Kind(2))
     assert not tree.holds(cycles, maps.orbit_at(cycles, value, *x))
+
+
+def test_a_branch_belongs_to_the_event_where_it_is_born_and_ends_at_another():
+    """Both know its number; it is followed once."""
+    tree = grown(maps.bubble, -0.5, maps.AWAY, walk=Walk(-1.0, 2.0))
+    parent, child = tree.branches
+    assert sorted(event.value for event in parent.events) == pytest.approx([0.0, 1.0], abs=1e-11)
+    assert [event.born_branch for event in parent.events] == [1, 1]
+    assert child.parent is parent.events[0]
+    assert child.ended == (Ending.MERGED, Ending.MERGED)
+    assert child.values[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-11)
+    h = np.array([0.5 * (point.nodes[0, 0] - point.nodes[2, 0]) for point in child.points])
+    np.testing.assert_allclose(h**2, child.values * (1.0 - child.values), atol=1e-9)
