@@ -40,7 +40,7 @@ def test_signs_are_judged_only_where_readings_stand_out_of_the_noise():
 
 
 @pytest.mark.parametrize(
-    ("volts", "message"), [("0,0.8,1.5", "2 of 2 voltages are below"), ("0,80,1500", "has no unit")]
+    ("volts", "message"), [("0,0.8,1.5", "2 of 2 voltages are below"), ("0,8,1500", "has no unit")]
 )
 def test_voltages_without_a_unit_are_taken_for_kilovolts_where_all_are_small(tmp_path, volts, message):
     text = '[[test]]\nkind = "stroke over voltage"\nfile = "a.csv"\nnoise = {stroke = "0.01 mm"}\n'

@@ -165,7 +165,8 @@ def test_the_grid_spans_what_tests_distinguish():
 def test_a_stretch_is_followed_in_pieces_of_one_rate(steps):
     """Of a slowly rising rate too: each piece ends at the next, and leads to the stretch at all its corners."""
     time = np.linspace(0.0, 2.0, steps + 1)
-    for stretch in (1.0 + 0.1 * time**2, 1.0 + 0.3 * np.minimum(time, 1.0), 1.0 + 1e-8 * np.exp(9.0 * time)):
+    slowly = 1.0 + 0.1 * (time + 0.25 * SAME_RATE * time**2 / time[1])  # by half of what counts as one in each step
+    for stretch in (slowly, 1.0 + 0.1 * time**2, 1.0 + 0.3 * np.minimum(time, 1.0), 1.0 + 1e-8 * np.exp(9.0 * time)):
         pieces = list(_pieces((time, stretch)))
         assert (pieces[0][0], pieces[-1][1]) == (0.0, 2.0)
         assert [piece[0] for piece in pieces[1:]] == [piece[1] for piece in pieces[:-1]]
