@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from inspect import unwrap
 from unittest.mock import patch
 
 import numpy as np
@@ -445,3 +446,31 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
     with pytest.raises(InputError, match="every design found fails its check, the first since it burns"):
         designs._labelled(own, rows[:1], 4, {})
+
+
+def test_a_table_of_designs_has_those_that_no_other_beats_by_their_last_objective(monkeypatch, wish):
+    """Before and after their checks; of the last objective the largest first. Each is checked once."""
+    own = replace(wish(WISH), objectives=(Objective("apparent_power", False), Objective("peak_voltage", False)))
+    scores = {"a": (1.0, 9.0), "b": (2.0, 5.0), "c": (3.0, 6.0), "d": (4.0, 1.0)}  # b beats c
+    found, checked = [(name, name, None) for name in "dcba"], []
+
+    def row(problem, unit, population):
+        checked.append(problem)
+        return designs.Row(problem.upper(), unit, population, None, None)
+
+    def score(problem, unit, one):
+        after = {"A": (1.0, 9.0), "B": (2.0, 5.0), "D": (2.5, 6.0)}  # checked, b beats d
+        return (scores | after)[problem][0 if one.name == "apparent_power" else 1]
+
+    monkeypatch.setattr(designs, "front", lambda *_: found)
+    monkeypatch.setattr(designs, "checked_row", row)
+    monkeypatch.setattr(designs, "objective_of", score)
+    monkeypatch.setattr(designs, "traps", lambda wish, seed: {"seed": seed})
+    monkeypatch.setattr(
+        designs, "_labelled", lambda wish, rows, seed, trap: ([one.problem for one in rows], seed, trap)
+    )
+    told = []
+    rows, seed, trap = unwrap(gelcone.design)(own, seed=5, progress=told.append)
+    assert checked == ["d", "b", "a"]
+    assert (rows, seed, trap) == (["A", "B"], 5, {"seed": 5})
+    assert sum(told) == pytest.approx(1.0)

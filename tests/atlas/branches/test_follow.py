@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 import gelcone
 from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk
+from gelcone.atlas.branches.point import Metric
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
@@ -308,3 +309,18 @@ def test_rest_is_followed_in_small_steps_to_where_it_loses_its_stability():
         assert event.born.curvature == pytest.approx(1.0, rel=1e-6)
         assert event.supercritical
         assert np.diff(branch.values).max() < 0.03
+
+
+def test_a_guess_at_the_border_that_is_far_off_is_not_trusted(monkeypatch):
+    """It may have led to another branch; one that is near is the end of the branch, going the same way."""
+    world, walk = maps.Maps(maps.s_curve), Walk(-3.0, 2.5)
+    here, beyond = (maps.orbit_at(world, maps.value_of(s), maps.AWAY + s) for s in (2.08, 2.12))
+    metric = Metric.of(here.nodes, walk.scale)
+    for sign in (1.0, -1.0):
+        ahead = replace(beyond, tangent=beyond.tangent if sign > 0.0 else -beyond.tangent)
+        last = follow._at_border(world, here, ahead, walk, metric)
+        assert last.value == 2.5
+        assert np.sign(last.tangent.value) == sign
+    found = follow.at_value(world, beyond.nodes, 2.5, metric)
+    monkeypatch.setattr(follow, "at_value", lambda *_: replace(found, step=2.0 * follow.FARTHEST))
+    assert follow._at_border(world, here, beyond, walk, metric) is None
