@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
 from gelcone.atlas.branches.branch import Walk
-from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
+from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, at_value
 from gelcone.atlas.branches.varied import vary
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
@@ -198,3 +199,21 @@ def test_a_pair_passes_the_unit_circle_where_its_modulus_does():
     share = np.log(0.9) / (np.log(0.9) - np.log(1.2))
     assert share < crossing._crossing(inside, outside) < share + 0.06
     assert 1.0 - share - 0.06 < crossing._crossing(outside, inside) < 1.0 - share
+
+
+@pytest.mark.parametrize("ends", [(0.1, 0.3), (0.3, 0.1)])
+@pytest.mark.parametrize("grows", [True, False])
+def test_a_torus_is_born_on_the_side_where_its_pair_is_outside(monkeypatch, ends, grows):
+    """Known as well as its bracket where no orbit is found inside."""
+    monkeypatch.setattr(crossing, "correct", lambda *_: Corrected(None))
+    pairs = [(0.9j, -0.9j), (1.2j, -1.2j)]
+    tangent = Direction(np.ones((1, 2)), 1.0)
+    a, b = (
+        Point(np.full((1, 2), value), value, np.array(pairs[(value > 0.2) == grows], complex), tangent)
+        for value in ends
+    )
+    event = crossing._torus(SimpleNamespace(kind=Kind(2)), a, b, 5, WALK)
+    assert (event.unstable, event.after, event.map) == (1.0 if grows else -1.0, 5, Kind(2))
+    assert event.value == pytest.approx(0.2)
+    assert event.orbit.errors[0] == pytest.approx(0.2)
+    assert event.born is None
