@@ -137,3 +137,9 @@ def test_each_branch_has_its_share_of_the_progress(monkeypatch, sweeps):
     branches = 2 + len(set(sweeps))
     assert before == pytest.approx([module.BRANCHES_SHARE * done / branches for done in (1, 2, branches)])
     assert sum(shares) == pytest.approx(1.0)
+
+
+def test_no_bisection_is_a_number_of_bisections():
+    """What is refused then is something else."""
+    with pytest.raises(InputError, match="displacement: belongs to the initial state"):
+        module.bifurcation(ConeModel(), "displacement", [0.1, 0.2], bisections=0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -18,6 +20,7 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.settled import HARMONICS, Swing, settled_swing
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
+from gelcone.motion.stepping import Falls, Walk
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 
@@ -362,3 +365,170 @@ def test_a_peak_lies_between_the_next_places_that_are_certainly_lower():
     )
     low, high = module._beside(places, heights, np.array([3.0, 5.0]), np.array([1.0, 5.0]))
     assert (low.tolist(), high.tolist()) == ([2.0, 4.0], [5.0, 5.0])
+
+
+# --- made-up motions: amplitudes are functions of the frequency -------------------------------------------------------
+
+RESTING = ConeModel(rest_height=0.3)
+PLACE, WIDTH, HEIGHT = 1.37, 0.05, 0.8
+
+
+def resonance(omega):
+    return HEIGHT / (1.0 + ((omega - PLACE) / WIDTH) ** 2)
+
+
+def moving(amplitude, final=0.0):
+    """Periodic motions of some amplitudes, which end at some displacements."""
+    found = swings(np.asarray(amplitude, dtype=float))
+    found.final[..., 0], found.final[..., 1] = final, 0.0
+    return found
+
+
+def walked(model, grids, initial, progress, search):
+    """Each motion is at its frequency, and begins where the walk does."""
+    made = moving(resonance(grids), grids)
+    made.final[..., 1] = initial[:, :1]
+    nothing = np.full(grids.shape, np.nan)
+    return Walk(made, Falls(grids - 0.01, grids + 0.01, made), [grids, nothing])
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """Walks, swings and what follows a motion give the resonance; ``looked`` are the frequencies looked at."""
+    looked = []
+
+    def seen(model, final, period, **options):
+        return moving(resonance(model.number("drive_frequency")), final[:, 0])
+
+    monkeypatch.setattr(module, "walk", walked)
+    monkeypatch.setattr(module, "swing", seen)
+    monkeypatch.setattr(
+        module, "carried", lambda model, before, height, search: seen(model, before.final, before.period)
+    )
+    monkeypatch.setattr(module, "_look_at_all", lambda model, grids, swept, search: looked.append(grids))
+    return looked
+
+
+def test_odd_members_are_swept_down_and_all_is_told_by_rising_frequency(made_up):
+    grids = np.array([[1.0, 1.3, 1.4, 1.9], [1.1, 1.2, 1.5, 2.0]])
+    initial = np.array([[0.1, 0.0], [0.2, 0.0]])
+    swept, falls, trail = module._sweep(RESTING.members().take([0, 0]), grids, initial, None, {})
+    np.testing.assert_array_equal(trail[0], [grids[0], grids[1, ::-1]])
+    np.testing.assert_array_equal(swept.final[..., 0], grids)
+    np.testing.assert_array_equal(swept.amplitude, resonance(grids))
+    np.testing.assert_array_equal(falls.start, grids - 0.01)
+    np.testing.assert_array_equal(falls.before.final[..., 0], grids)
+    np.testing.assert_array_equal(made_up[0], grids)
+
+
+def test_intervals_next_to_a_bend_are_filled_from_the_side_where_each_sweep_comes_from(made_up):
+    """In even ratios; a motion that failed there begins anew. No frequency is lost, and each has its own motion."""
+    grid = np.geomspace(0.8, 2.2, 12)
+    grids = np.tile(grid, (2, 1))
+    swept = moving(resonance(grids), 10.0 + grids)
+    swept.final[0, 5] = np.nan
+    initial = np.array([[0.1, 0.0], [0.2, 0.0]])
+    every, filled = module._bends_filled(RESTING.members().take([0, 0]), grids, swept, initial, None, {})
+    line = lambda k: np.interp(np.log(grid[k]), np.log(grid[[k - 1, k + 1]]), resonance(grid[[k - 1, k + 1]]))  # noqa: E731
+    bends = [k for k in range(1, 11) if abs(resonance(grid[k]) - line(k)) > module.BENT * resonance(grid).max()]
+    intervals = sorted({k + side for k in bends for side in (-1, 0)})
+    assert 2 < len(intervals) < 11
+    assert 5 in intervals
+    inner = [np.geomspace(grid[k], grid[k + 1], module.FILLED + 2)[1:-1] for k in intervals]
+    np.testing.assert_allclose(every, np.tile(np.sort(np.concatenate([grid, *inner])), (2, 1)))
+    np.testing.assert_allclose(filled.amplitude, resonance(every))
+    np.testing.assert_allclose(made_up[0], np.tile(inner, (2, 1)))
+    for k, own in zip(intervals, inner, strict=True):
+        for branch, end in ((0, k), (1, k + 1)):
+            at = np.isclose(every[0][:, None], own).any(axis=1)
+            np.testing.assert_allclose(filled.final[branch, at, 0], own)
+            begun = 0.1 if (branch, end) == (0, 5) else 10.0 + grid[end]
+            np.testing.assert_allclose(filled.final[branch, at, 1], begun)
+    kept = np.isin(every[0], grid)
+    np.testing.assert_array_equal(filled.final[:, kept], swept.final)
+    flat = moving(np.ones((2, 12)))
+    assert module._bends_filled(RESTING.members().take([0, 0]), grids, flat, initial, None, {})[1] is flat
+
+
+@pytest.mark.parametrize("fall", [None, (1.30, 1.41)])
+def test_a_peak_is_narrowed_to_where_it_is(made_up, fall):
+    """Its place within its bracket, its height within its error; a jump next to it widens the bracket."""
+    met = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]])
+    trail = SimpleNamespace(sorted=lambda: (met, resonance(met), np.ones((1, 5), int), np.zeros((1, 5, 2))))
+    ends = np.full((2, 1, 5), np.nan)
+    if fall:
+        ends[:, 0, 3] = fall
+    falls = Falls(ends[1], ends[0], None)
+    found = module._peaks(RESTING.members(), trail, falls, None, {})
+    assert found.low[0] < PLACE < found.high[0]
+    assert abs(found.amplitude[0] - HEIGHT) <= found.error[0] < 2e-3
+    assert found.amplitude[0] == resonance(found.frequency[0])
+    assert (found.low[0] <= 1.30) == (found.high[0] >= 1.41) == bool(fall)
+    assert found.high[0] - found.low[0] < (0.111 if fall else 0.02)
+
+
+def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch):
+    """The high motion lasts from 1.234 to 1.567; sweeps differ from 1.3 to 1.5, between the ends of which they are
+    narrowed. The sweep down jumps at the lower end, with the strokes on both sides."""
+    first, last = 1.234, 1.567
+    high, low = lambda w: 2.0 + w, lambda w: 0.1 * w
+
+    def followed(model, before, largest, search):
+        omega = model.number("drive_frequency")
+        return moving(high(omega)), (omega >= first) & (omega <= last)
+
+    def beside(model, final, **options):
+        return moving(low(model.number("drive_frequency")))
+
+    monkeypatch.setattr(module, "continued", followed)
+    monkeypatch.setattr(module, "settled_swing", beside)
+    grid = np.array([[1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7]])
+    there = (grid > first) & (grid < last)
+    # up: low until the sweeps agree, and on the high motion to its end; down: the same, as if each kept its own
+    up = np.where(there, high(grid), low(grid))
+    swept = moving(np.stack([up, low(grid)], axis=1))
+    nothing = np.full((2, 7), np.nan)
+    falls = Falls(nothing, nothing, Swing.blank(2, 7))
+    found = module._jumps(RESTING.members(), grid, swept, falls, None, {})
+    assert [module.BRANCHES[k] for k in found.branch] == ["down", "up"]
+    for k, end in enumerate((first, last)):
+        assert found.low[k] <= end <= found.high[k]
+        assert found.high[k] - found.low[k] < 2e-3
+        assert found.before[k] == pytest.approx(high(end), abs=1e-3)
+        assert found.after[k] == pytest.approx(low(end), abs=1e-3)
+    assert found.member.tolist() == [0, 0]
+
+
+def test_branches_begin_with_all_swept_motions_and_with_those_from_fixed_states(monkeypatch):
+    """Of three starts, one near rest and one on the other side; what failed has no period."""
+    grid, initial = np.array([1.0, 1.2, 1.4]), np.array([[0.8, 0.1]])
+    asked = {}
+
+    def settled(members, states, **options):
+        asked["settled"] = members.number("drive_frequency"), states
+        return moving(np.arange(9.0), np.arange(9.0))
+
+    def followed(model, name, low, high, begin, **options):
+        asked["branches"] = name, low, high, begin, options
+        return "branches"
+
+    swept = moving(np.ones((1, 2, 3)), np.arange(10.0, 16.0).reshape(1, 2, 3))
+    swept.final[0, 1, 2] = np.nan
+    monkeypatch.setattr(module, "settled_swing", settled)
+    monkeypatch.setattr(module, "continue_branch", followed)
+    monkeypatch.setattr(module, "attach", lambda result, branches: result)
+    monkeypatch.setattr(module, "_jump_events", lambda result, branches: {})
+    result = xr.Dataset(coords={"drive_frequency": grid, "start": [0, 1, 2]})
+    found = module._with_branches(RESTING, result, swept, initial, None, {"tolerance": 1e-9, "threads": 2})
+    omega, states = asked["settled"]
+    np.testing.assert_array_equal(omega, np.tile(grid, 3))
+    np.testing.assert_allclose(states, np.repeat([[0.8, 0.1], [0.04, 0.005], [-0.8, -0.1]], 3, axis=0))
+    np.testing.assert_array_equal(found["fixed_stroke"], 2.0 * np.arange(9.0).reshape(3, 3))
+    name, low, high, begin, options = asked["branches"]
+    assert (name, low, high) == ("drive_frequency", 1.0, 1.4)
+    assert tuple(begin) == (0.8, 0.1)
+    runs = options["start"]
+    np.testing.assert_array_equal(runs.values, np.tile(grid, 5))
+    np.testing.assert_array_equal(runs.section[:, 0, 0], [*range(10, 15), np.nan, *range(9)])
+    assert runs.period.tolist() == [1] * 5 + [0] + [1] * 9
+    assert runs.arrived.tolist() == [True] * 5 + [False] + [True] * 9

@@ -150,3 +150,18 @@ def test_the_dimension_and_its_error_are_those_of_the_line_through_counted_boxes
 def test_borders_without_boxes_of_three_sizes_have_no_dimension():
     assert border_dimension(np.zeros((200, 200), dtype=int)) is None
     assert border_dimension(np.random.default_rng(1).integers(0, 2, (20, 200))) is None
+
+
+@pytest.mark.parametrize("shape", [(37, 50), (65, 9), (8, 130), (2, 3)])
+@pytest.mark.parametrize("coarsest", [2, 9, 16])
+def test_the_first_lattice_has_at_least_the_points_that_are_asked_for_along_each_axis(shape, coarsest):
+    """Where the grid has as many; of these the coarsest that halves down to the grid."""
+    first = np.stack(np.unravel_index(next(refine(shape, coarsest)), shape))
+    for own, n in zip(first, shape, strict=True):
+        points = np.unique(own)
+        least = min(coarsest, n)
+        assert (points[0], points[-1]) == (0, n - 1)
+        assert least <= points.size
+        steps = np.unique(np.diff(points[:-1]))
+        assert all(np.log2(step) % 1.0 == 0.0 for step in steps)
+        assert (n - 1) / (2 * max(steps, default=n)) < least - 1 or n <= 3

@@ -6,7 +6,7 @@ import xarray as xr
 
 import gelcone
 from gelcone.analyses.request import read_subject
-from gelcone.devices.analysis import Scaled, dimensionless, for_swept_devices
+from gelcone.devices.analysis import OF_DEVICES, Scaled, dimensionless, for_swept_devices, with_units
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.quantity import Time, Voltage
 
@@ -181,3 +181,34 @@ def test_an_analysis_of_a_swept_device_takes_options_in_si_and_leaves_defaults_a
     assert seen == {"initial": ("1 mm", "0 m/s"), "window": 30.0, "level": "1 kV"}
     run(DEVICE.to_model())
     assert seen == {"initial": (1.0, 0.0), "window": 30.0, "level": 2.0}
+
+
+def test_a_docstring_states_once_of_each_parameter_what_it_is_of_a_device():
+    """Not where it speaks of devices itself; of a quantity with its unit."""
+
+    def analysis(model, initial, own, wait: "Time", volts: "Voltage"):
+        """Do it.
+
+        Parameters
+        ----------
+        model : a model.
+        initial : where it begins; of a device its own release.
+        own : a number.
+        wait, volts : quantities.
+
+        Returns
+        -------
+        What it does.
+        """
+
+    entries = with_units(analysis).partition("----------\n")[2].partition("\n\n")[0].splitlines()
+    assert entries == [
+        "model : a model.",
+        f"    {OF_DEVICES['model']}",
+        "initial : where it begins; of a device its own release.",
+        "own : a number.",
+        "wait, volts : quantities.",
+        "    With a device in V, or texts with units.",
+        "    With a device in s, or texts with units.",
+    ]
+    assert with_units(analysis).endswith("Returns\n-------\nWhat it does.")

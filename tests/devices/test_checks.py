@@ -1,7 +1,13 @@
 """What is wrong or hardly meant in the fields of a device together."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+import gelcone
+from gelcone.devices import checks
 from gelcone.devices.checks import THICK, doubts
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
@@ -58,3 +64,24 @@ def test_a_constant_second_film_takes_a_voltage_and_usual_devices_raise_no_doubt
     assert doubts(PUMP) == []
     odd = PUMP.replace_quietly(moving_mass=50.0)
     assert [text.split(" = ")[0] for text in doubts(odd)] == ["moving_mass"]
+
+
+class Overflowing:
+    """A device whose sizes give no scales."""
+
+    def __init__(self, error):
+        self.error = error
+
+    @property
+    def scales(self):
+        raise self.error
+
+
+def test_scales_are_usable_where_they_are_finite_and_positive_in_all_members():
+    usable = gelcone.find_device("biased-pump")
+    assert checks._usable_scales(usable)
+    for error in (OverflowError(), ZeroDivisionError()):
+        assert not checks._usable_scales(Overflowing(error))
+    for bad in (0.0, -1.0, np.inf, np.nan):
+        scales = replace(usable.scales, force=np.array([1.0, bad]))
+        assert not checks._usable_scales(SimpleNamespace(scales=scales))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.devices.cone import (
+    _model,
     breakdown_field,
     cone_of_device,
     following,
@@ -16,6 +17,15 @@ from gelcone.physics.film.taut import TautCone
 from tests.toys import CubicBias
 
 PUMP = find_device("biased-pump").replace(film="taut")
+
+
+class Whole(TautCone):
+    """A film of one's own."""
+
+    name = "whole"
+
+
+WHOLE = Whole()
 
 
 @pytest.mark.parametrize(("name", "value"), [("quality_factor", 8.0), ("damping_ratio", 0.0625)])
@@ -91,3 +101,14 @@ def test_a_gel_that_creeps_has_crept_where_its_device_waits(film):
 def test_a_film_with_branches_of_its_own_has_crept_too():
     own = model_of_device(PUMP.replace(film=TautCone(branches=1, flow="linear"))).film
     assert (own.branches, own.flow, own.rested) == (1, "linear", "raised")
+
+
+@pytest.mark.parametrize(
+    ("film", "own", "cone"),
+    [("taut", "taut", "taut"), ("wrinkling", "wrinkling", "taut"), (WHOLE, "whole", "whole")],
+)
+def test_a_film_of_ones_own_has_no_cone_in_its_place(film, own, cone):
+    """Of those that ship the taut one stands for each where statics of a cone are asked for."""
+    device = PUMP.replace(film=film)
+    assert _model(device).film.name == own
+    assert _model(device, cone=True).film.name == cone

@@ -6,6 +6,7 @@ import pytest
 import gelcone
 from gelcone.devices.materials import Material
 from gelcone.devices.numbers import SHIPPED, numbers_of
+from tests.toys import TurningBias
 
 GEL = Material(
     name="gel", shear_modulus="12 kPa", relative_permittivity=5.0, law="yeoh", yeoh_c2=0.02, yeoh_c3=0.003,
@@ -69,3 +70,14 @@ def test_a_filter_and_a_weight_follow_from_several_fields():
     assert float(values["filter_time"]) * device.scales.time == pytest.approx(1.0 / (2.0 * np.pi * 900.0), rel=1e-12)
     mass = device.moving_mass + 3e-3
     assert float(values["weight"]) * device.scales.force == pytest.approx(mass * 9.81, rel=1e-12)
+
+
+def test_numbers_of_a_waveform_are_its_own():
+    """Given as a text too; one of its own parameters has the scale that it names."""
+    found = numbers_of(DEVICE)
+    assert {name: found[name] for name in ("rise", "high", "fall")} == {
+        name: (f"waveform.{name}", "1") for name in ("rise", "high", "fall")
+    }
+    assert "rise" not in numbers_of(DEVICE.replace(waveform="sine"))
+    filtered = numbers_of(DEVICE.replace(bias=TurningBias()))
+    assert [filtered[name].field for name in TurningBias.parameters] == [f"bias.{n}" for n in TurningBias.parameters]

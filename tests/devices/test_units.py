@@ -218,3 +218,17 @@ def test_a_message_lists_all_units_of_a_dimension_also_those_that_are_no_powers_
 def test_several_values_in_place_of_one_are_named_as_such(value):
     with pytest.raises(FieldError, match="must be one value, not several"):
         parse("thickness", value, "m")
+
+
+def test_a_bound_that_may_be_infinite_is_so_upwards_alone():
+    assert parse("limit", math.inf, "1", infinite=True) == math.inf
+    for value, options in ((-math.inf, {"infinite": True}), (math.nan, {"infinite": True}), (math.inf, {})):
+        with pytest.raises(InputError, match="must be finite"):
+            parse("limit", value, "1", **options)
+
+
+def test_a_message_has_the_example_that_is_given_or_that_of_the_dimension():
+    with pytest.raises(InputError, match=r"such as '7 mm'"):
+        parse("length", "wide", "m", example="7 mm")
+    with pytest.raises(InputError, match=rf"such as '{DIMENSIONS['m'].example}'"):
+        parse("length", "wide", "m")

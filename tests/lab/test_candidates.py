@@ -121,3 +121,23 @@ def test_draws_are_normal_with_each_spread_and_repeat_with_their_seed():
     np.testing.assert_array_equal(drawn, draws_of([0.1, 0.02], 4096, 3))
     assert (drawn != draws_of([0.1, 0.02], 4096, 4)).any()
     assert draws_of([], 8, 3).shape == (1, 0)
+
+
+@pytest.mark.parametrize("limit", [np.inf, 12.0, 3.0])
+def test_a_ramp_rises_in_equal_ratios_from_the_rest_to_the_stretch_limit(limit):
+    """At each of its heights its voltage holds the disc; where nothing lifts the disc there is no rest."""
+    model = PUMP.replace(film_thickness="0.2 mm").to_model().replace(stretch_limit=limit)
+    model = model.replace(spring_stiffness=np.array([float(model.spring_stiffness), 1e-9]), rest_height=[0.8, -0.5])
+    members = model.members()
+    n, system = members.numbers(trailing=1), members.system
+    rest, highest = candidates._rest(system, n, 2)
+    assert float(system.static_force(rest, 0.0, n)[0][0, 0]) == pytest.approx(0.0, abs=1e-9)
+    assert np.isnan(rest[1, 0])
+    if np.isfinite(limit):
+        np.testing.assert_allclose(system.film.strain(highest, n), np.full((2, 1), limit), rtol=2e-6)
+    else:
+        np.testing.assert_array_equal(highest, candidates.FARTHEST)
+    x, squared = candidates._ramp(system, n, rest, highest)
+    np.testing.assert_allclose(x[0, 1:] / x[0, :-1], (highest[0, 0] / rest[0, 0]) ** (1.0 / 39.0))
+    assert (x[0, 0], squared[0, 0]) == (rest[0, 0], 0.0)
+    np.testing.assert_allclose(system.static_force(x, squared, n)[0][0], 0.0, atol=1e-9)

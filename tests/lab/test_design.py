@@ -2,10 +2,12 @@
 
 import json
 from dataclasses import replace
+from inspect import unwrap
 from unittest.mock import patch
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.analyses.design import design_json, design_words, device_text
@@ -347,3 +349,128 @@ def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_mar
         np.testing.assert_allclose(values[:, 0], usual)
         np.testing.assert_allclose(np.log(values[:, 1] / usual), deviation / (1.0 if relative else usual), rtol=1e-9)
     assert set(fields) == {*problem.names, *(one.name for one in tolerances)}
+
+
+# --- made-up answers of the analyses ----------------------------------------------------------------------------------
+
+
+def made_up_envelope(first, low, static, recommended):
+    """Three frequencies of which the middle one is the device's own; numbers of the others lie."""
+    return xr.Dataset(
+        {
+            "recommended_peak": ("drive_frequency", [9e9, recommended, 9e9]),
+            "first_limit": ("drive_frequency", [0, first, 0]),
+            "limit_low": (("driven_limit", "drive_frequency"), [[1.0, 5000.0, 1.0], [1.0, low, 1.0]]),
+            "static_limit_voltage": ("static_limit", static),
+            "own_peak": 1400.0,
+        },
+        coords={"driven_limit": ["pull-in", "chaos"], "static_limit": ["breakdown", "hoop slack", "slump"]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("stroke", "first", "low", "recommended", "limit", "failed"),
+    [
+        (6.0, 1, 1800.0, 1500.0, "chaos under the drive", ""),
+        (6.0, 1, 2500.0, 1500.0, "hoop slack on a ramp", ""),
+        (6.0, -1, 1800.0, 1500.0, "hoop slack on a ramp", ""),
+        (6.0, 1, 1800.0, 1300.0, "chaos under the drive", "chaos under the drive leaves 1300 V at its frequency"),
+        (4.0, 1, 1800.0, 1300.0, "chaos under the drive", "its settled stroke is 4 mm"),
+        (np.nan, 1, 1800.0, 1500.0, "chaos under the drive", "its settled stroke is nan mm"),
+    ],
+)  # fmt: skip
+def test_a_check_names_the_first_limit_at_the_frequency_and_why_a_design_fails(
+    monkeypatch, wish, stroke, first, low, recommended, limit, failed
+):
+    asked = {}
+
+    def envelope(device, frequencies, margin):
+        asked.update(frequencies=frequencies, margin=margin)
+        return made_up_envelope(first, low, [np.nan, 2000.0, 2100.0], recommended)
+
+    def settled(device):
+        factor = 0.5 if str(device.film) == "membrane" else 1.0
+        return {"stroke": factor * stroke, "apparent_power": 3.0}
+
+    monkeypatch.setattr(designs, "envelope", envelope)
+    monkeypatch.setattr(designs, "settled", settled)
+    own = wish(WISH)
+    found = designs.check(own, own.device)
+    np.testing.assert_allclose(asked["frequencies"], own.device.frequency * np.array([0.97, 1.0, 1.03]))
+    assert asked["margin"] == own.margin
+    np.testing.assert_allclose(found[:4], [1e-3 * stroke, 0.5e-3 * stroke, 3e-3, recommended])
+    assert found.first_limit == limit
+    assert found.failed.startswith(failed)
+    assert bool(found.failed) == bool(failed)
+
+
+@pytest.mark.parametrize(("fitness", "names"), [(0.2, ["apparent_power"]), (0.5, []), (2.0 * designs.MISSED, [])])
+def test_a_trap_is_a_design_that_holds_and_differs_from_the_middle(monkeypatch, wish, fitness, names):
+    """Where nothing is uncertain, judged by new draws of what is."""
+    asked = []
+    unit = np.array([0.25] * 5)
+    monkeypatch.setattr(designs.Problem, "search", lambda own, one, generations: (unit, None, fitness))
+    monkeypatch.setattr(designs, "objective_of", lambda problem, unit, one: 0.5)
+    monkeypatch.setattr(designs, "probability_of", lambda *given: asked.append(given) or (0.3, 0.2, 0.4))
+    own = replace(wish(WISH), objectives=(Objective("apparent_power", False),))
+    assert designs.traps(own, 7) == dict.fromkeys(names, 0.3)
+    assert [(problem.draws, place is unit, seed) for problem, place, seed in asked] == [(1, True, 8)] * len(names)
+
+
+def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
+    """Of those that hold, in the units of their columns; the distance in half widths, of the natural frequency."""
+    own = wish(WISH)
+    unit = np.full(len(own.free), 0.5)
+    problem = designs.Problem(own, 1)
+    found = problem.found(problem.designs(unit[None]), np.zeros((1, own.uncertain)))
+    natural, peak = (float(found.values[name][0, 0]) for name in ("natural_frequency", "peak_voltage"))
+    monkeypatch.setattr(designs, "probability_of", lambda problem, unit, seed: (0.96, 0.95, 0.97 + 1e-3 * seed))
+    monkeypatch.setattr(designs, "binding_of", lambda problem, unit: "stroke")
+    monkeypatch.setattr(designs, "relaxation", lambda *given: 0.07 if given[3] == "stroke" else 0.0)
+    device = own.device.replace_quietly(designs.fields_of(problem, unit))
+    good = designs.Checked(6e-3, 5e-3, 1e-3, 1600.0, "chaos under the drive", "")
+    rows = [designs.Row(problem, unit, None, device, one) for one in (good._replace(failed="it burns"), good)]
+    result = designs._labelled(own, rows, 4, {"apparent_power": 0.4, "peak_voltage": 0.3})
+    assert result.sizes["design"] == 1
+    expected = {
+        "stroke": 6.0, "membrane_stroke": 5.0, "apparent_power": 1.0, "peak_voltage": peak, "recommended": 1600.0,
+        "probability": 0.96, "probability_low": 0.95, "probability_high": 0.975, "relaxed": 0.07,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert float(result[name][0]) == pytest.approx(value), name
+    width = float(device.damping_coefficient) / (2.0 * carried_mass(device.get)) / (2.0 * np.pi)
+    assert float(result["distance"][0]) == pytest.approx((natural - device.frequency) / width, rel=1e-9)
+    for name in own.free:
+        assert float(result[name][0]) == pytest.approx(float(device.get(name)))
+    assert (result["binds"][0], result["first_limit"][0]) == ("stroke", "chaos under the drive")
+    assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
+    with pytest.raises(InputError, match="every design found fails its check, the first since it burns"):
+        designs._labelled(own, rows[:1], 4, {})
+
+
+def test_a_table_of_designs_has_those_that_no_other_beats_by_their_last_objective(monkeypatch, wish):
+    """Before and after their checks; of the last objective the largest first. Each is checked once."""
+    own = replace(wish(WISH), objectives=(Objective("apparent_power", False), Objective("peak_voltage", False)))
+    scores = {"a": (1.0, 9.0), "b": (2.0, 5.0), "c": (3.0, 6.0), "d": (4.0, 1.0)}  # b beats c
+    found, checked = [(name, name, None) for name in "dcba"], []
+
+    def row(problem, unit, population):
+        checked.append(problem)
+        return designs.Row(problem.upper(), unit, population, None, None)
+
+    def score(problem, unit, one):
+        after = {"A": (1.0, 9.0), "B": (2.0, 5.0), "D": (2.5, 6.0)}  # checked, b beats d
+        return (scores | after)[problem][0 if one.name == "apparent_power" else 1]
+
+    monkeypatch.setattr(designs, "front", lambda *_: found)
+    monkeypatch.setattr(designs, "checked_row", row)
+    monkeypatch.setattr(designs, "objective_of", score)
+    monkeypatch.setattr(designs, "traps", lambda wish, seed: {"seed": seed})
+    monkeypatch.setattr(
+        designs, "_labelled", lambda wish, rows, seed, trap: ([one.problem for one in rows], seed, trap)
+    )
+    told = []
+    rows, seed, trap = unwrap(gelcone.design)(own, seed=5, progress=told.append)
+    assert checked == ["d", "b", "a"]
+    assert (rows, seed, trap) == (["A", "B"], 5, {"seed": 5})
+    assert sum(told) == pytest.approx(1.0)

@@ -21,7 +21,7 @@ from gelcone.lab.device import (
     read_free,
     read_predictions,
 )
-from gelcone.lab.device_fit import Problem, fit_problem, left_out, next_experiments, plan_of, profiled
+from gelcone.lab.device_fit import Problem, _simple, fit_problem, left_out, next_experiments, plan_of, profiled
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
 
@@ -550,3 +550,16 @@ def test_a_profile_is_the_curvature_where_the_objective_is_a_parabola():
     assert (high - fitted.logs[k]) / spread == pytest.approx(1.96, rel=0.03)
     with pytest.raises(InputError, match="'mass' is not a free field or gain of this fit"):
         fit_device(whole.device, DeviceTests(whole.tests, whole.gains), {"spring_rate": 0.03}, profile=["mass"])
+
+
+def test_directions_are_shown_with_as_many_zeros_as_there_can_be():
+    """The same plane; one entry of each is 1 and no other direction has it, and entries of either sign count."""
+    rows = np.array([[1.0, -2.0, 0.5, 0.0], [3.0, 1.0, -1.0, 4.0]])
+    mixed = np.array([[0.8, 0.3], [-0.5, 0.9]]) @ rows
+    found = _simple(mixed)
+    assert np.linalg.matrix_rank(np.concatenate([rows, found])) == 2
+    assert (found < -0.1).any()
+    pivots = [int(np.argmax(np.isclose(row, 1.0) & (np.isclose(found, 0.0).sum(axis=0) == 1))) for row in found]
+    assert len(set(pivots)) == 2
+    noisy = _simple(np.array([[1.0, 1e-4, -1e-4, -0.5]]))
+    np.testing.assert_array_equal(noisy, [[1.0, 0.0, 0.0, -0.5]])

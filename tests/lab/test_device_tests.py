@@ -37,3 +37,15 @@ def test_signs_are_judged_only_where_readings_stand_out_of_the_noise():
     for read, noise in (([-20.0], [1.0]), ([-20.0, -30.0], [1.0, 1.0])):
         with pytest.raises(InputError, match="stroke has the opposite sign of the device's"):
             judged(read, np.negative(read), noise)
+
+
+@pytest.mark.parametrize(
+    ("volts", "message"), [("0,0.8,1.5", "2 of 2 voltages are below"), ("0,8,1500", "has no unit")]
+)
+def test_voltages_without_a_unit_are_taken_for_kilovolts_where_all_are_small(tmp_path, volts, message):
+    text = '[[test]]\nkind = "stroke over voltage"\nfile = "a.csv"\nnoise = {stroke = "0.01 mm"}\n'
+    (tmp_path / "tests.toml").write_text(text, encoding="utf-8")
+    rows = "".join(f"{one},{k}\n" for k, one in enumerate(volts.split(",")))
+    (tmp_path / "a.csv").write_text(f"voltage,stroke (mm)\n{rows}", encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        read_device_tests(tmp_path / "tests.toml")

@@ -10,6 +10,7 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.lab import binary, hdf5
+from gelcone.lab.hdf5 import UNDEFINED, _dense, _hard_link
 from gelcone.lab.reading import read_table
 from tests.lab.hdf5_files import PACKED, unpacked
 
@@ -176,3 +177,28 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(name, stored):
         assert max(read, default=0) <= hdf5.MOST_VALUES
     assert not any("\n" in said for said in refused)
     assert time.process_time() - begun < 60.0
+
+
+@pytest.mark.parametrize("flags", [0, 1, 2, 3])
+@pytest.mark.parametrize("heap", [4096, UNDEFINED])
+def test_links_stand_in_a_heap_where_the_message_has_its_address(flags, heap):
+    """Version, flags, the largest creation index where bit 0 says so, and the address of the heap."""
+    index = (7).to_bytes(8, "little") if flags & 1 else b""
+    body = bytes([0, flags]) + index + heap.to_bytes(8, "little") + (5).to_bytes(8, "little")
+    assert _dense(body) is (heap != UNDEFINED)
+
+
+@pytest.mark.parametrize("flags", [0, 1, 4, 8, 16, 28, 30])
+def test_a_hard_link_has_its_name_behind_what_its_flags_say(flags):
+    """Kind, creation order, character set; then the length of the name in 1, 2, 4 or 8 bytes. A soft one is refused."""
+    name, width = b"stress", 1 << (flags & 3)
+    for kind in (0, 1) if flags & 8 else (0,):
+        body = bytes([1, flags]) + (bytes([kind]) if flags & 8 else b"") + (b"\1" * 8 if flags & 4 else b"")
+        body += (
+            (b"\0" if flags & 16 else b"") + len(name).to_bytes(width, "little") + name + (800).to_bytes(8, "little")
+        )
+        if kind:
+            with pytest.raises(InputError, match="'stress' is a link, which is not followed"):
+                _hard_link(body)
+        else:
+            assert _hard_link(body) == ("stress", 800)

@@ -2,11 +2,13 @@
 
 import os
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gelcone.errors import InputError
+from gelcone.lab import reading as module
 from gelcone.lab.coupons import coupons_of, roles_of
 from gelcone.lab.measured import read_tests
 from gelcone.lab.reading import read_table
@@ -272,3 +274,15 @@ def test_a_column_is_known_by_many_names(tmp_path):
     for name in ("lambda", "Stretch Ratio", "STRETCH", "stretch_ratio"):
         table = read_table(written(tmp_path, PLAIN.replace("stretch", name)))
         assert roles_of(table, {})["stretch"][0].name == name
+
+
+def test_a_binary_file_may_have_as_many_rows_as_a_table_and_no_more(monkeypatch):
+    vectors = {"stress": (np.arange(5.0), "Pa"), "stretch": (np.ones(5), None)}
+    monkeypatch.setattr(module, "read_vectors", lambda path, remedy: vectors)
+    monkeypatch.setattr(module, "MOST_ROWS", 5)
+    found = module._table_of(Path("a.mat"))
+    assert (found.file, list(found.lines), found.columns["stress"].unit) == ("a.mat", [1, 2, 3, 4, 5], "Pa")
+    np.testing.assert_array_equal(found.columns["stress"].values, np.arange(5.0))
+    monkeypatch.setattr(module, "MOST_ROWS", 4)
+    with pytest.raises(InputError, match=r"a\.mat: has 5 rows; give at most 4"):
+        module._table_of(Path("a.mat"))

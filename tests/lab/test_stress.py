@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from gelcone.devices.materials import Material
 from gelcone.errors import InputError
 from gelcone.lab.coupons import Coupon
-from gelcone.lab.stress import branch_stresses, relaxation_grid, stress_of
+from gelcone.lab.stress import SAME_RATE, _pieces, branch_stresses, relaxation_grid, stress_of
 
 EPS0 = 8.8541878188e-12
 SOFT = {"shear_modulus": 2e4, "relative_permittivity": 5.0, "law": "neo-hookean"}
@@ -159,3 +159,20 @@ def test_the_grid_spans_what_tests_distinguish():
     assert grid[0] <= 1.0 / 30.0
     assert grid[-1] >= 1e6
     assert relaxation_grid([still([1.0, 2.0])]).size == 0
+
+
+@pytest.mark.parametrize("steps", [40, 400])
+def test_a_stretch_is_followed_in_pieces_of_one_rate(steps):
+    """Of a slowly rising rate too: each piece ends at the next, and leads to the stretch at all its corners."""
+    time = np.linspace(0.0, 2.0, steps + 1)
+    slowly = 1.0 + 0.1 * (time + 0.25 * SAME_RATE * time**2 / time[1])  # by half of what counts as one in each step
+    for stretch in (slowly, 1.0 + 0.1 * time**2, 1.0 + 0.3 * np.minimum(time, 1.0), 1.0 + 1e-8 * np.exp(9.0 * time)):
+        pieces = list(_pieces((time, stretch)))
+        assert (pieces[0][0], pieces[-1][1]) == (0.0, 2.0)
+        assert [piece[0] for piece in pieces[1:]] == [piece[1] for piece in pieces[:-1]]
+        np.testing.assert_array_equal(np.concatenate([piece[-1] for piece in pieces]), time[1:])
+        fastest = np.abs(np.diff(stretch) / np.diff(time)).max()
+        for begin, _, first, rate, corners in pieces:
+            expected = np.interp(corners, time, stretch)
+            np.testing.assert_allclose(first + rate * (corners - begin), expected, atol=3.0 * SAME_RATE * fastest)
+    assert len(list(_pieces((time, 1.0 + 0.3 * np.minimum(time, 1.0))))) == 2

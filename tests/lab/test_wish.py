@@ -1,5 +1,6 @@
 """Wishes: requirements, bounds, tolerances and objectives, in SI and within limits."""
 
+import numpy as np
 import pytest
 
 from gelcone.errors import InputError
@@ -14,6 +15,7 @@ from gelcone.lab.wish import (
     _requirement,
     _share,
     read_wish,
+    with_samples,
 )  # fmt: skip
 
 WISH = """
@@ -116,3 +118,12 @@ def test_shares_out_of_bounds_are_refused(value):
 def test_wishes_that_cannot_be_are_refused(wish, old, new, message):
     with pytest.raises(InputError, match=message):
         wish(old, new)
+
+
+@pytest.mark.parametrize("name", ["film_thickness", "hoop_prestretch"])
+def test_a_field_is_uncertain_by_a_tolerance_or_by_draws(wish, name):
+    """Not by both, whichever of several tolerances it is."""
+    with pytest.raises(InputError, match=rf"\[tolerances\] {name}: the samples hold it already"):
+        with_samples(wish(), {"spring_rate": np.array([2.0, 3.0]), name: np.array([1.4, 1.5])})
+    own = with_samples(wish(), {"moving_mass": np.array([4e-3, 5e-3, 9e-3])})
+    assert (own.uncertain, own.device.moving_mass) == (3, pytest.approx(5e-3))

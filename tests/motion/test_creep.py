@@ -1,5 +1,6 @@
 """Creep: certified delays, delayed snap-through, runs of simulate, circuits, and what is refused."""
 
+import importlib
 import json
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 
+creep_module = importlib.import_module("gelcone.motion.creep")
 DELAYS = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["delays"]
 BRANCH = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
 PUMP = gelcone.find_device("biased-pump").replace({"film": "taut", **BRANCH})
@@ -168,3 +170,23 @@ def test_a_voltage_above_that_at_once_pulls_in_at_once():
 def test_what_cannot_creep_is_refused(device, options, message):
     with pytest.raises(InputError, match=message):
         gelcone.creep(device, **options)
+
+
+def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_branch_where_no_time_is_given(monkeypatch):
+    """A branch of 0.2 of the modulus creeps in 1.2 times its relaxation time."""
+
+    class Stop(Exception):
+        """Ends the analysis where the time is known."""
+
+    def checked(duration):
+        asked.append(duration)
+        raise Stop
+
+    asked = []
+    monkeypatch.setattr(creep_module, "_checked", checked)
+    times = {"relaxation_time_1": 3.0, "relaxation_time_2": 50.0}
+    model = ConeModel(film=TautCone(branches=2), viscous_modulus_1=0.5, viscous_modulus_2=0.2, **times)
+    for duration in (None, 7.0):
+        with pytest.raises(Stop):
+            gelcone.creep(model, [0.3], duration=duration)
+    assert asked == [pytest.approx(8.0 * 50.0 * (1.0 + 0.2)), 7.0]  # under a constant load

@@ -1,5 +1,7 @@
 """What a source has to give over a run: root mean squares of its second half, peaks of all of it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -62,3 +64,43 @@ def test_the_natural_frequency_is_the_root_of_the_stiffness_about_the_ramps_end(
     at = np.array([0.2, 0.4])
     np.testing.assert_allclose(natural_frequency(model, volts, at) ** 2, model.stiffness(at, volts), rtol=1e-12)
     np.testing.assert_array_equal(frequency_of(np.array([4.0, -1e-10, -1.0])), [2.0, 0.0, np.nan])
+
+
+def test_each_source_has_its_own_numbers(monkeypatch):
+    """Of two films on the first line the currents add up; the second source is constant, and nothing of it jumps."""
+    monkeypatch.setattr(delivery, "_limited", lambda *_: {})
+    times = np.linspace(0.0, 4.0 * np.pi, 4001)[None]
+    lines = (
+        SimpleNamespace(films=(0, 2), prefix="", circuit=SimpleNamespace(jumps=True), drive="same"),
+        SimpleNamespace(films=(1,), prefix="second_", circuit=SimpleNamespace(jumps=True), drive="constant"),
+    )
+    one, other = 2.0 + np.sin(times), 5.0
+    system = SimpleNamespace(
+        lines=lines,
+        currents=lambda *_: [np.cos(times), 3.0 * np.sin(times), 2.0 * np.cos(times)],
+        source_voltages=lambda *_: [one, other, one],
+        source_rates=lambda *_: [np.cos(times), 0.0, np.cos(times)],
+        source_charges=lambda *_: [-7.0 * np.sin(times), 4.0],
+    )
+    members = SimpleNamespace(system=system, numbers=lambda trailing: {})
+    for jump, infinite in ((0.0, False), (1.0, True)):
+        lost = np.where(times > 3.0 * np.pi, jump, 0.0)
+        found = delivery.delivered(members, times, np.zeros((1, 4001, 2)), lost)
+        expected = {
+            "rms_voltage": np.sqrt(4.5), "rms_current": 3.0 / np.sqrt(2.0), "peak_charge": 7.0, "peak_current": 3.0,
+            "peak_slew_rate": 1.0, "second_rms_voltage": 5.0, "second_rms_current": 3.0 / np.sqrt(2.0),
+            "second_peak_charge": 4.0, "second_peak_current": 3.0, "second_peak_slew_rate": 0.0,
+        }  # fmt: skip
+        if infinite:
+            expected |= dict.fromkeys(("rms_current", "peak_current", "peak_slew_rate"), np.inf)
+        for prefix in ("", "second_"):
+            power = expected[f"{prefix}rms_voltage"] * expected[f"{prefix}rms_current"]
+            expected[f"{prefix}apparent_power"] = power
+        assert set(found) == set(expected)
+        for name, value in expected.items():
+            assert float(found[name][1][0]) == pytest.approx(value, rel=1e-4), name
+            assert ("second film" in found[name][2]) == name.startswith("second_")
+    early = np.where(times > 0.5 * np.pi, 1.0, 0.0)  # a jump in the first half alone leaves the rms of the second
+    found = delivery.delivered(members, times, np.zeros((1, 4001, 2)), early)
+    assert float(found["rms_current"][1][0]) == pytest.approx(3.0 / np.sqrt(2.0), rel=1e-4)
+    assert float(found["peak_current"][1][0]) == np.inf

@@ -1,5 +1,7 @@
 """The search for driven limits, in made-up planes whose limits are known functions of the frequency."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -159,3 +161,61 @@ def test_default_frequencies_hold_the_resonances_at_rest_and_under_the_own_drive
     at = [k for k in range(found.size) if np.isclose(found[k], [0.77, natural, loaded]).any()]
     assert len(at) == 3  # these three to the last digit
     assert (found[1:] / found[:-1]).min() > 1.0 + 0.9 * module.TOO_CLOSE
+
+
+@pytest.mark.parametrize(
+    ("zeta", "times", "known", "lasts"),
+    [
+        (0.05, (3.0, 1.0), (False, True), (80.0, 80.0)),
+        (0.5, (30.0, 1.0), (False, False), (120.0, 8.0)),
+        (0.5, (30.0, 30.0), (False, True), (120.0, 8.0)),
+        (1e-4, (30.0, 1e5), (True, False), (1000.0, 1000.0)),
+        (0.5, (1e5, 1e5), (False, True), (1000.0, 8.0)),
+    ],
+)
+def test_a_transient_lasts_as_the_slower_of_disc_and_film_unless_the_course_of_the_film_is_known(
+    monkeypatch, zeta, times, known, lasts
+):
+    """Four decay times of each: of the disc at most 1000, of states far slower at most that."""
+    members = SimpleNamespace(damping_ratio=np.full(2, zeta), time_constant=np.array(times))
+    monkeypatch.setattr(module, "are_slow", lambda members: members.time_constant > 1e3)
+    found = module.Plane._transient(members, module._Drifts(np.array(known), []))
+    np.testing.assert_allclose(found, lasts)
+
+
+def test_the_onset_of_rest_is_a_peak_voltage_of_a_drive_without_a_bias(monkeypatch):
+    """Its amplitude over the share of it in the peak, up to the highest one; infinite where rest stays stable."""
+    asked = {}
+
+    def onsets(model, highest):
+        asked.update(omegas=model.drive_frequency, highest=highest)
+        return {name: SimpleNamespace(values=np.array(v)) for name, v in
+                (("onset_voltage", [0.6, np.nan]), ("onset_error", [0.03, np.nan]))}  # fmt: skip
+
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "onset_voltage", onsets)
+    flat = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5)
+    plane = module.Plane(flat, module.DriveShape(0.8, 0.0), 0.0, None)
+    low, high = module._onset(plane, np.array([0.5, 0.9]), 2.5)
+    np.testing.assert_allclose(low, [0.75, np.inf])
+    np.testing.assert_allclose(high, [0.7875, np.inf])
+    np.testing.assert_array_equal(asked["omegas"], [0.5, 0.9])
+    assert asked["highest"] == pytest.approx(2.0)
+    for other in (module.DriveShape(0.8, 0.2), None):
+        model = flat if other else flat.replace(rest_height=0.5)
+        plane = module.Plane(model, other or module.DriveShape(1.0, 0.0), 0.0, None)
+        assert np.isnan(module._onset(plane, np.array([0.5]), 2.5)).all()
+
+
+def test_onsets_are_sought_up_to_the_highest_peak(monkeypatch):
+    asked = []
+    monkeypatch.setattr(module, "_onset", lambda plane, omegas, highest: asked.append(highest) or (np.nan, np.nan))
+    rows_of(World(hoop_slack=HOOP), OMEGAS, VOLTS, None)
+    assert asked == [VOLTS[-1]]
+
+
+def test_the_largest_value_between_samples_is_that_of_their_parabola():
+    x = np.array([[0.0, 0.9, 1.0, 0.5], [1.0, 0.5, 0.2, 0.1], [0.2, 0.2, 0.2, 0.2]])
+    parabola = np.polyfit([0.0, 1.0, 2.0], x[0, 1:], 2)
+    top = np.polyval(parabola, -0.5 * parabola[1] / parabola[0])
+    np.testing.assert_allclose(module._highest(x), [top, 1.0, 0.2], atol=1e-12)

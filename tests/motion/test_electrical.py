@@ -1,12 +1,14 @@
 """What the source gives: against the balance of the run, against formulas, and the same from every command."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.analyses.request import Subject
 from gelcone.codes import Regime
-from gelcone.motion.electrical import electrical
+from gelcone.motion.electrical import apparent_power, electrical
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
 from gelcone.presets import find_preset
@@ -193,3 +195,23 @@ def test_heat_in_the_film_is_what_creep_and_leaks_lose():
     warmer = device.replace({"material.heat_capacity": "0.9 MJ/(m^3 K)"})
     assert warmer.scales.size("heating") == pytest.approx(2.0 * device.scales.size("heating"))
     assert not heats(PUMP.to_model().system)
+
+
+class Sources:
+    """Three films on two lines: 1 and 3 on the first, 2 on the second, whose source is constant."""
+
+    lines = (SimpleNamespace(films=(0, 2)), SimpleNamespace(films=(1,)))
+
+    def source_voltages(self, times, z, n):
+        first, second = 1.0 + 3.0 * np.sin(times), 5.0
+        return [first, second, first]
+
+
+def test_each_source_has_the_current_of_all_its_films_and_its_own_voltage():
+    """The sum over the sources of the products of two root mean squares, one of them a constant."""
+    times = 2.0 * np.pi * np.arange(64)[None] / 64
+    members = SimpleNamespace(system=Sources(), numbers=lambda trailing: {})
+    currents = [np.cos(times), 2.0 + np.sin(times), 3.0 * np.cos(times)]
+    found = apparent_power(members, times, np.zeros((1, 64, 2)), currents)
+    expected = np.sqrt(1.0 + 4.5) * 4.0 / np.sqrt(2.0) + 5.0 * np.sqrt(4.0 + 0.5)
+    np.testing.assert_allclose(found, [expected], rtol=1e-12)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import importlib
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import gelcone
 from gelcone.codes import Outcome, Regime
@@ -14,12 +16,14 @@ from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
 from gelcone.motion.attractor import search as search_module
 from gelcone.motion.attractor.classification import Evidence
-from gelcone.motion.creep import _Ramp, thresholds
-from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, DriveShape, Plane, driven, peak_of
+from gelcone.motion.creep import Holding, _Ramp, thresholds
+from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, YIELDS, DriveShape, Plane, driven, peak_of
 from gelcone.motion.envelope import STATIC_LIMITS, envelope
+from gelcone.motion.equilibrium import Ramp
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
+from gelcone.motion.validity import unknown
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, ThreeHarmonics
 
@@ -583,3 +587,236 @@ def test_an_excess_between_samples_is_seen():
     excess = np.stack([np.cos(t - 1.234) - 0.9999, np.cos(t - 1.234) - 1.001, np.where(t < 3.0, -1.0, np.nan)])
     np.testing.assert_array_equal(driven_module._ever(excess), [1.0, 0.0, 0.0])
     assert (excess[0] < 0.0).all()
+
+
+# --- made-up planes: every number is known by a formula ---------------------------------------------------------------
+
+
+class Straight(Plane):
+    """A plane whose disc rises in proportion to the voltage, and which pulls in where it is told to."""
+
+    slope, share, pitchfork, jump = 0.5, 0.5, np.inf, 5.0
+
+    def ramp(self, levels):
+        x = self.rest + self.slope * levels
+        voltages = [levels, self.share * levels][: len(self.model.system.films)]
+        return Ramp(self.rest, x, 2.0 * levels, 3.0 * levels, 1.0 - 0.25 * levels, voltages, self.pitchfork, self.jump)
+
+    def examine(self, omegas, peaks, lower=None, *, yields=True):
+        return {name: 10.0 * k + omegas + 0.1 * peaks for k, name in enumerate((*YIELDS, "regime", "final"))}
+
+
+def straight(model, **changes):
+    plane = Straight(model, DriveShape.of(model), 0.1, None, changes.pop("membrane", None))
+    for name, value in changes.items():
+        object.__setattr__(plane, name, value)
+    return plane
+
+
+def passes(excess, low, high):
+    """Where a function passes zero."""
+    return brentq(excess, low, high, xtol=1e-12)
+
+
+def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
+    """Of a disc that rises in proportion to the voltage, by the formulas of the taut cone."""
+    lm, lh, strength = 1.2, 1.5, 1.3
+    plane = straight(TAUT.replace(dielectric_strength=strength, stretch_limit=6.0), jump=3.3)
+    curves, limits = envelope_module._static(plane, 4.0)
+
+    def q(v):
+        return 1.0 + (0.1 + 0.5 * v) ** 2
+
+    def strain(v):
+        return lm**2 * q(v) + lh**2 + 1.0 / (lm**2 * lh**2 * q(v)) - 3.0
+
+    def slack(flat):
+        return lambda v: v * v * q(v) - (flat(v) - 1.0 / (lm**2 * lh**2 * q(v))) / (1.0 - strain(v) / 6.0)
+
+    expected = (
+        passes(lambda v: v * np.sqrt(q(v)) - strength, 0.1, 3.0),
+        passes(slack(lambda v: lh**2), 0.1, 3.0),
+        passes(slack(lambda v: lm**2 * q(v)), 0.1, 3.0),
+        passes(lambda v: strain(v) - 0.99 * 6.0, 0.1, 4.0),
+        np.nan,
+        3.3,
+    )
+    np.testing.assert_allclose(limits, expected, rtol=1e-4)
+    levels = np.linspace(0.0, 4.0, 401)
+    for name, values in {
+        "peak_voltage": levels,
+        "static_displacement": 0.1 + 0.5 * levels,
+        "stroke": 2.0 * levels,
+        "blocked_force": 3.0 * levels,
+        "natural_frequency": np.sqrt(1.0 - 0.25 * levels),
+        "static_field": levels * np.sqrt(q(levels)),
+    }.items():
+        np.testing.assert_allclose(curves[name], values, rtol=1e-12, err_msg=name)
+    assert "static_heating" not in curves
+    unknown = envelope_module._static(straight(TAUT, jump=3.3), 4.0)[1]
+    assert np.isnan(unknown[0])
+
+
+@pytest.mark.parametrize("share", [0.3, 2.5])
+def test_the_first_film_to_meet_a_limit_counts(share):
+    """Field and heat of either film, at its own voltage and from its own flat height."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "leakage_time": 7.0}
+    plane = straight(TAUT.replace(**films, dielectric_strength=0.9), share=share)
+    curves, limits = envelope_module._static(plane, 2.0)
+    first = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - 0.9, 0.0, 2.0)
+    second = passes(lambda v: share * v * np.sqrt(1.0 + (0.7 - 0.5 * v) ** 2) - 0.9, 0.0, 4.0)
+    assert limits[0] == pytest.approx(min(first, second), rel=1e-4)
+    v, x = curves["peak_voltage"], curves["static_displacement"]
+    squares = v**2 * (1.0 + x**2), (share * v) ** 2 * (1.0 + (0.8 - x) ** 2)
+    np.testing.assert_allclose(curves["static_heating"], (squares[0] + squares[1]) / 2.0 / 7.0, rtol=1e-12)
+    np.testing.assert_allclose(curves["static_field"], np.sqrt(squares[0]), rtol=1e-12)
+
+
+def test_a_flat_film_alone_has_a_pitchfork():
+    for model, expected in ((FLAT, 0.7), (TAUT, np.nan)):
+        limits = envelope_module._static(straight(model, pitchfork=0.7), 2.0)[1]
+        np.testing.assert_array_equal(limits[STATIC_LIMITS.index("pitchfork")], expected)
+
+
+def test_quasi_static_limits_are_known_to_twice_the_own_peak_and_to_the_largest_one():
+    for peaks, highest in (([0.1, 0.9], 1.2), ([0.1, 2.9], 2.9)):
+        curves, _ = envelope_module.static_limits_of(straight(TAUT), np.array(peaks))
+        assert curves["peak_voltage"][-1] == pytest.approx(highest)
+
+
+def test_a_level_is_first_passed_on_the_straight_line_between_two_points():
+    levels = np.array([1.0, 2.0, 4.0])
+    for excess, expected in (
+        ([-1.0, -0.5, 1.5], 2.5),
+        ([-3.0, 1.0, -1.0], 1.75),
+        ([0.2, 1.0, 2.0], 1.0),
+        ([-1.0, 0.0, 0.0], np.inf),
+        ([np.nan, np.nan, 1.0], 4.0),
+        ([-1.0, np.nan, np.nan], np.inf),
+    ):
+        assert envelope_module._first(levels, np.array(excess)) == pytest.approx(expected)
+
+
+def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_time():
+    """The disc rises and sinks again while the voltage is held."""
+    levels, times = np.linspace(0.0, 2.0, 201), np.linspace(0.0, 1.0, 11)
+    x = levels[:, None] * 4.0 * times * (1.0 - times) * 0.5
+    model = TAUT.replace(dielectric_strength=1.3, voltage=0.0, voltage_bias=levels)
+    run = SimpleNamespace(times=np.tile(times, (201, 1)), states=np.stack([x, 0.0 * x], axis=-1))
+    held = Holding(1.8, levels, model.members(), run, {})
+    relaxed = np.array([0.1, 0.2, 0.3, 0.4, 0.77, 0.5])
+    plane = straight(TAUT.replace(dielectric_strength=1.3))
+    found = envelope_module.held_limits(plane, held, relaxed)
+    breakdown = passes(lambda v: v * np.sqrt(1.0 + (0.5 * v) ** 2) - 1.3, 0.1, 2.0)
+    hoop = envelope_module._static(straight(plane.model, rest=0.0), 2.0)[1][1]
+    thin = 1.0 / (1.2**2 * 1.5**2)
+    low = np.sqrt((1.2**2 - thin) / (1.0 - (1.2**2 + 1.5**2 + thin - 3.0) / 50.0))  # flat, before the disc has risen
+    np.testing.assert_allclose(found, [breakdown, hoop, low, np.inf, 0.77, 1.8], rtol=2e-4)
+    assert np.isnan(envelope_module.held_limits(straight(TAUT), held, relaxed)[0])
+    curve = Curve((0.0, 2.0), (1.5, 0.5), 0.01)  # at 0.5 v: 1.5 - 0.25 v = v
+    over = envelope_module.held_limits(straight(TAUT, membrane=curve), held, relaxed)
+    assert over[-1] == pytest.approx(1.2, rel=1e-3)
+    none = envelope_module.held_limits(plane, held._replace(highest=0.0), relaxed)
+    np.testing.assert_array_equal(none, relaxed)
+
+
+def test_the_recommended_peak_is_below_the_lowest_known_limit_and_the_peaks_examined():
+    low = np.array([[0.8, np.nan], [np.nan, np.nan], [np.inf, 5.0], [0.0, 2.0]])
+    found = envelope_module.recommended_peaks(low, 1.5, np.array([0.1, 9.0]), 0.25)
+    np.testing.assert_allclose(found, 0.75 * np.array([0.8, 1.5, 1.5, 0.0]))
+    np.testing.assert_allclose(envelope_module.recommended_peaks(low, 9.0, np.array([0.1, 0.4])), [0.32] * 3 + [0.0])
+
+
+OMEGAS, VOLTS = np.array([0.5, 0.6, 0.7, 0.9]), np.array([0.3, 0.9, 1.4])
+LOW = np.full((4, len(DRIVEN_LIMITS)), np.inf)
+LOW[0, [1, 3]], LOW[1, [0, 2]], LOW[3, 4] = (0.8, 0.5), (np.nan, 1.3), 0.0
+"""Frequencies whose first limit is meridional slack, hoop slack, none, and the stretch limit from the start."""
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """An envelope of `Straight`, at four frequencies of which one was added, and what its parts were asked for."""
+    asked = {}
+
+    def limits(plane, omegas, volts, **options):
+        asked["driven"] = omegas, volts, options
+        table = {name: 100.0 * k + OMEGAS[:, None] + VOLTS for k, name in enumerate((*YIELDS, "regime", "outcome"))}
+        return table | {"low": LOW, "high": LOW + 0.01, "frequency": OMEGAS}
+
+    def others(members, start, *, threads, progress):
+        asked["others"] = members, start
+        each = np.array([[1.0, 2.0], [3.0, np.nan]]) if members.size == 2 else np.zeros((0, 2))
+        kinds = ("stroke", "lowest", "highest", "period", "regime", "outcome", "motion_kick_low", "motion_kick_high")
+        found = {name: each + 10.0 * k for k, name in enumerate(kinds)}
+        found |= {name: k + each[:, 0] for k, name in enumerate(("motions", "kick_low", "kick_high", "kick_tried"))}
+        return found | {"validity": np.arange(each.size)[:, None].reshape(*each.shape, 1) + unknown(1) * 0.0}
+
+    monkeypatch.setattr(envelope_module, "plane_of", lambda model, threads, from_="rest": straight(model, jump=1.2))
+    monkeypatch.setattr(envelope_module, "driven", limits)
+    monkeypatch.setattr(envelope_module, "coexisting", others)
+    return asked
+
+
+def test_an_envelope_says_of_each_number_what_was_found(made_up):
+    found = envelope(TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]], margin=0.25)
+    omegas, volts, options = made_up["driven"]
+    np.testing.assert_array_equal(omegas, OMEGAS[[0, 1, 3]])
+    np.testing.assert_array_equal(volts, VOLTS)
+    static = found["static_limit_voltage"].values
+    lowest = np.nanmin(static)
+    assert (options["ceiling"], options["pull_in"], options["refine"]) == (lowest, static[-1], False)
+    for k, name in enumerate((*YIELDS, "regime", "outcome")):
+        name = name if name in ("regime", "outcome") else f"driven_{name}"
+        if name != "driven_heating":
+            np.testing.assert_array_equal(found[name], 100.0 * k + OMEGAS[:, None] + VOLTS, err_msg=name)
+    np.testing.assert_array_equal(found["limit_low"].T, LOW)
+    np.testing.assert_array_equal(found["limit_high"].T, LOW + 0.01)
+    assert found["first_limit"].values.tolist() == [3, 2, -1, 4]
+    edge = 0.75 * np.minimum([0.5, 1.3, np.inf, 0.0], lowest)
+    np.testing.assert_allclose(found["recommended_peak"], edge)
+    assert float(found["recommended_constant"]) == pytest.approx(0.75 * min(lowest, 1.4))
+    for k, name in enumerate((*YIELDS, "regime")):
+        if f"window_{name}" in found:
+            expected = np.where(edge > 0.0, 10.0 * k + OMEGAS + 0.1 * edge, np.nan)
+            np.testing.assert_allclose(found[f"window_{name}"], expected, err_msg=name)
+    assert float(found["rest_displacement"]) == 0.1
+    assert (float(found["own_peak"]), float(found["own_frequency"])) == (0.6, 1.0)
+    np.testing.assert_array_equal(found["driven_peak"], VOLTS)
+
+
+def test_coexisting_motions_are_sought_at_given_frequencies_with_a_window_alone(made_up):
+    """From the envelope's rest, at the recommended peaks."""
+    found = envelope(TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]])
+    members, start = made_up["others"]
+    np.testing.assert_array_equal(members.number("drive_frequency"), OMEGAS[:2])
+    np.testing.assert_allclose(2.0 * members.number("voltage"), found["recommended_peak"][:2])
+    np.testing.assert_allclose(start, [[0.101, 0.0]] * 2)
+    nothing = np.full((2, 2), np.nan)
+    each = np.concatenate([[[1.0, 2.0], [3.0, np.nan]], nothing])
+    kinds = ("stroke", "lowest", "highest", "period", "regime", "outcome", "kick_low", "kick_high")
+    for k, name in enumerate(kinds):
+        np.testing.assert_array_equal(found[f"motion_{name}"], each + 10.0 * k, err_msg=name)
+    for k, name in enumerate(("coexisting", "kick_low", "kick_high", "kick_tried")):
+        np.testing.assert_array_equal(found[name], each[:, 0] + k, err_msg=name)
+
+
+def test_the_limits_of_each_member_are_those_of_its_own_drive(made_up, monkeypatch):
+    """The safe peak lies below the lower ends, a limit is named by its upper one; the widest interval is the error."""
+    high = np.where(np.isfinite(LOW[:1]), LOW[:1] + 0.01 * np.arange(len(DRIVEN_LIMITS)), LOW[:1])
+    monkeypatch.setattr(envelope_module, "driven", lambda plane, omegas, volts, **options: {
+        "low": omegas[0] * LOW[:1], "high": omegas[0] * high, "asked": made_up.setdefault("volts", []).append(volts),
+    })  # fmt: skip
+    model = TAUT.replace(drive_frequency=np.array([1.0, 2.0, 3.0]), voltage=np.array([0.3, 0.0, 0.3]))
+    found = gelcone.operating_limits(model.replace(voltage_bias=np.array([0.3, 0.0, 0.3])))
+    assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OK]
+    for k, omega in ((0, 1.0), (2, 3.0)):
+        own = found.isel(member=k) if "member" in found.dims else found.isel({found["outcome"].dims[0]: k})
+        static = [float(own[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in STATIC_LIMITS]
+        assert static[-1] == 1.2
+        safe = min(omega * 0.5, *(value for value in static if value == value), 1.2)
+        assert float(own["safe_peak_voltage"]) == pytest.approx(safe)
+        assert float(own["driven_error_voltage"]) == pytest.approx(omega * 0.03)
+        assert float(own["driven_meridional_slack_voltage"]) == pytest.approx(omega * 0.53)
+        assert float(own["driven_chaos_voltage"]) == np.inf
+    np.testing.assert_allclose(made_up["volts"][0], 0.6 * np.linspace(1.0 / 12.0, 2.0, 24))
+    assert np.isnan(found["safe_peak_voltage"].values[1])

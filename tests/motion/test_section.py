@@ -1,5 +1,8 @@
 """Poincare sections: returning points, phases, turning points against SciPy, ensembles to the last bit, contracts."""
 
+import importlib
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -16,6 +19,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.plots.section import section_figure
 from tests.toys import TurningBias
 
+section_module = importlib.import_module("gelcone.motion.section")
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
 CHAOTIC = ConeModel(damping_ratio=0.01, spring_stiffness=0.9, voltage=1.7, drive_frequency=0.1)
 ESCAPES = ConeModel(stretch_limit=np.inf, voltage=8.0, spring_stiffness=0.1)
@@ -297,3 +301,23 @@ def test_further_states_are_points_of_the_section_too():
     names = ["displacement", "velocity", *(state.name for state in model.system.states[2:])]
     for k, name in enumerate(names):
         np.testing.assert_allclose(found[name], states[:, k], rtol=1e-12, atol=1e-14)
+
+
+def test_a_motion_turns_where_its_velocity_changes_sign_also_from_a_standstill(monkeypatch):
+    """Velocity -(1 - t)^3 up to its end at t = 1, where the acceleration is 0 too, and (t - 1)^3 after it; a motion of
+    rounding turns nowhere."""
+    times = np.array([[0.5, 1.0, 1.5], [0.25, 0.75, 1.25], [0.25, 0.75, 1.25]])
+    off = times - 1.0
+    size = np.array([[1.0], [1.0], [1e-14]])
+    states = np.stack([0.25 * size * off**4, size * off**3], axis=-1)
+    monkeypatch.setattr(section_module, "acceleration_at", lambda members, t, z: 3.0 * size * (t - 1.0) ** 2)
+    monkeypatch.setattr(
+        section_module, "_polish", lambda turning, starts, begin, end, guess, kind, flow: (guess, starts)
+    )
+    members = SimpleNamespace(take=lambda rows: SimpleNamespace(forcing_period=2.0))
+    piece = SimpleNamespace(times=times, states=states)
+    which, rows = section_module._turning_points(members, piece, {})
+    assert which.tolist() == [0, 1]
+    assert rows[:, 3].tolist() == [-1.0, -1.0]  # both fall before
+    assert rows[0, 0] == pytest.approx(0.5, abs=1e-3)
+    assert rows[1, 0] == pytest.approx(0.5, abs=0.02)

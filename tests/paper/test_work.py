@@ -6,7 +6,9 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 
@@ -132,3 +134,26 @@ def test_an_interrupt_ends_all_processes_at_once_and_quietly(tmp_path, send):
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
     assert not list(tmp_path.glob("*.pid"))  # each had time to clean up
+
+
+def test_as_many_jobs_run_at_once_as_there_are_workers(monkeypatch):
+    """Whatever is ready: the pool is not given more."""
+    pool, given = SimpleNamespace(threads=ThreadPoolExecutor(8), close=lambda: None), []
+
+    def work(pool, job, *_):
+        given.append(job.name)
+        return job.name
+
+    def waited(busy, *_):
+        seen.append(len(busy))
+        done = [future for future in busy if future.result()][:1]
+        return done, None
+
+    seen = []
+    monkeypatch.setattr(module, "Pool", lambda workers: pool)
+    monkeypatch.setattr(module, "_do", work)
+    monkeypatch.setattr(module, "wait", waited)
+    names = [name for name, _ in module._in_processes([job(name) for name in "abcde"], 2, lambda *_: None)]
+    assert sorted(names) == sorted(given) == list("abcde")
+    assert seen == [2, 2, 2, 2, 1]
+    pool.threads.shutdown()

@@ -39,3 +39,14 @@ def test_multipliers_of_a_symmetric_orbit_are_squared_over_its_period():
     np.testing.assert_allclose(multipliers_of_period(Kind(1, True), half), half**2)
     np.testing.assert_array_equal(multipliers_of_period(Kind(2), half), half)
     assert Walk(0.3, 0.8).scale == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        (EventKind.FOLD, "fold"), (EventKind.LOSS_OF_REST, "loss of rest"),
+        (EventKind.DEGENERATE_SYMMETRY_BREAKING, "degenerate symmetry breaking"),
+    ],
+)  # fmt: skip
+def test_events_are_named_in_words(kind, words):
+    assert kind.label == words

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,14 @@ from scipy.integrate import solve_ivp
 import gelcone
 from gelcone import InputError
 from gelcone.atlas.branches import check, continuation, follow
-from gelcone.atlas.branches.branch import Ending
-from gelcone.atlas.branches.point import Corrected
+from gelcone.atlas.branches.branch import Branch, Ending, Event, EventKind, Walk
+from gelcone.atlas.branches.event import Born, Singular
+from gelcone.atlas.branches.point import Corrected, Point
 from gelcone.atlas.branches.varied import vary
 from gelcone.codes import Regime
 from gelcone.motion.flow import integrate
+from gelcone.motion.orbit import Kind
+from gelcone.motion.validity import unknown
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
 
@@ -331,3 +335,258 @@ def test_settled_motions_of_a_diagram_are_runs_of_cycles_and_rests():
     np.testing.assert_array_equal(runs.section, diagram["section"].values[0])
     with pytest.raises(InputError, match="along 'voltage'; give one along 'damping_ratio'"):
         continuation._runs(diagram, vary(BASE, {"damping_ratio": (0.1, 0.2)}, (1.0, 0.0)))
+
+
+# --- made-up branches: each number says where it belongs --------------------------------------------------------------
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
+
+
+class World:
+    """In place of shooting: maps of a repeat in a time of 3 over the value, cut into segments."""
+
+    system = gelcone.ConeModel().members().system
+    size, symmetric, phase = 2, False, np.pi
+
+    def __init__(self, kind, segments):
+        self.kind, self.segments, self.count = kind, segments, segments * kind.repeats
+        self.signs = -np.ones(2) if kind.reflected else np.ones(2)
+
+    def repeat_time(self, values):
+        return 3.0 / values[0]
+
+
+def nodes_of(world, value):
+    return value + 0.01 * np.arange(2 * world.count, dtype=float).reshape(world.count, 2)
+
+
+def a_branch(world, values, multipliers, **own):
+    points = [
+        Point(nodes_of(world, value), value, np.array(two, dtype=complex), None)
+        for value, two in zip(values, multipliers, strict=True)
+    ]
+    return Branch(world, points, **own)
+
+
+def an_event(world, kind, value, after, curvature=None, unstable=1.0, **own):
+    none = np.zeros((world.count, 2))
+    orbit = Singular(nodes_of(world, value), np.array([value]), np.array([0.1 * value]), none, none,
+                     np.array([-0.5 + 0.25j, 0.1]), -1.0)  # fmt: skip
+    born = None if curvature is None else Born(curvature, none)
+    return Event(kind, orbit, born, unstable, after, world.kind, **own)
+
+
+def some_branches():
+    """One of period 1 with two events; one of mirrored orbits, born at the second; one of period 3 with 48 nodes."""
+    once, mirrored, thrice = World(Kind(1), 4), World(Kind(1, True), 4), World(Kind(3), 16)
+    events = [
+        an_event(once, EventKind.FOLD, 0.7, 0, 0.4, 0.0),
+        an_event(once, EventKind.LOSS_OF_REST, 0.8, 1, -2.0, -1.0, born_branch=1),
+    ]
+    last = an_event(mirrored, EventKind.TORUS, 0.9, 0, resolved=False)
+    first = a_branch(once, [0.6, 0.8, 1.0], [[0.5j, -0.5j], [-1.5, 0.2], [0.9, 0.0]], events=events, resting=True)
+    second = a_branch(mirrored, [0.7, 0.9], [[-0.5, 0.2], [2.0, 0.1]], events=[last], parent=events[1], level=2)
+    second.ended = (Ending.REST, Ending.WALL)
+    third = a_branch(thrice, [0.95], [[0.25, 0.1]], level=1)
+    for number, branch in enumerate((first, second, third)):
+        for event in branch.events:
+            event.branch = number
+    return [first, second, third]
+
+
+@pytest.fixture(scope="module")
+def labelled():
+    """The branches as a result over the frequency of a device, and one unit of it in SI."""
+    varied, branches = vary(PUMP, {"frequency": (9.0, 11.0)}), some_branches()
+    section = np.arange(2 * 70 * 2, dtype=float).reshape(2, 70, 2)
+    runs = check.Runs(np.array([0.6, 0.9]), section, np.array([1, 0]), np.zeros(2, bool), np.ones(2, bool))
+    checked = check.Checked(7, 1, 9, [check.Flag(check.OTHER_PERIOD, 2, 0.95, "why")])
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(
+            continuation, "_extent", lambda own: (own.values - 1.0, own.values + 2.0, unknown(len(own.points)))
+        )
+        result = continuation._label(varied, SimpleNamespace(branches=branches), runs, checked, {})
+    scale = float(varied.scales[0])
+    assert not 0.9 < scale < 1.1
+    return result, branches, scale
+
+
+def test_points_have_their_values_orbits_and_multipliers_over_the_whole_period(labelled):
+    """Of mirrored orbits the second half too, and the squares; of long ones every fourth node."""
+    result, branches, scale = labelled
+    for k, (branch, stride) in enumerate(zip(branches, (1, 1, 4), strict=True)):
+        own, count = result.isel(branch=k), len(branch.points)
+        np.testing.assert_allclose(own["value"][:count], scale * branch.values)
+        np.testing.assert_array_equal(own["lowest"][:count], branch.values - 1.0)
+        np.testing.assert_array_equal(own["highest"][:count], branch.values + 2.0)
+        assert np.isnan(own["value"][count:]).all()
+        for point, there in enumerate(branch.points):
+            nodes, multipliers = there.nodes, there.multipliers
+            if branch.map.reflected:
+                nodes, multipliers = np.concatenate([nodes, -nodes]), multipliers**2
+            nodes = nodes[::stride]
+            np.testing.assert_array_equal(own["orbit"][point, : len(nodes)], nodes)
+            assert np.isnan(own["orbit"][point, len(nodes) :]).all()
+            np.testing.assert_allclose(own["multiplier_real"][point], multipliers.real)
+            np.testing.assert_allclose(own["multiplier_imag"][point], multipliers.imag)
+            period = branch.map.period * 3.0 / there.value
+            assert float(own["lyapunov"][point]) == pytest.approx(np.log(abs(multipliers[0])) / period)
+            assert int(own["stable"][point]) == (abs(multipliers[0]) < 1.0)
+        assert (own["stable"][count:] == -1).all()
+    assert result["nodes_per_repeat"].values.tolist() == [4, 4, 4]
+    assert result["orbit"].sizes["node"] == 12
+
+
+def test_branches_say_what_they_are_and_where_they_come_from(labelled):
+    result, _, _ = labelled
+    assert result["period"].values.tolist() == [1, 2, 3]
+    assert result["symmetric"].values.tolist() == [0, 1, 0]
+    assert result["resting"].values.tolist() == [1, 0, 0]
+    assert result["level"].values.tolist() == [0, 2, 1]
+    assert result["born"].values.tolist() == [-1, 1, -1]
+    assert result["ended"].values.tolist() == [[0, 0], [Ending.REST, Ending.WALL], [0, 0]]
+
+
+def test_events_have_the_values_of_their_orbits(labelled):
+    result, branches, scale = labelled
+    values = np.array([0.7, 0.8, 0.9])
+    np.testing.assert_allclose(result["event_value"], scale * values)
+    np.testing.assert_allclose(result["event_error"], 0.1 * scale * values)
+    np.testing.assert_allclose(result["event_curvature"], scale * np.array([0.4, -2.0, np.nan]))
+    assert result["event_kind"].values.tolist() == [EventKind.FOLD, EventKind.LOSS_OF_REST, EventKind.TORUS]
+    assert result["event_branch"].values.tolist() == [0, 0, 1]
+    assert result["event_born_branch"].values.tolist() == [-1, 1, -1]
+    assert result["event_point"].values.tolist() == [0, 1, 0]
+    assert result["event_supercritical"].values.tolist() == [-1, 1, -1]
+    assert result["event_resolved"].values.tolist() == [1, 1, 0]
+    orbits = [nodes_of(branches[0].shooting, value) for value in values]
+    orbits[2] = np.concatenate([orbits[2], -orbits[2]])
+    for k, orbit in enumerate(orbits):
+        np.testing.assert_allclose(result["event_orbit"][k, : len(orbit)], orbit)
+        assert np.isnan(result["event_orbit"][k, len(orbit) :]).all()
+    multipliers = np.array([-0.5 + 0.25j, 0.1])
+    expected = np.array([multipliers, multipliers, multipliers**2])
+    np.testing.assert_allclose(result["event_multiplier_real"], expected.real)
+    np.testing.assert_allclose(result["event_multiplier_imag"], expected.imag)
+
+
+def test_runs_and_flags_have_the_unit_of_the_field_and_the_last_sections(labelled):
+    result, _, scale = labelled
+    np.testing.assert_allclose(result["run_value"], scale * np.array([0.6, 0.9]))
+    np.testing.assert_array_equal(result["run_section"], np.arange(280.0).reshape(2, 70, 2)[:, -64:])
+    assert result["run_period"].values.tolist() == [1, 0]
+    np.testing.assert_allclose(result["flag_value"], scale * 0.95)
+    assert result["flag_kind"].values.tolist() == [check.FLAGS.index(check.OTHER_PERIOD)]
+    assert (result["flag_branch"].values.tolist(), result["flag_explanation"].values.tolist()) == ([2], ["why"])
+    assert [int(result[name]) for name in ("checked_cycles", "checked_orbits", "seeded")] == [7, 9, 1]
+    assert result["event_value"].attrs["units"] == result["value"].attrs["units"] == "Hz"
+    assert result.attrs["parameter"] == "frequency"
+
+
+@pytest.mark.parametrize(
+    ("segments", "kind", "kept"),
+    [
+        (4, Kind(1), (1, 4)), (16, Kind(1), (1, 16)), (32, Kind(1), (2, 16)), (16, Kind(1, True), (2, 16)),
+        (4, Kind(8), (2, 16)), (4, Kind(32), (4, 32)), (8, Kind(3), (2, 12)),
+    ],
+)  # fmt: skip
+def test_at_most_16_nodes_of_an_orbit_are_stored_but_one_in_each_repeat(segments, kind, kept):
+    assert continuation._kept(World(kind, segments)) == kept
+
+
+def test_branches_of_a_result_begin_with_its_middle_orbits(labelled):
+    """A branch that rests is none of them, nor one without points."""
+    result, branches, scale = labelled
+    varied = vary(PUMP, {"frequency": (9.0, 11.0)})
+    rest = result.isel(branch=[0]).assign(orbit=0.0 * result["orbit"].isel(branch=[0]))
+    none = result.isel(branch=[0]).assign(value=np.nan * result["value"].isel(branch=[0]))
+    parts = [name for name in result.variables if "branch" in result[name].dims]
+    runs = continuation._runs(
+        xr.concat([rest[parts], result[parts], none[parts]], "branch").assign_attrs(result.attrs), varied
+    )
+    np.testing.assert_allclose(runs.values, [0.8, 0.9, 0.95])
+    assert runs.period.tolist() == [1, 2, 3]
+    assert runs.symmetric.tolist() == [False, True, False]
+    assert (runs.arrived.tolist(), runs.attracting) == ([True] * 3, False)
+    first = [branches[k].points[point].nodes[0] for k, point in ((0, 1), (1, 1), (2, 0))]
+    units = result["orbit"].attrs["units"]
+    expected = varied.without_units(np.array(first)[:, None], units, scale * runs.values)
+    np.testing.assert_allclose(runs.section, expected)
+
+
+def test_a_start_that_is_a_result_stands_by_all_its_numbers():
+    """In the plan of a store: another number, name or text anywhere is another start."""
+    start = xr.Dataset({"a": ("x", [1.0, 2.0]), "b": ("x", ["p", "q"])}, coords={"x": [3, 4]})
+    others = [
+        start.assign(a=("x", [1.0, 2.5])), start.assign(b=("x", ["p", "r"])), start.assign_coords(x=[3, 5]),
+        start.rename(a="aa"), start[["a"]],
+    ]  # fmt: skip
+    digests = [continuation._digest(one) for one in (start, *others)]
+    assert len(set(digests)) == 6
+    assert continuation._digest(start.copy(deep=True)) == digests[0]
+    varied = vary(BASE, {"voltage": (0.9, 1.1)}, (1.0, 0.0))
+    plans = [continuation._plan(varied, {"start": "result", "switch": 1}, one) for one in (start, others[0], "rest")]
+    assert [plan["options"]["start"] for plan in plans] == [f"result {digests[0]}", f"result {digests[1]}", "result"]
+    assert plans[0]["options"]["switch"] == 1
+    of_device = continuation._plan(vary(PUMP, {"frequency": (9.0, 11.0)}), {}, "rest")
+    assert (plans[0]["device"], of_device["device"]) == (None, PUMP.parameters())
+
+
+def test_each_point_takes_a_five_hundredth_of_what_is_left_of_its_share():
+    told = []
+    tick = continuation.point_by_point(told.append, 0.4)
+    for _ in range(100):
+        tick(None)
+    np.testing.assert_allclose(told, 0.4 * 0.002 * 0.998 ** np.arange(100))
+
+
+def test_a_response_near_equilibrium_begins_where_the_bias_lets_go(monkeypatch):
+    """At both ends of the interval, from standing there."""
+    model = gelcone.ConeModel(rest_height=0.8, damping_ratio=0.1)
+    varied, asked = vary(model, {"voltage": (0.2, 0.5)}, (1.0, 0.3)), []
+    world = World(Kind(1), 4)
+    world.numbers_at = lambda values: model.own_numbers
+
+    def nothing(walk, shooting, values, starts, **flow):
+        asked.append((values.tolist(), starts.tolist()))
+        return check.Runs(values, np.zeros((2, 1, 2)), np.zeros(2, int), np.zeros(2, bool), np.zeros(2, bool))
+
+    monkeypatch.setattr(continuation, "brute_force", nothing)
+    walk = Walk(0.2, 0.5)
+    assert continuation._roots(world, varied, walk, "rest", np.array([[1.0, 0.3]]), {}) == []
+    assert asked == [([0.2, 0.5], [[pytest.approx(0.8), 0.0]])]
+    with pytest.raises(InputError, match=r"periodic neither at voltage = 0\.2 nor at 0\.5"):
+        continuation._roots(world, varied, walk, "settled", np.array([[1.0, 0.3]]), {})
+    assert asked[1] == ([0.2, 0.5], [[1.0, 0.3]])
+
+
+def test_branches_are_checked_at_even_values_from_two_starts(monkeypatch):
+    """The initial state and a twentieth of it; what is found is labelled with all options."""
+    asked, tree = {}, SimpleNamespace(branches=["one"])
+    monkeypatch.setattr(
+        type(vary(BASE, {"voltage": (0.9, 1.1)})), "shooting", lambda self, tolerance: ("plane", tolerance)
+    )
+    monkeypatch.setattr(continuation, "grown", lambda *arguments: asked.update(grown=arguments) or tree)
+    monkeypatch.setattr(
+        continuation,
+        "brute_force",
+        lambda walk, line, values, starts, **flow: asked.update(checked=(values, starts, flow)),
+    )
+    monkeypatch.setattr(continuation, "cover", lambda tree, line, runs, **flow: check.Checked(3, 1, 0, ["first"]))
+    monkeypatch.setattr(continuation, "run_perturbed", lambda tree, **flow: check.Checked(0, 0, 5, ["second"]))
+    monkeypatch.setattr(continuation, "_label", lambda *arguments: arguments)
+    options = {"switch": 3, "checks": 5, "points": 77, "tolerance": 1e-12, "start": "settled"}
+    found = gelcone.continue_branch(BASE, "voltage", 0.9, 1.1, (0.6, 0.2), **options)
+    _, own, _, checked, said = found
+    assert own is tree
+    assert checked == check.Checked(3, 1, 5, ["first", "second"])
+    assert {name: said[name] for name in options} == options
+    assert (said["parameter"], said["low"], said["high"], list(said["initial"])) == ("voltage", 0.9, 1.1, [0.6, 0.2])
+    values, starts, flow = asked["checked"]
+    np.testing.assert_allclose(values, [0.9, 0.95, 1.0, 1.05, 1.1])
+    np.testing.assert_allclose(starts, [[0.6, 0.2], [0.03, 0.01]])
+    assert flow == {"tolerance": 1e-12, "threads": None}
+    shooting, _, walk, start, states, switch, _ = asked["grown"]
+    assert (shooting, start, switch) == (("plane", 1e-12), "settled", 3)
+    assert (walk.low, walk.high, walk.most) == (0.9, 1.1, 77)
+    np.testing.assert_array_equal(states, [[0.6, 0.2]])

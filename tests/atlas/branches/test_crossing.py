@@ -1,7 +1,9 @@
 """With more than two states a pair of multipliers can leave the unit circle: a torus is born, and is reported."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,12 @@ import gelcone
 from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
-from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
+from gelcone.atlas.branches.branch import Walk
+from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, at_value
 from gelcone.atlas.branches.varied import vary
+from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
+from tests.atlas.branches import maps
 from tests.atlas.branches.events import events_of
 from tests.toys import FilteredVoltage, TurningBias
 
@@ -127,3 +132,88 @@ def test_rest_with_a_state_of_a_circuit_is_lost_where_theory_says():
     assert float(found.values[0]) == pytest.approx(float(onset["onset_voltage"]), abs=1e-6)
     assert np.abs(found.nodes[:, :2]).max() < 1e-12
     assert np.abs(found.nodes[:, 2]).max() > 0.3  # the filter swings with its voltage
+
+
+# --- made-up maps -----------------------------------------------------------------------------------------------------
+
+WALK = Walk(-3.0, 3.0)
+
+
+def two_orbits(first, second):
+    """Orbits of the S-curve at two places, their tangents going from the first to the second."""
+    world = maps.Maps(maps.s_curve)
+    points = [maps.orbit_at(world, maps.value_of(s), s + maps.AWAY) for s in (first, second)]
+    way = np.sign(second - first)
+    return world, *(
+        point if way * point.tangent.nodes[0, 0] > 0.0 else replace(point, tangent=-point.tangent) for point in points
+    )
+
+
+@pytest.mark.parametrize("newton", [True, False])
+@pytest.mark.parametrize(
+    ("ends", "kinds"),
+    [
+        ((1.4, 0.9), ["PERIOD_DOUBLING", "FOLD"]), ((0.9, 1.4), ["FOLD", "PERIOD_DOUBLING"]),
+        ((-0.9, -1.4), ["FOLD", "PERIOD_DOUBLING"]), ((0.9, -0.8), []), ((1.2, 0.8), ["FOLD"]),
+    ],
+)  # fmt: skip
+def test_events_between_two_points_come_in_the_order_of_the_branch(monkeypatch, newton, ends, kinds):
+    """With the side on which the branch is less stable; brackets hold the same values, but no branch that is born."""
+    world, a, b = two_orbits(*ends)
+    if not newton:
+        monkeypatch.setattr(crossing, "locate", lambda *_, **__: None)
+    found = crossing.events_between(world, a, b, 17, WALK, False)
+    assert [event.kind.name for event in found] == kinds
+    for event in found:
+        fold, sign = event.kind.name == "FOLD", np.sign(ends[0])
+        value = sign * maps.value_of(1.0 if fold else maps.DOUBLES_AT)
+        assert abs(event.value - value) <= 3.0 * event.orbit.errors[0] < (1e-12 if newton else 0.7)
+        assert event.unstable == (0.0 if fold else sign)
+        assert (event.after, event.map, event.resolved, event.born is not None) == (17, Kind(1), newton, newton)
+
+
+def test_a_mirrored_orbit_breaks_its_symmetry():
+    """At p = 2, above which it is less stable."""
+    world = maps.Maps(maps.mirrored_pitchfork, Kind(1, True), symmetric=True)
+
+    def at(p):
+        x = np.sqrt(p)
+        nodes = np.array([[x, -x], [0.5 * x, -0.25 * x]])
+        return at_value(world, nodes, p, Metric.of(nodes, 1.0)).point
+
+    (event,) = crossing.events_between(world, at(1.9), at(2.1), 0, WALK, False)
+    assert (event.kind.name, event.unstable, event.supercritical) == ("SYMMETRY_BREAKING", 1.0, True)
+    assert event.value == pytest.approx(2.0, abs=1e-12)
+
+
+def points(*pairs):
+    return [Point(np.ones((1, 2)), 0.1 * k, np.array(two, complex), None) for k, two in enumerate(pairs)]
+
+
+def test_a_pair_passes_the_unit_circle_where_its_modulus_does():
+    """By the logarithm of the pair nearest to the circle, a little beyond; halfway where no pair is on both sides."""
+    inside, outside, real = points((0.9j, -0.9j, 0.2j, -0.2j), (1.2j, -1.2j, 0.1j, -0.1j), (0.9, 0.5, 0.2, 0.1))
+    assert crossing._pairs_outside(inside) == 0
+    assert crossing._pairs_outside(outside) == 2
+    assert crossing._crossing(inside, real) == crossing._crossing(inside, inside) == 0.5
+    share = np.log(0.9) / (np.log(0.9) - np.log(1.2))
+    assert share < crossing._crossing(inside, outside) < share + 0.06
+    assert 1.0 - share - 0.06 < crossing._crossing(outside, inside) < 1.0 - share
+
+
+@pytest.mark.parametrize("ends", [(0.1, 0.3), (0.3, 0.1)])
+@pytest.mark.parametrize("grows", [True, False])
+def test_a_torus_is_born_on_the_side_where_its_pair_is_outside(monkeypatch, ends, grows):
+    """Known as well as its bracket where no orbit is found inside."""
+    monkeypatch.setattr(crossing, "correct", lambda *_: Corrected(None))
+    pairs = [(0.9j, -0.9j), (1.2j, -1.2j)]
+    tangent = Direction(np.ones((1, 2)), 1.0)
+    a, b = (
+        Point(np.full((1, 2), value), value, np.array(pairs[(value > 0.2) == grows], complex), tangent)
+        for value in ends
+    )
+    event = crossing._torus(SimpleNamespace(kind=Kind(2)), a, b, 5, WALK)
+    assert (event.unstable, event.after, event.map) == (1.0 if grows else -1.0, 5, Kind(2))
+    assert event.value == pytest.approx(0.2)
+    assert event.orbit.errors[0] == pytest.approx(0.2)
+    assert event.born is None

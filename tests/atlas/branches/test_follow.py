@@ -1,13 +1,19 @@
 """One branch: the same whatever its steps, its events between its points, its exponents those of its multipliers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import gelcone
 from gelcone.atlas.branches import follow
-from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.branches.branch import Ending, EventKind, Walk
+from gelcone.atlas.branches.point import Metric
 from gelcone.motion.flow import integrate
+from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
+from tests.atlas.branches import maps
 from tests.atlas.branches.events import events_of
 
 BASE = find_preset("base").model
@@ -179,3 +185,142 @@ def test_folds_of_a_film_that_drags_have_the_trace_of_their_orbit():
         run = integrate(at, found["event_orbit"].values[k, 0], at.members().forcing_period, keep="tangents")
         product = np.prod(np.array(event["multipliers"])[:, 0])
         assert product == pytest.approx(np.exp(run.divergence[0, -1]), rel=1e-8)
+
+
+# --- made-up maps: a branch is a curve that is known by a formula -----------------------------------------------------
+
+
+def s_of(branch):
+    return np.array([point.nodes[0, 0] for point in branch.points]) - maps.AWAY
+
+
+def s_branch(s=1.2, low=-3.0, high=3.0, turned=False, most=2000, **own):
+    world = maps.Maps(maps.s_curve, **own)
+    start = maps.orbit_at(world, maps.value_of(s), s + maps.AWAY)
+    start = replace(start, tangent=-start.tangent) if turned else start
+    return follow.follow(world, start, Walk(low, high, most))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("s", [1.2, 0.4, -1.5])
+def test_a_branch_goes_through_its_folds_from_one_end_of_the_interval_to_the_other(s, turned):
+    """Wherever and whichever way it begins: orbits, multipliers and tangents are those of the formula."""
+    branch = s_branch(s, turned=turned)
+    at, way = s_of(branch), np.sign(s_of(branch)[-1] - s_of(branch)[0])
+    assert (way * np.diff(at) > 0.0).all()
+    np.testing.assert_allclose(branch.values, maps.value_of(at), atol=1e-12)
+    assert sorted((branch.points[0].value, branch.points[-1].value)) == [-3.0, 3.0]
+    assert branch.ended == (Ending.LIMIT, Ending.LIMIT)
+    for point, own in zip(branch.points, at, strict=True):
+        found = sorted(point.multipliers, key=abs, reverse=True)
+        np.testing.assert_allclose(np.abs(found), np.abs(maps.multipliers_at(1.0 - (3.0 * own**2 - 3.0))), rtol=1e-5)
+        tangent = way * point.tangent.nodes[0]
+        assert tangent[0] == pytest.approx(tangent[1], rel=1e-9)
+        assert tangent[0] > 0.0
+        assert way * point.tangent.value / tangent[0] == pytest.approx(3.0 * own**2 - 3.0, abs=1e-5)
+    assert np.diff(branch.values).min() < 0.0 < np.diff(branch.values).max()
+
+
+def test_events_of_a_branch_are_where_the_formula_has_them():
+    """Each between the points on either side of it, in the order of the branch, with errors that hold; both ways."""
+    for turned in (False, True):
+        branch = s_branch(turned=turned)
+        at, way = s_of(branch), np.sign(s_of(branch)[-1] - s_of(branch)[0])
+        expected = [(EventKind.PERIOD_DOUBLING, maps.DOUBLES_AT), (EventKind.FOLD, 1.0)]
+        expected += [(kind, -s) for kind, s in reversed(expected)]
+        assert [event.kind for event in branch.events] == [kind for kind, _ in expected]
+        for event, (kind, s) in zip(branch.events, expected if way < 0.0 else expected[::-1], strict=True):
+            assert abs(event.value - maps.value_of(s)) <= 3.0 * event.orbit.errors[0] < 1e-12
+            assert event.orbit.nodes[0, 0] == pytest.approx(s + maps.AWAY, abs=1e-9)
+            assert way * at[event.after] <= way * s <= way * at[event.after + 1]
+            doubles = kind == EventKind.PERIOD_DOUBLING
+            assert event.unstable == (np.sign(s) if doubles else 0.0)
+            assert event.supercritical == (True if doubles else None)
+            curvature = 3.0 * s - 1.0 / (3.0 * s) if doubles else 3.0 * s
+            assert event.born.curvature == pytest.approx(curvature, rel=1e-7)
+
+
+def test_a_closed_branch_ends_where_it_began():
+    world = maps.Maps(maps.isola)
+    branch = follow.follow(world, maps.orbit_at(world, 0.1, maps.AWAY + 0.995), Walk(-3.0, 3.0))
+    assert branch.ended == (Ending.CLOSED, Ending.CLOSED)
+    np.testing.assert_allclose(s_of(branch) ** 2 + branch.values**2, 1.0, atol=1e-12)
+    angles = np.unwrap(np.arctan2(branch.values, s_of(branch)))
+    assert abs(angles[-1] - angles[0]) == pytest.approx(2.0 * np.pi)
+    assert branch.points[-1] is branch.points[0]
+    assert sorted(event.value for event in branch.events) == pytest.approx([-1.0, 1.0])
+
+
+@pytest.mark.parametrize(("pulled_in", "ended"), [(False, Ending.WALL), (True, Ending.PULLED_IN)])
+def test_a_branch_ends_where_the_film_has_no_state(monkeypatch, pulled_in, ended):
+    monkeypatch.setattr(maps.Maps, "pulled_in", pulled_in)
+    branch = s_branch(reach=maps.AWAY + 1.8)
+    assert set(branch.ended) == {ended, Ending.LIMIT}
+    assert s_of(branch).max() == pytest.approx(1.8, abs=1e-6)
+
+
+def test_a_branch_has_at_most_so_many_points_each_way():
+    branch = s_branch(most=7)
+    assert branch.ended == (Ending.POINTS, Ending.POINTS)
+    assert len(branch.points) == 13
+
+
+def test_a_branch_that_is_born_at_rest_ends_there():
+    """x^2 = p; beyond it would be its own mirror image."""
+    world = maps.Maps(maps.pitchfork, symmetric=True)
+    branch = follow.follow(world, maps.orbit_at(world, 0.5, np.sqrt(0.5)), Walk(-1.0, 1.0))
+    assert branch.ended == (Ending.REST, Ending.LIMIT)
+    np.testing.assert_allclose(branch.values, np.array([p.nodes[0, 0] for p in branch.points]) ** 2, atol=1e-12)
+    assert 0.0 < branch.values[0] < 0.02
+    assert branch.events == []
+
+
+def test_a_branch_of_cycles_of_two_merges_where_they_were_born():
+    x, value = maps.cycle_of(0.3)
+    world = maps.Maps(maps.s_curve, Kind(2))
+    branch = follow.follow(world, maps.orbit_at(world, value, *x), Walk(-1.9, 0.0))
+    assert branch.ended == (Ending.MERGED, Ending.LIMIT)
+    ((kind, merge),) = branch.merges
+    doubling = maps.value_of(maps.DOUBLES_AT)
+    assert kind == Kind(1)
+    assert merge.values[0] == pytest.approx(doubling, abs=1e-11)
+    assert branch.points[0].value == pytest.approx(doubling, abs=1e-11)
+    np.testing.assert_allclose(branch.points[0].nodes, maps.nodes_of(*2 * [maps.AWAY + maps.DOUBLES_AT]), atol=1e-9)
+    for point in branch.points:
+        h = 0.5 * abs(point.nodes[0, 0] - point.nodes[2, 0])
+        assert point.value == pytest.approx(maps.cycle_of(h)[1], abs=1e-9)
+    slope = [lambda h, sign=sign: 1.0 - (3.0 * (maps.cycle_of(h)[0][sign] - maps.AWAY) ** 2 - 3.0) for sign in (0, 1)]
+    even = (1.0 - maps.SHRINKS) / (1.0 + maps.SHRINKS)
+    h = brentq(lambda h: slope[0](h) * slope[1](h) + even**2, 0.01, 0.5)
+    (event,) = branch.events
+    assert (event.kind, event.unstable) == (EventKind.PERIOD_DOUBLING, 1.0)
+    assert event.value == pytest.approx(maps.cycle_of(h)[1], abs=1e-11)
+
+
+def test_rest_is_followed_in_small_steps_to_where_it_loses_its_stability():
+    for rule, at in ((maps.pitchfork, 1.0), (maps.mirrored_pitchfork, -1.0)):
+        world = maps.Maps(rule, symmetric=True)
+        branch = follow.follow(world, maps.orbit_at(world, -1.0, 0.0), Walk(-1.0, 1.0), both_ways=False, resting=True)
+        assert branch.resting
+        assert not np.any([point.nodes for point in branch.points])
+        (event,) = branch.events
+        assert (event.kind, event.unstable, event.orbit.at) == (EventKind.LOSS_OF_REST, 1.0, at)
+        assert abs(event.value) <= event.orbit.errors[0] < 1e-12
+        assert event.born.curvature == pytest.approx(1.0, rel=1e-6)
+        assert event.supercritical
+        assert np.diff(branch.values).max() < 0.03
+
+
+def test_a_guess_at_the_border_that_is_far_off_is_not_trusted(monkeypatch):
+    """It may have led to another branch; one that is near is the end of the branch, going the same way."""
+    world, walk = maps.Maps(maps.s_curve), Walk(-3.0, 2.5)
+    here, beyond = (maps.orbit_at(world, maps.value_of(s), maps.AWAY + s) for s in (2.08, 2.12))
+    metric = Metric.of(here.nodes, walk.scale)
+    for sign in (1.0, -1.0):
+        ahead = replace(beyond, tangent=beyond.tangent if sign > 0.0 else -beyond.tangent)
+        last = follow._at_border(world, here, ahead, walk, metric)
+        assert last.value == 2.5
+        assert np.sign(last.tangent.value) == sign
+    found = follow.at_value(world, beyond.nodes, 2.5, metric)
+    monkeypatch.setattr(follow, "at_value", lambda *_: replace(found, step=2.0 * follow.FARTHEST))
+    assert follow._at_border(world, here, beyond, walk, metric) is None

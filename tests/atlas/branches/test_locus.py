@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from inspect import unwrap
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,9 +12,12 @@ import pytest
 import gelcone
 from gelcone import InputError
 from gelcone.atlas.branches import curve, locus
-from gelcone.atlas.branches.branch import EventKind
+from gelcone.atlas.branches.branch import Ending, Event, EventKind
 from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular
+from gelcone.atlas.branches.varied import vary
+from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
+from tests.atlas.branches import maps
 
 REFERENCES = {
     r["key"]: r
@@ -183,3 +187,112 @@ def test_a_curve_turns_back_at_a_cusp(path, reverses):
     points = [SimpleNamespace(values=value) for value in values]
     window = SimpleNamespace(scale=np.array([1.0, 0.5]))
     assert curve._reverses(SimpleNamespace(points=points), 1, window) is reverses
+
+
+# --- made-up curves: each number says where it belongs ----------------------------------------------------------------
+
+PUMP = gelcone.find_device("biased-pump").replace(film="taut")
+PAIR = {"frequency": (9.0, 11.0), "film_thickness": (1.5e-4, 2.5e-4)}
+
+
+def singular(first, second, at=FOLD, errors=(0.01, 0.02)):
+    nodes = np.full((2, 2), first) + np.arange(4.0).reshape(2, 2)
+    return Singular(nodes, np.array([first, second]), np.array(errors), nodes, nodes, np.array([-0.5j, 0.1]), at)
+
+
+def test_curves_have_their_values_in_the_units_of_both_fields(monkeypatch):
+    """Orbits at phase 0, multipliers over the whole period; no curvature of folds, and none of what is not there."""
+    monkeypatch.setattr(locus, "born", lambda shooting, point: SimpleNamespace(curvature=10.0 * point.values[0]))
+    mirrored = maps.Maps(maps.pitchfork, Kind(1, True), symmetric=True)
+    points = [[singular(0.1 * k + 0.5, 0.2 * k + 0.3) for k in range(count)] for count in (3, 2)]
+    special = [(singular(0.55, 0.35), 1)]
+    folds = curve.Curve(maps.Maps(maps.s_curve, Kind(2)), EventKind.FOLD, points[0], [1.0, 2.0, 3.0], [])
+    folds.ended = (Ending.LIMIT, Ending.REST)
+    breaks = curve.Curve(mirrored, EventKind.SYMMETRY_BREAKING, points[1], [4.0, 5.0], special)
+    varied = vary(PUMP, PAIR)
+    scales = varied.scales
+    assert scales[0] > 1e4 * scales[1]
+    result = locus._label(varied, [folds, breaks], {})
+    values = np.full((2, 2, 3), np.nan)
+    for k, own in enumerate(points):
+        values[:, k, : len(own)] = np.transpose([point.values for point in own])
+    np.testing.assert_allclose(result["frequency"], scales[0] * values[0])
+    np.testing.assert_allclose(result["film_thickness"], scales[1] * values[1])
+    np.testing.assert_array_equal(result["coefficient"], [[1.0, 2.0, 3.0], [4.0, 5.0, np.nan]])
+    np.testing.assert_allclose(result["curvature"], [[np.nan] * 3, [5.0, 6.0, np.nan]])
+    np.testing.assert_allclose(result["orbit"][0, 1], points[0][1].nodes[0])
+    assert result["period"].values.tolist() == [2, 2]
+    assert result["symmetric"].values.tolist() == [0, 1]
+    assert result["ended"].values.tolist() == [[Ending.LIMIT, Ending.REST], [Ending.LIMIT] * 2]
+    assert result["event_kind"].values.tolist() == [EventKind.DEGENERATE_SYMMETRY_BREAKING]
+    assert (result["event_curve"].values.tolist(), result["event_point"].values.tolist()) == ([1], [1])
+    for place, scale, value, error in (("first", scales[0], 0.55, 0.01), ("second", scales[1], 0.35, 0.02)):
+        np.testing.assert_allclose(result[f"event_{place}"], [scale * value])
+        np.testing.assert_allclose(result[f"event_{place}_error"], [scale * error])
+    np.testing.assert_allclose(result["event_multiplier_real"], [[-0.25, 0.01]])
+    np.testing.assert_allclose(result["event_multiplier_imag"], 0.0, atol=1e-15)
+    np.testing.assert_allclose(result["event_orbit"], [special[0][0].nodes[0]])
+    assert (result.attrs["parameters"], result.attrs["event"]) == ("frequency,film_thickness", "fold")
+
+
+def test_curves_begin_at_the_resolved_events_of_their_kind_in_their_own_units(monkeypatch):
+    """Branches over one field have another scale than curves over two: values stay where they are in SI."""
+    asked, world = {}, maps.Maps(maps.s_curve)
+    across = vary(PUMP, {"frequency": PAIR["frequency"]})
+    varied = vary(PUMP, PAIR)
+    assert across.scales[0] != pytest.approx(varied.scales[0])
+    seeds = [
+        Event(kind, singular(0.5 + 0.01 * k, np.nan), None, 0.0, k, Kind(1), resolved, branch=0)
+        for k, (kind, resolved) in enumerate([(EventKind.FOLD, True), (EventKind.FOLD, False), (EventKind.TORUS, True)])
+    ]
+    tree = SimpleNamespace(branches=[SimpleNamespace(events=seeds, shooting=world)])
+    monkeypatch.setattr(type(varied), "shooting", lambda self, tolerance: world)
+    monkeypatch.setattr(locus, "grown", lambda *given: asked.update(grown=given) or tree)
+    monkeypatch.setattr(locus, "brute_force", lambda walk, line, values, starts, **flow: asked.update(runs=values))
+    monkeypatch.setattr(locus, "cover", lambda *given, **flow: None)
+    monkeypatch.setattr(locus, "follow_curve", lambda *given: asked.setdefault("curves", []).append(given))
+    monkeypatch.setattr(locus, "_label", lambda varied, curves, options: options)
+    options = unwrap(gelcone.locus)(PUMP, "fold", PAIR, start="settled", switch=2, checks=3, points=50)
+    ((shooting, kind, nodes, values, at, window),) = asked["curves"]
+    assert (shooting, kind, at) == (world, EventKind.FOLD, FOLD)
+    np.testing.assert_array_equal(nodes, seeds[0].orbit.nodes)
+    own = [0.5 * across.scales[0], PUMP.film_thickness]
+    np.testing.assert_allclose(values * varied.scales, own, rtol=1e-12)
+    np.testing.assert_allclose(
+        [window.low * varied.scales, window.high * varied.scales], np.transpose([*PAIR.values()])
+    )
+    assert window.most == 50
+    np.testing.assert_allclose(asked["runs"] * across.scales[0], [9.0, 10.0, 11.0])
+    assert asked["grown"][3] == options["start"] == "settled"
+    assert (asked["grown"][5], options["switch"], options["checks"], options["points"]) == (2, 2, 3, 50)
+    assert options["over"] == {name: list(ends) for name, ends in PAIR.items()}
+
+
+def test_the_own_value_of_the_second_parameter_may_be_an_end_of_its_interval():
+    model = gelcone.ConeModel(voltage=0.6)
+    for low, high in ((0.6, 0.9), (0.2, 0.6), (0.2, 0.9)):
+        assert locus._own_value(vary(model, {"damping_ratio": (0.1, 0.2), "voltage": (low, high)}, (1.0, 0.0))) == 0.6
+    with pytest.raises(InputError, match=r"voltage from 0\.61 to 0\.9: must hold the model's own value, which is 0\.6"):
+        locus._own_value(vary(model, {"damping_ratio": (0.1, 0.2), "voltage": (0.61, 0.9)}, (1.0, 0.0)))
+
+
+def test_an_event_is_known_where_a_curve_passes_it_with_its_orbit():
+    """At the same second value, near the same first one, on the same or the mirrored orbit of the same kind."""
+    world = maps.Maps(maps.s_curve)
+    one = curve.Curve(world, EventKind.FOLD, [singular(0.5, 0.2), singular(0.7, 0.4)], [1.0, 1.0])
+    middle = replace(singular(0.6, 0.3), errors=np.zeros(2))
+    assert locus._known([one], world, middle, 0.6, 0.3)
+    assert locus._known([one], world, replace(middle, nodes=-middle.nodes), 0.61, 0.3)
+    assert not locus._known([one], world, middle, 0.66, 0.3)
+    assert not locus._known([one], world, middle, 0.6, 0.45)
+    assert not locus._known([one], world, replace(middle, nodes=2.0 * middle.nodes), 0.6, 0.3)
+    assert not locus._known([one], world, replace(middle, at=DOUBLE), 0.6, 0.3)
+    assert not locus._known([one], world.of_kind(Kind(2)), middle, 0.6, 0.3)
+    assert not locus._known([], world, middle, 0.6, 0.3)
+
+
+def test_fewer_segments_take_every_other_node():
+    old, new = SimpleNamespace(segments=8), SimpleNamespace(segments=4)
+    nodes = np.arange(32.0).reshape(16, 2)
+    np.testing.assert_array_equal(locus._renoded(old, new, nodes, 0.5), nodes[::2])
+    assert locus._renoded(old, old, nodes, 0.5) is nodes

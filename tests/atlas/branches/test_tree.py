@@ -1,14 +1,19 @@
 """When two orbits are one: up to shifts by repeats and mirror images, as a share of their size."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from gelcone.atlas.branches.branch import Ending, Walk
+from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.point import Direction, Point
-from gelcone.atlas.branches.tree import _passing, distance, kind_of, whole_period
+from gelcone.atlas.branches.tree import Tree, _passing, distance, kind_of, whole_period
 from gelcone.motion.orbit import Kind
+from tests.atlas.branches import maps
 
+WALK = Walk(-3.0, 3.0)
 NODES = np.random.default_rng(2).normal(size=(8, 2))
 MIRROR = np.array([-1.0, -1.0])
 
@@ -62,3 +67,103 @@ def test_a_branch_passes_a_value_between_its_points_on_either_side_of_it():
     assert before == 1
     assert share == pytest.approx(0.5, abs=0.02)
     assert _passing(branch, 0.9) == []
+
+
+# --- made-up maps: what is born where is known by formulas ------------------------------------------------------------
+
+
+def grown(rule, value, *x, walk=WALK, switch=1, kind=maps.ONCE, **own):
+    world = maps.Maps(rule, kind, symmetric=own.pop("symmetric", False))
+    tree = Tree(walk, switch)
+    tree.add(follow(world, maps.orbit_at(world, value, *x), walk, **own), 0)
+    tree.grow()
+    return tree
+
+
+@pytest.mark.parametrize(("switch", "levels"), [(0, [0]), (1, [0, 1, 1]), (2, [0, 1, 1, 2, 2])])
+def test_branches_are_born_at_doublings_as_often_as_is_asked_for(switch, levels):
+    """The nearest first; each knows the event at which it is born, and that event its number."""
+    tree = grown(maps.s_curve, maps.value_of(1.2), maps.AWAY + 1.2, switch=switch)
+    assert [branch.level for branch in tree.branches] == levels
+    assert [branch.map.repeats for branch in tree.branches] == [2**level for level in levels]
+    for number, branch in enumerate(tree.branches[1:], 1):
+        assert branch.parent.born_branch == number
+        assert branch.ended == (Ending.MERGED, Ending.LIMIT)
+        assert branch.points[0].value == branch.parent.value
+        assert tree.branches[branch.parent.branch].level == branch.level - 1
+    for branch in tree.branches[1:3]:
+        sign = np.sign(branch.values[-1])
+        for point in branch.points:
+            h = 0.5 * abs(point.nodes[0, 0] - point.nodes[2, 0])
+            assert sign * point.value == pytest.approx(maps.cycle_of(h)[1], abs=1e-9)
+        for event in branch.events:  # the event lies between its points, behind the one that was put before them
+            ends = np.sort(branch.values[event.after : event.after + 2])
+            assert ends[0] <= event.value <= ends[1]
+
+
+@pytest.mark.parametrize("rule", [maps.pitchfork, maps.mirrored_pitchfork])
+def test_what_is_born_at_rest_is_always_followed(rule):
+    walk = Walk(-1.0, 1.0)
+    tree = grown(rule, -1.0, 0.0, walk=walk, switch=0, symmetric=True, both_ways=False, resting=True)
+    rest, child = tree.branches
+    assert (rest.resting, child.resting, child.level) == (True, False, 0)
+    assert child.parent is rest.events[0]
+    assert child.ended == (Ending.REST, Ending.LIMIT)
+    assert child.map.reflected == (rule is maps.mirrored_pitchfork)
+    np.testing.assert_allclose(child.values, [p.nodes[0, 0] ** 2 for p in child.points], atol=1e-12)
+
+
+def test_a_branch_that_merges_leads_to_the_one_that_it_comes_from():
+    """Which is followed from there, and takes the level of the first."""
+    x, value = maps.cycle_of(0.3)
+    tree = grown(maps.s_curve, value, *x, switch=0, kind=Kind(2))
+    first, second = tree.branches
+    assert second.map == Kind(1)
+    assert (first.level, second.level) == (0, 0)
+    assert first.parent in second.events
+    assert first.parent.value == pytest.approx(maps.value_of(maps.DOUBLES_AT), abs=1e-11)
+    assert first.parent.born_branch == 0
+    assert [event.branch for event in second.events] == [1] * 4
+
+
+def test_a_branch_that_shrinks_to_rest_ends_where_rest_loses_its_stability():
+    walk = Walk(-1.0, 1.0)
+    tree = Tree(walk, 0)
+    world = maps.Maps(maps.pitchfork, symmetric=True)
+    tree.add(follow(world, maps.orbit_at(world, -1.0, 0.0), walk, both_ways=False, resting=True), 0)
+    start = maps.orbit_at(world, 0.5, np.sqrt(0.5))
+    tree.add(follow(world, replace(start, tangent=-start.tangent), walk), 0)
+    last = tree.branches[1].points[-1]
+    assert not last.nodes.any()
+    assert last.value == pytest.approx(0.0, abs=1e-12)
+    assert tree.branches[0].events[0].born_branch == 1
+    tree.grow()
+    assert len(tree.branches) == 2  # it is there already
+
+
+def test_an_orbit_is_found_between_its_two_points():
+    tree = grown(maps.s_curve, maps.value_of(1.2), maps.AWAY + 1.2, switch=0)
+    world, (branch,) = maps.Maps(maps.s_curve), tree.branches
+    for s in (-1.7, 0.3, 1.05, 1.9):
+        number, before = tree.find(world, maps.nodes_of(maps.AWAY + s), maps.value_of(s))
+        at = np.array([point.nodes[0, 0] for point in branch.points[before : before + 2]]) - maps.AWAY
+        assert number == 0
+        assert at.min() - 1e-9 <= s <= at.max() + 1e-9
+        assert tree.holds(world, maps.orbit_at(world, maps.value_of(s), maps.AWAY + s))
+        assert tree.find(world, maps.nodes_of(maps.AWAY + s + 1e-3), maps.value_of(s)) is None
+    x, value = maps.cycle_of(0.3)
+    cycles = world.of_kind(Kind(2))
+    assert not tree.holds(cycles, maps.orbit_at(cycles, value, *x))
+
+
+def test_a_branch_belongs_to_the_event_where_it_is_born_and_ends_at_another():
+    """Both know its number; it is followed once."""
+    tree = grown(maps.bubble, -0.5, maps.AWAY, walk=Walk(-1.0, 2.0))
+    parent, child = tree.branches
+    assert sorted(event.value for event in parent.events) == pytest.approx([0.0, 1.0], abs=1e-11)
+    assert [event.born_branch for event in parent.events] == [1, 1]
+    assert child.parent is parent.events[0]
+    assert child.ended == (Ending.MERGED, Ending.MERGED)
+    assert child.values[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-11)
+    h = np.array([0.5 * (point.nodes[0, 0] - point.nodes[2, 0]) for point in child.points])
+    np.testing.assert_allclose(h**2, child.values * (1.0 - child.values), atol=1e-9)

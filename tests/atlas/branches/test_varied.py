@@ -5,6 +5,7 @@ import pytest
 
 import gelcone
 from gelcone import InputError
+from gelcone.atlas.branches import varied as varied_module
 from gelcone.atlas.branches.varied import vary
 from gelcone.presets import find_preset
 
@@ -133,3 +134,26 @@ def test_a_model_varies_in_its_own_parameters():
     varied = vary(find_preset("base").model, {"voltage": (0.9, 1.1)})
     assert varied.settings is None
     assert varied.scales == [1.0]
+
+
+@pytest.mark.parametrize("device", [False, True])
+def test_segments_are_enough_for_the_stiffest_and_the_slowest_corner(monkeypatch, device):
+    """Where these are two: over a repeat of the lowest frequency with the fastest rate of any corner."""
+    made, asked = [], []
+    monkeypatch.setattr(varied_module, "Shooting", lambda *given: made.append(given))
+    monkeypatch.setattr(varied_module, "segments_for", lambda *given: asked.append(given) or 64)
+    if device:
+        own = vary(PUMP, {"frequency": (2.0, 11.0), "spring_rate": (5.0, 40.0)})
+        models = [PUMP.replace(frequency=f, spring_rate=k).to_model() for f in (2.0, 11.0) for k in (5.0, 40.0)]
+    else:
+        own = vary(gelcone.ConeModel(), {"drive_frequency": (0.05, 1.0), "spring_stiffness": (0.1, 9.0)}, (1.0, 0.0))
+        models = [gelcone.ConeModel(drive_frequency=w, spring_stiffness=k) for w in (0.05, 1.0) for k in (0.1, 9.0)]
+    own.shooting(1e-9)
+    ((rate, time),) = asked
+    fastest = [float(model.members().fastest[0]) for model in models]
+    assert max(fastest) > 1.2 * min(fastest)
+    assert rate == pytest.approx(max(fastest), rel=1e-9)
+    longest = max(float(model.members().forcing_period[0]) for model in models)
+    assert time == pytest.approx(longest, rel=1e-9)
+    _, names, kind, segments, _, tolerance, *_ = made[0]
+    assert (names, kind, segments, tolerance) == (own.parameters or own.names, (1, False), 64, 1e-9)

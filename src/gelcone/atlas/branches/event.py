@@ -27,7 +27,9 @@ FAR_SIDE = 5e-4
 """The same for the third derivatives."""
 LOCATING = 12
 LOCATED = 1e-10
-"""Newton's method ends with a step smaller than this."""
+"""Newton's method ends with a step smaller than this, as a share of states and of values."""
+SMALLEST_VALUE = 1e-3
+"""Steps of values are measured by these, and at least by this."""
 ROUNDING = 2e-15
 """Error of the end of a segment and of its tangent map, relative to their size."""
 
@@ -158,8 +160,10 @@ def locate(
         except np.linalg.LinAlgError:
             return None
         x, ahead = x[..., 0], (x[..., -1], change[:, -1])
-        step = float(np.abs(x).max()) / size
-        if not (step < reach and np.isfinite(change).all()) or (before < 1e-3 and step > before):
+        off = float(np.abs(x).max()) / size
+        # orbits may not depend on the values
+        step = max(off, float((np.abs(change[:, 0]) / np.maximum(np.abs(values), SMALLEST_VALUE)).max()))
+        if not (off < reach and np.isfinite(change).all()) or (before < 1e-3 and step > before):
             if not (before < 1e3 * LOCATED):
                 return None
             step = 0.0

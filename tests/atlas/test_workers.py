@@ -1,0 +1,81 @@
+"""Threads that do tasks: each once, a few ahead, as they come, and stopped when left."""
+
+import threading
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+
+import pytest
+
+from gelcone.atlas.workers import AHEAD, as_they_come, threads, watched
+from gelcone.errors import InputError
+from gelcone.progress import current_watch
+
+
+@pytest.mark.parametrize("size", [1, 3])
+def test_tasks_are_taken_a_little_ahead_and_each_is_answered_once(size):
+    """At most four for each thread are given and not answered."""
+    taken, most = [], []
+
+    def tasks():
+        for k in range(60):
+            taken.append(k)
+            yield k
+
+    with ThreadPoolExecutor(size) as pool:
+        answers = []
+        for answer in as_they_come(pool, size, lambda k: k * k, tasks()):
+            most.append(len(taken) - len(answers))
+            answers.append(answer)
+    assert sorted(answers) == [k * k for k in range(60)]
+    assert AHEAD * size < most[0]
+    assert max(most) <= 2 * AHEAD * size
+
+
+def test_an_answer_comes_as_soon_as_it_is_there():
+    """Not after a slower one that was given before."""
+    wait = threading.Event()
+    with ThreadPoolExecutor(2) as pool:
+        found = as_they_come(pool, 2, lambda k: wait.wait(10.0) if k == 0 else k, iter([0, 1]))
+        assert next(found) == 1
+        wait.set()
+        assert next(found) is True
+
+
+def counted(steps):
+    """The number of steps of a task, added to its watch."""
+    current_watch().steps += steps
+    return -steps
+
+
+def exhaust(pending):
+    with pytest.raises(CancelledError):
+        list(pending)
+
+
+def test_a_team_has_the_threads_that_it_is_asked_for_and_stops_when_it_is_left():
+    """What is under way is stopped by its watch; what has not begun never begins."""
+    seen, begun = [], threading.Event()
+
+    def long(task):
+        begun.set()
+        seen.append((task, current_watch().stop.wait(10.0)))
+
+    with threads(1)() as team:
+        assert team.size == 1
+        assert sorted(team.run(counted, [1, 2, 3])) == [(-3, 3), (-2, 2), (-1, 1)]
+        pending = team.run(long, ["a", "b", "c"])
+        thread = threading.Thread(target=exhaust, args=(pending,))
+        thread.start()
+        assert begun.wait(10.0)
+    thread.join(10.0)
+    assert seen == [("a", True)]
+
+
+def test_steps_of_a_task_are_its_own():
+    assert watched(counted, 7) == (-7, 7)
+    assert current_watch() is None
+
+
+@pytest.mark.parametrize("count", [0, -1, 2.0, "2"])
+def test_a_number_of_threads_is_at_least_one(count):
+    with pytest.raises(InputError, match="must be at least 1; leave it out to use all cores"):
+        threads(count)
