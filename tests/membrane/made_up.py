@@ -109,7 +109,7 @@ class MadeUp:
         assert count == (FINE if self.strong else COARSE)
         return self
 
-    def unloaded(self, x):
+    def unloaded(self, x, until_lost=False):
         return SimpleNamespace(x=x, found=np.ones(x.shape, bool))
 
     def measures(self, states):

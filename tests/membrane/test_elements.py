@@ -110,3 +110,23 @@ def test_lengths_at_disc_and_rim_lie_on_the_line_through_the_two_elements_next_t
     assert found.disc[0] == pytest.approx(disc**2, rel=1e-12)
     assert found.edge[0] == pytest.approx(max(disc, rim) ** 2, rel=1e-12)
     assert found.x[0] == pytest.approx(drop.sum())
+
+
+def test_heights_behind_the_first_without_a_state_are_left_out_where_that_is_asked(monkeypatch):
+    """Of a gel near its stretch limit; those before are the same."""
+    law, tried = LAWS["gent"], []
+    own = Elements(Gel(law, law.numbers({"stretch_limit": 1.75}), 1.3, 1.3), 0.3, 20)
+    moved = Elements._moved
+
+    def counted(self, at, x):
+        tried.append(x)
+        return moved(self, at, x)
+
+    monkeypatch.setattr(Elements, "_moved", counted)
+    heights = np.array([0.1, 0.3, 4.0, 5.0, 6.0])
+    all_of_them = own.unloaded(heights)
+    assert tried == [4.0, 5.0, 6.0]
+    until = own.unloaded(heights, until_lost=True)
+    assert tried[3:] == [4.0]
+    assert until.found.tolist() == all_of_them.found.tolist() == [True, True, False, False, False]
+    np.testing.assert_array_equal(until.z[:2], all_of_them.z[:2])

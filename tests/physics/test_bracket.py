@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from gelcone.physics.bracket import crossing, first_passing, rise, sign_change, sign_changes
 
 
+@settings(deadline=None)
 @given(st.floats(-20.0, 20.0), st.floats(0.0, 3.0), st.integers(1, 9))
 def test_root_is_known_to_rounding(root: float, curvature: float, power: int) -> None:
     def function(x: float) -> float:

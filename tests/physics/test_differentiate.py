@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone.physics.differentiate import derivative, derivatives, evaluated, gradients, jacobian
@@ -47,6 +47,7 @@ FORMULAS = {
 
 
 @pytest.mark.parametrize("name", FORMULAS)
+@settings(deadline=None)
 @given(x=st.floats(0.2, 2.0), p=st.floats(0.2, 2.0))
 def test_derivatives_agree_with_differences(name, x, p):
     graph = Graph()

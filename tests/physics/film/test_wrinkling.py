@@ -8,13 +8,16 @@ import pytest
 
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.flow import integrate
+from gelcone.physics.film import elastic
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import StrainEnergyLaw
+from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Quantity
 from tests.physics.film.programs import in_program
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "wrinkling.json").read_text())
+
+PARAMETERS = {"gent": {"stretch_limit": 50.0}, "neo-hookean": {}, "yeoh": {"yeoh_c2": 0.02, "yeoh_c3": 0.001}}
 
 
 def numbers(film, **given):
@@ -148,7 +151,7 @@ def test_borders_of_a_program_have_the_side_of_the_switches_of_arrays(limit, pul
     table = np.array([signs[name] for name in names]).T
     for row in np.unique(table, axis=0):
         here = (table == row).all(axis=1)
-        own, there = dict(zip(names, row, strict=True)), wrinkling._taken(n, here)
+        own, there = dict(zip(names, row, strict=True)), elastic._taken(n, here)
         at = x[here], squared[here], []
         for border in film.borders:
             (value,) = in_program(border.value, there, own, *at)
