@@ -684,19 +684,6 @@ def test_quasi_static_limits_are_known_to_twice_the_own_peak_and_to_the_largest_
         assert curves["peak_voltage"][-1] == pytest.approx(highest)
 
 
-def test_a_level_is_first_passed_on_the_straight_line_between_two_points():
-    levels = np.array([1.0, 2.0, 4.0])
-    for excess, expected in (
-        ([-1.0, -0.5, 1.5], 2.5),
-        ([-3.0, 1.0, -1.0], 1.75),
-        ([0.2, 1.0, 2.0], 1.0),
-        ([-1.0, 0.0, 0.0], np.inf),
-        ([np.nan, np.nan, 1.0], 4.0),
-        ([-1.0, np.nan, np.nan], np.inf),
-    ):
-        assert envelope_module._first(levels, np.array(excess)) == pytest.approx(expected)
-
-
 def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_time():
     """The disc rises and sinks again while the voltage is held."""
     levels, times = np.linspace(0.0, 2.0, 201), np.linspace(0.0, 1.0, 11)

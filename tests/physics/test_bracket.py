@@ -107,6 +107,8 @@ def test_a_level_is_first_passed_on_the_line_between_two_points():
     assert first_passing(levels, np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
     assert first_passing(levels, np.array([np.nan, -np.inf, 1.0, 1.0])) == 2.0
     assert first_passing(levels, np.array([-1.0, -1.0, -1.0, 0.0])) == np.inf
+    assert first_passing(levels, np.array([-1.0, np.nan, np.nan, np.nan])) == np.inf
+    assert first_passing(np.array([1.0, 2.0, 4.0]), np.array([-1.0, -0.5, 1.5])) == 2.5
 
 
 def test_a_level_is_reached_where_it_is_equal():

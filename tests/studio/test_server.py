@@ -383,8 +383,8 @@ def test_a_fault_in_the_evidence_is_said_too(server, monkeypatch, caplog):
 
 
 def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_where_they_are_open(server, monkeypatch):
-    for store in ("_pull_ins", "_statics"):
-        monkeypatch.setattr(look, store, {})
+    for answers in (look.PULL_INS, look.STATICS):
+        monkeypatch.setattr(answers, "stored", {})
     with server.page() as page:
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
@@ -403,7 +403,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
 
 
 def test_what_takes_long_is_not_begun_while_the_hand_moves(server, monkeypatch):
-    monkeypatch.setattr(look, "_pull_ins", {})
+    monkeypatch.setattr(look.PULL_INS, "stored", {})
     monkeypatch.setattr(gelcone.studio.page, "RESTED_SECONDS", 0.3)
     begun = []
     electrical = look.electrical
