@@ -1,10 +1,14 @@
 """Figures of uncertain parameters show what the draws give, and nothing that they do not."""
 
+import json
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
 
+from gelcone.analyses.grids import sweep_words
+from gelcone.analyses.request import read_subject
 from gelcone.atlas.tolerances import tolerances
 from gelcone.atlas.uncertain import Uniform, draw
 from gelcone.codes import Outcome, Regime
@@ -13,6 +17,8 @@ from gelcone.plots.sweep import any_figure, sweep_figure
 from gelcone.plots.tolerances import density, tolerances_figure
 from tests.atlas.test_tolerances import cells
 
+TOTALS = dict.fromkeys(("computed", "cells", "computed_before", "inferred", "failed", "checked"), 0)
+TOTALS |= {"integrator_steps": 0, "wall_time_s": 0.0, "border_dimension": None}
 TWO = draw({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 1.0)}, 64, indices=True)
 
 
@@ -115,3 +121,20 @@ def test_too_few_or_equal_numbers_have_no_density_curve(values):
     axes = plt.figure().subplots()
     density(axes, np.array(values, dtype=float))
     assert not any(len(line.get_xdata()) == 200 for line in axes.lines)
+
+
+def test_answer_and_figure_count_the_same_draws():
+    """Draws that stand for Sobol indices alone are no draws of their own."""
+    limit = np.where(TWO["a"] > 0.7, np.inf, 1.0 + TWO["b"])
+    drawn = made_up().drop_vars(["regime", "lowest"]).assign(status=("draw", np.ones(limit.size)))
+    drawn = drawn.assign(limit=("draw", limit, {"infinite_means": "not reached", "units": "V"}))
+    drawn = drawn.assign(other=("draw", np.full(limit.size, np.inf), {"infinite_means": "not reached"}))
+    drawn = drawn.assign_attrs(totals=json.dumps(TOTALS))
+    lost, of = int((TWO["a"][:64] > 0.7).sum()), 64
+    assert lost != int((TWO["a"] > 0.7).sum())
+    (axes,) = (axes for axes in sweep_figure(drawn).axes if axes.get_xlabel() == "limit (V)")
+    assert axes.get_title(loc="left") == f"not reached in {lost} of {of} draws"
+    assert len(axes.lines[0].get_xdata()) == of - lost
+    answer = sweep_words(drawn, read_subject(None, preset="base"))
+    assert f"other: not reached in {of} of {of} draws" in answer.splitlines()
+    assert f"{of} draws of a, b, and 64 for Sobol indices" in answer.splitlines()

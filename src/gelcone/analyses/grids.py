@@ -140,7 +140,10 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
 
         lines += tolerance_lines(tolerances(shown))
     elif shown["status"].dims == ("draw",):
-        lines += [spread_line(own) for name, own in _known(shown).data_vars.items() if _is_spread(str(name), own)]
+        from gelcone.atlas.tolerances import base_draws
+
+        known = _known(base_draws(shown))
+        lines += [spread_line(own) for name, own in known.data_vars.items() if _is_spread(str(name), own)]
         lines += membranes_lines(shown)
     return "\n".join(lines)
 

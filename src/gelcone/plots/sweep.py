@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.atlas.tolerances import base_draws
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
@@ -77,6 +78,8 @@ def sweep_figure(result: xr.Dataset) -> Figure:
     """The variables of a sweep: maps over two axes, else curves over the first (clouds, with draws or further axes)."""
     if "status" not in result:  # computed at once, not cell by cell
         return values_figure(result)
+    if result["status"].dims == ("draw",):
+        result = base_draws(result)
     dims, there = result["status"].dims, result["status"] > 0
     along = str(dims[0])
     numbers = {str(n): v for n, v in result.data_vars.items() if v.dims == dims and not _is_code(str(n), v)}
@@ -142,14 +145,14 @@ def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 
 
 def _densities(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
-    from gelcone.plots.tolerances import densities
+    from gelcone.plots.tolerances import density
 
     there = result["status"] > 0
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(len(shown), 1, squeeze=False)[:, 0]
         for axes, (name, values) in zip(panels, shown.items(), strict=True):
-            densities(axes, values, result)
+            density(axes, values.values)
             axes.set_xlabel(axis_label(result[name], name))
             axes.set_title(_absent(result[name][there], "draw"), loc="left", fontsize=8.0)
 
@@ -241,7 +244,6 @@ def any_figure(cells: xr.Dataset, **of_map: Any) -> Figure:
     """The picture of a sweep: a probability, a map with the options of `map_figure`, or else what is known over the
     first axes."""
     if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
-        from gelcone.atlas.tolerances import base_draws
         from gelcone.atlas.uncertain import probability
         from gelcone.plots.tolerances import tolerances_figure
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.atlas.tolerances import arranged, base_draws, strokes_of, tolerances
+from gelcone.atlas.tolerances import base_draws, strokes_of, tolerances
 from gelcone.errors import InputError
 from gelcone.plots.style import BLUE, GREY, ORANGE, axis_label, coordinate_axis, styled
 
@@ -100,10 +100,3 @@ def density(axes: Axes, values: npt.NDArray[np.float64]) -> None:
     kernel = gaussian_kde(there)(at)
     axes.fill_between(at, kernel, color=BLUE, alpha=0.25, lw=0.0)
     axes.plot(at, kernel, color=BLUE, lw=1.2)
-
-
-def densities(axes: Axes, values: xr.DataArray, cells: xr.Dataset) -> None:
-    """The density of a variable over the draws alone."""
-    drawn = {str(name): cells[name].values for name in cells.coords if str(name).startswith("drawn_")}
-    own = 2 * arranged(drawn) or values.size
-    density(axes, values.values.ravel()[:own])

@@ -14,7 +14,7 @@ from gelcone.studio.setting import Setting, Shelf, typed
 
 LONGEST_ID = 2**53
 MAP_CELLS, STRIP_VALUES = (65, 49), 241
-"""Cells of a map along each axis, and values of a sweep, where a page does not say how many."""
+"""Cells of a map along each axis, and values of a sweep."""
 
 
 def read(text: str | None, kinds: Collection[str]) -> dict[str, Any]:

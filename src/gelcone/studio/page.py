@@ -285,9 +285,8 @@ class Page:
         """Who computes for the side of a look what takes longer, and what from."""
         side = request["side"]
         lane, pool = self._lanes[side], self._pool(side)
-        return Work(pool, lane, pool.begin(lane), request["id"], self.send), asked.source(
-            self.shelf, request["setting"]
-        )
+        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
+        return work, asked.source(self.shelf, request["setting"])
 
     def _drop(self, work: Work) -> None:
         """Cancels what a worker does, unless the page is gone."""

@@ -51,7 +51,7 @@ class Elastic:
 
     @property
     def goes_on(self) -> bool:
-        """Whether a run goes on after the film has pulled in."""
+        """Whether a run continues after the film has pulled in."""
         return self.pull_in in ("memoryless", "snap")
 
     # --- force ---------------------------------------------------------------------------------------------------
@@ -143,7 +143,7 @@ class Elastic:
         """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
         without force; ``crumpled`` tells meridional slack from crumpled there, ``long`` a film that
         may begin to pull from one that is too short, ``below_hump`` one before the hump from one beyond the valley. The
-        last border ends the film; where a run goes on, ``whole`` tells whether it has failed instead."""
+        last border ends the film; where a run continues, ``whole`` tells whether it has failed instead."""
         return (
             Border(self._width_border, "width_held", divides=True),
             Border(self._force_border, "pulls", divides=True),
