@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from gelcone.membrane.elements import Chains, Elements, Measures
-from gelcone.membrane.gel import Array, Gel, bisected
+from gelcone.membrane.gel import Array, Gel, root
 
 LONGEST, SHORTEST, GRID = 30.0, 0.5, 500
 """Meridional lengths of the innermost ring, over the mounted one, between which it is looked for, and how densely."""
@@ -38,10 +38,11 @@ def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
         ring = gel.at(lengths, one, np.broadcast_to(V, lengths.shape))
         share = gel.strain(lengths * lengths, ring.width) / gel.strain_limit
         lost = (ring.meridional > 0.0) & (share < 1.0) & (ring.firmness <= 0.0)
-        first, column = np.argmax(lost, axis=0), np.arange(V.size)
-        before = lengths[np.maximum(first - 1, 0), column]
-        found = bisected(lambda l1: -gel.at(l1, np.ones_like(l1), V).firmness, before, lengths[first, column])
-    return np.where(lost.any(axis=0) & (first > 0), found, np.nan)
+        first, found = np.argmax(lost, axis=0), np.full(V.size, np.nan)
+        own = np.flatnonzero(lost.any(axis=0) & (first > 0))
+        ends = lengths[first[own] - 1, 0], lengths[first[own], 0]
+        found[own] = root(lambda l1, V: gel.at(l1, np.ones_like(l1), V).firmness, ends, V[own])
+    return found
 
 
 def lowest_localisation(gel: Gel, highest: float) -> float:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.gel import ENOUGH, Array, Gel
 
 GRADING = 1.6
 """Exponent of the elements' places over ln R."""
@@ -42,6 +42,8 @@ LEAST_KEPT = 0.1
 """Share of its tension that an element keeps at least from one round to the next."""
 BETWEEN = 6
 """Rings between the middles of two elements at which their firmness is computed, too."""
+WARM = 4
+"""Newton steps that find a natural width from that of the round before."""
 BAND = 3
 """Unknowns r and z of neighbouring nodes are at most three places apart."""
 
@@ -188,7 +190,8 @@ class Elements:
             slack = self.gel.hoop(l1, l2, V) < 0.0
             least = np.sqrt(self.gel.G / (self.gel.B * l1 * l1))
             guess = np.where(np.isnan(width), np.maximum(l2 * l2, least), np.maximum(width, l2 * l2))
-            ring = self.gel.ring(l1, l2, V, slack, guess, steps=25 if np.isnan(width).any() else 4)
+            n = self.gel.width_of(l1, l2, V, slack, guess, ENOUGH if np.isnan(width).any() else WARM)
+            ring = self.gel.ring(l1, l2, V, slack, n)
         w, dR, R2 = self.weights, self.lengths, 2.0 * self.middles
         withstands = np.where(np.isnan(at.tension), ring.meridional, at.tension)
         turn = np.maximum(withstands, LEAST_TENSION) / (l1 * dR * dR)

@@ -16,11 +16,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
-HALVINGS = 50
 ENOUGH = 25
 """Newton steps that find a natural width from anywhere."""
-WARM = 3
-"""Newton steps that find it from that of the step before."""
 MOST_STRETCHED = 1e4
 """Largest squared stretch at which the hump of the crumpling voltage is looked for."""
 
@@ -102,14 +99,16 @@ class Gel:
 
     def width(self, l1: Array, l2: Array, V: Array) -> Array:
         """The squared width of rings, natural where their hoop is slack."""
+        return self.width_of(l1, l2, V, self.hoop(l1, l2, V) < 0.0)
+
+    def width_of(
+        self, l1: Array, l2: Array, V: Array, slack: Array, guess: Array | None = None, steps: int = ENOUGH
+    ) -> Array:
+        """The squared width of rings, natural where ``slack``: near a ``guess``, or from wherever it may be."""
         m, n = l1 * l1, l2 * l2
-        slack = self.hoop(l1, l2, V) < 0.0
         if not slack.any():
             return n
-        return self._with_natural(n, m, V, slack, np.maximum(n, np.sqrt(self.G / (self.B * m))), ENOUGH)
-
-    def _with_natural(self, n: Array, m: Array, V: Array, slack: Array, guess: Array, steps: int) -> Array:
-        """The squared widths n, but the natural ones where ``slack``."""
+        guess = np.maximum(n, np.sqrt(self.G / (self.B * m))) if guess is None else guess
         n, m, V, guess = np.broadcast_arrays(n, m, V, guess)
         widths = n.copy()
         widths[slack] = self._of(slack).natural(m[slack], V[slack], guess[slack], steps)
@@ -123,12 +122,9 @@ class Gel:
         found: Array = self.B * h - r - V * m * h * compliance
         return found
 
-    def ring(self, l1: Array, l2: Array, V: Array, slack: Array, guess: Array, steps: int = WARM) -> Ring:
-        """Tensions of rings; ``slack`` says whose hoop is, ``guess`` is near their width."""
+    def ring(self, l1: Array, l2: Array, V: Array, slack: Array, n: Array) -> Ring:
+        """Tensions of rings of the squared widths n; ``slack`` says whose hoop is."""
         m = l1 * l1
-        n = l2 * l2
-        if slack.any():
-            n = self._with_natural(n, m, V, slack, guess, steps)
         r = self.G / (m * n)
         strain, along, across = self.A * m + self.B * n + r - 3.0, self.A - r / m, self.B - r / n
         response = 1.0 / self.law.compliance(strain, self.numbers)
@@ -152,7 +148,8 @@ class Gel:
     def at(self, l1: Array, l2: Array, V: Array) -> Ring:
         """Tensions of rings of which nothing is known before."""
         l1, l2, V = np.broadcast_arrays(l1, l2, V)
-        return self.ring(l1, l2, V, self.hoop(l1, l2, V) < 0.0, np.maximum(self.width(l1, l2, V), 1e-12))
+        slack = self.hoop(l1, l2, V) < 0.0
+        return self.ring(l1, l2, V, slack, self.width_of(l1, l2, V, slack))
 
     # --- an equibiaxially stretched film without stress ---------------------------------------------------------------
 
@@ -166,8 +163,9 @@ class Gel:
 
     def natural_stretch(self, V: Array) -> Array:
         """The t >= 1 with Vb(t) = V G; that of the hump of Vb at higher voltages."""
-        low, high = np.ones_like(V), np.full_like(V, min(self.hump(), MOST_STRETCHED))
-        return bisected(lambda t: V * self.G - self.crumpling(t), high, low)
+        highest = np.full_like(V, min(self.hump(), MOST_STRETCHED))
+        found = root(lambda t, V: V * self.G - self.crumpling(t), (np.ones_like(V), highest), V)
+        return np.where(np.isnan(found), highest, found)
 
     def hump(self) -> float:
         """The t of the first maximum of Vb; infinite without one."""
@@ -186,11 +184,9 @@ def _of(value: Any, places: Array) -> Any:
     return np.broadcast_to(value, places.shape)[places] if np.ndim(value) else value
 
 
-def bisected(value: Callable[[Array], Array], negative: Array, positive: Array) -> Array:
-    """Roots between places where ``value`` is not positive and positive."""
-    low, high = np.array(negative, dtype=float), np.array(positive, dtype=float)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        above = value(middle) > 0.0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return 0.5 * (low + high)
+def root(value: Callable[[Array, Array], Array], ends: tuple[Array, Array], V: Array) -> Array:
+    """Roots of ``value``, a function of the place and V, between ``ends`` where its signs differ."""
+    from scipy.optimize import elementwise  # importing it takes as long as starting gelcone
+
+    found: Array = elementwise.find_root(value, ends, args=(V,)).x
+    return found

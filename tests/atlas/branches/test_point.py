@@ -62,10 +62,10 @@ def test_tests_pass_zero_where_a_multiplier_passes_the_unit_circle(multipliers, 
 def test_a_cubic_has_both_points_and_their_tangents_and_is_a_line_through_points_on_one():
     a, b = (Point(RNG.normal(size=(4, 2)), value, np.ones(2, complex), some(1.0)) for value in (0.2, 0.5))
     for share, point in ((0.0, a), (1.0, b)):
-        found = between(a, b, share)
+        found = between(a, b, share, 0.7)
         np.testing.assert_allclose(found.nodes, point.nodes, atol=1e-12)
         assert found.value == pytest.approx(point.value)
-        near = between(a, b, share + (1e-6 if share == 0.0 else -1e-6))
+        near = between(a, b, share + (1e-6 if share == 0.0 else -1e-6), 0.7)
         slope = (near.value - point.value) / (1e-6 if share == 0.0 else -1e-6)
         way = (near.nodes - point.nodes) / (1e-6 if share == 0.0 else -1e-6)
         np.testing.assert_allclose(way / slope, point.tangent.nodes / point.tangent.value, rtol=1e-3, atol=1e-4)
@@ -84,8 +84,8 @@ def test_a_branch_passes_a_value_where_it_does():
         return Point(np.array([[1.0 + t, 0.5]]), 0.3 + 0.5 * t + 0.1 * t * t, np.ones(2, complex), tangent)
 
     for share in (0.0, 0.3, 0.8, 1.0):
-        np.testing.assert_allclose(shares_at(at(0.0), at(1.0), at(share).value), [share], atol=0.03)
-    assert shares_at(at(0.0), at(1.0), 0.95) == []
+        np.testing.assert_allclose(shares_at(at(0.0), at(1.0), at(share).value, 1.0), [share], atol=0.03)
+    assert shares_at(at(0.0), at(1.0), 0.95, 1.0) == []
     assert along(at(0.0), Direction(np.array([[2.0, 1.0]]), -0.5), 0.1).value == pytest.approx(0.25)
 
 
@@ -113,15 +113,15 @@ def test_the_cubic_has_the_value_at_the_share_where_it_passes_it(value):
         )
         for t in (0.0, 1.0)
     ]
-    (share,) = shares_at(*rising, value)
-    assert between(*rising, share).value == pytest.approx(value, abs=2e-4)
+    (share,) = shares_at(*rising, value, 0.8)
+    assert between(*rising, share, 0.8).value == pytest.approx(value, abs=2e-4)
     turning = [
         Point(np.array([[t, 0.2]]), 0.3, np.ones(2, complex), Direction(np.array([[1.0, 0.0]]), slope))
         for t, slope in ((0.0, 2.0), (1.0, -2.0))
     ]
-    top = between(*turning, 0.5).value
-    passed = shares_at(*turning, 0.3 + (value - 0.3) * (top - 0.3))
-    assert [between(*turning, share).value for share in passed] == pytest.approx(
+    top = between(*turning, 0.5, 0.8).value
+    passed = shares_at(*turning, 0.3 + (value - 0.3) * (top - 0.3), 0.8)
+    assert [between(*turning, share, 0.8).value for share in passed] == pytest.approx(
         [0.3 + (value - 0.3) * (top - 0.3)] * 2, abs=1e-3 * (top - 0.3)
     )
     assert passed[0] == pytest.approx(1.0 - passed[1], abs=1e-12)

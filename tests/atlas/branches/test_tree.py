@@ -60,13 +60,25 @@ def test_the_map_of_an_orbit_takes_its_mirror_image_where_it_can(period, symmetr
 
 
 def test_a_branch_passes_a_value_between_its_points_on_either_side_of_it():
-    tangent = Direction(np.zeros((1, 2)), 1.0)
+    tangent = Direction(np.array([[1.0, 0.0]]), 1.0)
     points = [Point(np.array([[v, 0.0]]), v, np.ones(2, complex), tangent) for v in (0.1, 0.2, 0.4)]
     branch = SimpleNamespace(points=points, values=np.array([0.1, 0.2, 0.4]))
-    ((before, share),) = _passing(branch, 0.3)
+    ((before, share),) = _passing(branch, 0.3, 1.0)
     assert before == 1
     assert share == pytest.approx(0.5, abs=0.02)
-    assert _passing(branch, 0.9) == []
+    assert _passing(branch, 0.9, 1.0) == []
+
+
+def test_a_branch_passes_twice_a_value_beyond_two_points_between_which_it_turns():
+    """Values -x^2, up to a fold halfway between two points of one value."""
+    places = np.array([-0.9, -0.3, 0.3, 0.9])
+    points = [Point(np.array([[x, 1.0]]), -x * x, np.ones(2, complex), Direction(np.array([[1.0, 0.0]]), -2.0 * x))
+              for x in places]  # fmt: skip
+    branch = SimpleNamespace(points=points, values=-(places**2))
+    found = _passing(branch, -0.01, 1.0)
+    assert [before for before, _ in found] == [1, 1]
+    np.testing.assert_allclose([share for _, share in found], [0.2 / 0.6, 0.4 / 0.6], atol=0.02)
+    assert _passing(branch, 0.05, 1.0) == []
 
 
 # --- made-up maps: what is born where is known by formulas ------------------------------------------------------------

@@ -20,9 +20,9 @@ ROUNDING_AT_TORUS = 1e-12
 def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool) -> list[Event]:
     """The events between two neighbouring points, in the order in which the branch meets them."""
     crossed = []
-    if a.fold * b.fold < 0.0:
+    if (a.fold < 0.0) != (b.fold < 0.0):
         crossed.append((FOLD, a.fold / (a.fold - b.fold)))
-    if a.double * b.double < 0.0:
+    if (a.double < 0.0) != (b.double < 0.0):
         crossed.append((DOUBLE, a.double / (a.double - b.double)))
     torus = shooting.size > 2 and _pairs_outside(a) != _pairs_outside(b)
     if not (crossed or torus):
@@ -47,7 +47,7 @@ def _event(
     metric = Metric.of(a.nodes, walk.scale)
     width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
     for _ in range(SECTIONS):
-        guess = between(a, b, share)
+        guess = between(a, b, share, walk.scale)
         if resting:
             orbit = _at_rest(shooting, a, b, at)
         else:
@@ -61,19 +61,20 @@ def _event(
         chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
         middle = correct(shooting, guess, chord, metric).point
         if middle is None:
-            guess = between(a, b, 0.5)
+            guess = between(a, b, 0.5, walk.scale)
             middle = correct(shooting, guess, chord, metric).point
         if middle is None:
             return None
         if metric.inner(middle.tangent, a.tangent) < 0.0:
             middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
         one, other, here = (p.fold if at == FOLD else p.double for p in (a, b, middle))
-        if one * here <= 0.0:
+        if (one < 0.0) != (here < 0.0):
             b, other = middle, here
         else:
             a, one = middle, here
-        width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
-        share = min(max(one / (one - other), 0.1), 0.9)
+        before, width = width, metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+        # linear interpolation alone leaves one end where it is
+        share = min(max(one / (one - other), 0.1), 0.9) if width < 0.5 * before else 0.5
         if width < 1e-10:
             break
     orbit = Singular(
@@ -104,7 +105,7 @@ def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting
 def _unstable_side(a: Point, b: Point, at: float) -> float:
     """On which side of the event, in the parameter, a multiplier is beyond ``at``: 1 above, -1 below."""
     one = a.fold if at == FOLD else a.double
-    inner, outer = (a, b) if one > 0.0 else (b, a)
+    inner, outer = (b, a) if one < 0.0 else (a, b)
     return float(np.sign(outer.value - inner.value))
 
 
@@ -154,7 +155,7 @@ def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Ev
         metric = Metric.of(low.nodes, walk.scale)
         chord = metric.unit(Direction(high.nodes - low.nodes, high.value - low.value))
         share = _crossing(low, high)
-        middle = correct(shooting, between(low, high, share), chord, metric).point
+        middle = correct(shooting, between(low, high, share, walk.scale), chord, metric).point
         if middle is None:
             break
         if metric.inner(middle.tangent, low.tangent) < 0.0:

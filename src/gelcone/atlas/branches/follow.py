@@ -101,7 +101,7 @@ def _go_on(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -> No
         if _passes_rest(shooting, here, point):
             way.finish(Ending.REST)
             return
-        way.merge = _merge(shooting, here, point)
+        way.merge = _merge(shooting, here, point, walk.scale)
         if way.merge is not None:
             way.finish(Ending.MERGED, _merged(shooting, *way.merge, point))
             return
@@ -160,7 +160,7 @@ def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: 
         if not 0.0 < share < 1.0 or (middle + 0.5 * slope * share * ahead) / middle > CLOSE * min(1.0, last / middle):
             continue
         chord = metric.unit(Direction(point.nodes - here.nodes, point.value - here.value))
-        found = correct(shooting, between(here, point, share), chord, metric).point
+        found = correct(shooting, between(here, point, share, metric.value), chord, metric).point
         if found is not None and (found.fold if at > 0.0 else found.double) * middle < 0.0:
             turned = metric.inner(found.tangent, here.tangent) < 0.0
             return Point(found.nodes, found.value, found.multipliers, -found.tangent) if turned else found
@@ -184,7 +184,7 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
     if abs(here.value - border) < 1e-12 * walk.scale:
         return here
     share = (border - here.value) / (beyond.value - here.value)
-    guess = between(here, beyond, share)
+    guess = between(here, beyond, share, metric.value)
     found = at_value(shooting, guess.nodes, border, metric)
     if found.point is None or found.step > FARTHEST:
         return None
@@ -222,7 +222,7 @@ def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
     return [(k, nodes[half:] - shooting.of_kind(k).signs * nodes[:half]) for k in kinds]
 
 
-def _merge(shooting: Shooting, here: Point, point: Point) -> tuple[Kind, Singular] | None:
+def _merge(shooting: Shooting, here: Point, point: Point, scale: float) -> tuple[Kind, Singular] | None:
     """Where the branch merges with one of half its period, and that one's map, if it does between two points."""
     for (kind, before), (_, after) in zip(
         halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True
@@ -230,7 +230,7 @@ def _merge(shooting: Shooting, here: Point, point: Point) -> tuple[Kind, Singula
         if (before * after).sum() >= 0.0:
             continue
         one, other = np.abs(before).max(), np.abs(after).max()
-        guess = between(here, point, one / (one + other))
+        guess = between(here, point, one / (one + other), scale)
         parent = shooting.of_kind(kind)
         half = len(guess.nodes) // 2
         nodes = 0.5 * (guess.nodes[:half] + parent.signs * guess.nodes[half:])

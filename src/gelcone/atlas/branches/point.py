@@ -162,28 +162,27 @@ def at_value(shooting: Shooting, nodes: Array, value: float, metric: Metric) -> 
     return correct(shooting, Direction(nodes, value), Direction(np.zeros_like(nodes), metric.value), metric)
 
 
-def between(a: Point, b: Point, share: float) -> Direction:
-    """The cubic through two points with the tangents there, at a share of the way."""
-    weights = _cubic(a, b, np.array(share))
+def between(a: Point, b: Point, share: float, scale: float) -> Direction:
+    """The cubic through two points with the tangents there, at a share of the way; ``scale`` is the parameter's."""
+    weights = _cubic(a, b, np.array(share), scale)
     nodes = weights[0] * a.nodes + weights[1] * b.nodes + weights[2] * a.tangent.nodes + weights[3] * b.tangent.nodes
     return Direction(np.asarray(nodes), float(_values(a, b, weights)))
 
 
-def shares_at(a: Point, b: Point, value: float) -> list[float]:
+def shares_at(a: Point, b: Point, value: float, scale: float) -> list[float]:
     """Where the cubic between two points passes a value of the parameter; a branch that turns can pass it twice."""
     share = np.linspace(0.0, 1.0, 65)
-    off = _values(a, b, _cubic(a, b, share)) - value
+    off = _values(a, b, _cubic(a, b, share, scale)) - value
     at = np.flatnonzero(off[1:] * off[:-1] <= 0.0)
     apart = np.where(off[at] == off[at + 1], 1.0, off[at] - off[at + 1])
     return list(share[at] + (share[1] - share[0]) * np.clip(off[at] / apart, 0.0, 1.0))
 
 
-def _cubic(a: Point, b: Point, s: Array) -> Array:
+def _cubic(a: Point, b: Point, s: Array, scale: float) -> Array:
     """Weights (4, ...) of both points and their tangents, each as long as the way."""
-    apart = Direction(b.nodes - a.nodes, b.value - a.value)
-    metric = Metric.of(a.nodes, max(abs(apart.value), 1e-12))
-    whole = metric.length(apart)
-    lengths = [whole / max(metric.length(point.tangent), 1e-300) for point in (a, b)]
+    metric = Metric.of(a.nodes, scale)
+    whole = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
+    lengths = [whole / metric.length(point.tangent) for point in (a, b)]
     scales = np.array([1.0, 1.0, *lengths])
     return cubic_weights(s) * scales.reshape(4, *(1,) * np.ndim(s))
 

@@ -89,9 +89,9 @@ class Tree:
         for number, branch in enumerate(self.branches):
             if branch.map != shooting.kind:
                 continue
-            for k, share in _passing(branch, value):
+            for k, share in _passing(branch, value, self.walk.scale):
                 a, b = branch.points[k], branch.points[k + 1]
-                guess = between(a, b, share)
+                guess = between(a, b, share, self.walk.scale)
                 size = np.maximum(np.abs(a.nodes).max(axis=0), np.abs(b.nodes).max(axis=0))
                 reach = (np.abs(b.nodes - a.nodes) / np.maximum(size, SMALLEST)).max() + 1e-3
                 if distance(shooting, guess.nodes, nodes) > 2.0 * reach:
@@ -142,13 +142,17 @@ class Tree:
                 event.born_branch = number
 
 
-def _passing(branch: Branch, value: float) -> list[tuple[int, float]]:
-    """Where a branch passes a value of the parameter: the point before, and the share of the way to the next one."""
+def _passing(branch: Branch, value: float, scale: float) -> list[tuple[int, float]]:
+    """Where a branch passes a value of the parameter: the point before, and the share of the way to the next one.
+
+    Between points at which it goes opposite ways it turns, beyond the values of both.
+    """
     values = branch.values
     low, high = np.minimum(values[1:], values[:-1]), np.maximum(values[1:], values[:-1])
     room = 0.5 * (high - low) + 1e-4 * (values.max() - values.min())
-    near = np.flatnonzero((value >= low - room) & (value <= high + room))
-    return [(int(k), share) for k in near for share in shares_at(branch.points[k], branch.points[k + 1], value)]
+    up = np.array([point.tangent.value > 0.0 for point in branch.points])
+    near = np.flatnonzero((value >= low - room) & (value <= high + room) | (up[1:] != up[:-1]))
+    return [(int(k), share) for k in near for share in shares_at(branch.points[k], branch.points[k + 1], value, scale)]
 
 
 def distance(shooting: Shooting, nodes: Array, other: Array) -> float:
