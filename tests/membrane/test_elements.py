@@ -115,7 +115,7 @@ def test_lengths_at_disc_and_rim_lie_on_the_line_through_the_two_elements_next_t
 def test_heights_behind_the_first_without_a_state_are_left_out_where_that_is_asked(monkeypatch):
     """Of a gel near its stretch limit; those before are the same."""
     law, tried = LAWS["gent"], []
-    own = Elements(Gel(law, law.numbers({"stretch_limit": 1.75}), 1.3, 1.3), 0.3, 20)
+    own, other = (Elements(Gel(law, law.numbers({"stretch_limit": 1.75}), 1.3, 1.3), 0.3, 20) for _ in range(2))
     moved = Elements._moved
 
     def counted(self, at, x):
@@ -126,7 +126,26 @@ def test_heights_behind_the_first_without_a_state_are_left_out_where_that_is_ask
     heights = np.array([0.1, 0.3, 4.0, 5.0, 6.0])
     all_of_them = own.unloaded(heights)
     assert tried == [4.0, 5.0, 6.0]
-    until = own.unloaded(heights, until_lost=True)
+    until = other.unloaded(heights, until_lost=True)
     assert tried[3:] == [4.0]
     assert until.found.tolist() == all_of_them.found.tolist() == [True, True, False, False, False]
     np.testing.assert_array_equal(until.z[:2], all_of_them.z[:2])
+
+
+def test_a_state_without_voltage_is_computed_once(monkeypatch):
+    """Also one that is hard to find; a height without a state is tried each time."""
+    law = LAWS["gent"]
+    own = Elements(Gel(law, law.numbers({"stretch_limit": 1.75}), 1.3, 1.3), 0.3, 20)
+    before, tried, found = own.unloaded(np.array([0.1, 4.0, 0.3])), [], Elements.found
+
+    def counted(self, start, *given):
+        tried.append(start.z[:, 0].tolist())
+        return found(self, start, *given)
+
+    monkeypatch.setattr(Elements, "found", counted)
+    after = own.unloaded(np.array([0.3, 0.2, 0.1]))
+    assert tried == [[0.2]]
+    for one, other in zip(before.where([2, 0]), after.where([0, 2]), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert own.unloaded(np.array([4.0, 0.1])).found.tolist() == [False, True]
+    assert tried[1] == [4.0]

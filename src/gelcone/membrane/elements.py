@@ -123,8 +123,20 @@ class Elements:
         return Chains(V, np.tile(self.nodes, (x.size, 1)), x[:, None] * (1.0 - share), unknown, np.zeros(x.shape, bool))
 
     def unloaded(self, x: Array, until_lost: bool = False) -> Chains:
-        """The states without voltage at heights x > 0: from straight cones, and where none is found so from the state
-        of the nearest height, by steps; ``until_lost``, none of these behind the first that has no state."""
+        """The states without voltage at heights x > 0; ``until_lost``, none behind the first that is hard to find and
+        has no state. Each is computed once."""
+        new = np.array([height for height in x.tolist() if height not in self._unloaded])
+        at = self._without_voltage(new, until_lost)
+        rows = {height: at.where(k) for k, height in enumerate(new.tolist())}
+        self._unloaded.update((height, row) for height, row in rows.items() if row.found)
+        return Chains(*map(np.array, zip(*((rows | self._unloaded)[height] for height in x.tolist()), strict=True)))
+
+    @cached_property
+    def _unloaded(self) -> dict[float, Chains]:
+        return {}
+
+    def _without_voltage(self, x: Array, until_lost: bool) -> Chains:
+        """From straight cones, and where none is found so from the state of the nearest height, by steps."""
         at = self.found(self.cones(x, np.zeros(x.size)))
         known = np.flatnonzero(at.found)
         for k in np.flatnonzero(~at.found) if known.size else []:
@@ -231,11 +243,12 @@ class Elements:
         band[:, ~ok], right[~ok] = 0.0, 0.0
         band[BAND, ~ok] = 1.0
         step = -solve_banded((BAND, BAND), band.reshape(2 * BAND + 1, -1), right.ravel(), check_finite=False)
-        step = np.pad(step.reshape(states, inner, 2), ((0, 0), (1, 1), (0, 0)))
-        step[~ok] = np.nan
-        along = (cosine * np.diff(step[:, :, 0], axis=1) + sine * np.diff(step[:, :, 1], axis=1)) / dR
-        around = (step[:, 1:, 0] + step[:, :-1, 0]) / R2
-        return step, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
+        moves = np.zeros((states, inner + 2, 2))
+        moves[:, 1:-1] = step.reshape(states, inner, 2)
+        moves[~ok] = np.nan
+        along = (cosine * np.diff(moves[:, :, 0], axis=1) + sine * np.diff(moves[:, :, 1], axis=1)) / dR
+        around = (moves[:, 1:, 0] + moves[:, :-1, 0]) / R2
+        return moves, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
 
     def least_firmness(self, at: Chains) -> Array:
         """Of any ring of states, (states,), also between the middles of elements."""

@@ -241,13 +241,15 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
     if piece == "far":
         top = np.minimum(top, LAST * force.pull_in(film.squared(height(other)), n))
     checked = columns(film.elements, height(other), first, top, CHECK_STEPS, CHECK_FINEST)
-    inside = _inside(film, piece, fitted, REGULAR)
+    whole = ~_localise(film.gel, fitted), ~_localise(film.gel, checked)
+    inside = np.flatnonzero(whole[0] & _below(film, piece, fitted, REGULAR))
     _curves(film, piece, u, fitted)
     _force(film, piece, fitted, u, inside)
     _lengths(film, piece, fitted, u, inside)
     if piece == "near" or film.numbers["cut_squared"] < 0.0:
         _flat_area(film, fitted)
-    film.errors += [_error(film, piece, one, _inside(film, piece, one)) for one in (fitted, checked)]
+    for one, own in zip((fitted, checked), whole, strict=True):
+        film.errors.append(_error(film, piece, one, np.flatnonzero(own & _below(film, piece, one))))
 
 
 def _pulls(film: Elements, x: Array) -> Array:
@@ -334,12 +336,19 @@ def _set_end(numbers: dict[str, float], values: Array) -> None:
     numbers |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
 
 
-def _inside(film: _Film, piece: str, found: Columns, beyond: float = 1.0) -> Array:
-    """The states of a film that has not localised, up to a share of the voltage at which it does."""
+def _localise(gel: Gel, found: Columns) -> Array:
+    """In which states the ring at an edge has localised."""
+    with np.errstate(invalid="ignore"):
+        localises: Array = np.sqrt(found.measures.edge) > longest(gel, found.V)
+    return localises
+
+
+def _below(film: _Film, piece: str, found: Columns, beyond: float = 1.0) -> Array:
+    """Which states lie below the voltage at which the film falls slack, or a share of that at which it localises."""
     x = found.heights
     limit = film.slack_at(x) if piece == "near" else beyond * force.pull_in(film.squared(x), film.numbers)
-    localises = np.sqrt(found.measures.edge) > longest(film.gel, found.V)
-    return np.flatnonzero(~localises & (limit[found.column] >= found.V))
+    below: Array = limit[found.column] >= found.V
+    return below
 
 
 def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:

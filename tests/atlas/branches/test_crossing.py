@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -73,7 +74,7 @@ def test_an_event_exactly_at_a_point_is_found_once(monkeypatch, exact, sign):
               for k, (f, d) in enumerate(tests)]  # fmt: skip
     asked = []
     monkeypatch.setattr(crossing, "_event", lambda *given: asked.append(given[3]))
-    for a, b in zip(points, points[1:], strict=False):
+    for a, b in pairwise(points):
         crossing.events_between(SimpleNamespace(size=2), a, b, 0, Walk(0.0, 1.0), False)
     assert asked == [exact]
 
