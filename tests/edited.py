@@ -3,6 +3,11 @@
 import numpy as np
 import xarray as xr
 
+from gelcone.codes import Outcome, Regime
+from gelcone.dataset import flags
+
+CODES = {"outcome": Outcome, "regime": Regime}
+
 
 def made(variables, coords=None, **attrs):
     """A Dataset of name -> value, (dims, values) or (dims, values, unit)."""
@@ -10,6 +15,8 @@ def made(variables, coords=None, **attrs):
         name: given if isinstance(given, xr.DataArray) else labelled(given)
         for name, given in {**variables, **(coords or {})}.items()
     }
+    for name in own.keys() & CODES.keys():
+        own[name] = own[name].assign_attrs(flags(CODES[name]))
     return xr.Dataset({n: own[n] for n in variables}, {n: own[n] for n in coords or {}}, attrs)
 
 

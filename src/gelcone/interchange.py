@@ -131,8 +131,8 @@ def _in_words(values: Any, variable: xr.DataArray) -> Any:
     if "flag_meanings" not in variable.attrs:
         return values
     words = str(variable.attrs["flag_meanings"]).split()
-    known = dict(zip(map(int, np.ravel(variable.attrs["flag_values"])), words, strict=True))
-    return np.array([known.get(int(value), "") for value in values], dtype=object)
+    known = dict(zip(map(float, np.ravel(variable.attrs["flag_values"])), words, strict=True))
+    return np.array([known.get(float(value), "") for value in values], dtype=object)
 
 
 def _named(path: Path, dims: tuple[str, ...]) -> Path:

@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import ConeModel, Outcome
+from gelcone import ConeModel, Outcome, Regime, dataset
 from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, plain, variable_json
 from gelcone.analyses.request import Subject
+from gelcone.codes import FilmPullIn
 
 
 def test_plain_values_are_json():
@@ -28,7 +29,30 @@ def test_outcomes_are_counted_with_their_remedy():
     assert outcome_lines(result) == [f"2 of 3 run(s) failed: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result) == ["  1 of 3: ok", f"  2 of 3: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result.isel(member=0)) == []
-    assert variable_json(xr.DataArray([0, 2], name="period")) == ["none", 2]
+
+
+def test_codes_and_periods_are_known_by_what_they_are_not_by_a_name_that_ends_alike():
+    """A user may name a parameter as a variable of ours."""
+    period = xr.DataArray([0, 2, np.nan], name="fate_period", attrs={"quantity": "count"})
+    assert variable_json(period) == ["none", 2, "unknown"]
+    for name in ("duty_cycle", "own_period", "own_regime", "sign", "own_outcome", "unstable"):
+        own = xr.DataArray([0.3, 1.0], name=name, attrs={"quantity": "parameter", "units": "1"})
+        assert variable_json(own) is own
+    at = dataset.columns("limit", {
+        "window_regime": ([3.0, np.nan], "kind of motion there", Regime),
+        "run_outcome": (np.array([6, 0]), "how the run ended", Outcome),
+        "kind": (np.array([1, 2]), "how it pulls in", FilmPullIn),
+        "sign": (np.array([-1, 1], dtype=np.int8), "sign of the exponent", "code"),
+        "resting": (np.array([0, 1], dtype=np.int8), "1 if at rest", "code"),
+        "number": (np.array([0, 1], dtype=np.int8), "of the attractor", "code"),
+    })  # fmt: skip
+    found = {name: variable_json(variable) for name, variable in xr.Dataset(at).items()}
+    assert found["window_regime"] == ["chaotic", "unknown"]
+    assert found["run_outcome"] == [Outcome(6).label, "ok"]
+    assert found["kind"] == ["minimum", "localisation"]
+    assert found["sign"] == ["negative", "positive"]
+    assert found["resting"] == [False, True]
+    assert found["number"].values.tolist() == [0, 1]
 
 
 def test_a_device_has_its_states_and_axes_in_si_units():

@@ -38,16 +38,6 @@ def test_an_analysis_answers_in_its_own_words_or_as_a_table(name):
     assert of_draws.words.__name__ == "over_draws_words"
 
 
-@pytest.mark.parametrize("name", [name for name in ANALYSES if ANALYSES[name].exclusive])
-def test_options_that_exclude_each_other_are_refused_together_alone(name, pump):
-    analysis = ANALYSES[name]
-    subject = Subject(pump.to_model(), pump, (0.5, 0.0))
-    for one, other in analysis.exclusive:
-        with pytest.raises(InputError) as error:
-            ask.arguments_of(analysis, subject, {one: "1", other: "2"})
-        assert str(error.value) == f"--{one} and --{other} are both given; give one of them"
-
-
 def made(name, *options, planned=False):
     """An analysis with options of quantities: (name, quantity, many)."""
     own = {
@@ -81,10 +71,10 @@ def test_a_result_is_answered_by_the_analysis_of_its_title():
         assert answers.command == ANALYSES[name].command
     drawn = result.assign_attrs(title="draws: of it", analysis="operating_limits")
     assert ask.answer_to(drawn)[0].command == "operating-limits"
-    for title, shown in (("material: gel", "'material'"), ("", "'no result of gelcone'")):
+    for title, shown in (("material: gel", "'material'"), ("", "'none of gelcone'")):
         with pytest.raises(InputError) as error:
             ask.answer_to(result.assign_attrs(title=title))
-        assert str(error.value) == f"the file holds {shown}, which no command prints; use gelcone.load"
+        assert str(error.value) == f"the result is {shown}, which no command prints; read its variables in Python"
 
 
 def test_the_start_of_a_result_is_dimensionless(pump):

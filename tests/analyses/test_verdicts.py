@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import words
+from gelcone import dataset, words
 from gelcone.analyses import (
     answer,
     branches,
@@ -1268,24 +1268,25 @@ def test_the_answer_says_what_it_is_about(pump):
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "found"),
+    ("name", "of", "values", "found"),
     [
-        ("regime", [0, 3, -1], ["rest", "chaotic", "unknown"]),
-        ("fate_regime", [1, -1], ["periodic", "none"]),
-        ("threshold_from", [2], ["quasi-periodic"]),
-        ("threshold_to", [6], ["transient chaos"]),
-        ("motion_outcome", [0, 6], ["ok", "pulled in"]),
-        ("sign", [-1, 0, 1], ["negative", "uncertain", "positive"]),
-        ("symmetric", [0, 1, -1], [False, True, "unknown"]),
-        ("coexisting", [0, 1], [False, True]),
-        ("cascade", [1, 0], [True, False]),
-        ("period", [2.0, 0.0, NAN], [2, "none", "unknown"]),
-        ("cycle", [1.0, 0.0], [1, "none"]),
-        ("height", [0.5, 1.0], [0.5, 1.0]),
+        ("regime", Regime, [0, 3, -1], ["rest", "chaotic", "unknown"]),
+        ("fate_regime", Regime, [1, -1], ["periodic", "none"]),
+        ("threshold_from", Regime, [2], ["quasi-periodic"]),
+        ("threshold_to", Regime, [6], ["transient chaos"]),
+        ("motion_outcome", Outcome, [0, 6], ["ok", Outcome.PULLED_IN.label]),
+        ("sign", "code", [-1, 0, 1], ["negative", "uncertain", "positive"]),
+        ("symmetric", "code", [0, 1, -1], [False, True, "unknown"]),
+        ("coexisting", "code", [0, 1], [False, True]),
+        ("cascade", "code", [1, 0], [True, False]),
+        ("period", "count", [2.0, 0.0, NAN], [2, "none", "unknown"]),
+        ("cycle", "count", [1.0, 0.0], [1, "none"]),
+        ("height", "length", [0.5, 1.0], [0.5, 1.0]),
     ],
 )
-def test_codes_are_words_in_json(name, values, found):
-    assert answer.plain(answer.variable_json(xr.DataArray(np.array(values), dims="k", name=name))) == found
+def test_codes_are_words_in_json(name, of, values, found):
+    own = xr.DataArray(np.array(values), dims="k", name=name, attrs=dataset.attributes("", of))
+    assert answer.plain(answer.variable_json(own)) == found
 
 
 @pytest.mark.parametrize(

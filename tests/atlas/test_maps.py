@@ -8,11 +8,13 @@ import xarray as xr
 
 import gelcone
 from gelcone import dataset
+from gelcone.atlas import maps as module
 from gelcone.atlas.bifurcation import bifurcation, thresholds_of
 from gelcone.atlas.maps import ALSO, attractors, basin, map
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import compute, sweep
 from gelcone.codes import Regime
+from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError
 from gelcone.motion.floquet import onset_voltage, tongues
 from gelcone.motion.regime import regime
@@ -67,6 +69,27 @@ def test_a_map_may_hold_the_power_and_the_margin_of_each_cell():
         assert float(margin.sel(at)) == pytest.approx(1.0 - (790.0 + amplitude) / limit, rel=1e-9)
     with pytest.raises(InputError, match="'size' is not a quantity of a map"):
         map(device, over, also="size")
+
+
+@pytest.mark.parametrize("of_device", [False, True])
+def test_the_power_is_that_of_the_motions_of_the_map(monkeypatch, of_device):
+    """With the options of the map that the settled motion takes, in the model's units both times."""
+    device, asked = gelcone.find_device("biased-pump").replace(film="taut"), []
+    model, over = (device, {"frequency": [5.0, 6.0]}) if of_device else (FAST, {"voltage": [0.4, 0.5]})
+
+    def counted(plan, analysis="regime", **how):
+        asked.append((analysis, dict(plan.options)))
+        found = xr.Dataset({"power" if analysis == "settled" else "regime": (plan.dims, np.zeros(2))})
+        return found if plan.device is None else found.assign_attrs(device_attributes(plan.device))
+
+    monkeypatch.setattr(module, "plain", lambda function: counted)
+    given = {"transient": 3.0, "patience": 7.0, "budget": 40.0, "tolerance": 1e-9}
+    map(model, over, initial=(0.2, 0.1), also="power", **given)
+    unit = float(device.scales.size("time")) if of_device else 1.0
+    named = {name: value if name == "tolerance" else value / unit for name, value in given.items()}
+    assert asked[0] == ("regime", pytest.approx(named, rel=1e-12))
+    del named["budget"]
+    assert asked[1] == ("settled", pytest.approx(named, rel=1e-12))
 
 
 def test_cells_outside_the_stretch_limit_do_not_stop_the_map():

@@ -390,6 +390,9 @@ def test_what_is_no_store_is_refused(tmp_path):
 
     with pytest.raises(InputError, match="no such store"):
         show(tmp_path / "nothing")
+    (tmp_path / "run.nc").write_bytes(b"")
+    with pytest.raises(InputError, match=r"run\.nc: is a file and no store; gelcone\.load reads it"):
+        show(tmp_path / "run.nc")
     with pytest.raises(InputError, match="holds no metadata"):
         show(tmp_path)
     zarr.create_group(store=tmp_path / "foreign", zarr_format=3)

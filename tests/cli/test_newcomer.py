@@ -150,7 +150,7 @@ def test_what_was_silent_is_said(command_line, device_file, arguments, told):
         (["simulate", "--set", "voltage=1e155"], "voltage = 1e+155: is beyond what the equations can be computed with"),
         (["simulate", "--set", "spring_stiffness=1e300"], "spring_stiffness = 1e+300: is beyond"),
         (["simulate", "mine.toml", "--set", "voltage_amplitude=1e200 V"], "voltage_amplitude"),
-        (["simulate", "--periods", "3", "--times", "1,2"], "--periods and --times are both given"),
+        (["simulate", "--periods", "3", "--times", "1,2"], "periods and times are both given; give one of them"),
         (["static", "--initial", "1,0"], "--initial: static does not start from a state"),
         (["bifurcation", "--over", "voltage=0:1:3", "--set", "voltage=1"], "--set voltage: is swept by --over voltage"),
         (["static", "--voltages", "0:1:10000000"], "a range takes 2 to 100000"),

@@ -212,3 +212,17 @@ def test_a_docstring_states_once_of_each_parameter_what_it_is_of_a_device():
         "    With a device in s, or texts with units.",
     ]
     assert with_units(analysis).endswith("Returns\n-------\nWhat it does.")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: gelcone.environment("biased-pump"), "environment: takes a device, and was given a str"),
+        (lambda: gelcone.rates(gelcone.ConeModel()), "rates: takes a device, and was given a ConeModel"),
+        (lambda: gelcone.integrate(gelcone.find_device("biased-pump"), (0.0, 0.0), [1.0]), "integrate: takes a model"),
+        (lambda: gelcone.model_of(3), "model_of: was given a int; give a Dataset"),
+    ],
+)
+def test_what_a_function_does_not_take_is_refused_in_words(call, message):
+    with pytest.raises(gelcone.InputError, match=message):
+        call()

@@ -166,8 +166,10 @@ def test_a_device_is_answered_in_its_units(command_line, undrawn):
     ("options", "message"),
     [
         ({"largest": "strok"}, "did you mean 'stroke'"),
-        ({"lowest": 1.0}, "lowest and highest: give both"),
-        ({"lowest": 2.0, "highest": 1.0}, "lowest and highest: give both"),
+        ({"lowest": 1.0}, "lowest: is given alone; give highest too, or neither"),
+        ({"highest": 1.0}, "highest: is given alone; give lowest too, or neither"),
+        ({"lowest": 2.0, "highest": 1.0}, "lowest = 2.0 and highest = 1.0: must be positive and increase"),
+        ({"lowest": 0.0, "highest": 1.0}, "lowest = 0.0 and highest = 1.0: must be positive and increase"),
     ],
 )
 def test_bad_input_is_refused(options, message):

@@ -59,6 +59,16 @@ def test_each_member_has_the_results_of_its_own_searches(searches):
     assert sum(shares) == pytest.approx(1.0)
 
 
+def test_rest_that_stays_stable_is_told_from_a_film_that_does_not_rest_flat(searches, monkeypatch):
+    onset = {"outcome": np.zeros(2), "onset_voltage": np.array([np.nan, 0.6]), "onset_error": np.array([np.nan, 1e-6])}
+    monkeypatch.setattr(module, "onset_voltage", lambda *given, **options: onset)
+    members = MIXED.members()
+    found = module.limits_cells(members, members.start_states((0.0, 0.0)))
+    np.testing.assert_array_equal(found.variables["onset_voltage"][1], [np.inf, np.nan, np.nan, 0.6])
+    of = found.variables["onset_voltage"][3]
+    assert (of["infinite_means"], of["nan_means"]) == ("none found", "not applicable")
+
+
 def test_where_no_member_rests_flat_no_onset_is_searched_and_progress_ends(searches):
     shares, members = [], MIXED.members().take(np.array([1, 2]))
     module.limits_cells(members, members.start_states((0.0, 0.0)), progress=shares.append)

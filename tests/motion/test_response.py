@@ -293,6 +293,11 @@ def test_members_of_a_grid_are_where_their_parameters_say():
             np.testing.assert_array_equal(cell.displacement, alone.displacement)
 
 
+def test_times_and_a_number_of_periods_exclude_each_other():
+    with pytest.raises(InputError, match="periods and times are both given; give one of them"):
+        simulate(ConeModel(), periods=2.0, times=[1.0])
+
+
 def test_initial_states_may_differ_between_members():
     model = ConeModel(voltage=[[0.1], [0.9]], rest_height=[0.0, 0.1, 0.2])
     initial = np.random.default_rng(1).uniform(-0.5, 0.5, (2, 3, 2))

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+import gelcone
 from gelcone.codes import Outcome
 from gelcone.dataset import load, model_of, save
 from gelcone.errors import InputError
@@ -49,6 +50,15 @@ def assert_member_equals(one, many, index, dim):
             inside = inside[:count]
             assert np.isnan(padding).all() if padding.dtype.kind == "f" else not padding.any()
         np.testing.assert_array_equal(alone.values, inside, err_msg=str(name))
+
+
+def test_further_states_of_a_device_are_in_their_own_units():
+    device = gelcone.find_device("biased-pump").replace(film="taut", series_resistance="2 MOhm")
+    found = section(device, repeats=2, discard=3)
+    run = gelcone.simulate(device, times=1e-3 * found["time"].values)
+    for name in ("displacement", "velocity", "film_voltage"):
+        assert found[name].attrs == run[name].attrs
+        np.testing.assert_allclose(found[name], run[name], rtol=1e-6)
 
 
 # --- stroboscopic -----------------------------------------------------------------------------------------------------

@@ -57,6 +57,17 @@ def test_a_device_has_its_poles_in_radians_per_second():
     assert static == pytest.approx(unscaled * device.scales.length / device.scales.voltage)
 
 
+@pytest.mark.parametrize("voltage", [500.0, "0.5 kV"])
+def test_a_voltage_of_a_device_is_in_volts_whichever_way_the_device_is_given(voltage):
+    device = find_device("biased-pump").replace(film="taut")
+    own = state_space(device.to_model(), voltage=500.0 / device.scales.voltage).A
+    for found in (state_space(device, voltage=voltage), state_space(device.to_model(), device, voltage=voltage)):
+        unscaled = found.A * [[device.scales.time, 1.0], [device.scales.time**2, device.scales.time]]
+        np.testing.assert_allclose(unscaled, own, rtol=1e-12, atol=1e-12)
+    with pytest.raises(InputError, match="voltage_offset = 30 kV: beyond pull-in"):
+        state_space(device.replace(film="wrinkling"), voltage="30 kV")
+
+
 def test_without_a_bias_the_voltage_has_no_first_order_effect():
     assert (state_space(ConeModel(rest_height=0.5)).B == 0.0).all()
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.si import DEVICE, STATE
@@ -183,7 +184,8 @@ def outcome_names(result: xr.Dataset) -> Any:
 
 
 _SIGNS = {-1: "negative", 0: "uncertain", 1: "positive"}
-_REGIMES = ("regime", "threshold_from", "threshold_to")
+_LABELS = {dataset.flags(own)["flag_meanings"]: {code.value: code.label for code in own} for own in (Regime, Outcome)}
+"""Of codes whose names in JSON are not those of their flags."""
 _YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable", "resting", "resolved", "supercritical", "cascade")
 
 
@@ -200,7 +202,7 @@ def result_json(result: xr.Dataset, left_out: Collection[str] = ()) -> dict[str,
 def variable_json(variable: xr.DataArray) -> Any:
     """A variable of a result, names for what it holds as codes."""
     name = str(variable.name)
-    if name.endswith(("period", "cycle")):
+    if name.endswith(("period", "cycle")) and variable.attrs.get("quantity") == "count":
         return np.vectorize(_period, otypes=[object])(variable.values).tolist()
     codes = _codes(name, variable)
     return variable if codes is None else _names(variable, codes, "none" if name.startswith("fate") else "unknown")
@@ -213,18 +215,14 @@ def _period(value: Any) -> Any:
 
 def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
     """What the codes of a variable stand for; None for one that holds numbers."""
-    if name.endswith(_REGIMES):
-        return {code.value: code.label for code in Regime}
-    if name.endswith("outcome"):
-        return {code.value: code.label for code in Outcome}
+    if "flag_meanings" in variable.attrs:
+        values, words = map(int, variable.attrs["flag_values"]), variable.attrs["flag_meanings"]
+        return _LABELS.get(words, dict(zip(values, words.split(), strict=True)))
+    if variable.attrs.get("quantity") not in ("code", "flag"):
+        return None
     if name == "sign":
         return _SIGNS
-    if name.endswith(_YES_OR_NO) and variable.dtype.kind == "i":
-        return {0: False, 1: True}
-    if "flag_meanings" in variable.attrs:
-        values = map(int, variable.attrs["flag_values"])
-        return dict(zip(values, variable.attrs["flag_meanings"].split(), strict=True))
-    return None
+    return {0: False, 1: True} if name.endswith(_YES_OR_NO) and variable.dtype.kind == "i" else None
 
 
 def _names(variable: xr.DataArray, codes: Mapping[int, Any], none: str) -> Any:

@@ -78,7 +78,7 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
 
     if title not in (*TITLES, DRAWS):
         raise InputError(
-            f"the file holds {title or 'no result of gelcone'!r}, which no command prints; use gelcone.load"
+            f"the result is {title or 'none of gelcone'!r}, which no command prints; read its variables in Python"
         )
     answers = drawn_answers(result.attrs["analysis"]) if title == DRAWS else answers_of(find_analysis(TITLES[title]))
     device = device_of(result)
@@ -147,9 +147,6 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
 
     Raises `InputError` for values that cannot be used.
     """
-    for one, other in analysis.exclusive:
-        if one in given and other in given:
-            raise InputError(f"--{one} and --{other} are both given; give one of them")
     if analysis.single:
         subject.alone(analysis.command)
     given = {**given, **read_options(analysis, subject, given)}

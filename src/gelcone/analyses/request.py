@@ -25,6 +25,7 @@ from gelcone.analyses.values import (
     read_value,
     unit_or_brackets,
 )
+from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from gelcone.devices.device import Device
 
 RADIUS_RATIO = "radius_ratio"
-DEFAULT_INITIAL = (1.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def _rows(member: xr.Dataset, apart: str = r"validity_") -> list[str]:
 
 def _value(variable: xr.DataArray) -> str:
     """A number with its unit; the meaning of a code; yes or no."""
-    if "flag_meanings" in variable.attrs:
+    if "flag_meanings" in variable.attrs and float(variable) in variable.attrs["flag_values"]:
         return event_label(variable)
     if variable.attrs["long_name"].startswith(YES):
         return "yes" if variable else "no"

@@ -252,8 +252,8 @@ def _thresholds(
     swept = about(plan, name)
     table: dataset.Table = {
         "threshold_branch": (column("branch", str), "branch on which the regime changes", "code"),
-        "threshold_from": (column("below", np.int8), "regime below the change", "code"),
-        "threshold_to": (column("above", np.int8), "regime above the change", "code"),
+        "threshold_from": (column("below", np.int8), "regime below the change", Regime),
+        "threshold_to": (column("above", np.int8), "regime above the change", Regime),
         "threshold_low": (column("low", float), "last value up to which all starts are of the one kind", swept),
         "threshold_high": (column("high", float), "first value from which on none is any more", swept),
         "threshold_cascade": (column("cascade", np.int8), "1 if chaos begins by doublings of the period", "code"),

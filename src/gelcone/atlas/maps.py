@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ from gelcone.motion.start import inside
 from gelcone.physics.model import ConeModel
 from gelcone.progress import weighted
 from gelcone.quantity import Time
+from gelcone.register.analyses import find_analysis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,7 +119,9 @@ def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: A
     if also is None or also in result:
         return result
     if also == "power":
-        found = plain(sweep)(Plan(plan.model, plan.over, plan.initial), "settled", **options)
+        known = find_analysis("settled").options
+        own = {name: value for name, value in plan.options.items() if name in known}
+        found = plain(sweep)(replace(plan, options=own), "settled", **options)
         return result.assign(power=found["power"])
     model, _ = plan.at(plan.grid)
     members = model.members()
@@ -201,8 +205,8 @@ def basin(
     return result.assign(dataset.columns("attractor_number", table))
 
 
-_TELLING = {
-    "regime": ("kind of motion", "code"),
+_TELLING: dict[str, tuple[str, dataset.Of]] = {
+    "regime": ("kind of motion", Regime),
     "period": ("period in forcing periods, 0 if none", "count"),
     "lowest": ("lowest displacement", "length"),
     "highest": ("highest displacement", "length"),

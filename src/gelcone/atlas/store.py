@@ -299,6 +299,8 @@ def _consolidated(path: Path) -> list[str]:
 
 def _open_group(path: Path, mode: str = "r") -> Any:
     zarr = _import_zarr()
+    if path.is_file():
+        raise InputError(f"{path}: is a file and no store; gelcone.load reads it, and gelcone.in_words prints it")
     if not path.is_dir():
         raise InputError(f"{path}: no such store")
     if not (path / "zarr.json").is_file():

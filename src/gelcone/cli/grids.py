@@ -14,9 +14,9 @@ from gelcone.analyses.answer import bare_answer, check_folder
 from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.draws import read_draws, read_samples
 from gelcone.analyses.lab import lab_answer
-from gelcone.analyses.request import DEFAULT_INITIAL, Subject
+from gelcone.analyses.request import Subject
 from gelcone.atlas.maps import ALSO, TITLE, with_quantity
-from gelcone.atlas.plan import Plan
+from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
 from gelcone.cli.lists import list_devices

@@ -168,6 +168,17 @@ def check_model(model: Any, name: str) -> None:
     raise InputError(f"{name}: was given a {type(model).__name__} in place of a ConeModel or a Device")
 
 
+def check_device(device: Any, name: str) -> None:
+    """`InputError` unless ``device`` is a device of single numbers."""
+    if not isinstance(device, Device):
+        raise InputError(
+            f"{name}: takes a device, and was given a {type(device).__name__}; gelcone.find_device gives one by its "
+            "name or file"
+        )
+    if device.shape:
+        raise InputError(f"{name}: takes a single device, not an ensemble of shape {device.shape}; take one of them")
+
+
 def check_workers(name: str, options: Mapping[str, Any]) -> None:
     """`InputError` where workers are given to an analysis that runs in this process."""
     if "workers" in options:

@@ -57,7 +57,7 @@ def model_of(result: xr.Dataset) -> ConeModel:
 
     Raises
     ------
-    InputError : for a Dataset that does not say.
+    InputError : for anything but a result, and one that does not say.
 
     Examples
     --------
@@ -66,6 +66,8 @@ def model_of(result: xr.Dataset) -> ConeModel:
     >>> gelcone.model_of(response).voltage
     0.4
     """
+    if not hasattr(result, "data_vars"):
+        raise InputError(f"model_of: was given a {type(result).__name__}; give a Dataset that an analysis returned")
     device = device_of(result)
     fields = _points(result)
     if device is None or not fields:

@@ -32,13 +32,13 @@ from gelcone.lab.device_fit import (
 )
 from gelcone.lab.device_tests import DeviceTests, read_share
 from gelcone.motion.equilibrium import pull_in_voltage
+from gelcone.physics.records import FILMS
 from gelcone.quantity import Array, check_count
 from gelcone.statistics import spread
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FILMS = ("taut", "wrinkling", "membrane")
 LOSSES = ("damper", "branch", "both")
 """Structures of the loss: a linear damper, a Maxwell branch of the film, or both."""
 BRANCH = ("material.viscous_modulus_1", "material.relaxation_time_1")

@@ -14,6 +14,8 @@ from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import read_text
+from gelcone.motion.envelope import MARGIN
+from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
 
 MEASURES: Mapping[str, str] = {
@@ -33,8 +35,7 @@ SMALL, LARGE = ("apparent_power", "current", "peak_voltage", "footprint", "film_
 """What may be made smallest and largest."""
 SETTINGS = ("margin", "confidence", "smallest", "largest", "free", "tolerances")
 MOST_FREE, MOST_TOLERANCES, MOST_OBJECTIVES = 16, 24, 3
-MARGIN, CONFIDENCE = 0.2, 0.95
-FILMS = ("wrinkling", "taut", "membrane")
+CONFIDENCE = 0.95
 REMEDY = "`gelcone init --wish wish.toml` writes one to fill in"
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from gelcone.atlas.uncertain import Distribution
+from gelcone.devices.analysis import check_device
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, MissingDependency
@@ -73,8 +74,7 @@ def environment(
     >>> observation.shape, bool(terminated)
     ((4,), False)
     """
-    if device.shape:
-        raise InputError(f"environment: takes a single device, not an ensemble of shape {device.shape}; give uncertain")
+    check_device(device, "environment")
     for name, number, least in (("count", count, 1), ("draws", draws, 2)):
         if number is not None and not (isinstance(number, int) and number >= least):
             raise InputError(f"{name} = {number!r}: must be a whole number of at least {least}")

@@ -58,7 +58,7 @@ class Chains(NamedTuple):
     tension: Array
     found: Array
 
-    def where(self, which: Array) -> Chains:
+    def where(self, which: Array | int) -> Chains:
         """Those of an index or mask."""
         return Chains(*(values[which] for values in self))
 
@@ -125,6 +125,8 @@ class Elements:
     def unloaded(self, x: Array, until_lost: bool = False) -> Chains:
         """The states without voltage at heights x > 0; ``until_lost``, none behind the first that is hard to find and
         has no state. Each is computed once."""
+        if not x.size:
+            return self.cones(x, x)
         new = np.array([height for height in x.tolist() if height not in self._unloaded])
         at = self._without_voltage(new, until_lost)
         rows = {height: at.where(k) for k, height in enumerate(new.tolist())}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.driven import NUDGE, DriveShape
-from gelcone.motion.envelope import envelope
+from gelcone.motion.envelope import MARGIN, envelope
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled_swing
@@ -74,7 +74,7 @@ def drive(
     largest: str = "stroke",
     lowest: Frequency | None = None,
     highest: Frequency | None = None,
-    margin: float = 0.2,
+    margin: float = MARGIN,
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -85,8 +85,8 @@ def drive(
     model : a single model, or a device; its drive gives the proportion of amplitude to offset.
     largest : what is to be largest: ``"stroke"`` (default), ``"work"`` a drive period, ``"speed"`` (root mean square)
         or ``"power"`` (mean), the last three of what the damper or a load takes up.
-    lowest : lowest drive frequency. Default a tenth of the natural frequency, if ``highest`` is left out too.
-    highest : highest drive frequency. Default three times the natural frequency.
+    lowest, highest : ends of the range of drive frequencies, both or neither. Default a tenth of the natural frequency
+        and three times that.
     margin : share of the lowest limit that the voltage stays below it; half of it is left where the frequency is off by
         one per cent. Default 0.2.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -123,9 +123,14 @@ def drive(
     cone = model if device is None else device.to_model()
     if not isinstance(cone, ConeModel) or cone.shape:
         raise InputError("drive: takes one actuator, not an ensemble; take one member")
-    ends = {"lowest": lowest, "highest": highest}
+    if (lowest is None) != (highest is None):
+        one, other = ("highest", "lowest") if lowest is None else ("lowest", "highest")
+        raise InputError(f"{one}: is given alone; give {other} too, or neither")
+    ends: dict[str, Any] = {"lowest": lowest, "highest": highest}
     if device is not None:
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
+    if lowest is not None and not 0.0 < ends["lowest"] < ends["highest"]:
+        raise InputError(f"lowest = {lowest} and highest = {highest}: must be positive and increase; exchange them")
     options = {"margin": margin, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
     zeta = float(cone.damping_ratio)
@@ -246,10 +251,8 @@ def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
 
 def _range(lowest: float | None, highest: float | None) -> Array | None:
     """The frequencies of a range; None for the envelope's own."""
-    if lowest is None and highest is None:
+    if lowest is None or highest is None:
         return None
-    if lowest is None or highest is None or not 0.0 < lowest < highest:
-        raise InputError("lowest and highest: give both, the lowest frequency above 0 and below the highest")
     return np.geomspace(lowest, highest, COARSE)
 
 

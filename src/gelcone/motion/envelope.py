@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.codes import Outcome
+from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
@@ -159,9 +159,9 @@ def envelope(
     [0.727, 0.681]
     """
     if model.shape:
-        raise InputError(f"an envelope is that of a single device, not of an ensemble of shape {model.shape}")
-    if not 0.0 <= margin < 1.0:
-        raise InputError(f"margin = {margin:g}: must be at least 0 and below 1")
+        raise InputError(f"envelope: takes a single device, not an ensemble of shape {model.shape}; take one member")
+    if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
+        raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
     own_peak = peak_of(model)
     plane = plane_of(model, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
@@ -386,8 +386,8 @@ _DRIVEN: dict[str, tuple[str, dataset.Of]] = {
     "driven_peak_charge": ("largest charge of a source", "charge"),
     "driven_field": ("highest true field", "field"),
     "driven_heating": HEAT["heating"],
-    "regime": ("kind of motion", "code"),
-    "outcome": ("how the run ended", "code"),
+    "regime": ("kind of motion", Regime),
+    "outcome": ("how the run ended", Outcome),
 }
 _WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke at the recommended peak voltage, peak to peak", "length"),
@@ -396,7 +396,7 @@ _WINDOW: dict[str, tuple[str, dataset.Of]] = {
     "apparent_power": ("root mean square voltage times current there", _APPARENT),
     "peak_charge": ("largest charge of a source there", "charge"),
     "heating": (f"{HEAT['heating'][0]} there", "heating"),
-    "regime": ("kind of motion there", "code"),
+    "regime": ("kind of motion there", Regime),
 }
 
 
@@ -410,8 +410,8 @@ _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
     "lowest": ("lowest displacement of it", "length"),
     "highest": ("highest displacement of it", "length"),
     "period": ("its period in forcing periods, 0 if none", "count"),
-    "regime": ("its kind of motion", "code"),
-    "outcome": ("how its run ended", "code"),
+    "regime": ("its kind of motion", Regime),
+    "outcome": ("how its run ended", Outcome),
     "kick_low": ("the smallest kick to it lies above this velocity", dataset.absent("velocity")),
     "kick_high": ("and at or below this one", dataset.absent("velocity")),
 }
@@ -458,7 +458,7 @@ def _coexisting(
 def _axis(name: str, values: npt.ArrayLike) -> Array:
     axis = np.atleast_1d(np.asarray(values, dtype=float))
     if axis.ndim != 1 or axis.size < 2 or not np.isfinite(axis).all() or axis[0] <= 0.0 or (np.diff(axis) <= 0.0).any():
-        raise InputError(f"{name}: must be at least 2 positive numbers that increase")
+        raise InputError(f"{name}: must be at least 2 positive numbers that increase; sort them and leave out doubles")
     return axis
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.devices.analysis import check_model
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Portable, Trajectories
 from gelcone.motion.jumps import end_films
@@ -93,6 +94,7 @@ def integrate(
     >>> run.states.shape, run.states[0, -1].round(6).tolist()
     ((1, 3, 2), [0.199411, -0.80577])
     """
+    check_model(model, "integrate")
     members = model.members()
     if keep not in KEEPS:
         raise unknown_name("thing to keep", str(keep), KEEPS)

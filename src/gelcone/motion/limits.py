@@ -47,10 +47,11 @@ def limits(
     Returns
     -------
     Dataset over the ensemble's dims: ``onset_voltage``, the amplitude at which the flat film under the drive loses its
-    stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; NaN where it stays stable,
-    or where the film does not rest flat); ``pitchfork_voltage`` (`gelcone.pitchfork_voltage`); ``pull_in_voltage``,
-    at which the disc jumps or a film pulls in on a slow ramp (infinity if never; a pitchfork from which the disc rises
-    gradually is not one), and ``pull_in_kind``, how (a `PullIn`); and ``outcome``.
+    stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; infinity where it stays
+    stable up to the highest voltage searched, NaN where the film does not rest flat); ``pitchfork_voltage``
+    (`gelcone.pitchfork_voltage`); ``pull_in_voltage``, at which the disc jumps or a film pulls in on a slow ramp
+    (infinity if never; a pitchfork from which the disc rises gradually is not one), and ``pull_in_kind``, how (a
+    `PullIn`); and ``outcome``.
 
     Raises
     ------
@@ -101,6 +102,8 @@ def limits_cells(
         outcome[flat] = onset["outcome"]
         for name in ("onset_voltage", "onset_error"):
             found[name][flat] = onset[name]
+        stays = flat & (outcome == Outcome.OK) & np.isnan(found["onset_voltage"])
+        found["onset_voltage"][stays] = np.inf
     variables: dict[str, dataset.Variable] = {
         n: ((), found[n], meaning, _absent(n)) for n, meaning in _MEANINGS.items()
     }
@@ -108,8 +111,8 @@ def limits_cells(
 
 
 def _absent(name: str) -> dict[str, str]:
-    """What NaN and infinity mean; rest that stays stable and a film that does not rest flat have no onset alike."""
-    return dataset.absent("voltage", nan="none" if name.startswith("onset") else "not applicable")
+    """What NaN and infinity mean."""
+    return dataset.absent("voltage", infinite="none found" if name == "onset_voltage" else "not reached")
 
 
 _MEANINGS = {

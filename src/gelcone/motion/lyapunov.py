@@ -148,7 +148,7 @@ def lyapunov_cells(
             "per_repeat": ((), values[:, 0] * members.forcing_period, "largest exponent per forcing period", "share"),
             "averaged_time": ((), time, "averaging time behind the exponents", "time"),
             "cycle": ((), cycle, "period of the cycle behind the exponents, 0 if averaged", "count"),
-            "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "share"),
+            "sign": ((), result.sign, "sign of the largest exponent, 0 if uncertain", "code"),
             "sum_residual": (
                 (),
                 residual,

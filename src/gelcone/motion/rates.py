@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.devices.analysis import check_device
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
@@ -31,12 +32,11 @@ class Rates:
 
     Raises
     ------
-    InputError : for an ensemble.
+    InputError : for an ensemble and anything but a device.
     """
 
     def __init__(self, device: Device) -> None:
-        if device.shape:
-            raise InputError(f"rates: takes a single device, not an ensemble of shape {device.shape}")
+        check_device(device, "rates")
         model, scales = device.to_model(), device.scales
         self._system, self._waveform = driven(model.system), model.system.waveform
         values = {name: np.asarray(value, dtype=float) for name, value in model.values.items()}
@@ -118,7 +118,7 @@ def rates(device: Device) -> Rates:
 
     Raises
     ------
-    InputError : for an ensemble.
+    InputError : for an ensemble and anything but a device.
 
     Examples
     --------

@@ -133,7 +133,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
 
     fate_low, fate_high = wilson(evidence.fate_share, evidence.followed[:, None])
     variables: dict[str, Variable] = {
-        "regime": ((), evidence.regime, "kind of motion", "code"),
+        "regime": ((), evidence.regime, "kind of motion", Regime),
         "period": ((), evidence.period, "period in forcing periods, 0 if none", "count"),
         "symmetric": ((), code(evidence.symmetric), "1 if the motion equals its mirror image", "code"),
         "doubtful": ((), code(evidence.doubtful), "1 if the evidence does not agree", "code"),
@@ -161,7 +161,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", _UNSEEN),
         "lifetime_high": ((), evidence.lifetime_high, "upper end of its 95 % interval", _UNSEEN),
         "starts": ((), evidence.followed, "nearby starts that were followed, the motion's own among them", "count"),
-        "fate_regime": (("fate",), evidence.fate_regime, "where nearby starts end: the regime, -1 if none", "code"),
+        "fate_regime": (("fate",), evidence.fate_regime, "where nearby starts end: the regime, -1 if none", Regime),
         "fate_period": (("fate",), evidence.fate_period, "and its period in forcing periods", "count"),
         "fate_share": (("fate",), evidence.fate_share, "and the share of the starts that do", "share"),
         "fate_share_low": (("fate",), fate_low, "lower end of the share's 95 % interval", "share"),

@@ -48,7 +48,6 @@ MOST_SAMPLES = 20_000
 
 @analysis(
     answers="trajectories",
-    exclusive=(("periods", "times"),),
     examples=("--set voltage=1.04 --set drive_frequency=0.1 --json", "paper-table1 --periods 30 --out results"),
 )
 def simulate(
@@ -105,8 +104,8 @@ def simulate(
 
     Raises
     ------
-    InputError : for a run of no length or more than the memory holds, times that do not increase, or an initial state
-        of which no member lies inside its stretch limit.
+    InputError : for a run of no length or more than the memory holds, both periods and times, times that do not
+        increase, or an initial state of which no member lies inside its stretch limit.
 
     Examples
     --------
@@ -118,6 +117,8 @@ def simulate(
     >>> f"from rest at {response.displacement.values[0]:.2f} mm"
     'from rest at 12.59 mm'
     """
+    if periods is not None and times is not None:
+        raise InputError("periods and times are both given; give one of them")
     if periods is None:
         periods = 20.0 if model.system.waveform.repeat else 1.0
     _check_positive("periods", periods, "a positive number of drive periods")

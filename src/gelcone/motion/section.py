@@ -128,8 +128,8 @@ def section_cells(
             "velocity": (("repeat",), points[..., 1], "velocity of the disc", "velocity"),
         }
         | {
-            name: (("repeat",), points[..., k], f"state {name}", "state")
-            for k, name in enumerate([state.name for state in members.system.states[2:]], start=2)
+            state.name: (("repeat",), points[..., k], state.meaning, state.quantity)
+            for k, state in enumerate(members.system.states[2:], start=2)
         },
         outcome,
     )

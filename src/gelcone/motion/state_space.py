@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.devices.analysis import check_model, for_devices
+from gelcone.devices.analysis import check_model, device_words, dimensionless, for_devices
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, unknown_name
@@ -111,7 +111,8 @@ def state_space(
     ----------
     model : a single model, or a device, whose units are then SI.
     device : scales the matrices to SI. Default None: dimensionless.
-    voltage : the constant voltage; in volts with a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
+    voltage : the constant voltage; in volts, or a text with a unit, with a device. Default: ``voltage_bias``, of a
+        device ``voltage_offset``.
     inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and behind an ideal
         source ``"voltage_rate"``, the rate of the voltage, on which the current depends.
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
@@ -136,9 +137,18 @@ def state_space(
     ((2, 2), -2.2028)
     """
     if isinstance(model, Device):
-        device = model if voltage is None else model.replace_quietly(voltage_offset=voltage)
-        model = device.to_model()
+        device, model = model, model.to_model()
     check_model(model, "state_space")
+    if voltage is not None and device is not None:
+        voltage = dimensionless({"voltage": "voltage"}, {"voltage": voltage}, device.scales)["voltage"]
+    with device_words(device):
+        return _linearised(model, device, voltage, inputs, outputs)
+
+
+def _linearised(
+    model: ConeModel, device: Device | None, voltage: Any, inputs: Sequence[str], outputs: Sequence[str]
+) -> StateSpace:
+    """`state_space`, with the voltage in the model's units."""
     if model.shape:
         raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
@@ -146,7 +156,7 @@ def state_space(
             if name not in known:
                 raise unknown_name(f"{kind} of a linear model", name, known)
     system, n = model.system, model.numbers()
-    bias = float(model.voltage_bias) if voltage is None or device is not None else float(voltage)
+    bias = float(model.voltage_bias if voltage is None else voltage)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))
     at = [*map(float, _rest_under(model, place, bias)), bias]
     switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)

@@ -72,7 +72,6 @@ class Analysis:
     swept : whether it can be asked of every cell of a sweep, by the function ``NAME_cells`` of its module.
     drawn : whether its command takes draws, each a run of its own, though it cannot be swept.
     single : whether it takes one model only, no ensemble.
-    exclusive : pairs of options of which one is given at most.
     takes : what its first argument is: ``model``, which a device is turned into; ``device``, or a model, of which it
         makes a plan; ``plan``; or ``store``.
     examples : command lines, without ``gelcone`` and the name.
@@ -90,7 +89,6 @@ class Analysis:
     swept: bool = False
     drawn: bool = False
     single: bool = False
-    exclusive: tuple[tuple[str, str], ...] = ()
     takes: str = "model"
     examples: tuple[str, ...] = ()
 
