@@ -158,8 +158,9 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
     """Plans or fits a device; 1 where chi2 refuses the structure."""
     from gelcone.analyses.device_fit import device_fit_json, device_fit_words, device_plan_words
     from gelcone.devices.device import find_device
-    from gelcone.lab.device import fit_device, fitted_band, fitted_device, fitted_draws, plan_device, read_free
+    from gelcone.lab.device import fit_device, plan_device, read_free
     from gelcone.lab.device_tests import read_device_tests
+    from gelcone.lab.fitted import fitted_band, fitted_device, fitted_draws
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 

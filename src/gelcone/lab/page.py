@@ -19,11 +19,11 @@ from gelcone.devices.materials import find_material
 from gelcone.devices.units import FieldError, format_si, parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import read_text
-from gelcone.lab.device import PREDICTIONS, Asked, predicted_values, read_predictions
 from gelcone.lab.device_fit import STEP, Problem
 from gelcone.lab.device_tests import read_share
 from gelcone.lab.material import fit_material
 from gelcone.lab.measured import place_of, read_tests
+from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_predictions
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
