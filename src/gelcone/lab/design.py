@@ -108,7 +108,7 @@ def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
         if attempt == ATTEMPTS - 1 or ("leaves" not in row.checked.failed and lacking <= 0.0):
             return row
         if row.checked.failed:
-            found = problem.found(problem.designs(unit[None]), np.zeros((1, problem.wish.uncertain)))
+            found = problem.nominal(problem.designs(unit[None]))
             share = row.checked.recommended / (1.0 - problem.wish.margin) / float(np.nanmin(found.limits[:, 0, 0]))
             problem = replace(problem, pull_in=min(share, 0.98 * problem.pull_in))
         problem = replace(problem, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
@@ -294,7 +294,7 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
     for row in good:
         share, low, high = probability_of(row.problem, row.unit, seed + 1)
         binds.append(binding_of(row.problem, row.unit))
-        found = row.problem.found(row.problem.designs(row.unit[None]), np.zeros((1, wish.uncertain)))
+        found = row.problem.nominal(row.problem.designs(row.unit[None]))
         width = float(row.device.to_model().damping_ratio) * float(row.device.scales.frequency)
         distance = (float(found.values["natural_frequency"][0, 0]) - float(row.device.frequency)) / width
         values = (

@@ -92,6 +92,10 @@ class Problem:
             fields[name] = fields.get(name, np.broadcast_to(float(self.device.get(name)), shape)) * np.exp(log)
         return examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
 
+    def nominal(self, designs: Array) -> Found:
+        """What designs do where nothing is uncertain, (designs, 1)."""
+        return self.found(designs, np.zeros((1, self.wish.uncertain)))
+
     def margins(self, found: Found) -> dict[str, Array]:
         """The signed margin of each requirement and limit, at most 1: positive where it is missed."""
         margins = {}
@@ -127,7 +131,7 @@ class Problem:
     def fitness(self, unit: Array, which: Objective) -> Array:
         """What is made smallest: the objective of feasible designs, above it the margin of all others."""
         designs = self.designs(unit)
-        nominal = self.found(designs, np.zeros((1, self.wish.uncertain)))
+        nominal = self.nominal(designs)
         worst = self.robust(self.margins(nominal))
         fitness = WORSE * (1.0 + worst)
         near = np.flatnonzero(worst <= HOPELESS)
@@ -219,9 +223,8 @@ def levels_between(high: float, low: float) -> Array:
 def objective_of(problem: Problem, unit: Array, which: Objective) -> float:
     """An objective of one design, the smaller the better."""
     designs = problem.designs(unit[None])
-    found = problem.found(designs, np.zeros((1, problem.wish.uncertain)))
     worst = problem.robust(problem.margins(problem.found(designs, problem.normal)))
-    return float(problem.objective(designs, found, worst, which)[0])
+    return float(problem.objective(designs, problem.nominal(designs), worst, which)[0])
 
 
 def fields_of(problem: Problem, unit: Array) -> dict[str, float]:
@@ -263,8 +266,7 @@ def relaxation(problem: Problem, unit: Array, population: Array, binding: str) -
 def closest(problem: Problem, unit: Array) -> str:
     """Why no design is feasible: the closest one, what binds it, and which bounds it lies at."""
     wish = problem.wish
-    designs = problem.designs(unit[None])
-    found = problem.found(designs, np.zeros((1, wish.uncertain)))
+    found = problem.nominal(problem.designs(unit[None]))
     limit = float(np.nanmin(found.limits[:, 0, 0], initial=np.inf))
     peak = float(found.values["peak_voltage"][0, 0])
     margin = "no limit met" if not np.isfinite(limit) else f"margin {100.0 * (1.0 - peak / limit):.0f} %"
