@@ -20,8 +20,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from gelcone.errors import InputError
 from gelcone.lab.bench import DeviceTest
-from gelcone.lab.device import predicted_values, read_predictions
 from gelcone.lab.device_fit import REFUSED, STEP, FittedDevice, Problem, fit_problem
+from gelcone.lab.predictions import predicted_values, read_predictions
 from gelcone.statistics import wilson
 from tests.lab.certified import TAUT, WRINKLING, problem
 

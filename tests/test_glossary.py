@@ -8,8 +8,8 @@ import pytest
 import gelcone
 from gelcone import glossary
 from gelcone.codes import FilmPullIn
-from gelcone.motion.driven import DRIVEN_LIMITS
-from gelcone.motion.envelope import STATIC_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.words import FAILINGS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "site"))

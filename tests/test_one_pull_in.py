@@ -8,8 +8,8 @@ import pytest
 
 import gelcone
 from gelcone.codes import Outcome
-from gelcone.motion.driven import DRIVEN_LIMITS, NUDGE
-from gelcone.motion.envelope import STATIC_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.studio.performance import pull_in
 
 pytestmark = pytest.mark.slow

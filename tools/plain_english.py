@@ -40,6 +40,7 @@ OBEYING = (
     "lab/measured.py",
     "lab/stress.py",
     "motion",
+    "physics/amplifier.py",
     "physics/balance.py",
     "physics/bias.py",
     "physics/bracket.py",

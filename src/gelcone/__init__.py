@@ -167,10 +167,10 @@ if TYPE_CHECKING:
     from gelcone.lab.design import design as design
     from gelcone.lab.design import designed_devices as designed_devices
     from gelcone.lab.device import fit_device as fit_device
-    from gelcone.lab.device import fitted_device as fitted_device
-    from gelcone.lab.device import fitted_draws as fitted_draws
     from gelcone.lab.device import plan_device as plan_device
     from gelcone.lab.device_tests import read_device_tests as read_device_tests
+    from gelcone.lab.fitted import fitted_device as fitted_device
+    from gelcone.lab.fitted import fitted_draws as fitted_draws
     from gelcone.lab.material import fit_material as fit_material
     from gelcone.lab.material import fitted_material as fitted_material
     from gelcone.lab.material import fitted_text as fitted_text

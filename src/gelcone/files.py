@@ -6,8 +6,10 @@ import errno
 import os
 import stat
 import tempfile
+import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from gelcone.errors import InputError
 
@@ -54,6 +56,14 @@ def read_data(path: Path, remedy: str) -> bytes:
     if len(data) > LARGEST_TEXT:
         raise InputError(f"{shown}: is larger than {LARGEST_TEXT // 2**20} MB; {remedy}")
     return data
+
+
+def read_toml(origin: str | Path, text: str) -> dict[str, Any]:
+    """Read the text of a TOML file; `InputError` names its ``origin``."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{origin}: broken TOML: {error}; correct it there") from None
 
 
 def _shown(path: Path) -> str:

@@ -18,9 +18,9 @@ from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.settled import HARMONICS, Swing, settled_swing
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
 from gelcone.motion.stepping import Falls, Walk
+from gelcone.motion.swing import HARMONICS, Swing, settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 

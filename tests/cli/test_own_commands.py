@@ -19,7 +19,7 @@ from gelcone.analyses import request
 from gelcone.atlas import cluster, sweep, uncertain, workers
 from gelcone.cli import OWN_COMMANDS, SPECIAL, command, export, grids, group, lab, studio
 from gelcone.cli import options as shared
-from gelcone.lab import design, device, device_tests, material, page, wish
+from gelcone.lab import design, device, device_tests, fitted, material, page, wish
 from gelcone.lab import measured as coupons
 from gelcone.paper import run
 from gelcone.register.analyses import ANALYSES
@@ -609,9 +609,9 @@ def marked(monkeypatch):
     monkeypatch.setattr(style, "draw_file", lambda figure, to: to.write_text(f"picture of {figure}"))
     monkeypatch.setattr("gelcone.plots.plot", lambda result: f"figure of {result}")
     monkeypatch.setattr(material, "fitted_text", lambda result: f"gel of {result}")
-    monkeypatch.setattr(device, "fitted_draws", lambda result: f"draws of {result}")
-    monkeypatch.setattr(device, "fitted_band", lambda result: f"band of {result}")
-    monkeypatch.setattr(device, "fitted_device", lambda result: SimpleNamespace(to_toml=lambda: f"device of {result}"))
+    monkeypatch.setattr(fitted, "fitted_draws", lambda result: f"draws of {result}")
+    monkeypatch.setattr(fitted, "fitted_band", lambda result: f"band of {result}")
+    monkeypatch.setattr(fitted, "fitted_device", lambda result: SimpleNamespace(to_toml=lambda: f"device of {result}"))
     for home, name in ((material_fit, "fit"), (device_fit, "device_fit"), (answers, "design")):
         monkeypatch.setattr(home, f"{name}_words", lambda *given: "said")
         monkeypatch.setattr(home, f"{name}_json", lambda result: {"of": str(result)})

@@ -5,6 +5,7 @@ from unittest.mock import patch
 
 import gelcone
 from gelcone.lab import design as designs
+from gelcone.lab import front as fronts
 from gelcone.lab.wish import FIRST_WISH
 
 PUMP = {
@@ -14,7 +15,7 @@ PUMP = {
     "meridional_prestretch": 1.1,
     "hoop_prestretch": 1.4,
 }
-FEW = {"DRAWS": 32, "GENERATIONS": 25, "AGAIN": 8, "SHORT": 2, "TRAP": 25, "ATTEMPTS": 1, "NEW_DRAWS": 1024}
+FEW = {"DRAWS": 32, "GENERATIONS": 25, "AGAIN": 8, "SHORT": 2, "NEW_DRAWS": 1024}
 
 
 def quick_wish() -> str:
@@ -32,5 +33,5 @@ def quick_design(folder):
     path = folder / "quick.toml"
     path.write_text(quick_wish(), encoding="utf-8")
     own = gelcone.read_wish(path)
-    with patch.multiple(designs, **FEW):
+    with patch.multiple(fronts, **FEW), patch.multiple(designs, AGAIN=8, TRAP=25, ATTEMPTS=1):
         return own, gelcone.design(own)

@@ -14,6 +14,7 @@ from gelcone.analyses.design import design_json, design_words, device_text
 from gelcone.devices.scales import carried_mass
 from gelcone.errors import InputError
 from gelcone.lab import design as designs
+from gelcone.lab import front as fronts
 from gelcone.lab.candidates import LIMITS, examine
 from gelcone.lab.wish import FIRST_WISH, Objective, read_wish, with_samples
 from tests.lab.certified import CERTIFIED
@@ -84,7 +85,7 @@ def test_a_footprint_is_that_of_each_design(wish):
     text = WISH.replace('footprint = "60 mm"', 'footprint = "<= 60 mm"').replace(
         "[free]", '[free]\nfilm_radius = "20 mm:60 mm"'
     )
-    problem = designs.Problem(wish(text), 1)
+    problem = fronts.Problem(wish(text), 1)
     at = problem.names.index("film_radius")
     unit = np.full((2, len(problem.names)), 0.5)
     unit[:, at] = [0.05, 0.95]
@@ -100,14 +101,14 @@ def test_a_footprint_is_that_of_each_design(wish):
 
 def test_a_check_lowers_the_limit_by_what_the_envelope_found(wish, monkeypatch):
     """The next search has the lowest limit at the voltage that the envelope recommends, without its margin."""
-    problem, looked = designs.Problem(wish(WISH), 1), []
+    problem, looked = fronts.Problem(wish(WISH), 1), []
     unit = np.full(len(problem.names), 0.5)
     found = problem.found(problem.designs(unit[None]), np.zeros((1, len(problem.wish.tolerances))))
     limit = float(np.nanmin(found.limits[:, 0, 0]))
     checked = designs.Checked(0.006, 0.005, 0.001, 0.8 * 0.7 * limit, "pull-in", "pull-in leaves too little")
     monkeypatch.setattr(designs, "check", lambda wish, device: checked)
     monkeypatch.setattr(
-        designs.Problem,
+        fronts.Problem,
         "search",
         lambda own, *given: looked.append(own.pull_in) or (unit, np.zeros((1, unit.size)), 0.0),
     )
@@ -200,13 +201,13 @@ def test_samples_are_drawn_with_their_correlations(wish):
     np.testing.assert_allclose(stored["medians"], [np.exp(np.median(np.log(v))) for v in draws.values()], rtol=1e-12)
     np.testing.assert_allclose(stored["covariance"], np.cov([np.log(v) for v in draws.values()]), rtol=1e-9, atol=1e-12)
     assert float(own.device.material.shear_modulus) == pytest.approx(np.median(mu))
-    problem, seen = designs.Problem(own, 2048), {}
+    problem, seen = fronts.Problem(own, 2048), {}
 
     def see(device, fields, share):
         seen.update(fields)
         return examine(device, {name: value[:, :1] for name, value in fields.items()}, share)
 
-    with patch.object(designs, "examine", see):
+    with patch.object(fronts, "examine", see):
         problem.found(problem.designs(np.full((1, len(problem.names)), 0.5)), problem.normal)
     stiff, spring = (np.log(seen[name][0]) for name in draws)
     assert np.corrcoef(stiff, spring)[0, 1] == pytest.approx(-1.0, abs=1e-6)
@@ -223,9 +224,9 @@ def test_an_objective_that_no_free_field_moves_has_no_trap(wish):
 
 
 def test_no_design_names_the_closest_what_binds_and_which_bound_to_move(wish, monkeypatch):
-    monkeypatch.setattr(designs, "GENERATIONS", 6)
-    monkeypatch.setattr(designs, "AGAIN", 2)
-    monkeypatch.setattr(designs, "DRAWS", 8)
+    monkeypatch.setattr(fronts, "GENERATIONS", 6)
+    monkeypatch.setattr(fronts, "AGAIN", 2)
+    monkeypatch.setattr(fronts, "DRAWS", 8)
     with pytest.raises(
         InputError,
         match=r"no design within the bounds .* the closest: .* is bound by (stroke|swing beyond the film.s limits); ",
@@ -247,7 +248,7 @@ def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
     assert float(motion["stroke"]) >= 2.0
     assert float(found["peak_voltage"][0]) <= float(found["recommended"][0])
     unit = np.array([_place(own, name, device.get(name)) for name in own.free])
-    again = designs.probability_of(designs.Problem(own), unit, 77)
+    again = fronts.probability_of(fronts.Problem(own), unit, 77)
     assert again[0] == pytest.approx(float(found["probability"][0]), abs=0.04)
     assert float(found["probability_low"][0]) < float(found["probability"][0]) < float(found["probability_high"][0])
     natural = examine(device, {"moving_mass": np.array([[device.moving_mass]])}, 1.25).values["natural_frequency"][0, 0]
@@ -257,7 +258,7 @@ def test_a_design_holds_and_its_probability_is_that_of_new_draws(small):
 
 def _place(own, name, value):
     low, high = own.free[name]
-    if low > 0.0 and high > designs.LOG_RATIO * low:
+    if low > 0.0 and high > fronts.LOG_RATIO * low:
         return np.log(value / low) / np.log(high / low)
     return (value - low) / (high - low)
 
@@ -285,7 +286,7 @@ def test_what_is_said_of_a_design_is_in_its_file_table_and_figure(small, tmp_pat
 
 
 def test_margins_are_signed_and_a_relaxed_requirement_is_weaker(wish):
-    problem = designs.Problem(wish(WISH), 1)
+    problem = fronts.Problem(wish(WISH), 1)
     unit = problem.designs(np.full((1, len(problem.names)), 0.5))
     found = problem.found(unit, np.zeros((1, len(problem.wish.tolerances))))
     margins = problem.margins(found)
@@ -300,12 +301,12 @@ def test_margins_are_signed_and_a_relaxed_requirement_is_weaker(wish):
 
 def test_the_design_of_the_smallest_voltage_sits_on_its_resonance_where_nothing_is_uncertain(wish):
     """And few of the devices within the tolerances meet what it just meets: the certified case has 9 to 14 %."""
-    alone = designs.Problem(wish(WISH), 1)
+    alone = fronts.Problem(wish(WISH), 1)
     with designs.quiet_input():
         unit, _, volts = alone.search(Objective("peak_voltage", False), generations=120)
         found = alone.found(alone.designs(unit[None]), np.zeros((1, len(alone.wish.tolerances))))
-        share = designs.probability_of(alone, unit, 5)[0]
-    device = alone.wish.device.replace_quietly(designs.fields_of(alone, unit))
+        share = fronts.probability_of(alone, unit, 5)[0]
+    device = alone.wish.device.replace_quietly(fronts.fields_of(alone, unit))
     half_width = float(device.to_model().damping_ratio) * float(device.scales.frequency)
     assert abs(float(found.values["natural_frequency"][0, 0]) - 10.0) < 0.3 * half_width
     assert 1e3 * float(found.values["stroke"][0, 0]) == pytest.approx(5.0, abs=0.2)
@@ -314,7 +315,7 @@ def test_the_design_of_the_smallest_voltage_sits_on_its_resonance_where_nothing_
 
 
 def test_rows_that_another_beats_in_all_are_dominated():
-    assert designs.dominated(np.array([[1.0, 5.0], [2.0, 4.0], [2.0, 5.0], [3.0, 1.0]])).tolist() == [
+    assert fronts.dominated(np.array([[1.0, 5.0], [2.0, 4.0], [2.0, 5.0], [3.0, 1.0]])).tolist() == [
         False,
         False,
         True,
@@ -332,8 +333,8 @@ def test_a_file_of_designs_is_shown_in_the_words_of_its_command(small, tmp_path,
 def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_margin(wish, monkeypatch):
     """Relative deviations in the logarithm, absolute ones over the value."""
     asked = []
-    monkeypatch.setattr(designs, "examine", lambda device, fields, share: asked.append((device, fields, share)))
-    problem = designs.Problem(wish(WISH), 1)
+    monkeypatch.setattr(fronts, "examine", lambda device, fields, share: asked.append((device, fields, share)))
+    problem = fronts.Problem(wish(WISH), 1)
     unit = np.array([[0.0] * len(problem.names), [0.5] * len(problem.names), [1.0] * len(problem.names)])
     rows = problem.designs(unit)
     bounds = np.array(list(problem.wish.free.values()))
@@ -404,12 +405,12 @@ def test_a_check_names_the_first_limit_at_the_frequency_and_why_a_design_fails(
     assert bool(found.failed) == bool(failed)
 
 
-@pytest.mark.parametrize(("fitness", "names"), [(0.2, ["apparent_power"]), (0.5, []), (2.0 * designs.MISSED, [])])
+@pytest.mark.parametrize(("fitness", "names"), [(0.2, ["apparent_power"]), (0.5, []), (2.0 * fronts.MISSED, [])])
 def test_a_trap_is_a_design_that_holds_and_differs_from_the_middle(monkeypatch, wish, fitness, names):
     """Where nothing is uncertain, judged by new draws of what is."""
     asked = []
     unit = np.array([0.25] * 5)
-    monkeypatch.setattr(designs.Problem, "search", lambda own, one, generations: (unit, None, fitness))
+    monkeypatch.setattr(fronts.Problem, "search", lambda own, one, generations: (unit, None, fitness))
     monkeypatch.setattr(designs, "objective_of", lambda problem, unit, one: 0.5)
     monkeypatch.setattr(designs, "probability_of", lambda *given: asked.append(given) or (0.3, 0.2, 0.4))
     own = replace(wish(WISH), objectives=(Objective("apparent_power", False),))
@@ -421,13 +422,13 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     """Of those that hold, in the units of their columns; the distance in half widths, of the natural frequency."""
     own = wish(WISH)
     unit = np.full(len(own.free), 0.5)
-    problem = designs.Problem(own, 1)
+    problem = fronts.Problem(own, 1)
     found = problem.found(problem.designs(unit[None]), np.zeros((1, own.uncertain)))
     natural, peak = (float(found.values[name][0, 0]) for name in ("natural_frequency", "peak_voltage"))
     monkeypatch.setattr(designs, "probability_of", lambda problem, unit, seed: (0.96, 0.95, 0.97 + 1e-3 * seed))
     monkeypatch.setattr(designs, "binding_of", lambda problem, unit: "stroke")
     monkeypatch.setattr(designs, "relaxation", lambda *given: 0.07 if given[3] == "stroke" else 0.0)
-    device = own.device.replace_quietly(designs.fields_of(problem, unit))
+    device = own.device.replace_quietly(fronts.fields_of(problem, unit))
     good = designs.Checked(6e-3, 5e-3, 1e-3, 1600.0, "chaos under the drive", "")
     rows = [designs.Row(problem, unit, None, device, one) for one in (good._replace(failed="it burns"), good)]
     result = designs._labelled(own, rows, 4, {"apparent_power": 0.4, "peak_voltage": 0.3})

@@ -10,8 +10,10 @@ import xarray as xr
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab import device as module
+from gelcone.lab import predictions
 from gelcone.lab.bench import DeviceTest
-from gelcone.lab.device import PREDICTIONS, WIDE, Asked, read_free, read_predictions
+from gelcone.lab.device import WIDE, read_free
+from gelcone.lab.predictions import PREDICTIONS, Asked, read_predictions
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
 
@@ -90,8 +92,8 @@ def powers(monkeypatch):
         asked.append(row)
         return [SimpleNamespace(words=f"do {len(asked)}", ratio=0.5 / len(asked))]
 
-    monkeypatch.setattr(module, "predicted_values", values)
-    monkeypatch.setattr(module, "next_experiments", experiments)
+    monkeypatch.setattr(predictions, "predicted_values", values)
+    monkeypatch.setattr(predictions, "next_experiments", experiments)
     return asked
 
 
@@ -99,7 +101,7 @@ def test_predictions_spread_by_what_the_fit_and_the_priors_leave(powers):
     """Their slopes are value times power; the covariance counts with its off-diagonals, priors are independent."""
     logs = np.array([0.1, -0.05, 0.7])
     asked = [Asked("stroke@1 kV", "stroke", 1000.0), Asked("pull-in", "pull-in", 0.0)]
-    found = module._predicted(made_up_problem(), logs, COVARIANCE, asked)
+    found = predictions.predictions_of(made_up_problem(), logs, COVARIANCE, asked)
     for k, (factor, own) in enumerate(((2.0, POWERS["stroke"]), (3.0, POWERS["pull-in"]))):
         value = factor * np.exp(own @ logs[:2])
         assert float(found["predicted_value"][k]) == pytest.approx(value, rel=1e-12)
@@ -154,14 +156,14 @@ def test_draws_of_a_fit_are_correlated_as_it_leaves_the_fields():
         coords={"field": list(FREE)},
         attrs={"fitted": PUMP.to_toml(), "device": "d", "film": "taut", "chi2": 1.0, "p_value": 0.5, "refused": 0},
     )
-    draws = module.fitted_draws(result, size, seed=3)
+    draws = gelcone.fitted_draws(result, size, seed=3)
     logs = np.log([draws[name].values for name in FREE] / value[:, None])
     np.testing.assert_allclose(np.cov(logs), COVARIANCE[:2, :2], rtol=0.1, atol=1e-3)
     assert np.abs(logs.mean(axis=1)).max() < 0.01
     assert [draws[name].attrs["units"] for name in FREE] == ["N/m", "m"]
-    again = module.fitted_draws(result, size, seed=3)
+    again = gelcone.fitted_draws(result, size, seed=3)
     np.testing.assert_array_equal(draws["spring_rate"], again["spring_rate"])
-    assert (module.fitted_draws(result, size, seed=4)["spring_rate"] != draws["spring_rate"]).any()
+    assert (gelcone.fitted_draws(result, size, seed=4)["spring_rate"] != draws["spring_rate"]).any()
 
 
 @pytest.mark.parametrize(
@@ -223,12 +225,12 @@ def test_each_prediction_is_the_one_that_is_asked_for(monkeypatch):
             return {"force": np.array([[2.0], [3.0]])}[quantity]
 
     logs = np.array([[0.1, 0.2], [0.3, 0.4]])
-    monkeypatch.setattr(module, "Variants", Variants)
+    monkeypatch.setattr(predictions, "Variants", Variants)
     volts = xr.Dataset({"pull_in_voltage": ("member", [7.0, np.inf])})
-    monkeypatch.setattr(module, "pull_in_voltage", lambda device: volts)
+    monkeypatch.setattr(predictions, "pull_in_voltage", lambda device: volts)
     expected = {"stroke": [10.0, 20.0], "natural frequency": [30.0, 40.0], "pull-in": [7.0, np.nan]}
     expected["blocked force"] = [100.0, 150.0]  # what the voltage adds: 50 times the scale of each
     assert set(expected) == set(PREDICTIONS)
     for kind, values in expected.items():
-        found = module.predicted_values(made_up_problem(), logs, Asked(kind, kind, 10.0))
+        found = predictions.predicted_values(made_up_problem(), logs, Asked(kind, kind, 10.0))
         np.testing.assert_allclose(found, values, err_msg=kind)

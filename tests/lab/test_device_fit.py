@@ -10,19 +10,11 @@ import pytest
 import gelcone
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab.bench import KINDS, DeviceTest, Variants
-from gelcone.lab.device import (
-    _readings,
-    _with_loss,
-    fit_device,
-    fitted_band,
-    fitted_device,
-    fitted_draws,
-    plan_device,
-    read_free,
-    read_predictions,
-)
+from gelcone.lab.device import _readings, _with_loss, fit_device, plan_device, read_free
 from gelcone.lab.device_fit import Problem, _simple, fit_problem, left_out, next_experiments, plan_of, profiled
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
+from gelcone.lab.fitted import fitted_band, fitted_device, fitted_draws
+from gelcone.lab.predictions import read_predictions
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
 
 PUMP = Path(__file__).parents[2] / "docs" / "measured" / "pump"

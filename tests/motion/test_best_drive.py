@@ -8,7 +8,7 @@ import gelcone
 from gelcone.codes import Regime
 from gelcone.motion import best_drive
 from gelcone.motion.best_drive import drive
-from gelcone.motion.driven import NUDGE
+from gelcone.motion.plane import NUDGE
 from tests.toys import ThreeHarmonics
 
 CONE = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.4, stretch_limit=8.0, voltage=0.4, voltage_bias=0.2)

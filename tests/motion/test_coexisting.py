@@ -9,8 +9,8 @@ import gelcone
 from gelcone import ConeModel, Outcome, Regime
 from gelcone.motion import coexisting as module
 from gelcone.motion.coexisting import Motions, _narrow, coexisting
-from gelcone.motion.settled import Swing, settled_swing
 from gelcone.motion.start import start_states
+from gelcone.motion.swing import Swing, settled_swing
 from gelcone.motion.validity import unknown
 
 WELLS = ConeModel(damping_ratio=0.3, spring_stiffness=0.5, rest_height=0.0, voltage=0.05, voltage_bias=1.6)

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from gelcone.motion import driven as module
-from gelcone.motion.driven import DRIVEN_LIMITS, NARROWEST, PARTS, WITHIN, YIELDS, driven, rows_of
+from gelcone.motion import plane as planes
+from gelcone.motion.driven import NARROWEST, PARTS, WITHIN, driven, rows_of
+from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS
 from gelcone.physics.model import ConeModel
 
 NEVER = lambda omega: np.full(np.shape(omega), np.inf)  # noqa: E731
@@ -152,15 +154,15 @@ def test_default_frequencies_hold_the_resonances_at_rest_and_under_the_own_drive
     model = ConeModel(
         damping_ratio=0.1, voltage=0.6, voltage_bias=0.6, rest_height=0.6, hoop_prestretch=1.4, drive_frequency=0.77
     )
-    plane = module.Plane(model, module.DriveShape(0.5, 0.5), 0.3, None)
+    plane = planes.Plane(model, planes.DriveShape(0.5, 0.5), 0.3, None)
     natural, loaded = plane.natural_frequency(), plane.natural_frequency(1.2)
     assert loaded < 0.95 * natural
     found = plane.default_frequencies(1.2)
     for wanted in (0.77, *np.outer((0.5, 1.0, 2.0), (natural, loaded)).ravel()):
-        assert np.abs(found / wanted - 1.0).min() <= module.TOO_CLOSE
+        assert np.abs(found / wanted - 1.0).min() <= planes.TOO_CLOSE
     at = [k for k in range(found.size) if np.isclose(found[k], [0.77, natural, loaded]).any()]
     assert len(at) == 3  # these three to the last digit
-    assert (found[1:] / found[:-1]).min() > 1.0 + 0.9 * module.TOO_CLOSE
+    assert (found[1:] / found[:-1]).min() > 1.0 + 0.9 * planes.TOO_CLOSE
 
 
 @pytest.mark.parametrize(
@@ -178,8 +180,8 @@ def test_a_transient_lasts_as_the_slower_of_disc_and_film_unless_the_course_of_t
 ):
     """Four decay times of each: of the disc at most 1000, of states far slower at most that."""
     members = SimpleNamespace(damping_ratio=np.full(2, zeta), time_constant=np.array(times))
-    monkeypatch.setattr(module, "are_slow", lambda members: members.time_constant > 1e3)
-    found = module.Plane._transient(members, module._Drifts(np.array(known), []))
+    monkeypatch.setattr(planes, "are_slow", lambda members: members.time_constant > 1e3)
+    found = planes.Plane._transient(members, planes._Drifts(np.array(known), []))
     np.testing.assert_allclose(found, lasts)
 
 
@@ -195,15 +197,15 @@ def test_the_onset_of_rest_is_a_peak_voltage_of_a_drive_without_a_bias(monkeypat
     monkeypatch.undo()
     monkeypatch.setattr(module, "onset_voltage", onsets)
     flat = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5)
-    plane = module.Plane(flat, module.DriveShape(0.8, 0.0), 0.0, None)
+    plane = planes.Plane(flat, planes.DriveShape(0.8, 0.0), 0.0, None)
     low, high = module._onset(plane, np.array([0.5, 0.9]), 2.5)
     np.testing.assert_allclose(low, [0.75, np.inf])
     np.testing.assert_allclose(high, [0.7875, np.inf])
     np.testing.assert_array_equal(asked["omegas"], [0.5, 0.9])
     assert asked["highest"] == pytest.approx(2.0)
-    for other in (module.DriveShape(0.8, 0.2), None):
+    for other in (planes.DriveShape(0.8, 0.2), None):
         model = flat if other else flat.replace(rest_height=0.5)
-        plane = module.Plane(model, other or module.DriveShape(1.0, 0.0), 0.0, None)
+        plane = planes.Plane(model, other or planes.DriveShape(1.0, 0.0), 0.0, None)
         assert np.isnan(module._onset(plane, np.array([0.5]), 2.5)).all()
 
 
@@ -218,4 +220,4 @@ def test_the_largest_value_between_samples_is_that_of_their_parabola():
     x = np.array([[0.0, 0.9, 1.0, 0.5], [1.0, 0.5, 0.2, 0.1], [0.2, 0.2, 0.2, 0.2]])
     parabola = np.polyfit([0.0, 1.0, 2.0], x[0, 1:], 2)
     top = np.polyval(parabola, -0.5 * parabola[1] / parabola[0])
-    np.testing.assert_allclose(module._highest(x), [top, 1.0, 0.2], atol=1e-12)
+    np.testing.assert_allclose(planes._highest(x), [top, 1.0, 0.2], atol=1e-12)

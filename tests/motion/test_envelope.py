@@ -14,15 +14,19 @@ import gelcone
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.motion import driven as driven_module
+from gelcone.motion import plane as plane_module
+from gelcone.motion import static_limits
 from gelcone.motion.attractor import search as search_module
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.creep import Holding, _Ramp, thresholds
-from gelcone.motion.driven import DRIVEN_LIMITS, SPAN, TOO_CLOSE, YIELDS, DriveShape, Plane, driven, peak_of
-from gelcone.motion.envelope import STATIC_LIMITS, envelope
+from gelcone.motion.driven import driven
+from gelcone.motion.envelope import envelope
 from gelcone.motion.equilibrium import Ramp
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
+from gelcone.motion.plane import DRIVEN_LIMITS, SPAN, TOO_CLOSE, YIELDS, DriveShape, Plane, peak_of
 from gelcone.motion.response import simulate
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.motion.validity import unknown
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage, ThreeHarmonics
@@ -246,7 +250,7 @@ def test_a_motion_that_could_not_be_followed_meets_every_limit(monkeypatch):
         evidence.outcome[1] = Outcome.STEP_LIMIT
         return evidence
 
-    monkeypatch.setattr(driven_module, "classify", out_of_steps)
+    monkeypatch.setattr(plane_module, "classify", out_of_steps)
     strong = TAUT.replace(dielectric_strength=1e6)
     found = Plane(strong, DriveShape.of(strong), 0.3, None).examine(np.array([1.0, 1.0]), np.array([0.1, 0.1]))
     for name in ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit"):
@@ -316,7 +320,7 @@ def test_without_a_membrane_pull_in_is_that_of_the_cone(monkeypatch):
 
 def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
     membrane = Curve((0.0, 2.0), (0.45, 0.45), 0.01)
-    curves, limits = envelope_module._static(Plane.of(WRINKLING, None, membrane), 0.2)
+    curves, limits = static_limits._static(Plane.of(WRINKLING, None, membrane), 0.2)
     assert curves["peak_voltage"][-1] == 0.2
     assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
 
@@ -326,7 +330,7 @@ def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_l
     """Of a film with a low stretch limit, whose cone never pulls in."""
     model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
     membrane = Curve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
-    _, limits = envelope_module._static(Plane.of(model, None, membrane), 0.2)
+    _, limits = static_limits._static(Plane.of(model, None, membrane), 0.2)
     found = limits[STATIC_LIMITS.index("pull-in")]
     assert found == expected if expected is not None else 0.9 <= found <= 1.8
 
@@ -339,8 +343,8 @@ def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
     model = ConeModel(damping_ratio=0.1, voltage=0.1, voltage_bias=0.3, **films)
     plane = Plane.of(model, None)
     assert plane.shape.bias == pytest.approx(0.75)
-    curves, limits = envelope_module._static(plane, 1.2)
-    doubled, same = envelope_module._static(Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None), 1.2)
+    curves, limits = static_limits._static(plane, 1.2)
+    doubled, same = static_limits._static(Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None), 1.2)
     for name, values in curves.items():
         np.testing.assert_allclose(values, doubled[name], rtol=1e-12, err_msg=name)
     np.testing.assert_allclose(limits, same)
@@ -405,7 +409,7 @@ def test_limits_hold_from_what_is_known():
 
 def test_every_limit_counts_the_transient_from_rest(monkeypatch):
     names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
-    quiet = {name: np.zeros(1) for name in (*names, *driven_module.YIELDS)}
+    quiet = {name: np.zeros(1) for name in (*names, *plane_module.YIELDS)}
     states = iter([quiet, quiet | {name: np.ones(1) for name in names}] * 2)
     monkeypatch.setattr(Plane, "_look", lambda *arguments, **options: next(states))
     for start, met in (("rest", 1.0), ("settled", 0.0)):
@@ -425,7 +429,7 @@ def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states_or_their_d
         lasted.append(np.max(lasts))
         filtered.append(np.abs(states[:, 2]).max())
         names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
-        return {name: np.zeros(members.size) for name in (*names, *driven_module.YIELDS)}
+        return {name: np.zeros(members.size) for name in (*names, *plane_module.YIELDS)}
 
     monkeypatch.setattr(Plane, "_look", look)
     slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=time)
@@ -541,9 +545,9 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     """Breakdown between the thresholds, where the relaxed film has no state: that of the run at the end of the time."""
     model = BEAM.replace(dielectric_strength=1.45)
     plane = Plane.of(model, None)
-    static, relaxed = envelope_module.static_limits_of(plane, np.array([0.6, 1.0]))
-    held = envelope_module._hold(plane, 60.0, float(static["peak_voltage"][-1]), None)
-    found = dict(zip(STATIC_LIMITS, envelope_module.held_limits(plane, held, relaxed), strict=True))
+    static, relaxed = static_limits.static_limits_of(plane, np.array([0.6, 1.0]))
+    held = static_limits.hold(plane, 60.0, float(static["peak_voltage"][-1]), None)
+    found = dict(zip(STATIC_LIMITS, static_limits.held_limits(plane, held, relaxed), strict=True))
     volts = found["dielectric breakdown"]
     assert np.isinf(relaxed[0]) or relaxed[0] < volts
     end = float(gelcone.creep(model, [volts], duration=60.0)["end"].item())
@@ -585,7 +589,7 @@ def test_an_excess_between_samples_is_seen():
     """By the parabola through the largest sample and its neighbours; nothing is known behind the end of a run."""
     t = np.linspace(0.0, 2.0 * np.pi, 33)
     excess = np.stack([np.cos(t - 1.234) - 0.9999, np.cos(t - 1.234) - 1.001, np.where(t < 3.0, -1.0, np.nan)])
-    np.testing.assert_array_equal(driven_module._ever(excess), [1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(plane_module._ever(excess), [1.0, 0.0, 0.0])
     assert (excess[0] < 0.0).all()
 
 
@@ -622,7 +626,7 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
     """Of a disc that rises in proportion to the voltage, by the formulas of the taut cone."""
     lm, lh, strength = 1.2, 1.5, 1.3
     plane = straight(TAUT.replace(dielectric_strength=strength, stretch_limit=6.0), jump=3.3)
-    curves, limits = envelope_module._static(plane, 4.0)
+    curves, limits = static_limits._static(plane, 4.0)
 
     def q(v):
         return 1.0 + (0.1 + 0.5 * v) ** 2
@@ -653,7 +657,7 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
     }.items():
         np.testing.assert_allclose(curves[name], values, rtol=1e-12, err_msg=name)
     assert "static_heating" not in curves
-    unknown = envelope_module._static(straight(TAUT, jump=3.3), 4.0)[1]
+    unknown = static_limits._static(straight(TAUT, jump=3.3), 4.0)[1]
     assert np.isnan(unknown[0])
 
 
@@ -662,7 +666,7 @@ def test_the_first_film_to_meet_a_limit_counts(share):
     """Field and heat of either film, at its own voltage and from its own flat height."""
     films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "leakage_time": 7.0}
     plane = straight(TAUT.replace(**films, dielectric_strength=0.9), share=share)
-    curves, limits = envelope_module._static(plane, 2.0)
+    curves, limits = static_limits._static(plane, 2.0)
     first = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - 0.9, 0.0, 2.0)
     second = passes(lambda v: share * v * np.sqrt(1.0 + (0.7 - 0.5 * v) ** 2) - 0.9, 0.0, 4.0)
     assert limits[0] == pytest.approx(min(first, second), rel=1e-4)
@@ -674,13 +678,13 @@ def test_the_first_film_to_meet_a_limit_counts(share):
 
 def test_a_flat_film_alone_has_a_pitchfork():
     for model, expected in ((FLAT, 0.7), (TAUT, np.nan)):
-        limits = envelope_module._static(straight(model, pitchfork=0.7), 2.0)[1]
+        limits = static_limits._static(straight(model, pitchfork=0.7), 2.0)[1]
         np.testing.assert_array_equal(limits[STATIC_LIMITS.index("pitchfork")], expected)
 
 
 def test_quasi_static_limits_are_known_to_twice_the_own_peak_and_to_the_largest_one():
     for peaks, highest in (([0.1, 0.9], 1.2), ([0.1, 2.9], 2.9)):
-        curves, _ = envelope_module.static_limits_of(straight(TAUT), np.array(peaks))
+        curves, _ = static_limits.static_limits_of(straight(TAUT), np.array(peaks))
         assert curves["peak_voltage"][-1] == pytest.approx(highest)
 
 
@@ -693,17 +697,17 @@ def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_ti
     held = Holding(1.8, levels, model.members(), run, {})
     relaxed = np.array([0.1, 0.2, 0.3, 0.4, 0.77, 0.5])
     plane = straight(TAUT.replace(dielectric_strength=1.3))
-    found = envelope_module.held_limits(plane, held, relaxed)
+    found = static_limits.held_limits(plane, held, relaxed)
     breakdown = passes(lambda v: v * np.sqrt(1.0 + (0.5 * v) ** 2) - 1.3, 0.1, 2.0)
-    hoop = envelope_module._static(straight(plane.model, rest=0.0), 2.0)[1][1]
+    hoop = static_limits._static(straight(plane.model, rest=0.0), 2.0)[1][1]
     thin = 1.0 / (1.2**2 * 1.5**2)
     low = np.sqrt((1.2**2 - thin) / (1.0 - (1.2**2 + 1.5**2 + thin - 3.0) / 50.0))  # flat, before the disc has risen
     np.testing.assert_allclose(found, [breakdown, hoop, low, np.inf, 0.77, 1.8], rtol=2e-4)
-    assert np.isnan(envelope_module.held_limits(straight(TAUT), held, relaxed)[0])
+    assert np.isnan(static_limits.held_limits(straight(TAUT), held, relaxed)[0])
     curve = Curve((0.0, 2.0), (1.5, 0.5), 0.01)  # at 0.5 v: 1.5 - 0.25 v = v
-    over = envelope_module.held_limits(straight(TAUT, membrane=curve), held, relaxed)
+    over = static_limits.held_limits(straight(TAUT, membrane=curve), held, relaxed)
     assert over[-1] == pytest.approx(1.2, rel=1e-3)
-    none = envelope_module.held_limits(plane, held._replace(highest=0.0), relaxed)
+    none = static_limits.held_limits(plane, held._replace(highest=0.0), relaxed)
     np.testing.assert_array_equal(none, relaxed)
 
 

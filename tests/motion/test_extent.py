@@ -6,7 +6,7 @@ import pytest
 import gelcone
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
-from gelcone.motion.settled import settled_swing
+from gelcone.motion.swing import settled_swing
 from gelcone.presets import find_preset
 
 SLOW = find_preset("base").model.replace(voltage=[0.97, 0.98])

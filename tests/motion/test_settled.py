@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gelcone import frequency, settled
-from gelcone.motion.settled import Swing
 from gelcone.motion.state_space import small_signal_response
+from gelcone.motion.swing import Swing
 from gelcone.physics.model import ConeModel
 
 SMALL = ConeModel(

@@ -5,8 +5,8 @@ import pytest
 
 from gelcone.codes import Outcome
 from gelcone.motion import stepping as module
-from gelcone.motion.settled import Swing
 from gelcone.motion.stepping import FINEST, JUMPED, NEGLIGIBLE, NUDGE, SURE, Trail, jumped, walk
+from gelcone.motion.swing import Swing
 from gelcone.physics.model import ConeModel
 
 

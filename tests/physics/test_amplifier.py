@@ -13,7 +13,8 @@ from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import small_signal_response, state_space
-from gelcone.physics.circuit import ABSENT, ELECTRICS, Amplifier, IdealSource
+from gelcone.physics.amplifier import ABSENT, ELECTRICS, Amplifier
+from gelcone.physics.circuit import IdealSource
 from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of
 

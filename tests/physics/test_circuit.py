@@ -10,11 +10,13 @@ import gelcone
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate, phase_program
 from gelcone.motion.response import simulate
-from gelcone.physics.circuit import CIRCUITS, Amplifier, Circuit, IdealSource, Port
+from gelcone.physics.amplifier import Amplifier
+from gelcone.physics.circuit import Circuit, IdealSource, Port
 from gelcone.physics.component import State
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
+from gelcone.physics.records import CIRCUITS
 from tests.toys import FilteredVoltage, QuickResistor, SaturatingAmplifier, SeriesResistor, VoltageBehindResistor
 
 

@@ -16,8 +16,8 @@ from scipy.optimize import brentq
 
 from gelcone.errors import InputError
 from gelcone.physics import model
+from gelcone.physics.amplifier import ELECTRICS, NEEDS
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import ELECTRICS, NEEDS
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import PARAMETERS, ConeModel

@@ -8,7 +8,7 @@ from gelcone import ConeModel, InputError, simulate
 from gelcone.analyses import answer
 from gelcone.analyses.request import Subject
 from gelcone.motion.flow import integrate
-from gelcone.physics.circuit import REDUCED_RESISTANCE
+from gelcone.physics.amplifier import REDUCED_RESISTANCE
 from gelcone.physics.film.branches import REDUCED_TIME
 from gelcone.physics.waveforms import Samples, Staircase
 

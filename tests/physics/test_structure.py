@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from gelcone.errors import InputError
+from gelcone.physics.amplifier import Amplifier
 from gelcone.physics.bias import Bias, LinearSpring
-from gelcone.physics.circuit import Amplifier, IdealSource
+from gelcone.physics.circuit import IdealSource
 from gelcone.physics.component import State
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone

@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.devices.files import shipped_devices
-from gelcone.motion.driven import DRIVEN_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS
 from gelcone.studio import envelope
 from gelcone.studio.grids import Source
 from gelcone.studio.long_work import Work

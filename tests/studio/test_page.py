@@ -10,7 +10,8 @@ from gelcone.atlas.processes import ProcessesEnded
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError, MissingDependency
 from gelcone.studio import page as pages
-from gelcone.studio.page import LANES, SIDES, Page
+from gelcone.studio.lanes import LANES, SIDES
+from gelcone.studio.page import Page
 from gelcone.studio.setting import Shelf
 
 PUMP, BASE = {"device": "biased-pump", "values": {"film": "taut"}}, {"preset": "base"}
@@ -99,8 +100,8 @@ def test_what_one_waits_for_has_workers_of_its_own_and_all_lanes_are_given_back(
         pool, saving = Lanes(0), Lanes(100)
         own = Page(SimpleNamespace(), Shelf(), pool, saving)
         for name in (*LANES, *SIDES):
-            assert own._pool(name) is (saving if name in ("export", "a", "b") else pool), name
-        lanes = dict(own._lanes)
+            assert own.lanes[name][0] is (saving if name in ("export", "a", "b") else pool), name
+        lanes = {name: lane for name, (_, lane) in own.lanes.items()}
         assert len(set(lanes.values())) == len(LANES) + len(SIDES)
         work, source = own._worker({"side": "b", "id": 7, "setting": pages.Setting.read(BASE)})
         assert (work.pool, work.lane, work.run, work.number, source.path) == (saving, lanes["b"], 5, 7, None)
@@ -110,9 +111,9 @@ def test_what_one_waits_for_has_workers_of_its_own_and_all_lanes_are_given_back(
         with pytest.raises(InputError) as error:
             await own._cancel({"grid": "hello"})
         assert str(error.value) == "grid: must be one of map, strip, envelope, export, a, b"
-        own._drop(work)
+        own.lanes.drop(work)
         own.end()
-        own._drop(work)  # the page is gone
+        own.lanes.drop(work)  # the page is gone
         assert saving.begun == [lanes["b"]] * 2
         assert sorted(pool.left + saving.left) == sorted(lanes.values())
         assert set(pool.left) == {lanes[name] for name in ("map", "strip", "envelope")}

@@ -9,7 +9,9 @@ import numpy as np
 
 from gelcone.analyses.answer import result_json
 from gelcone.devices.units import format_si
-from gelcone.lab.device import PREDICTIONS, UNDECIDED, fitted_device
+from gelcone.lab.device import UNDECIDED
+from gelcone.lab.fitted import fitted_device
+from gelcone.lab.predictions import PREDICTIONS
 
 if TYPE_CHECKING:
     import xarray as xr

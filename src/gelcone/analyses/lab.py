@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gelcone.analyses.design import design_json, design_words
 from gelcone.analyses.device_fit import device_fit_json, device_fit_words
 from gelcone.analyses.material_fit import fit_json, fit_words
-from gelcone.lab.device import fitted_device
+from gelcone.lab.fitted import fitted_device
 
 if TYPE_CHECKING:
     import xarray as xr

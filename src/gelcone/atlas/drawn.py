@@ -26,16 +26,11 @@ from gelcone.devices.scales import MEASURES
 from gelcone.devices.si import device_attributes, shown_values, to_si
 from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.driven import DRIVEN_LIMITS, Plane, driven, peak_of
-from gelcone.motion.envelope import (
-    MARGIN,
-    STATIC_LIMITS,
-    peaks_of,
-    plane_of,
-    recommended_peaks,
-    static_limits_of,
-)
+from gelcone.motion.driven import driven
+from gelcone.motion.envelope import MARGIN, peaks_of, plane_of, recommended_peaks
+from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
 from gelcone.motion.settle import single
+from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from gelcone.physics.film.pull_in import Between, interpolated_curves
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, weighted

@@ -25,10 +25,10 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import check_budgets
-from gelcone.motion.settled import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.start import start_states
 from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.stepping import NEGLIGIBLE, NUDGE, SURE, Falls, Trail, carried, continued, walk
+from gelcone.motion.swing import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,7 +13,7 @@ from gelcone.cli.command import command_of, run, run_drawn
 from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
 from gelcone.cli.output import print_json, progress_bar
 from gelcone.errors import InputError
-from gelcone.files import check_writable, read_text, write_together
+from gelcone.files import check_writable, read_text, read_toml, write_together
 from gelcone.register.analyses import find_analysis
 
 if TYPE_CHECKING:
@@ -158,8 +157,9 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
     """Plans or fits a device; 1 where chi2 refuses the structure."""
     from gelcone.analyses.device_fit import device_fit_json, device_fit_words, device_plan_words
     from gelcone.devices.device import find_device
-    from gelcone.lab.device import fit_device, fitted_band, fitted_device, fitted_draws, plan_device, read_free
+    from gelcone.lab.device import fit_device, plan_device, read_free
     from gelcone.lab.device_tests import read_device_tests
+    from gelcone.lab.fitted import fitted_band, fitted_device, fitted_draws
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
@@ -203,10 +203,7 @@ def _content(subject: str | None) -> dict[str, Any] | None:
     path = Path(subject)
     if subject in shipped_devices() and not path.is_file():
         return None
-    try:
-        content = tomllib.loads(read_text(path, REMEDY))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    content = read_toml(path, read_text(path, REMEDY))
     return None if "disc_radius" in content or "film_radius" in content else content
 
 

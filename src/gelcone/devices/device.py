@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -20,7 +19,7 @@ from gelcone.devices.shown import device_html
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
-from gelcone.files import read_text
+from gelcone.files import read_text, read_toml
 from gelcone.physics.model import ConeModel
 
 
@@ -226,10 +225,7 @@ class Device(DeviceFields):
     @classmethod
     def _from_text(cls, text: str, origin: str, name: str) -> Device:
         """``origin`` is what messages call the text, ``name`` the device's if it states none."""
-        try:
-            values = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"{origin}: broken TOML: {error}; correct it there") from None
+        values = read_toml(origin, text)
         try:
             return cls(**{"name": name} | values)
         except FieldError as error:

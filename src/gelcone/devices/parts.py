@@ -19,13 +19,13 @@ from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, Together
-from gelcone.physics.circuit import CIRCUITS, Circuit
+from gelcone.physics.circuit import Circuit
 from gelcone.physics.component import Component, find_component, to_record
 from gelcone.physics.drive import VOLTAGE, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import PARAMETERS
-from gelcone.physics.records import FILMS, bias_record, find_bias, find_film
+from gelcone.physics.records import CIRCUITS, FILMS, bias_record, find_bias, find_film
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 

@@ -186,16 +186,21 @@ def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) ->
     return values if unit == "K" else values + 273.15
 
 
+def refuse_kilovolts(table: Table, volts: Array) -> None:
+    """`InputError` for voltages without a unit that would be too small in V."""
+    sizes = np.abs(volts[volts != 0.0])
+    if sizes.size and sizes.max() < KILO:
+        raise InputError(
+            f"{table.file}: {sizes.size} of {sizes.size} voltages are below {KILO:g} V: kilovolts? write the unit"
+        )
+
+
 def _without_unit(table: Table, role: str, column: Column, notes: list[str]) -> Array:
     """Numbers without a unit: times and stresses are in SI where they are plausible, all others are refused."""
     values, unit = column.values, _UNITS[role]
     assert values is not None
     if role == "voltage":
-        sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
-        if sizes.size and sizes.max() < KILO:
-            raise InputError(
-                f"{table.file}: {sizes.size} of {sizes.size} voltages are below {KILO:g} V: kilovolts? write the unit"
-            )
+        refuse_kilovolts(table, values[np.isfinite(values)])
     elif role not in ("time", "stress", "frequency"):
         short = {"force": "mN", "extension": "mm"}[role]
         raise InputError(

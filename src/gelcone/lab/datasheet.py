@@ -11,13 +11,14 @@ from gelcone import dataset
 from gelcone.devices.analysis import analysis, plain
 from gelcone.errors import InputError
 from gelcone.motion.delivery import JUMPS
-from gelcone.motion.driven import DRIVEN_LIMITS
 from gelcone.motion.electrical import MEANINGS
-from gelcone.motion.envelope import STATIC_LIMITS, operating_limits
+from gelcone.motion.envelope import operating_limits
 from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
 from gelcone.motion.natural import natural_frequency
+from gelcone.motion.plane import DRIVEN_LIMITS
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel

@@ -6,7 +6,7 @@ import itertools
 import json
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,10 +15,9 @@ from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.units import FieldError, parse
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
-from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value, rows_read
+from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
     REFUSED,
-    STEP,
     WIDE,
     FittedDevice,
     NoStateError,
@@ -26,15 +25,13 @@ from gelcone.lab.device_fit import (
     Problem,
     fit_problem,
     left_out,
-    next_experiments,
     plan_of,
     profiled,
 )
 from gelcone.lab.device_tests import DeviceTests, read_share
-from gelcone.motion.equilibrium import pull_in_voltage
+from gelcone.lab.predictions import predictions_of, read_predictions
 from gelcone.physics.records import FILMS
-from gelcone.quantity import Array, check_count
-from gelcone.statistics import spread
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,25 +41,12 @@ LOSSES = ("damper", "branch", "both")
 BRANCH = ("material.viscous_modulus_1", "material.relaxation_time_1")
 BRANCH_SHARE, ANY = 0.1, 1.0
 """Modulus of a branch that is tried, over the shear modulus, and the prior of what a structure adds: a factor of e."""
-DRAWS = 64
-BAND_DRAWS, BAND_VOLTAGES = 200, 61
-"""Draws and voltages of the band over a ramp."""
 UPWARD, OPPOSITE = ("force", "stroke"), -0.8
 """Readings that have a direction, and the cosine between measured and predicted ones below which theirs is reversed."""
 CERTAIN = 5.0
 """Root mean square, over the noise, that both have where their direction is judged."""
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
-PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
-"""What can be predicted, those before the last at a voltage: ``stroke@1.5 kV``."""
-
-
-class Asked(NamedTuple):
-    """A prediction: its ``kind``, a key of `PREDICTIONS`, at a ``voltage``; ``text`` as it was asked."""
-
-    text: str
-    kind: str
-    voltage: float
 
 
 def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
@@ -85,22 +69,6 @@ def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
                 found[name] = parse(f"--free {name}", spread, unit, above=0.0) / value
             except FieldError as error:
                 raise InputError(str(error)) from None
-    return found
-
-
-def read_predictions(texts: Sequence[str]) -> list[Asked]:
-    """Predictions from texts such as ``stroke@1.5 kV`` and ``pull-in``."""
-    found = []
-    for text in texts:
-        kind, at, voltage = (part.strip() for part in text.partition("@"))
-        if kind not in PREDICTIONS:
-            raise unknown_name("prediction", kind[:60], PREDICTIONS)
-        if bool(at) == (kind == "pull-in"):
-            raise InputError(f"--predict {text!r}: {'takes no voltage' if at else f'give a voltage, {kind}@1 kV'}")
-        try:
-            found.append(Asked(text, kind, parse(f"--predict {kind}", voltage, "V", above=0.0) if at else 0.0))
-        except FieldError as error:
-            raise InputError(str(error)) from None
     return found
 
 
@@ -149,7 +117,7 @@ def plan_device(
     plan = plan_of(problem)
     asked = read_predictions(predict)
     result = _unknowns(plan.names, plan.priors, plan.left, np.zeros(plan.priors.size))
-    predicted = _predicted(problem, np.zeros(plan.priors.size), plan.covariance, asked)
+    predicted = predictions_of(problem, np.zeros(plan.priors.size), plan.covariance, asked)
     result = _with_plan(result, problem, plan).merge(predicted)
     about = {"title": f"device plan: {device.name}", "film": str(problem.device.film), **_about(problem)}
     return result.assign_attrs(predicted.attrs | about)
@@ -221,7 +189,7 @@ def fit_device(
     result = result.assign(dataset.columns(("unknown", "other_unknown"), spread))
     if profile:
         result = result.assign(_profiles(best, profile))
-    predicted = _predicted(best.problem, best.logs, covariance, read_predictions(predict))
+    predicted = predictions_of(best.problem, best.logs, covariance, read_predictions(predict))
     commanded = [values for test in tests.tests for name, values in test.set.items() if name.startswith("voltage")]
     result = result.merge(predicted).merge(_readings(best)).merge(_others(best, fitted))
     return result.assign_attrs(predicted.attrs).assign_attrs(
@@ -289,103 +257,6 @@ def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
         "profile_low": (ends[:, 0], "lower end of the profile interval, as a logarithm", "share"),
         "profile_high": (ends[:, 1], "upper end of the profile interval, as a logarithm", "share"),
     })  # fmt: skip
-
-
-def fitted_device(result: xr.Dataset) -> Device:
-    """The device of a fit.
-
-    Parameters
-    ----------
-    result : of `fit_device`, also one that `gelcone.load` has read.
-
-    Returns
-    -------
-    The `Device` with the fitted fields.
-
-    Raises
-    ------
-    InputError : for a Dataset that is not a device fit.
-
-    Examples
-    --------
-    >>> import gelcone, pathlib, tempfile
-    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
-    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
-    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
-    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
-    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
-    >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g in place of {1e3 * device.moving_mass:.2f} g"
-    '8.14 g in place of 5.00 g'
-    """
-    if "fitted" not in result.attrs:
-        raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
-    return Device.from_text(result.attrs["fitted"])
-
-
-def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr.Dataset:
-    """Draw fields of a fitted device, correlated as the fit leaves them.
-
-    Parameters
-    ----------
-    result : of `fit_device`.
-    count : number of draws. Default 64.
-    seed : of the draws. Default 0.
-
-    Returns
-    -------
-    Dataset over ``draw`` with a variable for each fitted field, in SI, as ``sweep --uncertain FILE.nc`` takes it.
-
-    Raises
-    ------
-    InputError : for a Dataset that is not a device fit, or fewer than 2 draws.
-
-    Examples
-    --------
-    >>> import gelcone, pathlib, tempfile
-    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
-    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
-    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
-    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
-    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
-    >>> draws = gelcone.fitted_draws(fit, 16)
-    >>> draws.sizes["draw"], draws.moving_mass.units
-    (16, 'kg')
-    """
-    import xarray as xr
-
-    device = fitted_device(result)
-    check_count("count", count, 2)
-    fields = list(map(str, result["field"].values))
-    own = result["covariance"].values[: len(fields), : len(fields)]
-    logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
-    known = device.swept_fields()
-    columns = {
-        name: (
-            "draw",
-            float(result["value"][k]) * np.exp(logs[:, k]),
-            {"units": known[name].unit, "long_name": known[name].meaning},
-        )
-        for k, name in enumerate(fields)
-    }
-    attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}
-    return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
-
-
-def fitted_band(result: xr.Dataset) -> str:
-    """The height of a fitted device over a slow voltage ramp with its 95 % interval, as a CSV table: of draws
-    correlated as the fit leaves them, without those that have no state. The ramp ends at the peak of the drive, or at
-    the highest voltage of the tests."""
-    device, draws = fitted_device(result), fitted_draws(result, BAND_DRAWS)
-    names = list(map(str, draws.data_vars))
-    factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)
-    variants = Variants(device, names, np.concatenate([np.ones((1, len(names))), factors]), {})
-    peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude or 0.0)
-    volts = np.linspace(0.0, max(peak, float(result.attrs["highest_voltage"])), BAND_VOLTAGES)
-    heights = 1e3 * (variants.rest * variants.scale("length") + variants.stroke(volts))
-    low, _, high = spread(heights[1:])
-    rows = zip(volts, heights[0], low, high, strict=True)
-    lines = [",".join(f"{value:.6g}" for value in row) for row in rows if np.isfinite(row).all()]
-    return "\n".join(["voltage (V),height (mm),height low (mm),height high (mm)", *lines, ""])
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------
@@ -497,49 +368,6 @@ def _with_plan(result: xr.Dataset, problem: Problem, plan: Plan, logs: Array | N
             ("invariant", "field"), {"exponent": (plan.directions, "change that leaves every reading", "share")}
         )
     ).assign_attrs(learnt=plan.learnt)
-
-
-def _predicted(problem: Problem, logs: Array, covariance: Array, asked: Sequence[Asked]) -> xr.Dataset:
-    """Predictions with their standard deviations, and what next experiments would leave of these."""
-    import xarray as xr
-
-    if not asked:
-        return xr.Dataset()
-    count = len(problem.free)
-    around = np.concatenate([np.zeros((1, count)), STEP * np.eye(count)]) + logs[:count]
-    values = np.stack([predicted_values(problem, around, one) for one in asked])
-    slopes = np.concatenate([(values[:, 1:] - values[:, :1]) / STEP, np.zeros((len(asked), logs.size - count))], axis=1)
-    spread = np.sqrt(np.einsum("pi,ij,pj->p", slopes, covariance, slopes))
-    words, ratios = [], []
-    for row in slopes:
-        found = next_experiments(problem, row, logs) if np.isfinite(row).all() else []
-        words.append([one.words for one in found])
-        ratios.append([one.ratio for one in found])
-    prior = np.sqrt((slopes**2) @ problem.priors**2)
-    return xr.Dataset(
-        dataset.columns("prediction", {
-            "predicted_value": (values[:, 0], "prediction in SI", "share"),
-            "predicted_spread": (spread, "standard deviation of the prediction, in SI", "share"),
-            "predicted_prior": (prior, "that of the priors alone", "share"),
-        }),
-        coords={"prediction": [one.text for one in asked]},
-        attrs={"next": json.dumps([list(zip(w, r, strict=True)) for w, r in zip(words, ratios, strict=True)])},
-    )  # fmt: skip
-
-
-def predicted_values(problem: Problem, logs: Array, asked: Asked) -> Array:
-    """A prediction for variants without gains, (variants,)."""
-    variants = Variants(problem.device, list(problem.free), np.exp(logs), {})
-    if asked.kind == "pull-in":
-        volts = pull_in_voltage(variants.device)["pull_in_voltage"].values
-        return np.where(np.isfinite(volts), volts, np.nan)
-    if asked.kind == "stroke":
-        return variants.stroke(np.array([asked.voltage]))[:, 0]
-    if asked.kind == "natural frequency":
-        return variants.natural_frequency(asked.voltage)
-    squared = variants.squared(np.array([asked.voltage]))
-    added = variants.force(variants.rest, 0.0)[0] - variants.force(variants.rest, squared)[0]
-    return np.asarray((added * variants.scale("force"))[:, 0])
 
 
 def _readings(best: FittedDevice) -> xr.Dataset:

@@ -19,6 +19,7 @@ from gelcone.lab.bench import AMPLIFIER, INSTRUMENTS, DeviceTest, Variants, fiel
 from gelcone.motion.equilibrium import pull_in_voltage
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.quantity import Array
+from gelcone.statistics import Z
 
 STEP = 1e-6
 """Change of a logarithm over which derivatives are taken."""
@@ -246,13 +247,10 @@ def next_experiments(problem: Problem, readings: Array, logs: Array | None = Non
     ]
     for k, name in enumerate(problem.names):
         gain = k >= len(problem.free)
-        factor = 25.0 if gain else 4.0
-        more = base + np.diag(np.where(np.arange(weights.size) == k, (factor - 1.0) * weights, 0.0))
-        prior = problem.priors[k]
-        words = f"{name} to {prior / 5.0:.2g}" if gain else f"{name} known to {50.0 * prior:.2g} %"
-        found.append(
-            Gain(words.replace(f"to {prior / 5.0:.2g}", f"calibrated to {20.0 * prior:.2g} %"), left(more) / now)
-        )
+        more = base + np.diag(np.where(np.arange(weights.size) == k, (24.0 if gain else 3.0) * weights, 0.0))
+        to = "calibrated to" if gain else "known to"
+        words = f"{name} {to} {(20.0 if gain else 50.0) * problem.priors[k]:.2g} %"
+        found.append(Gain(words, left(more) / now))
     return sorted(found, key=lambda one: one.ratio)
 
 
@@ -300,7 +298,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
     wide = problem.noise * np.repeat(kinds, [test.values.size for test in problem.tests])
     if start is None:
         starts = _rough(problem, starts, wide)
-    best = min(starts, key=lambda own: float(np.sum(_residuals(problem, own, problem.noise) ** 2)))
+    best = min(starts, key=lambda own: _objective(problem, own))
     logs = _least(problem, best, problem.noise, FINE if start is None else ROUGH)
     predicted, slopes = problem.slopes(logs)
     lost = ~np.isfinite(predicted)
@@ -313,7 +311,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
         np.linalg.inv(scaled.T @ scaled),
         predicted,
         float(np.sum(((predicted - problem.values) / problem.noise) ** 2)),
-        float(np.sum(_residuals(problem, logs, problem.noise) ** 2)),
+        _objective(problem, logs),
     )
 
 
@@ -326,7 +324,7 @@ def _rough(problem: Problem, starts: Sequence[Array], wide: Array) -> list[Array
     enough = float(chi2.isf(REFUSED, problem.values.size))
     for own in starts:
         found.append(_least(problem, _least(problem, own, wide, ROUGH), problem.noise, ROUGH))
-        if not patient and float(np.sum(_residuals(problem, found[-1], problem.noise) ** 2)) < enough:
+        if not patient and _objective(problem, found[-1]) < enough:
             break
     return found
 
@@ -376,6 +374,11 @@ def _residuals(problem: Problem, logs: Array, noise: Array) -> Array:
     return np.concatenate([np.where(np.isfinite(left), left, CLIFF), logs / problem.priors])
 
 
+def _objective(problem: Problem, logs: Array) -> float:
+    """The sum that a fit makes least."""
+    return float(np.sum(_residuals(problem, logs, problem.noise) ** 2))
+
+
 def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held: int | None = None) -> Array:
     """The unknowns of the least squares from a start, to a relative tolerance of their sum; the one that is ``held``
     stays as it starts."""
@@ -404,7 +407,7 @@ def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held:
     return whole(found.x)
 
 
-PROFILED, PROFILE_STEPS = 1.959963984540054, 8
+PROFILED, PROFILE_STEPS = Z, 8
 """The root of the rise of the objective at the ends of a 95 % interval, and most refits to find each."""
 
 
@@ -420,8 +423,7 @@ def profiled(fitted: FittedDevice, name: str) -> tuple[float, float]:
             begin = logs.copy()
             begin[k] = fitted.logs[k] + side * step
             logs = _least(problem, begin, problem.noise, ROUGH, held=k)
-            rise = float(np.sum(_residuals(problem, logs, problem.noise) ** 2)) - fitted.objective
-            root = float(np.sqrt(max(rise, 0.0)))
+            root = float(np.sqrt(max(_objective(problem, logs) - fitted.objective, 0.0)))
             if abs(root / PROFILED - 1.0) < PROFILE_WITHIN:
                 break
             low, high = (step, high) if root < PROFILED else (low, step)

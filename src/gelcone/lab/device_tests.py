@@ -12,7 +12,7 @@ import numpy as np
 from gelcone.devices.units import DIMENSIONS, FieldError, parse
 from gelcone.errors import InputError, unknown_name
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
-from gelcone.lab.coupons import KILO
+from gelcone.lab.coupons import refuse_kilovolts
 from gelcone.lab.measured import listed_tables, place_of
 from gelcone.lab.reading import Table, read_table
 from gelcone.physics.waveforms import MOST_PIECES
@@ -282,11 +282,8 @@ def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None,
 
 
 def _refuse_bare(table: Table, name: str, own: str, unit: str, values: Array) -> None:
-    sizes = np.abs(values[values != 0.0])
-    if unit == "V" and sizes.size and sizes.max() < KILO:
-        raise InputError(
-            f"{table.file}: {sizes.size} of {sizes.size} voltages are below {KILO:g} V: kilovolts? write the unit"
-        )
+    if unit == "V":
+        refuse_kilovolts(table, values)
     short = {"N": "mN", "m": "mm", "V": "V"}.get(unit, unit)
     raise InputError(
         f'{table.file}, line 1: column "{own}" has no unit; write "{own} ({unit})", or name it in tests.toml: '

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -10,7 +9,7 @@ from typing import Any
 
 from gelcone.devices.units import FieldError, parse
 from gelcone.errors import InputError, unknown_name
-from gelcone.files import read_text
+from gelcone.files import read_text, read_toml
 from gelcone.lab.coupons import KINDS, MODES, ROLES, USES, WIDTHS, Coupon, Spectrum, coupons_of, spectra_of
 from gelcone.lab.reading import read_table
 
@@ -108,10 +107,7 @@ def _listed(path: Path) -> Iterable[tuple[Path, dict[str, Any]]]:
 
 def listed_tables(path: Path, others: Sequence[str] = ()) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """The tables ``[[test]]`` of a list, and those of its ``others`` that are there; `InputError` for another file."""
-    try:
-        content = tomllib.loads(read_text(path, REMEDY))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    content = read_toml(path, read_text(path, REMEDY))
     listed = content.pop("test", None)
     known = {name: content.pop(name) for name in others if isinstance(content.get(name), dict)}
     if content or not isinstance(listed, list) or not listed or not all(isinstance(one, dict) for one in listed):

@@ -6,7 +6,6 @@ assumed numbers by more than half of its variance is refused.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,12 +17,12 @@ from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.materials import find_material
 from gelcone.devices.units import FieldError, format_si, parse
 from gelcone.errors import InputError, unknown_name
-from gelcone.files import read_text
-from gelcone.lab.device import PREDICTIONS, Asked, predicted_values, read_predictions
+from gelcone.files import read_text, read_toml
 from gelcone.lab.device_fit import STEP, Problem
 from gelcone.lab.device_tests import read_share
 from gelcone.lab.material import fit_material
 from gelcone.lab.measured import place_of, read_tests
+from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_predictions
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
@@ -101,10 +100,7 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
     (2, 0)
     """
     path = Path(path)
-    try:
-        content = tomllib.loads(read_text(path, REMEDY))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    content = read_toml(path, read_text(path, REMEDY))
     for key in content:
         if key not in KEYS:
             raise InputError(f"{path}: {unknown_name('key of a measured device', key[:60], KEYS)}")

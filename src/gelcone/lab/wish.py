@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
 from gelcone.errors import InputError, unknown_name
-from gelcone.files import read_text
+from gelcone.files import read_text, read_toml
 from gelcone.motion.envelope import MARGIN
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
@@ -147,10 +146,7 @@ def read_wish(path: str | Path) -> Wish:
     """
     path = Path(path)
     text = read_text(path, REMEDY)
-    try:
-        content = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: broken TOML: {error}; correct it there") from None
+    content = read_toml(path, text)
     try:
         return _wish(content, path.stem, text)
     except InputError as error:

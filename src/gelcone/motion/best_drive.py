@@ -12,12 +12,12 @@ from gelcone.devices.analysis import analysis, dimensionless, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.driven import NUDGE, DriveShape
 from gelcone.motion.envelope import MARGIN, envelope
+from gelcone.motion.plane import NUDGE, DriveShape
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
-from gelcone.motion.settled import settled_swing
 from gelcone.motion.start import start_states
+from gelcone.motion.swing import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
 from gelcone.progress import Progress, weighted

@@ -18,7 +18,7 @@ from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import transient_of_the_disc
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import repeats_lasting, settle
-from gelcone.motion.settled import Swing, settled_swing, swing
+from gelcone.motion.swing import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress

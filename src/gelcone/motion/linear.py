@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.balance import rest_of
-from gelcone.physics.circuit import CIRCUITS
+from gelcone.physics.circuit import IdealSource
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
@@ -117,7 +117,7 @@ def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
 
 def all_ideal(system: ConeSystem) -> bool:
     """Whether all films have the voltages that are commanded."""
-    return all(line.circuit == CIRCUITS["ideal"] for line in system.lines)
+    return all(line.circuit == IdealSource() for line in system.lines)
 
 
 def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import find_cycles
 from gelcone.motion.attractor.search import integration
-from gelcone.motion.settled import Swing, settled_swing, swing_of
 from gelcone.motion.start import nudge
+from gelcone.motion.swing import Swing, settled_swing, swing_of
 from gelcone.physics.members import Members
 from gelcone.progress import Progress
 from gelcone.quantity import Array

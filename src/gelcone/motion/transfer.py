@@ -14,8 +14,8 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.settled import SAMPLES, Swing, harmonics_of, settled_swing
 from gelcone.motion.state_space import StateSpace, state_space
+from gelcone.motion.swing import SAMPLES, Swing, harmonics_of, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress

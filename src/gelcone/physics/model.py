@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.amplifier import ELECTRICS, REDUCED_RESISTANCE, with_electrics
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS, ELECTRICS, REDUCED_RESISTANCE, with_electrics
 from gelcone.physics.component import Component, find_component
 from gelcone.physics.film.branches import MOST_BRANCHES, REDUCED_TIME, branches_of
 from gelcone.physics.film.film import Film
@@ -27,6 +27,7 @@ from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.members import Ensemble
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import (
+    CIRCUITS,
     FILMS,
     bias_record,
     find_bias,

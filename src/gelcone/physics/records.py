@@ -7,8 +7,9 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.amplifier import ELECTRICS, Amplifier
 from gelcone.physics.bias import BIASES, Bias, Together
-from gelcone.physics.circuit import CIRCUITS, ELECTRICS, Amplifier, Circuit
+from gelcone.physics.circuit import ChargeControl, Circuit, IdealSource
 from gelcone.physics.component import Component, find_component, to_record
 from gelcone.physics.drive import Waveform
 from gelcone.physics.film.film import Film
@@ -21,6 +22,7 @@ from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 
 FILMS: dict[str, Film] = {film.name: film for film in (TautCone(), WrinklingCone(), MembraneFilm())}
+CIRCUITS: dict[str, Circuit] = {circuit.name: circuit for circuit in (IdealSource(), Amplifier(), ChargeControl())}
 _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.physics.circuit import CIRCUITS, Port
+from gelcone.physics.circuit import IdealSource, Port
 from gelcone.physics.component import Numbers
 from gelcone.physics.differentiate import derivatives, evaluated, jacobian
 from gelcone.physics.film.film import Border
@@ -30,7 +30,7 @@ with it; else the bias is the model's own."""
 FOLDED = 1e-7
 """The flat film's capacitance over dQ/dv at which a minimum counts as ended: some 1e-6 before, when steps still lead
 there."""
-_IDEAL = CIRCUITS["ideal"]
+_IDEAL = IdealSource()
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,10 @@ from gelcone.devices.parts import PARTS, component_of, own_fields
 from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.physics.bias import BIASES
-from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.film.gel import PRESTRETCH_MODES, BranchedFilm
 from gelcone.physics.laws import LAWS
 from gelcone.physics.placed import DRIVES
-from gelcone.physics.records import FILMS, bias_record
+from gelcone.physics.records import CIRCUITS, FILMS, bias_record
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 

@@ -11,15 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.motion.driven import DRIVEN_LIMITS, REFINEMENTS, Plane, peak_of, rows_of, unknown_between
-from gelcone.motion.envelope import (
-    STATIC_LIMITS,
-    peaks_of,
-    plane_of,
-    pull_in_of,
-    recommended_peaks,
-    static_limits_of,
-)
+from gelcone.motion.driven import REFINEMENTS, rows_of, unknown_between
+from gelcone.motion.envelope import peaks_of, plane_of, pull_in_of, recommended_peaks
+from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
+from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from gelcone.quantity import Array
 from gelcone.studio.grids import Source, subject_of
 from gelcone.studio.long_work import Work

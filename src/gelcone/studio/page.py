@@ -38,7 +38,8 @@ from gelcone.studio.grids import (
     load,
     make_membrane,
 )
-from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
+from gelcone.studio.lanes import SIDES, Lanes
+from gelcone.studio.long_work import Work, fill_map, fill_strip, make_file
 from gelcone.studio.pool import Pool
 from gelcone.studio.setting import OWN_FILE, Setting, Shelf
 from gelcone.studio.slot import GRACE, Slot
@@ -50,9 +51,6 @@ RUN_SECONDS, EVIDENCE_SECONDS = 15.0, 30.0
 """After which a run, and each part of what follows it, is given up."""
 THREADS = 3
 """Of a page: one for each slot, and one in which other requests are read."""
-LANES = ("map", "strip", "envelope", "export")
-"""Long work, each in a lane of its own."""
-SIDES = ("a", "b")
 A_PICTURE, LEAST = 0.016, 0.003
 """Seconds of processor for each picture of a moving hand: what the picture leaves of the first, and at least the
 second, is saved up for the kind of motion, which is found as often as that suffices."""
@@ -71,7 +69,7 @@ class Page:
     """A page and its connection."""
 
     def __init__(self, socket: WebSocket, shelf: Shelf, pool: Pool, saving: Pool) -> None:
-        self.socket, self.shelf, self.pool, self.saving = socket, shelf, pool, saving
+        self.socket, self.shelf, self.pool = socket, shelf, pool
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
         self._taken, self._cost, self._saved = (dict.fromkeys(SIDES, 0.0) for _ in range(3))
@@ -80,8 +78,7 @@ class Page:
         self._newest, self._known = (dict.fromkeys(SIDES, -1) for _ in range(2))
         """The numbers of the newest look of each side, and of the last newest one whose kind of motion the page has."""
         self._sending = asyncio.Lock()
-        self._lanes = {name: self._pool(name).lane() for name in (*LANES, *SIDES)}
-        self._tasks: set[asyncio.Task[None]] = set()
+        self.lanes = Lanes(pool, saving, self.send, self.fail)
         self._profiles: set[str] = set()
         """Names of the tables of profiles that the page has."""
         self._ended = asyncio.Event()
@@ -109,16 +106,8 @@ class Page:
         self._ended.set()
         self.first.end()
         self.second.end()
-        for task in self._tasks:
-            task.cancel()
-        for name, lane in self._lanes.items():
-            self._pool(name).leave(lane)
-        self._lanes = {}
+        self.lanes.end()
         self._threads.shutdown(wait=False, cancel_futures=True)
-
-    def _pool(self, lane: str) -> Pool:
-        """Who works in a lane: a file or a number that one waits for does not queue behind a map."""
-        return self.saving if lane in ("export", *SIDES) else self.pool
 
     async def _read(self) -> None:
         tokens, before = float(BURST), time.monotonic()
@@ -170,7 +159,7 @@ class Page:
         side, request["made"] = request["side"], False
         request["follows"] = self._known[side] == self._newest[side]
         self._newest[side] = request["id"]
-        self._cancel_task(side)
+        self.lanes.cancel(side)
         self.first.give(side, request)
         self.second.put_off(side)
 
@@ -230,7 +219,9 @@ class Page:
             self.pool.warm(load)
             if name == "kind" and request["id"] == self._newest[side]:
                 self._known[side] = request["id"]
-                self._start(side, request, partial(self._afterwards, request, subject, parts, self.second.missing))
+                self.lanes.start(
+                    side, request["id"], partial(self._afterwards, request, subject, parts, self.second.missing)
+                )
             if name == "kind" and parts.words["regime"] in WANDERING:
                 wanted.append("section")
 
@@ -264,7 +255,7 @@ class Page:
         except InputError as error:
             await self._late(request, "statics", error)
         except asyncio.CancelledError:
-            self._drop(work)
+            self.lanes.drop(work)
             raise
 
     async def _make_membrane(self, request: dict[str, Any]) -> None:
@@ -276,22 +267,14 @@ class Page:
         except InputError as error:
             await self._late(request, "film", error)
         except asyncio.CancelledError:
-            self._drop(work)
+            self.lanes.drop(work)
             raise
         else:
             self.first.give(request["side"], request | {"made": True})
 
     def _worker(self, request: Mapping[str, Any]) -> tuple[Work, Source]:
         """Who computes for the side of a look what takes longer, and what from."""
-        side = request["side"]
-        lane, pool = self._lanes[side], self._pool(side)
-        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
-        return work, asked.source(self.shelf, request["setting"])
-
-    def _drop(self, work: Work) -> None:
-        """Cancels what a worker does, unless the page is gone."""
-        if self._lanes:
-            work.pool.begin(work.lane)
+        return self.lanes.work(request["side"], request["id"]), asked.source(self.shelf, request["setting"])
 
     async def _late(self, request: Mapping[str, Any], stage: str, error: Exception) -> None:
         """Says why a stage of a look is missing."""
@@ -406,7 +389,7 @@ class Page:
             head = {"kind": "glance", "id": request["id"], "words": parts.words, "about": about}
             await self.send(head, parts.arrays)
 
-        self._start("glance", request, answer)
+        self.lanes.start("glance", request["id"], answer)
 
     async def _device_file(self, request: dict[str, Any]) -> None:
         """The device as it is set, as a device file."""
@@ -416,7 +399,7 @@ class Page:
             head = {"kind": "file", "id": request["id"], "name": OWN_FILE}
             await self.send(head, {"data": np.frombuffer(text.encode(), dtype=np.uint8)})
 
-        self._start("device", request, answer)
+        self.lanes.start("device", request["id"], answer)
 
     async def _code(self, request: dict[str, Any]) -> None:
         """The command and the Python lines that give what the page shows."""
@@ -425,7 +408,7 @@ class Page:
             words = await self._in_thread(asked.code, request)
             await self.send({"kind": "code", "id": request["id"], **words})
 
-        self._start("code", request, answer)
+        self.lanes.start("code", request["id"], answer)
 
     def _begin(
         self,
@@ -435,30 +418,12 @@ class Page:
         do: Callable[..., Awaitable[None]],
     ) -> None:
         """Starts the work of a lane in place of what runs there: ``do`` with what ``read`` makes of the request."""
-        pool, lane = self._pool(name), self._lanes[name]
-        work = Work(pool, lane, pool.begin(lane), request["id"], self.send)
+        work = self.lanes.work(name, request["id"])
 
         async def read_and_do() -> None:
             await do(work, *await self._in_thread(read, request))
 
-        self._start(name, request, read_and_do)
-
-    def _start(self, name: str, request: Mapping[str, Any], answer: Callable[[], Awaitable[None]]) -> None:
-        """Starts a task in place of the one of that name; the page is told what goes wrong."""
-
-        async def guarded() -> None:
-            with suppress(WebSocketDisconnect):
-                try:
-                    await answer()
-                except (Outdated, WebSocketDisconnect):
-                    pass
-                except Exception as error:
-                    await self.fail(request["id"], error)
-
-        self._cancel_task(name)
-        task = asyncio.create_task(guarded(), name=name)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self.lanes.start(name, request["id"], read_and_do)
 
     async def _in_thread(self, read: Callable[[Shelf, Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
         """What a function makes of a request. Not in the event loop: a film that wrinkles takes it a while."""
@@ -467,15 +432,9 @@ class Page:
     async def _cancel(self, request: dict[str, Any]) -> None:
         """Ends the long work that the page does not look at any more."""
         name = asked.text_of(request, "grid")
-        if name not in self._lanes:
-            raise InputError(f"grid: must be one of {', '.join(self._lanes)}")
-        self._pool(name).begin(self._lanes[name])
-        self._cancel_task(name)
-
-    def _cancel_task(self, name: str) -> None:
-        for task in self._tasks:
-            if task.get_name() == name:
-                task.cancel()
+        if name not in self.lanes:
+            raise InputError(f"grid: must be one of {', '.join(self.lanes)}")
+        self.lanes.stop(name)
 
     # --- sending -----------------------------------------------------------------------------------------------------
 

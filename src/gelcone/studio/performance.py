@@ -15,7 +15,7 @@ from gelcone.motion.electrical import electrical
 from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.extent import extent
 from gelcone.motion.job import Trajectories
-from gelcone.motion.settled import HARMONICS, harmonics_of
+from gelcone.motion.swing import HARMONICS, harmonics_of
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 

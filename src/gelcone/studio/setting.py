@@ -28,12 +28,11 @@ from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.bias import BIASES, Together
-from gelcone.physics.circuit import CIRCUITS
 from gelcone.physics.component import names_of
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
-from gelcone.physics.records import FILMS
+from gelcone.physics.records import CIRCUITS, FILMS
 from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS

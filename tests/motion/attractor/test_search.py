@@ -18,8 +18,9 @@ from gelcone.motion.attractor.search import (
 )
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import regime
-from gelcone.motion.settled import settled, settled_swing
+from gelcone.motion.settled import settled
 from gelcone.motion.start import start_states
+from gelcone.motion.swing import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
 from tests.toys import FilteredVoltage

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.classification import Evidence
-from gelcone.motion.settled import Swing
+from gelcone.motion.swing import Swing
 from gelcone.paper.effort import QUICK
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.studies import limits

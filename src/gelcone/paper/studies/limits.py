@@ -13,8 +13,8 @@ from gelcone.dataset import attributes
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import NEARBY
 from gelcone.motion.flow import integrate
-from gelcone.motion.settled import swing
 from gelcone.motion.start import complete, start_states
+from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.fixed_step import fixed_step
 from gelcone.paper.reading import STARTS

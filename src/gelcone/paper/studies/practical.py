@@ -14,8 +14,8 @@ from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate
-from gelcone.motion.settled import swing
 from gelcone.motion.start import start_states
+from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import OTHER_FILMS, film_of_device
 from gelcone.paper.studies.study import Progress, Study, about, merged

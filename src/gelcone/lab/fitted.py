@@ -1,0 +1,117 @@
+"""The device of a fit, draws of it, and the band of its heights over the voltage."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone.devices.device import Device
+from gelcone.errors import InputError
+from gelcone.lab.bench import Variants, field_value
+from gelcone.quantity import check_count
+from gelcone.statistics import spread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DRAWS = 64
+BAND_DRAWS, BAND_VOLTAGES = 200, 61
+"""Draws and voltages of the band over a ramp."""
+
+
+def fitted_device(result: xr.Dataset) -> Device:
+    """The device of a fit.
+
+    Parameters
+    ----------
+    result : of `fit_device`, also one that `gelcone.load` has read.
+
+    Returns
+    -------
+    The `Device` with the fitted fields.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a device fit.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
+    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
+    >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g in place of {1e3 * device.moving_mass:.2f} g"
+    '8.14 g in place of 5.00 g'
+    """
+    if "fitted" not in result.attrs:
+        raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
+    return Device.from_text(result.attrs["fitted"])
+
+
+def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr.Dataset:
+    """Draw fields of a fitted device, correlated as the fit leaves them.
+
+    Parameters
+    ----------
+    result : of `fit_device`.
+    count : number of draws. Default 64.
+    seed : of the draws. Default 0.
+
+    Returns
+    -------
+    Dataset over ``draw`` with a variable for each fitted field, in SI, as ``sweep --uncertain FILE.nc`` takes it.
+
+    Raises
+    ------
+    InputError : for a Dataset that is not a device fit, or fewer than 2 draws.
+
+    Examples
+    --------
+    >>> import gelcone, pathlib, tempfile
+    >>> device = gelcone.find_device("biased-pump").replace(film="taut")
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "tests.toml")
+    >>> reading = 'frequency = "9 Hz"\\ndecay = "1 1/s"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n'
+    >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\n' + reading)
+    >>> fit = gelcone.fit_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.5})
+    >>> draws = gelcone.fitted_draws(fit, 16)
+    >>> draws.sizes["draw"], draws.moving_mass.units
+    (16, 'kg')
+    """
+    import xarray as xr
+
+    device = fitted_device(result)
+    check_count("count", count, 2)
+    fields = list(map(str, result["field"].values))
+    own = result["covariance"].values[: len(fields), : len(fields)]
+    logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
+    known = device.swept_fields()
+    columns = {
+        name: (
+            "draw",
+            float(result["value"][k]) * np.exp(logs[:, k]),
+            {"units": known[name].unit, "long_name": known[name].meaning},
+        )
+        for k, name in enumerate(fields)
+    }
+    attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}
+    return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
+
+
+def fitted_band(result: xr.Dataset) -> str:
+    """The height of a fitted device over a slow voltage ramp with its 95 % interval, as a CSV table: of draws
+    correlated as the fit leaves them, without those that have no state. The ramp ends at the peak of the drive, or at
+    the highest voltage of the tests."""
+    device, draws = fitted_device(result), fitted_draws(result, BAND_DRAWS)
+    names = list(map(str, draws.data_vars))
+    factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)
+    variants = Variants(device, names, np.concatenate([np.ones((1, len(names))), factors]), {})
+    peak = abs(float(device.voltage_offset)) + float(device.voltage_amplitude or 0.0)
+    volts = np.linspace(0.0, max(peak, float(result.attrs["highest_voltage"])), BAND_VOLTAGES)
+    heights = 1e3 * (variants.rest * variants.scale("length") + variants.stroke(volts))
+    low, _, high = spread(heights[1:])
+    rows = zip(volts, heights[0], low, high, strict=True)
+    lines = [",".join(f"{value:.6g}" for value in row) for row in rows if np.isfinite(row).all()]
+    return "\n".join(["voltage (V),height (mm),height low (mm),height high (mm)", *lines, ""])

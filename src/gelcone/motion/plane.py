@@ -1,0 +1,338 @@
+"""The plane of peak voltage and drive frequency: a single model there, what its motion meets and what it yields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome, Regime
+from gelcone.errors import InputError, unknown_name
+from gelcone.motion.attractor.classification import classify
+from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
+from gelcone.motion.delivery import lost_in_jumps
+from gelcone.motion.electrical import apparent_power
+from gelcone.motion.equilibrium import Ramp, drive_ramp
+from gelcone.motion.extent import extent
+from gelcone.motion.flow import integrate
+from gelcone.motion.job import Keep, Trajectories
+from gelcone.motion.linear import stiffness_under
+from gelcone.motion.natural import frequency_of
+from gelcone.motion.response import dissipated_energy, heat_of
+from gelcone.motion.settle import alike, next_power_of_two
+from gelcone.motion.start import start_states
+from gelcone.motion.validity import excesses, slack_places
+from gelcone.physics.film.pull_in import PullInCurve
+from gelcone.physics.members import Members
+from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import rest_displacement
+from gelcone.quantity import Array
+
+Rows = npt.NDArray[np.intp]
+
+DRIVEN_LIMITS = (
+    "pull-in",
+    "dielectric breakdown",
+    "hoop slack",
+    "meridional slack",
+    "stretch limit",
+    "chaos",
+    "onset of rest",
+)
+"""``pull-in``: the film, or the membrane in its place, loses its equilibrium during the motion; first, to be named
+where several are met at once.
+``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
+CHUNK = 128
+PERIODS = 12
+"""Drive periods of the settled motion that are examined."""
+DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
+"""Decay times for which the transient from rest is examined, and the most of it by the damping of the disc. Of states
+that are far slower the drift is examined where its course is known."""
+LONGEST_WAIT = 16.0
+"""Transients of the disc for which a motion with slow states is followed that does not drift."""
+PER_PERIOD, PER_OSCILLATION = 16, 10
+"""Fewest samples of a drive period and of the fastest oscillation."""
+BLOCK_SAMPLES = 2**17
+TOLERANCE = 1e-10
+"""Relative error of a step, far below what limits are known to."""
+NUDGE = 1e-3
+"""Displacement from rest at which each motion starts, so that it leaves an unstable rest."""
+SPAN = (0.1, 3.0, 24)
+"""Drive frequencies over the natural one that are examined: from, to, how many."""
+RESONANCES = (0.5, 1.0, 2.0)
+"""Drive frequencies over the natural one where the first resonances lie: by a sine, by a bias, parametric."""
+TOO_CLOSE = 0.03
+"""Frequencies nearer to each other than this share add nothing."""
+FROM = ("rest", "settled", "both")
+"""What the limits hold for: the motion from rest, switched on at once, with its transient; the motion that is settled
+while the voltage rises slowly; or both."""
+
+
+@dataclass(frozen=True)
+class DriveShape:
+    """The shape of a drive, its peak voltage being 1: shares of amplitude and bias."""
+
+    amplitude: float
+    bias: float
+
+    @classmethod
+    def of(cls, model: ConeModel) -> DriveShape:
+        """The shape of a model's drive; `InputError` for one without voltage."""
+        model.system.waveform.check_repeats()
+        peak = peak_of(model)
+        if peak == 0.0:
+            raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
+        return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
+
+
+def peak_of(model: ConeModel) -> float:
+    """The largest absolute voltage of a single model's drive."""
+    return float(model.peak_voltage)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A single model at any peak voltage and drive frequency, started next to its rest."""
+
+    model: ConeModel
+    shape: DriveShape
+    rest: float
+    threads: int | None
+    membrane: PullInCurve | None = None
+    """Above which voltages the film as a membrane has pulled in; None: that of the model's own film."""
+    limits_from: str = "rest"
+
+    def __post_init__(self) -> None:
+        if self.limits_from not in FROM:
+            raise unknown_name("limits_from", str(self.limits_from), FROM)
+
+    @classmethod
+    def of(
+        cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None, limits_from: str = "rest"
+    ) -> Plane:
+        """The plane of a single model; `InputError` for a drive without voltage."""
+        shape = DriveShape.of(model)
+        return cls(model, shape, rest_displacement(model), threads, membrane, limits_from)
+
+    def at(self, omegas: Array, peaks: Array) -> ConeModel:
+        """The model at pairs of frequency and peak voltage."""
+        return self.model.replace(
+            drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
+        )
+
+    def ramp(self, levels: Array) -> Ramp:
+        """Of the drive in proportion, to constant peak voltages."""
+        return drive_ramp(self.model, levels, self.shape.bias)
+
+    def natural_frequency(self, peak: float = 0.0) -> float:
+        """About the equilibrium under the drive's mean-square voltages; NaN where there is no stable one."""
+        drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
+        return float(frequency_of(stiffness_under(drive)))
+
+    def default_frequencies(self, own_peak: float) -> Array:
+        """Frequencies around the natural one, those of the first resonances and the model's own among them."""
+        natural = self.natural_frequency()
+        naturals = np.array([natural, self.natural_frequency(own_peak)])
+        special = np.concatenate([[self.model.drive_frequency], np.outer(RESONANCES, naturals).ravel()])
+        kept: list[float] = []
+        for omega in [*special[np.isfinite(special)], *natural * np.geomspace(*SPAN)]:
+            inside = SPAN[0] * natural <= omega <= SPAN[1] * natural
+            if inside and all(abs(omega / other - 1.0) > TOO_CLOSE for other in kept):
+                kept.append(float(omega))
+        return np.sort(kept)
+
+    def examine(
+        self,
+        omegas: Array,
+        peaks: Array,
+        lower: Array | None = None,
+        *,
+        yields: bool = True,
+    ) -> dict[str, Array]:
+        """The settled motion at pairs of frequency and peak, arrays (pairs,), and the limits that it meets.
+
+        ``lower``: states (pairs, N) settled at lower peaks, from which the voltage rises; without them all start from
+        rest. Without ``yields`` stroke, powers and field are left out.
+        """
+        parts = []
+        for first in range(0, len(omegas), CHUNK):
+            part = slice(first, first + CHUNK)
+            model = self.at(omegas[part], peaks[part])
+            start = start_states(model, (self.rest + NUDGE, 0.0))
+            slow = None if lower is None or self.limits_from == "rest" else self._examine(model, lower[part], yields)
+            if slow is None or self.limits_from == "both":
+                found = self._examine(model, start, yields, transient=self.limits_from != "settled")
+                if slow is not None:
+                    met = {name: np.maximum(found[name], slow[name]) for name in DRIVEN_LIMITS[:-1]}
+                    found = found | met | {"final": slow["final"]}
+            else:
+                found = slow
+            parts.append(found)
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
+        """`examine` from ``start``, with the limits that the ``transient`` from there meets."""
+        members = model.members()
+        final, regime, outcome, drifts = self._settle(members, start, classified=yields)
+        ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
+        left = ~ran & ~pulled_in
+        after = np.where(ran[:, None], final, start)
+        seen = self._look(members, after, 0.0, yields)
+        fails = {name: seen[name] for name in _FAILINGS}
+        if transient:
+            early = self._look(members, start, self._transient(members, drifts), yields=False)
+            fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
+            for rows, course in drifts.courses:
+                which, at = np.nonzero(np.isfinite(course[..., 0]))
+                passed = self._look(members.take(rows[which]), course[which, at], 0.0, yields=False)
+                for name, values in fails.items():
+                    np.fmax.at(values, rows[which], passed[name])
+        breakdown = fails["breakdown"]
+        return (
+            {name: np.where(ran, seen[name], np.nan) for name in (YIELDS if yields else ())}
+            | {
+                "final": after,
+                "regime": regime.astype(float),
+                "outcome": outcome.astype(float),
+                "pull-in": (pulled_in | (ran & (fails["beyond_membrane"] > 0.0))).astype(float),
+                "dielectric breakdown": np.where(np.isnan(breakdown), np.nan, left | (breakdown > 0.0)),
+                "chaos": np.isin(regime, (Regime.CHAOTIC, Regime.TRANSIENT_CHAOS)).astype(float),
+            }
+            | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
+        )
+
+    @staticmethod
+    def _transient(members: Members, drifts: _Drifts) -> Array:
+        """For how long the transient from rest is examined sample by sample, (members,)."""
+        with np.errstate(divide="ignore"):
+            of_disc = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
+        of_states = DECAYS * members.time_constant
+        of_states = np.where(are_slow(members), np.minimum(of_states, LONGEST_TRANSIENT), of_states)
+        return np.where(drifts.known, of_disc, np.maximum(of_disc, of_states))
+
+    def _settle(
+        self, members: Members, start: Array, classified: bool
+    ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8], _Drifts]:
+        """Where motions from ``start`` settle, (members, N), their regimes, outcomes and drifts; unless they shall be
+        ``classified``, one that returns and that no nearby one leaves counts as periodic."""
+        flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
+        slow, disc = are_slow(members), transient_of_the_disc(members)
+        duration = transient_of(members, None)
+        found = Search(members, Starts.at(start, 2), None, **flow)
+        followed = np.flatnonzero(slow) if classified else np.arange(members.size)
+        found.begin(followed, np.where(slow, np.minimum(duration, LONGEST_WAIT * disc), duration), 1.0)
+        starts, there = found.starts, found.cycles.attracting
+        final, outcome = starts.state[:, 0].copy(), starts.outcome[:, 0].copy()
+        regime = np.where(there & found.cycles.resting, Regime.REST, Regime.PERIODIC).astype(np.int8)
+        regime[outcome != Outcome.OK] = Regime.LEFT_THE_DOMAIN
+        unclear = ~there & (classified | (starts.period[:, 0] == 0) | np.isfinite(starts.apart))
+        waits = np.where(slow, disc, 0.0)  # of slow states not more: they stay where they are
+        options: dict[str, Any]
+        for wait in np.unique(waits):
+            rows = np.flatnonzero((outcome == Outcome.OK) & unclear & (waits == wait))
+            if rows.size:
+                begin, options = (final, {"transient": float(wait), "patience": PATIENCE}) if wait else (start, {})
+                evidence = classify(members.take(rows), begin[rows], **options, **flow)
+                final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
+        return final, regime, outcome, _Drifts(there, found.courses)
+
+    def _look(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
+        """Whether motions from ``states`` fail, (members,) by name, over `PERIODS` drive periods or more that last
+        ``lasts``; and what they yield."""
+        keep: Keep = "work" if yields else "states"
+        flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
+        found: dict[str, Array] = {}
+        period = np.broadcast_to(members.drive_period, members.shape).ravel()
+        samples = next_power_of_two(np.maximum(PER_OSCILLATION / (2.0 * np.pi) * period * members.rate, PER_PERIOD))
+        turns = PERIODS * next_power_of_two(np.maximum(lasts / (PERIODS * period), 1.0))
+        for (of_period, periods), rows in alike(samples, turns.astype(np.int64)):
+            size = max(1, BLOCK_SAMPLES // (of_period * periods))
+            for first in range(0, rows.size, size):
+                part = rows[first : first + size]
+                some = members.take(part)
+                times = period[part][:, None] * (np.arange(of_period * periods + 1) / of_period)
+                run = integrate(some, states[part], times, keep=keep, **flow)
+                seen = self._fails(some, run) | (_yields(some, run, of_period, **flow) if yields else {})
+                for name, values in seen.items():
+                    found.setdefault(name, np.full(members.size, np.nan))[part] = values
+        return found
+
+    def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
+        """Whether runs of ``members`` fail at any time, (members,) each; NaN where that is unknown."""
+        voltages, x, film = members.voltages(run.times, run.states), run.states[..., 0], members.system.film
+        found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
+        with np.errstate(all="ignore"):  # of a motion that leaves the domain
+            for own in excesses(members, run.states, voltages):
+                own.pop("beyond_membrane", None)  # by the curve that the plane is given
+                for name, excess in own.items():
+                    found[name] = np.fmax(found[name], _ever(excess))
+            if self.membrane is not None:
+                found["beyond_membrane"] = _ever(voltages[0] - self.membrane.voltage(x))
+        if film.kinds:  # wrinkles bound the use of a film, too
+            found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
+        return found
+
+
+class _Drifts(NamedTuple):
+    """Drifts of slow states: whether they are ``known`` to their end (members,), and their ``courses``, see
+    `Search`."""
+
+    known: npt.NDArray[np.bool_]
+    courses: list[tuple[Rows, Array]]
+
+
+def _ever(excess: Array) -> Array:
+    """1 where an excess (members, samples), NaN from where a run has ended, is positive at any time, else 0."""
+    known = np.where(np.isnan(excess), -np.inf, excess)
+    return 1.0 * (np.fmax(_highest(known), known.max(axis=1)) > 0.0)
+
+
+def _highest(x: Array) -> Array:
+    """Largest value of each row (members, samples), by the parabola through the largest sample and its neighbours."""
+    at = np.clip(np.argmax(x, axis=1), 1, x.shape[1] - 2)
+    before, here, after = (np.take_along_axis(x, at[:, None] + k, axis=1)[:, 0] for k in (-1, 0, 1))
+    curvature = before - 2.0 * here + after
+    rise = (before - after) ** 2 / np.where(curvature < 0.0, -8.0 * curvature, np.inf)
+    return np.maximum(here + rise, x.max(axis=1))
+
+
+def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
+    """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
+    assert run.work is not None
+    system, n = members.system, members.numbers(trailing=1)
+    voltages = members.voltages(run.times, run.states)
+    # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
+    some = slice(0, 10 * samples, 5)
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
+        z = list(np.moveaxis(run.states[:, some], -1, 0))
+        currents = system.currents(run.times[:, some], z, n)
+        apparent = apparent_power(members, run.times[:, some], run.states[:, some], currents)
+        field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
+        charges = [np.broadcast_to(own, z[0].shape) for own in system.source_charges(run.times[:, some], z, n)]
+        jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
+    lasts = run.times[:, -1]
+    return {
+        "stroke": np.subtract(*extent(members, run.times, run.states)[::-1]),
+        "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
+        "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
+        "heating": heat_of(system, run.work)[:, -1] / lasts,
+        "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
+        "peak_charge": np.max([np.abs(charge).max(axis=1) for charge in charges], axis=0),
+        "field": field,
+    }
+
+
+YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
+_SLACK_AND_LIMIT = {
+    "hoop slack": "hoop_slack",
+    "meridional slack": "meridional_slack",
+    "stretch limit": "near_limit",
+}
+_FAILINGS = (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")
+
+
+def is_flat(model: ConeModel) -> bool:
+    """Whether a single model's flat film is an equilibrium."""
+    return bool(model.members().symmetric[0])

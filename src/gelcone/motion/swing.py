@@ -1,0 +1,167 @@
+"""Stroke, extremes and harmonics of a periodic motion, over its period."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.codes import Outcome
+from gelcone.motion.attractor.cycle import Cycles, sampled
+from gelcone.motion.attractor.search import search
+from gelcone.motion.columns import Columns
+from gelcone.motion.electrical import MEANINGS, electrical
+from gelcone.motion.extent import extent
+from gelcone.motion.validity import unknown
+from gelcone.physics.members import Members
+from gelcone.progress import Progress
+from gelcone.quantity import Array
+
+REPEATS = 24
+"""Forcing periods over which a motion without a period is sampled."""
+SAMPLES = 128
+"""Samples of a forcing period of which harmonics and what the source gives are made."""
+HARMONICS = (1, 2, 3, 4)
+"""Multiples of the drive frequency of which amplitude and phase are reported."""
+ROUNDING = 1e-12
+"""Harmonics below this share of the largest displacement are rounding."""
+
+
+@dataclass(frozen=True)
+class Swing(Columns):
+    """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` of the cycle
+    in forcing periods (0: none), whether that is ``resting`` (of period 1), the ``outcome``, (..., harmonics) the
+    complex ``harmonics`` - displacement is the sum of the imaginary parts of harmonic times exp(i k omega t) -, (...,
+    N) the ``final`` states at phase 0, the ``mean`` displacement, the ``validity``
+    (`gelcone.motion.validity.validity`), and what the source gives, (..., `gelcone.motion.electrical.MEANINGS`).
+    """
+
+    lowest: Array
+    highest: Array
+    period: npt.NDArray[np.int64]
+    resting: npt.NDArray[np.bool_]
+    outcome: npt.NDArray[np.int8]
+    harmonics: npt.NDArray[np.complex128]
+    final: Array
+    mean: Array
+    validity: Array
+    source: Array
+
+    @classmethod
+    def blank(cls, *shape: int, states: int = 2) -> Swing:
+        """Nothing known yet of motions with this number of states."""
+        return cls(
+            lowest=np.full(shape, np.nan),
+            highest=np.full(shape, np.nan),
+            period=np.zeros(shape, dtype=np.int64),
+            resting=np.zeros(shape, dtype=bool),
+            outcome=np.zeros(shape, dtype=np.int8),
+            harmonics=np.full((*shape, len(HARMONICS)), np.nan + 0j),
+            final=np.full((*shape, states), np.nan),
+            mean=np.full(shape, np.nan),
+            validity=unknown(*shape),
+            source=np.full((*shape, len(MEANINGS)), np.nan),
+        )
+
+    @property
+    def amplitude(self) -> Array:
+        """Half of what the motion covers."""
+        return 0.5 * (self.highest - self.lowest)
+
+    @property
+    def forcing_periods(self) -> npt.NDArray[np.int64]:
+        """The period as results report it: 0 for a rest, too, which has none."""
+        return np.where(self.resting, 0, self.period)
+
+    @property
+    def phases(self) -> Array:
+        """Phases of the harmonics in degrees; NaN where the disc rests or a harmonic is rounding."""
+        size = ROUNDING * np.maximum(np.abs(self.lowest), np.abs(self.highest))
+        moves = (np.abs(self.harmonics) > size[..., None]) & ~self.resting[..., None]
+        return np.where(moves, np.degrees(np.angle(self.harmonics)), np.nan)
+
+    @property
+    def middle(self) -> Array:
+        """Halfway between its turning points."""
+        return 0.5 * (self.highest + self.lowest)
+
+
+def swing(
+    members: Members,
+    states: Array,
+    period: npt.NDArray[np.int64] | None = None,
+    *,
+    only_extent: bool = False,
+    source: bool = False,
+    **flow_options: Any,
+) -> Swing:
+    """The motions of a flattened ensemble from ``states`` (members, N) at phase 0.
+
+    Those on cycles of known ``period`` (members,) over whole turns and drive periods, those of period 0 over `REPEATS`
+    forcing periods. ``only_extent`` leaves out harmonics and validity, which takes the film's own lengths at each
+    sample; they stay NaN. So does what the ``source`` gives, unless it is asked for.
+    """
+    found = Swing.blank(members.size, states=states.shape[1])
+    found.period[:] = 0 if period is None else period
+    for own in np.unique(found.period):
+        rows = np.flatnonzero(found.period == own)
+        # two forcing periods are a whole number of the drive's
+        repeats = int(own * (1 + own % 2)) or REPEATS
+        part = members.take(rows)
+        run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
+        x = run.path[..., 0]
+        found.lowest[rows], found.highest[rows] = extent(part, run.times, run.states)
+        found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
+        if source:
+            spacing = (run.times.shape[1] - 1) // x.shape[1]
+            of_source = electrical(part, run.times[:, spacing::spacing], run.path, states[rows], **flow_options)
+            found.source[rows] = np.stack([of_source[name] for name in MEANINGS], axis=-1)
+        if not only_extent:
+            found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
+            found.validity[rows] = run.validity(part, turn=own > 0)
+    return found
+
+
+def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:
+    """The complex harmonics (members, harmonics) of displacements over whole drive periods, ``samples`` of them in a
+    forcing period, the first one spacing after phase 0."""
+    turn = np.broadcast_to(members.drive_frequency * members.forcing_period, members.shape)
+    turns, which = np.unique(turn, return_inverse=True)
+    waves = np.exp(-1j * turns[:, None] * (np.arange(1, x.shape[1] + 1) / samples))
+    return np.stack([2j * (x * (waves**k)[which]).mean(axis=1) for k in HARMONICS], axis=1)
+
+
+def settled_swing(
+    members: Members,
+    states: Array,
+    *,
+    transient: float | None = None,
+    patience: float | None = None,
+    only_extent: bool = False,
+    source: bool = False,
+    progress: Progress = None,
+    **flow_options: Any,
+) -> Swing:
+    """The swing of damped members on the attractor that a search finds from ``states`` (members, N), a rest having
+    period 1; where it finds none, after the search. Options as in `settled`; ``only_extent`` and ``source`` as in
+    `swing`."""
+    reached = search(members, states, transient=transient, patience=patience, progress=progress, **flow_options)
+    found = Swing.blank(members.size, states=states.shape[1])
+    found.outcome[:] = reached.outcome
+    rows = np.flatnonzero(reached.outcome == Outcome.OK)
+    if rows.size:
+        part, cycles = members.take(rows), reached.cycles.take(rows)
+        found.put(
+            rows, swing_of(part, cycles, reached.state[rows], only_extent=only_extent, source=source, **flow_options)
+        )
+    return found
+
+
+def swing_of(members: Members, cycles: Cycles, states: Array, **options: Any) -> Swing:
+    """`swing` on ``cycles``, and from ``states`` (members, N) where there is none."""
+    begin = np.where(cycles.found[:, None], cycles.point, states)
+    found = swing(members, begin, np.where(cycles.found, cycles.period, 0), **options)
+    found.resting[:] = cycles.resting
+    return found

@@ -1,0 +1,336 @@
+"""The amplifier with its limits, and a film that leaks or polarizes late.
+
+It commands y through a low-pass filter, drives the film through a series resistance, and the film leaks:
+
+    y' = clip((v_s - y)/t_f, +-S),    i = clip((y - v)/rho, +-i_max),    (C v)' = i - C f(v)/tau_e,
+
+with f = v, or E_b sinh(E/E_b)/sqrt(C) of the true field E = v sqrt(C) where ions hop (Mott and Gurney, Electronic
+Processes in Ionic Crystals (1940)). The film's voltage is the state, so that any film will do whose charge is known
+while a motion is computed: C v' = i - leak - v C'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial, reduce
+from typing import Any
+
+import numpy as np
+
+from gelcone.errors import InputError, unknown_name
+from gelcone.physics.circuit import Circuit, IdealSource, Port
+from gelcone.physics.component import Numbers, State
+from gelcone.physics.film.film import Border
+from gelcone.quantity import Quantity
+
+ELECTRICS: Mapping[str, Quantity] = {
+    "filter_time": Quantity("tf", "time constant of the amplifier", 0.1, positive=True, scale="time"),
+    "slew_rate": Quantity("S", "fastest change of the amplifier's voltage", 1.0, positive=True, scale="slew rate"),
+    "series_resistance": Quantity(
+        "rho", "resistance between amplifier and film times C0 Omega0", 0.03, positive=True, scale="resistance"
+    ),
+    "current_limit": Quantity(
+        "im", "largest current of the amplifier over C0 Phi0 Omega0", 1.0, positive=True, scale="current"
+    ),
+    "leakage_time": Quantity(
+        "te", "charge relaxation time of the gel, permittivity times resistivity", 30.0, positive=True, infinite=True,
+        scale="time",
+    ),
+    "leakage_field": Quantity(
+        "Ee", "true field over sqrt(mu/eps) above which a film leaks more than its resistivity says", 1.0,
+        positive=True, scale="field",
+    ),
+    "dielectric_share": Quantity("chi", "share of the permittivity that follows with a delay", 0.3, positive=True),
+    "dielectric_time": Quantity(
+        "td", "time constant of that share", 3.0, positive=True, infinite=True, scale="time"
+    ),
+}  # fmt: skip
+"""The parameters of an `Amplifier`, of which each has some."""
+NEEDS = {
+    "slew_rate": "filter_time", "current_limit": "series_resistance", "leakage_field": "leakage_time",
+    "dielectric_share": "dielectric_time", "dielectric_time": "dielectric_share",
+}  # fmt: skip
+"""Parameters that need another."""
+ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
+"""Values that stand for none; of the others infinity does."""
+
+
+SLOW = ("filter_time", "series_resistance", "dielectric_time")
+"""Parameters that are time constants of states."""
+REDUCED_RESISTANCE = 0.01
+"""Series resistances below which one may do without a state; the error, of second order, is 7.5e-4 there."""
+
+
+@dataclass(frozen=True)
+class Amplifier(Circuit):
+    """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks and
+    whose permittivity follows the field with a delay.
+
+    A small resistance makes the voltage on the film a stiff state. ``reduced`` leaves it out, to second order in the
+    resistance: v = y - rho ((C y)' + leak), all at the voltage y of the amplifier, of films whose capacitance does not
+    depend on the voltage.
+
+    Parameters
+    ----------
+    takes : names of `ELECTRICS` that it has. Default the series resistance alone.
+    reduced : whether the series resistance, below `REDUCED_RESISTANCE`, has no state. Default no.
+    """
+
+    takes: tuple[str, ...] = ("series_resistance",)
+    reduced: bool = False
+
+    name = "amplifier"
+
+    def __post_init__(self) -> None:
+        for name in self.takes:
+            if name not in ELECTRICS:
+                raise unknown_name("parameter of an amplifier", str(name), ELECTRICS)
+            if (owner := NEEDS.get(name)) and owner not in self.takes:
+                raise InputError(f"{name}: there is no {owner}; give {owner}, or leave {name} out")
+        object.__setattr__(self, "takes", tuple(name for name in ELECTRICS if name in self.takes))
+        if self.reduced and "series_resistance" not in self.takes:
+            raise InputError("reduced: there is no series_resistance; give one, or leave reduced out")
+        for name in ("current_limit", "dielectric_share"):
+            if self.reduced and name in self.takes:
+                raise InputError(f"{name}: takes the voltage on the film as a state; leave it or reduced out")
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        own = {name: ELECTRICS[name] for name in self.takes}
+        if self.reduced:
+            own["series_resistance"] = replace(own["series_resistance"], default=0.3 * REDUCED_RESISTANCE)
+        return own
+
+    def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all parameters, checked; the share of the permittivity that follows late is below 1."""
+        own = super().complete(given)
+        if self.delays and np.any(np.asarray(own["dielectric_share"]) >= 1.0):
+            raise InputError(f"dielectric_share = {np.max(own['dielectric_share']):g}: must be below 1; lower it")
+        if self.reduced and np.any(np.asarray(own["series_resistance"]) >= REDUCED_RESISTANCE):
+            raise InputError(
+                f"series_resistance = {np.max(own['series_resistance']):g} (times C0 Omega0): without a state it must "
+                f"be below {REDUCED_RESISTANCE:g}; leave it out of reduced"
+            )
+        return own
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:  # type: ignore[override]
+        """The voltages of amplifier and film, where a filter or a resistance makes them states."""
+        own = {
+            "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
+            "dielectric_time": State("slow_charge", "charge that follows late, over its share", "charge"),
+            "series_resistance": State("film_voltage", "voltage on the film", "voltage"),
+        }
+        without = {"series_resistance"} if self.reduced else set()
+        return tuple(state for name, state in own.items() if name in self.takes and name not in without)
+
+    @property
+    def _limits(self) -> dict[str, tuple[str, str]]:
+        """The limits that it has, and the switches of either side of each."""
+        return {
+            name: (f"{name}_above", f"{name}_below") for name in ("slew_rate", "current_limit") if name in self.takes
+        }
+
+    def numbers(self, parameters: Numbers) -> dict[str, Any]:
+        own = super().numbers(parameters)
+        switches = [name for pair in self._limits.values() for name in pair]
+        return own | {name: np.ones(np.shape(own[name.rpartition("_")[0]])) for name in switches}
+
+    def time_constant(self, n: Numbers) -> Any:
+        of_states = SLOW if not self.reduced else SLOW[:1]
+        own = [np.asarray(n[name], dtype=float) for name in of_states if name in self.takes]
+        return reduce(np.maximum, own, np.asarray(0.0))
+
+    def gain(self, frequency: Any, n: Numbers) -> Any:
+        """Complex ratio of the flat film's voltage to the commanded one, for small voltages."""
+        s = 1j * np.asarray(frequency)
+        leak = 1.0 / np.asarray(n["leakage_time"]) if "leakage_time" in self.takes else 0.0
+        if self.delays:
+            late = s * n["dielectric_time"]
+            s = s * (1.0 - n["dielectric_share"] * late / (1.0 + late))
+        share = n["series_resistance"] * (s + leak) if "series_resistance" in self.takes else 0.0
+        behind = 1.0 / (1.0 - share) if self.reduced else 1.0 + share
+        return 1.0 / (
+            behind * (1.0 + 1j * np.asarray(frequency) * n["filter_time"] if "filter_time" in self.takes else 1.0)
+        )
+
+    def describe(self) -> str:
+        bound = f"below {REDUCED_RESISTANCE:g} (times C0 Omega0)"
+        return f"reduced: the series resistance, {bound}, has no state; right to second order" if self.reduced else ""
+
+    # --- voltages and currents ---------------------------------------------------------------------------------------
+
+    def source_voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        return y[0] if "filter_time" in self.takes else port.command
+
+    def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        source = y[-1] if self.carries_voltage else self.source_voltage(port, y, n, xp)
+        if not self.reduced:
+            return source
+        rate = self.rates(port, y, n, xp)[0] if "filter_time" in self.takes else port.command_rate
+        leak = sum(self._leaking(source, port, n, xp))
+        return source - n["series_resistance"] * (port.charge_rate(source, rate) + leak)
+
+    def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        found = []
+        if "filter_time" in self.takes:
+            found.append(self._clipped("slew_rate", self._wanted("slew_rate", port, y, n), n))
+        if self.delays:
+            found.append(self._following(port, y, n, xp))
+        if self.carries_voltage:
+            found.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
+        return found
+
+    # --- a permittivity that follows late ----------------------------------------------------------------------------
+
+    @property
+    def delays(self) -> bool:
+        return "dielectric_time" in self.takes
+
+    @property
+    def jumps(self) -> bool:
+        return "filter_time" not in self.takes and not self.carries_voltage
+
+    def _slow(self, y: list[Any]) -> Any:
+        """The charge C w of the share that follows late, over the share."""
+        return y[1 if "filter_time" in self.takes else 0]
+
+    def _following(self, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
+        """Its rate, (C v - C w)/tau_d."""
+        return (port.charge(self.voltage(port, y, n, xp)) - self._slow(y)) / n["dielectric_time"]
+
+    def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """(1 - chi) v^2 + chi w^2."""
+        if not self.delays:
+            return super().squared(port, voltage, y, n)
+        late, share = self._slow(y) / port.capacitance(voltage), n["dielectric_share"]
+        return (1.0 - share) * (voltage * voltage) + share * (late * late)
+
+    def stored(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
+        """(1 - chi) C v + chi C w."""
+        if not self.delays:
+            return super().stored(port, voltage, y, n)
+        return (1.0 - n["dielectric_share"]) * port.charge(voltage) + n["dielectric_share"] * self._slow(y)
+
+    @property
+    def carries_voltage(self) -> bool:  # type: ignore[override]
+        """Whether the last state is the film's voltage: behind a resistance that is not reduced."""
+        return "series_resistance" in self.takes and not self.reduced
+
+    def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
+        """Rate of C v; where a share of the charge follows late, what is left to the other."""
+        charging = self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
+        if not self.delays:
+            return charging
+        share = n["dielectric_share"]
+        return (charging - share * self._following(port, y, n, xp)) / (1.0 - share)
+
+    def _wanted(self, limit: str, port: Port, y: list[Any], n: Numbers) -> Any:
+        """The rate of the amplifier's voltage, or the current behind it, without their limits."""
+        if limit == "slew_rate":
+            return (port.command - y[0]) / n["filter_time"]
+        return (self.source_voltage(port, y, n) - y[-1]) / n["series_resistance"]
+
+    def _through(self, port: Port, y: list[Any], n: Numbers) -> Any:
+        """Current through the resistance."""
+        return self._clipped("current_limit", self._wanted("current_limit", port, y, n), n)
+
+    def _clipped(self, limit: str, value: Any, n: Numbers) -> Any:
+        """A value within the sides of its limit that the switches say."""
+        if limit not in self.takes:
+            return value
+        above, below = (0.5 - 0.5 * n[name] for name in self._limits[limit])
+        return (1.0 - above - below) * value + (above - below) * n[limit]
+
+    def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        return self._leaking(self.voltage(port, y, n, xp) if "leakage_time" in self.takes else 0.0, port, n, xp)
+
+    def _leaking(self, v: Any, port: Port, n: Numbers, xp: Any) -> list[Any]:
+        """Current that leaks through each film at a voltage on them."""
+        if "leakage_time" not in self.takes:
+            return [0.0] * len(port.films)
+        rate = 1.0 / n["leakage_time"]
+        if "leakage_field" not in self.takes:
+            return [rate * (area * v) for area in port.capacitances(v)]
+        found = []
+        for area in port.capacitances(v):
+            root = xp.sqrt(area)
+            share = root * v / n["leakage_field"]
+            found.append((rate * n["leakage_field"]) * (root * (0.5 * (xp.exp(share) - xp.exp(-share)))))
+        return found
+
+    # --- limits ------------------------------------------------------------------------------------------------------
+
+    @property
+    def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """Where the slew rate and the current limit are met, on either side."""
+        return tuple(
+            Border(partial(self._border, limit, switch, side), switch)
+            for limit, switches in self._limits.items()
+            for switch, side in zip(switches, (1.0, -1.0), strict=True)
+        )
+
+    def _border(self, limit: str, switch: str, side: float, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
+        scale = n["filter_time" if limit == "slew_rate" else "series_resistance"]
+        return n[switch] * (scale * (n[limit] - side * self._wanted(limit, port, y, n)))
+
+    def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
+        return {limit: np.abs(self._wanted(limit, port, y, n)) - n[limit] for limit in self._limits}
+
+    # --- powers ------------------------------------------------------------------------------------------------------
+
+    @property
+    def losses(self) -> tuple[str, ...]:
+        own = {"resistor": "series_resistance", "leak": "leakage_time", "dielectric": "dielectric_time"}
+        return tuple(loss for loss, name in own.items() if name in self.takes)
+
+    @property
+    def held(self) -> Circuit:
+        leaks = tuple(name for name in ("leakage_time", "leakage_field") if name in self.takes)
+        return Amplifier(leaks) if leaks else super().held
+
+    def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
+        source, v, leak = (
+            self.source_voltage(port, y, n, xp),
+            self.voltage(port, y, n, xp),
+            sum(self.leaks(port, y, n, xp)),
+        )
+        through = self._through(port, y, n) if self.carries_voltage else current + leak
+        lost = {"resistor": (source - v) * through, "leak": v * leak}
+        if self.delays:
+            rate = self._following(port, y, n, xp)
+            lost["dielectric"] = n["dielectric_share"] * n["dielectric_time"] * (rate * rate) / port.capacitance(v)
+        return {"source": source * through} | {loss: lost[loss] for loss in self.losses}
+
+
+def with_electrics(
+    given: Any, parameters: Mapping[str, Any], reduced: bool | None = None
+) -> tuple[Any, dict[str, Any]]:
+    """A circuit that ships with the `ELECTRICS` among the ``parameters`` of a model, and the parameters without those
+    whose values stand for none; any other circuit as it is. ``reduced``: see `Amplifier`; None: as it is given."""
+    named = given if isinstance(given, str) else given.get("component") if isinstance(given, Mapping) else given.name
+    if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
+        if reduced:
+            raise InputError(f"reduced: the circuit {named!r} has no series_resistance; leave it out")
+        return given, dict(parameters)
+    if reduced is None:
+        reduced = given.get("reduced", False) if isinstance(given, Mapping) else getattr(given, "reduced", False)
+    taken = (
+        given.takes if isinstance(given, Amplifier) else given.get("takes", ()) if isinstance(given, Mapping) else ()
+    )
+    stated = {name for name in ELECTRICS if parameters.get(name) is not None}
+    absent = {name for name in stated if _absent(name, parameters[name])}
+    takes = tuple(name for name in {**dict.fromkeys(taken), **dict.fromkeys(stated)} if name not in absent)
+    rest = {name: value for name, value in parameters.items() if name not in ELECTRICS or name in takes}
+    if not takes and given == "amplifier" and not absent:
+        takes = Amplifier().takes
+    if reduced and "series_resistance" in absent:
+        reduced = False
+    return (Amplifier(takes, reduced) if takes or reduced else IdealSource()), rest
+
+
+def _absent(name: str, value: Any) -> bool:
+    """Whether a value stands for none."""
+    numbers = isinstance(value, int | float | np.ndarray | list | tuple)
+    return numbers and bool(np.all(np.asarray(value) == ABSENT.get(name, np.inf)))
