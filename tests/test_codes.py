@@ -1,8 +1,12 @@
 """Outcomes and regimes: their numbers are written to files, their words are shown."""
 
+import json
+
 import pytest
 
 from gelcone.codes import Outcome, Regime
+from gelcone.dataset import OUTCOME_ATTRIBUTES
+from tests.answers import SCHEMA
 
 
 def test_numbers_in_files_keep_their_meaning():
@@ -39,6 +43,15 @@ def test_numbers_in_files_keep_their_meaning():
 )
 def test_a_regime_in_words(kind, label):
     assert kind.label == label
+
+
+def test_an_outcome_has_one_name_in_json_tables_and_the_schema_and_the_same_with_blanks_in_texts():
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))["properties"]["outcome"]["description"]
+    labels = [outcome.label for outcome in Outcome]
+    assert OUTCOME_ATTRIBUTES["flag_meanings"].split() == labels
+    assert schema == f"How each run ended: {', '.join(labels)}."
+    assert [outcome.words for outcome in Outcome] == [outcome.label.replace("_", " ") for outcome in Outcome]
+    assert Outcome.PULLED_IN.words == "pulled in"
 
 
 def test_every_outcome_says_in_one_line_of_its_own_what_happened():

@@ -19,7 +19,7 @@ class Outcome(IntEnum):
     >>> model = gelcone.ConeModel(voltage=[0.5, 3.0], film="wrinkling", law="neo-hookean", hoop_prestretch=1.4)
     >>> response = gelcone.simulate(model, (0.5, 0.0), periods=8)
     >>> [f"{code}: {gelcone.Outcome(code).label}" for code in response.outcome.values]
-    ['0: ok', '6: pulled in']
+    ['0: ok', '6: pulled_in']
     """
 
     OK = 0
@@ -32,8 +32,13 @@ class Outcome(IntEnum):
 
     @property
     def label(self) -> str:
-        """The name as in JSON."""
-        return "pulled in" if self is Outcome.PULLED_IN else self.name.lower()
+        """The name as in JSON, with underscores."""
+        return self.name.lower()
+
+    @property
+    def words(self) -> str:
+        """The name as in texts and figures, with blanks."""
+        return self.label.replace("_", " ")
 
     @property
     def meaning(self) -> str:

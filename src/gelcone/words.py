@@ -233,12 +233,12 @@ def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> st
 def failed_in_words(outcomes: Any) -> str:
     """What became of runs that did not go to their end, in two or three words: pulled in, where all did."""
     failed = np.unique(outcomes)
-    return Outcome.PULLED_IN.label if set(failed) - {Outcome.OK} == {Outcome.PULLED_IN} else "run failed"
+    return Outcome.PULLED_IN.words if set(failed) - {Outcome.OK} == {Outcome.PULLED_IN} else "run failed"
 
 
 def outcome_in_words(code: int) -> str:
     """How a run ended, in two or three words."""
-    return Outcome(code).name.lower().replace("_", " ")
+    return Outcome(code).words
 
 
 def exponent_in_words(member: xr.Dataset) -> str:

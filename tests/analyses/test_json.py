@@ -61,7 +61,7 @@ NAMES = {analysis.command: name for name, analysis in ANALYSES.items()}
 SHOWN_BY_COUNT = ("rest", "periodic", "quasi-periodic", "chaotic", "transient", "left the domain", "transient chaos")
 WORDS = {
     "regime": SHOWN_BY_COUNT,
-    "outcome": ("ok", "outside", "stretch_limit", "step_limit", "not_finite", "error", "pulled in"),
+    "outcome": ("ok", "outside", "stretch_limit", "step_limit", "not_finite", "error", "pulled_in"),
     "sign": {-1: "negative", 0: "uncertain", 1: "positive"},
 }
 """Words of codes, where they differ from the variable's own ``flag_meanings`` or it has none."""

@@ -1251,7 +1251,7 @@ def test_the_answer_says_what_it_is_about(pump):
     assert found["subject"] == {"device": None, "fields": None, "film": "taut", "members": 3, "initial": [0.25, 0.5]}
     assert found["parameters"]["voltage"] == [0.5, 0.75, 1.0]
     assert (found["command"], found["result"], found["units"]) == ("regime", {"kind": "made"}, None)
-    assert found["outcome"] == ["ok", "pulled in"]
+    assert found["outcome"] == ["ok", "pulled_in"]
     assert found["validity"] == {"near_limit": [0.5, "unknown"]}
     assert found["film_state"] == {"taut": [1.0, 0.5]}
     assert found["dims"] == {str(name): ["member"] for name in shown}
@@ -1274,7 +1274,7 @@ def test_the_answer_says_what_it_is_about(pump):
         ("fate_regime", Regime, [1, -1], ["periodic", "none"]),
         ("threshold_from", Regime, [2], ["quasi-periodic"]),
         ("threshold_to", Regime, [6], ["transient chaos"]),
-        ("motion_outcome", Outcome, [0, 6], ["ok", Outcome.PULLED_IN.label]),
+        ("motion_outcome", Outcome, [0, 6], ["ok", "pulled_in"]),
         ("sign", "code", [-1, 0, 1], ["negative", "uncertain", "positive"]),
         ("symmetric", "code", [0, 1, -1], [False, True, "unknown"]),
         ("coexisting", "code", [0, 1], [False, True]),

@@ -69,7 +69,7 @@ def test_inputs_and_codes_are_in_their_order_with_their_units():
     codes = [one.name for one in own.variables if one.kind == "code"]
     assert codes == ["film_state", "second_film_state", *(name for name, _ in CODES)]
     said = dict(CODES)["outcome"]
-    assert said == ("how the motion ended: 0 ok, 2 stretch_limit, 3 step_limit, 4 not_finite, 6 pulled in")
+    assert said == ("how the motion ended: 0 ok, 2 stretch limit, 3 step limit, 4 not finite, 6 pulled in")
     outputs = {one.name: one.unit for one in own.variables if one.kind == "output"}
     units = {"film_voltage": "V", "charge": "C", "current": "A", "capacitance": "F", "meridional_stress": "Pa",
              "hoop_stress": "Pa", "true_field": "V/m", "limit_share": "1"}  # fmt: skip

@@ -267,7 +267,7 @@ def test_pull_in_terminates_costs_what_is_left_and_begins_anew():
             break
     assert terminated.tolist() == [True, False]
     assert not truncated.any()
-    assert info["ended"].tolist() == ["pulled in", ""]
+    assert info["ended"].tolist() == ["pulled_in", ""]
     assert reward[0] == pytest.approx(-(100 - steps) - 1.0)
     model = own.to_model()
     run = gelcone.integrate(model, own.initial_state(), [0.1 / own.scales.time], tolerance=1e-7)

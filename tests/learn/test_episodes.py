@@ -148,7 +148,7 @@ def test_rewards_observations_and_ends_by_hand(made):
 @pytest.mark.parametrize(
     ("outcome", "height", "broke", "word"),
     [
-        (Outcome.PULLED_IN, 0.014, False, "pulled in"),
+        (Outcome.PULLED_IN, 0.014, False, "pulled_in"),
         (Outcome.STRETCH_LIMIT, 0.014, False, "stretch_limit"),
         (Outcome.OK, 0.0049, False, "stretch_limit"),
         (Outcome.OK, 0.0201, False, "stretch_limit"),

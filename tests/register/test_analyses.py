@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import pickle
+import re
 import subprocess
 import sys
 
@@ -77,6 +78,19 @@ def test_every_option_is_explained(name):
         assert option.help, option.name
         assert option.help[0].isupper()
         assert option.default is not None or option.unset, option.name
+        assert option.help.count("(") == option.help.count(")"), option.help
+        assert not re.search(r"\b[A-Z_]{4,}\b", option.help), option.help
+        assert not re.match(r"Of the|\w = ", option.help), option.help
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_the_help_of_an_option_names_every_choice(name):
+    """All choices that an entry of the docstring quotes, wherever it does."""
+    analysis = ANALYSES[name]
+    for option in analysis.options.values():
+        entry = re.search(rf"^{option.name} : .*(?:\n {{4}}.*)*", inspect.getdoc(analysis.call), re.MULTILINE)
+        choices = set(re.findall(r'``"(\w+)"``', entry[0])) if entry else set()
+        assert choices <= set(re.findall(r"\w+", option.help)), option.help
 
 
 @pytest.mark.parametrize("name", ANALYSES)

@@ -298,7 +298,7 @@ def counts_text(result: xr.Dataset) -> str:
     counts = regime_counts(result)
     pulled_in, left = int((result["outcome"].values == Outcome.PULLED_IN).sum()), Regime.LEFT_THE_DOMAIN.label
     if pulled_in:
-        counts |= {left: counts[left] - pulled_in, Outcome.PULLED_IN.label: pulled_in}
+        counts |= {left: counts[left] - pulled_in, Outcome.PULLED_IN.words: pulled_in}
     return ", ".join(f"{name} {count}" for name, count in counts.items() if count)
 
 

@@ -79,8 +79,8 @@ def bifurcation(
         least two.
     initial : displacement and velocity at time 0, shape (2,), or several initial states, shape (states, 2): each gives
         one branch over all values, and the sweeps start from the first. Default (1, 0), or the device's own.
-    sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, moved by
-        `NUDGE`, so that hysteresis shows. Default both.
+    sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, its
+        displacement moved by 1e-4, so that hysteresis shows. Default both.
     bisections : the range of each change of regime is narrowed down to 2 to the power of minus this number, unless it
         stops changing before. Default 8.
     branches : whether branches of periodic orbits, stable and unstable, are followed too, see `continue_branch`.

@@ -74,7 +74,7 @@ def validate(
     ----------
     model : one actuator or an ensemble, of which the first film's law, pre-stretches and ``radius_ratio`` (a/b, default
         0.2) alone play a part, not the film that it names, spring, mass or drive.
-    displacements : x = h/(b-a) at which the disc is held, one number or a list. Default 20 from 0.1 to 2.
+    displacements : displacements x = h/(b-a) at which the disc is held, one number or a list. Default 20 from 0.1 to 2.
     voltages : constant voltages v, at least 0, one number or a list. Default none but 0.
     wrinkles : the treatment of wrinkles: ``"mark"`` marks where a film without them is compressed, ``"relax"`` lets the
         film wrinkle (tension field) and compares the film named membrane, too.

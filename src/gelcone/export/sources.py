@@ -62,7 +62,7 @@ _OUTPUTS = {
 CODES = (
     (
         "outcome",
-        f"how the motion ended: {', '.join(f'{int(o)} {o.label}' for o in Outcome if o.value in (0, 2, 3, 4, 6))}",
+        f"how the motion ended: {', '.join(f'{int(o)} {o.words}' for o in Outcome if o.value in (0, 2, 3, 4, 6))}",
     ),
     ("film_is_slack", "1 where a film is slack in a direction, else 0"),
     ("breakdown", "1 where the true field exceeds the dielectric strength, else 0"),

@@ -82,9 +82,9 @@ def envelope(
         rest, the first resonances and the model's own among them, and more until the lowest limit is known to 1 %
         between any two, or to jump between two that are 0.2 % apart.
     margin : share of the lowest limit that the recommended voltage stays below it. Default 0.2.
-    limits_from : what the limits hold for: ``"rest"`` (default), the motion that is switched on from rest, with its
-        transient over at least 12 drive periods and 4 decay times; of states far slower than the disc at points of
-        their drift; ``"settled"``, the motion that is settled while the voltage rises slowly; or ``"both"``.
+    limits_from : the motion that the limits hold for: ``"rest"``, switched on from rest, ``"settled"``, settled while
+        the voltage rises slowly, or ``"both"``. Default rest, with its transient over at least 12 drive periods and 4
+        decay times; of states far slower than the disc at points of their drift.
     duration : of a film that creeps, for how long it must bear a constant voltage. Default: without end, so that limits
         at constant voltage are those of the relaxed film.
     threads : worker threads; default one a core. Does not change a bit of the result.

@@ -52,8 +52,8 @@ def section(
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    repeats : points to keep, one a forcing period (pi/omega for a pure sine, as the force goes with the square of the
-        voltage; 2 pi/omega with a bias). Default 500.
+    repeats : number of points, one a forcing period: pi/omega for a pure sine, as the force goes with the square of the
+        voltage, and 2 pi/omega with a bias. Default 500.
     discard : forcing periods that pass before the first point, so that the motion settles. Default 200.
     phase : where in the forcing period the points are taken, from 0 (the voltage's sine starts) up to but not including
         1. Default 0.

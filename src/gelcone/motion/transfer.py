@@ -63,7 +63,8 @@ def transfer(
     model : a single actuator with damping; its own drive gives the defaults of ``bias`` and ``amplitudes`` alone.
     frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some.
     bias : constant voltage about which the signals are. Default that of the drive.
-    amplitudes : of the sines that are measured; 0 measures none. Default 2 % of the bias, and that of the drive.
+    amplitudes : amplitudes of the sines whose answer is measured, 0 for none. Default 2 % of the bias, and that of the
+        drive.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).

@@ -77,7 +77,7 @@ def _label(name: str, member: xr.Dataset) -> str:
 def failure(member: xr.Dataset) -> str:
     """How the run of a member failed, for a label; empty for one that did not."""
     code = int(member["outcome"])
-    return f"failed: {Outcome(code).name.lower().replace('_', ' ')}" if code else ""
+    return f"failed: {Outcome(code).words}" if code else ""
 
 
 def scatter(

@@ -27,7 +27,7 @@ def step_figure(result: xr.Dataset) -> Figure:
         for k, pick in enumerate(picks):
             one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
             outcome = int(one["outcome"])
-            ended = f", {Outcome(outcome).label.replace('_', ' ')}" if outcome else ""
+            ended = f", {Outcome(outcome).words}" if outcome else ""
             axes.plot(
                 result["time"], one["displacement"], color=colour, label=measured(one["constant_voltage"]) + ended
             )

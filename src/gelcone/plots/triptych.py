@@ -50,7 +50,7 @@ def triptych_figure(result: xr.Dataset) -> Figure:
 def _caption(member: xr.Dataset) -> str:
     """The regime, and the largest exponent with its error."""
     if outcome := int(member["outcome"]):
-        return Outcome(outcome).label.replace("_", " ")
+        return Outcome(outcome).words
     value, error = (float(member[name].isel(exponent=0)) for name in ("lyapunov", "standard_error"))
     kind = motion_in_words(int(member["regime"]), int(member["period"]))
     return f"{kind}\n$\\lambda_1$ = {value:.3g} ± {error:.1g} {rate_unit(member['lyapunov'])}"

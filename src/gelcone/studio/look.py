@@ -139,7 +139,7 @@ def response(subject: Subject, periods: float) -> Parts:
         arrays,
         {
             "seems": seems,
-            "ended": outcome.label.replace("_", " ") if outcome else "",
+            "ended": outcome.words if outcome else "",
             "shares": found_in,
             "period": period * scales(subject)["time"][0],
             "shown": span / period,
@@ -447,7 +447,7 @@ def legend() -> dict[str, Any]:
     """Names and colours of kinds of motion."""
     return {
         "regimes": [{"name": regime.label, "colour": REGIME_COLOURS[regime]} for regime in Regime],
-        "pulled_in": {"name": Outcome.PULLED_IN.label.replace("_", " "), "colour": PULLED_IN_COLOUR},
+        "pulled_in": {"name": Outcome.PULLED_IN.words, "colour": PULLED_IN_COLOUR},
     }
 
 
