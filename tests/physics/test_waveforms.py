@@ -302,8 +302,9 @@ def test_a_device_is_driven_by_waveforms_in_si_units():
 def test_the_shares_of_a_repeat_may_add_up_to_all_of_it():
     own = WAVEFORMS["trapezoid"]
     assert own.complete({"rise": 0.25, "high": 0.5, "fall": 0.25})["fall"] == 0.25
-    with pytest.raises(InputError, match=r"rise \+ high \+ fall = 1.01"):
-        own.complete({"rise": 0.26, "high": 0.5, "fall": 0.25})
+    for rise in (0.26, [0.1, 0.26], [0.26, 0.1]):
+        with pytest.raises(InputError, match=r"rise \+ high \+ fall = 1.01"):
+            own.complete({"rise": rise, "high": 0.5, "fall": 0.25})
 
 
 def table_of(name, **given):
