@@ -6,7 +6,17 @@ import xarray as xr
 
 import gelcone
 from gelcone.analyses.request import read_subject
-from gelcone.devices.analysis import OF_DEVICES, Scaled, dimensionless, for_swept_devices, with_units
+from gelcone.devices.analysis import (
+    OF_DEVICES,
+    Scaled,
+    at_rest,
+    dimensionless,
+    for_devices,
+    for_swept_devices,
+    plain,
+    state_of,
+    with_units,
+)
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.quantity import Time, Voltage
 
@@ -226,3 +236,61 @@ def test_a_docstring_states_once_of_each_parameter_what_it_is_of_a_device():
 def test_what_a_function_does_not_take_is_refused_in_words(call, message):
     with pytest.raises(gelcone.InputError, match=message):
         call()
+
+
+def test_an_analysis_gets_numbers_without_units_and_its_answer_has_that_of_si():
+    """Seconds and not the milliseconds of results; the model, its start and options by position or name."""
+    seen = {}
+
+    def wait(model, initial=(1.0, 0.0), span: "Time" = 5.0, *, level: "Voltage" = 2.0, count=3) -> "Time":
+        """Do nothing."""
+        seen.update(model=model, initial=initial, span=span, level=level, count=count)
+        return 7.0
+
+    scales = DEVICE.scales
+    run = for_devices(wait)
+    assert run(DEVICE, ("1 mm", "0.1 m/s"), "3 s", level=500.0) == pytest.approx(7.0 * scales.time)
+    np.testing.assert_allclose(seen["initial"], [1e-3 / scales.length, 0.1 / scales.velocity])
+    assert float(seen["span"]) == pytest.approx(3.0 / scales.time)
+    assert float(seen["level"]) == pytest.approx(500.0 / scales.voltage)
+    assert seen["count"] == 3
+    assert seen["model"].parameters() == DEVICE.to_model().parameters()
+    run(DEVICE)
+    np.testing.assert_allclose(seen["initial"], DEVICE.initial_state())
+    assert (seen["span"], seen["level"]) == (5.0, 2.0)
+    assert run(DEVICE.to_model(), span=4.0) == 7.0
+    assert (seen["initial"], seen["span"]) == ((1.0, 0.0), 4.0)
+    assert plain(run) is wait
+
+
+def test_states_of_many_starts_are_over_length_and_velocity():
+    starts = np.array([[1e-3, 0.1], [2e-3, 0.2], [3e-3, 0.3]])
+    found = state_of(DEVICE, starts)
+    np.testing.assert_allclose(found[:, 0], starts[:, 0] / DEVICE.scales.length)
+    np.testing.assert_allclose(found[:, 1], starts[:, 1] / DEVICE.scales.velocity)
+    several = DEVICE.replace(moving_mass=[1e-3, 4e-3])
+    found = state_of(several, starts[:2])
+    np.testing.assert_allclose(found[:, 1], starts[:2, 1] / several.scales.velocity)
+
+
+def test_a_start_from_which_nothing_moves_is_told_apart_from_one_that_was_chosen():
+    """Raised with no voltage at its own rest; or flat, where a drive alone does nothing to a symmetric film."""
+    raised = gelcone.find_device("biased-pump").replace(film="taut")
+    still = raised.replace(voltage_amplitude=0.0, voltage_offset=0.0)
+    state = raised.initial_state()
+    told = "without a voltage the disc stays at its rest; set voltage_amplitude, voltage_offset or release_height"
+    assert at_rest(still, state) == told
+    assert at_rest(raised, state) == ""
+    for moving in ({"voltage_offset": 10.0}, {"voltage_amplitude": 10.0}, {"release_height": 1e-3},
+                   {"release_velocity": 0.1}):  # fmt: skip
+        assert at_rest(still.replace(moving), state) == ""
+    flat = DEVICE.replace(film="taut", release_height=None)
+    assert at_rest(flat, (0.0, 0.0)).startswith("the disc starts at rest in the middle of the flat film")
+    assert at_rest(flat.replace(initial_height=[0.0, 1e-3]), (0.0, 0.0)) == ""
+    assert at_rest(raised, (0.0, 0.0)) == ""
+
+
+def test_a_time_of_devices_with_several_units_is_that_of_the_fastest():
+    several = DEVICE.replace(moving_mass=[4e-3, 1e-3, 9e-3])
+    taken = dimensionless({"window": "time"}, {"window": "2 s"}, several.scales)
+    assert float(taken["window"]) == pytest.approx(2.0 / several.scales.time[1])

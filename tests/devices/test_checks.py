@@ -85,3 +85,58 @@ def test_scales_are_usable_where_they_are_finite_and_positive_in_all_members():
     for bad in (0.0, -1.0, np.inf, np.nan):
         scales = replace(usable.scales, force=np.array([1.0, bad]))
         assert not checks._usable_scales(SimpleNamespace(scales=scales))
+
+
+def test_of_several_discs_too_large_the_worst_is_named_with_its_own_film():
+    with pytest.raises(InputError) as refused:
+        PUMP.replace(disc_radius=[8e-3, 31e-3, 45e-3], film_radius=[20e-3, 30e-3, 40e-3])
+    told = "disc_radius = 45 mm: must be less than film_radius = 40 mm; make the disc smaller or the film larger"
+    assert str(refused.value) == told
+    with pytest.raises(InputError, match="disc_radius = 30 mm: must be less than film_radius = 30 mm"):
+        PUMP.replace(disc_radius=30e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "told"),
+    [
+        ("moving_mass", 5.0, "moving_mass = 5.05 kg is outside the usual range, 100 mg to 500 g; check its unit"),
+        ("gravity", 20.0, "gravity = 20.2 m/s^2 is outside the usual range, 500 mm/s^2 to 20 m/s^2; check its unit"),
+        ("series_resistance", 1e8, "series_resistance = 101 Mohm is outside the usual range, 1 kohm to 100 Mohm"),
+        ("initial_height", 1.0, "initial_height = 1.01 m is outside the usual range, 1 mm to 100 mm"),
+        ("film_thickness", 20e-3, "film_thickness = 20.2 mm is outside the usual range, 20 um to 2 mm"),
+    ],
+)
+def test_values_far_beyond_the_usual_are_doubted_from_ten_times_on_and_gravity_and_resistance_at_once(name, most, told):
+    """Drives may be as small as one likes; a film that is doubted for its thickness is not doubted for its ring."""
+    assert [text for text in doubts(PUMP.replace_quietly({name: 0.99 * most})) if "usual range" in text] == []
+    (text,) = doubts(PUMP.replace_quietly({name: 1.01 * most}))
+    assert text.startswith(told)
+    assert doubts(PUMP.replace_quietly(voltage_amplitude=1e-9, frequency=1e-9, spring_rate=1e9)) == []
+
+
+def test_of_several_devices_some_may_be_beyond_the_limit():
+    """Only where none has a state is the field refused; heights are over the width of each device's own ring."""
+    PUMP.replace(prestretch=[1.1, 9.0])
+    with pytest.raises(InputError, match="mounted flat"):
+        PUMP.replace(prestretch=[9.0, 9.1])
+    small, large = {"disc_radius": 8e-3, "film_radius": 12e-3}, {"disc_radius": 8e-3, "film_radius": 60e-3}
+    with pytest.raises(InputError, match="release_height"):
+        PUMP.replace(small | {"release_height": 0.06})
+    both = {name: [small[name], large[name]] for name in small}
+    assert PUMP.replace(both | {"release_height": 0.06}).shape == (2,)
+
+
+def test_an_ideal_source_takes_the_fields_of_the_amplifier_and_a_charge_takes_none():
+    values = {
+        "filter_frequency": 100.0, "series_resistance": 1e6, "material.resistivity": 1e9,
+        "material.dielectric_share": 0.1, "material.dielectric_time": 1.0,
+    }  # fmt: skip
+    assert PUMP.replace(values | {"circuit": "ideal", "slew_rate": 1e5, "current_limit": 1e-3}).circuit == "ideal"
+    more = {
+        "slew_rate": {"filter_frequency": 100.0}, "current_limit": {"series_resistance": 1e6},
+        "material.dielectric_share": {"material.dielectric_time": 1.0},
+    }  # fmt: skip
+    for name in checks.ELECTRIC:
+        given = {**more.get(name, {}), name: values.get(name, 1e-3)}
+        with pytest.raises(InputError, match=f"{name}: the circuit 'charge' does not take it; leave out one"):
+            PUMP.replace(given | {"circuit": "charge"})

@@ -112,3 +112,27 @@ def test_a_film_of_ones_own_has_no_cone_in_its_place(film, own, cone):
     device = PUMP.replace(film=film)
     assert _model(device).film.name == own
     assert _model(device, cone=True).film.name == cone
+
+
+def test_a_member_without_a_rest_starts_flat():
+    states = initial_state(PUMP.replace(prestretch=[1.1, 9.0]))
+    assert states[0, 0] > 0.1
+    assert states[1].tolist() == [0.0, 0.0]
+
+
+def test_the_quick_cone_neither_pulls_in_nor_leaves_states_out():
+    """What its device says of both is of the film that ships."""
+    device = PUMP.replace(film="wrinkling", pull_in="minimum")
+    assert model_of_device(device).film.pull_in == "minimum"
+    assert cone_of_device(device).film == TautCone()
+    fast = {
+        "material.viscous_modulus_1": "2 kPa",
+        "material.relaxation_time_1": "10 us",
+        "reduced": "relaxation_time_1",
+    }
+    assert model_of_device(PUMP.replace(fast)).film.reduced == (1,)
+    assert cone_of_device(PUMP.replace(fast)).film.reduced == ()
+    model = model_of_device(PUMP.replace(circuit="charge", waveform="triangle"))
+    assert (model.system.circuit.name, model.system.waveform.name) == ("charge", "triangle")
+    assert model_of_device(PUMP).values["radius_ratio"] == pytest.approx(8.0 / 30.0)
+    assert model_of_device(PUMP).dielectric_strength == pytest.approx(float(breakdown_field(PUMP)))

@@ -16,6 +16,7 @@ from gelcone.devices.points import (
     unit_of,
 )  # fmt: skip
 from gelcone.errors import InputError
+from gelcone.physics.component import State
 
 PUMP = find_device("biased-pump").replace(film="taut")
 SLOW = PUMP.replace(series_resistance="1 Mohm")
@@ -81,3 +82,45 @@ def test_the_device_at_points_takes_their_fields_and_not_their_states():
     points = at(PUMP, {"frequency": np.array([8.0, 9.0]), "displacement": np.array([0.0, 1e-3])})
     assert points.frequency.tolist() == [8.0, 9.0]
     assert at(PUMP, {"displacement": np.array([0.0, 1e-3])}) is PUMP
+
+
+def test_points_that_differ_in_size_have_states_over_their_own_scales():
+    values = {"film_radius": np.array([0.03, 0.05]), "displacement": np.array([2e-3, 2e-3])}
+    model, states = device_at(PUMP, values, (9.0, 0.3))
+    devices = [PUMP.replace(film_radius=radius) for radius in values["film_radius"]]
+    np.testing.assert_allclose(states[:, 0], [2e-3 / own.scales.length for own in devices])
+    np.testing.assert_allclose(states[:, 1], [0.3 / own.scales.velocity for own in devices])
+    assert model.shape == (2,)
+
+
+def test_two_states_are_enough_of_a_device_that_has_more_and_of_any_other():
+    assert read_state(("5 mm", "0.1 m/s"), SLOW) == (5e-3, 0.1)
+    assert read_state(np.array([5e-3, 0.1])) == (5e-3, 0.1)
+    with pytest.raises(InputError, match=r"such as \('5 mm', '0 m/s'\)$"):
+        read_state("5 mm", PUMP)
+    creeping = SLOW.replace({"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"})
+    assert [unit_of(state) for state in own_states(creeping)] == ["1", "1", "V"]
+    full = read_state((5e-3, 0.1, 0.8, 0.9, "20 V"), creeping)
+    assert full == (5e-3, 0.1, 0.8, 0.9, 20.0)
+    s = creeping.scales
+    own = [5e-3 / s.length, 0.1 / s.velocity, 0.8, 0.9, 20.0 / s.voltage]
+    np.testing.assert_allclose(dimensionless_state(creeping, full), own)
+    both = creeping.replace(film_thickness=[1e-4, 2e-4])
+    rows = dimensionless_state(both, full)
+    np.testing.assert_allclose(rows[:, 4], 20.0 / both.scales.voltage)
+    assert rows.shape == (2, 5)
+
+
+def test_a_state_is_read_in_si_and_the_volts_of_a_charge_in_coulomb():
+    """Not in the units that results are read in."""
+    for quantity, unit in (("charge", "C"), ("length", "m"), ("voltage", "V"), ("share", "1"), ("energy", "J")):
+        assert unit_of(State("s", "a state", quantity)) == unit
+
+
+def test_gels_are_taken_by_their_names():
+    assert read_swept(PUMP, "material", ["PVC-DBA 6:1"]).tolist() == ["PVC-DBA 6:1"]
+    assert field_attributes(PUMP, "material") == {"long_name": "gel", "units": "1", "quantity": "device field"}
+    two = at(PUMP, {"material": np.array(["PVC-DBA 6:1", "PVC-DBA 6:1"])})
+    assert two.material.shear_modulus == PUMP.material.shear_modulus
+    with pytest.raises(InputError, match="colour"):
+        read_swept(PUMP, "colour", [1.0])

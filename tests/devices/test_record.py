@@ -1,9 +1,20 @@
 """Fields of a record: their usual ranges and examples, the names that people mean, and plain data."""
 
+import inspect
+
 import numpy as np
 import pytest
 
-from gelcone.devices.record import LARGEST, Field, FieldErrors, meant_fields, plain, unknown_field
+from gelcone.devices.record import (
+    LARGEST,
+    MOST_UNKNOWN,
+    Field,
+    FieldErrors,
+    Record,
+    meant_fields,
+    plain,
+    unknown_field,
+)
 from gelcone.devices.units import FieldError
 
 LENGTH = Field("thickness", "m", typical=(1e-4, 1e-2), above=0.0, near=("depth", "height"))
@@ -75,3 +86,51 @@ def test_plain_data_are_lists_and_numbers():
     assert plain(np.array([1.0, 2.0])) == [1.0, 2.0]
     assert plain("x") == "x"
     assert plain(3.0) == 3.0
+
+
+class Plate(Record):
+    """A record of this test."""
+
+    kind = "plate"
+    width = Field("width", "m", above=0.0, near=("breadth",))
+    mass = Field("mass", "kg", least=0.0)
+    colour = Field("colour", default="red")
+    share = Field("share", "1", default=0.5)
+
+
+def test_a_record_says_of_all_fields_what_is_wrong_and_not_that_one_is_missing_whose_name_is_misspelt():
+    with pytest.raises(FieldErrors) as refused:
+        Plate(breadth=1.0, colour=" ")
+    lines = str(refused.value).splitlines()
+    assert lines == [
+        "'breadth' is not a plate field; did you mean 'width'?",
+        "mass: is missing; give the mass in kg",
+        "colour = ' ': must be a non-empty text in quotes",
+    ]
+    with pytest.raises(FieldError, match=r"^mass: is missing; give the mass in kg$") as alone:
+        Plate(width=1.0, mass=None)
+    assert not isinstance(alone.value, FieldErrors)
+    with pytest.raises(FieldErrors) as many:
+        Plate(**{f"zz{k}": 1.0 for k in range(MOST_UNKNOWN + 9)})
+    assert len(many.value.errors) == MOST_UNKNOWN + 2
+
+
+def test_errors_within_a_table_have_dotted_names():
+    within = FieldErrors([FieldError("a", "a: wrong"), FieldError("b", "b: worse")]).within("material")
+    assert isinstance(within, FieldErrors)
+    assert [error.field for error in within.errors] == ["material.a", "material.b"]
+    assert str(within).splitlines()[1].startswith("material.b")
+
+
+def test_a_record_is_its_fields_and_does_not_change():
+    own = Plate(width="3 mm", mass=[1.0, 2.0])
+    assert own.parameters() == {"width": 3e-3, "mass": [1.0, 2.0], "colour": "red", "share": 0.5}
+    assert own == Plate(**own.parameters())
+    assert own != Plate(width="3 mm", mass=[1.0, 2.5])
+    assert repr(own) == "Plate(width=0.003, mass=[1.0, 2.0], colour='red', share=0.5)"
+    with pytest.raises(AttributeError, match=r"width: a plate does not change; replace\(width=...\)"):
+        own.width = 2.0
+    with pytest.raises(AttributeError, match="Plate has no field 'depth'"):
+        _ = own.depth
+    kinds = {name: entry.default for name, entry in Plate.__signature__.parameters.items()}
+    assert kinds == {"width": inspect.Parameter.empty, "mass": inspect.Parameter.empty, "colour": "red", "share": 0.5}

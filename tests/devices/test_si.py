@@ -1,10 +1,13 @@
 """Results of a device in the units that its users read."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.devices import si
 from gelcone.devices.si import device_of, in_device_words, in_field_units, shown_values, to_si
 
 
@@ -117,3 +120,72 @@ def test_values_of_cells_are_shown_by_the_scales_of_each(device):
         same, taken = shown_values(values, own, several)
         assert same is values
         assert taken == own
+
+
+def of(quantity, name="a name"):
+    return {"units": "1", "quantity": quantity, "long_name": name}
+
+
+def test_a_parameter_is_read_as_its_field_and_a_pure_number_stays():
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    data = xr.Dataset(
+        {"stroke": ("member", [1.0, 2.0], of("length", "stroke x = h/(b-a)"))},
+        coords={
+            "voltage": ("member", [0.1, 0.2], of("parameter", "amplitude v")),
+            "rest_height": ("member", [0.3, 0.4], of("parameter")),
+            "hoop_prestretch": ("member", [1.1, 1.2], of("parameter", "hoop")),
+        },
+    )
+    found = to_si(data, device)
+    np.testing.assert_allclose(found["voltage"], np.array([0.1, 0.2]) * device.scales.voltage)
+    assert found["voltage"].attrs == {
+        "units": "V", "quantity": "parameter", "long_name": device.all_fields()["voltage_amplitude"].meaning,
+    }  # fmt: skip
+    np.testing.assert_allclose(found["rest_height"], np.array([0.3, 0.4]) * 1e3 * device.scales.length)
+    assert found["rest_height"].attrs["units"] == "mm"
+    assert found["hoop_prestretch"].attrs["units"] == "1"
+    assert found["stroke"].attrs["long_name"] == "stroke"
+    assert json.loads(found.attrs["device_fields"]) == device.parameters()
+    assert device_of(found) == device
+
+
+def test_an_axis_that_comes_to_differ_over_devices_is_a_coordinate_over_samples(device):
+    """Of devices that differ in their time; what lies along it keeps its order of axes. Where there are samples already
+    it is called after itself."""
+    several = device.replace(moving_mass=[1e-3, 4e-3])
+    for taken, dim in ((), "sample"), (("sample",), "time_sample"):
+        more = {name: (name, [1.0, 2.0, 3.0], of("code")) for name in taken}
+        data = xr.Dataset(
+            {"height": (("member", "time"), [[1.0, 2.0], [3.0, 4.0]], of("length")), **more},
+            coords={"time": ("time", [0.0, 10.0], of("time"))},
+        )
+        found = to_si(data, several)
+        assert found["height"].dims == ("member", dim)
+        assert set(found["time"].dims) == {"member", dim}
+        expected = np.outer(1e3 * several.scales.time, [0.0, 10.0])
+        np.testing.assert_allclose(found["time"].transpose("member", dim), expected)
+        np.testing.assert_allclose(found["moving_mass"], [1.0, 4.0])
+        assert found["moving_mass"].attrs["units"] == "g"
+
+
+def test_numbers_of_all_cells_become_those_of_each_behind_their_own_axes(device):
+    """A variable without the swept axis, whose scale hangs on it."""
+    thickness = {"long_name": "thickness", "units": "m", "quantity": "device field"}
+    data = xr.Dataset(
+        {"volts": ("time", [1.0, 2.0, 3.0], of("voltage"))},
+        coords={"film_thickness": ("film_thickness", [1e-4, 2e-4], thickness)},
+    )
+    found = to_si(data, device)
+    assert found["volts"].dims == ("time", "film_thickness")
+    scales = [device.replace(film_thickness=value).scales.voltage for value in (1e-4, 2e-4)]
+    np.testing.assert_allclose(found["volts"], np.outer([1.0, 2.0, 3.0], scales))
+    np.testing.assert_array_equal(found["film_thickness"], [0.1, 0.2])
+    assert found["film_thickness"].attrs["units"] == "mm"
+
+
+def test_members_bear_the_names_of_gels_of_which_there_is_one_each(device):
+    gels = ["PVC-DBA 4:1", "PVC-DBA 8:1"]
+    several = device.replace(material=gels, film="taut")
+    shown = si._with_member_fields(xr.Dataset({"x": ("member", np.ones(2))}), several)
+    assert shown["material"].values.tolist() == gels
+    np.testing.assert_allclose(shown["material.shear_modulus"], several.material.shear_modulus)

@@ -5,7 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.lab.bench import Variants, field_value
+from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value, rows_read
 from tests.lab.certified import CERTIFIED, device, made
 
 
@@ -164,3 +164,99 @@ def test_a_stroke_under_a_load_is_that_of_a_device_with_a_constant_force():
     for load, stroke in zip((0.0, 0.03), found, strict=True):
         pulled = own.replace(constant_force=-load) if load else own
         assert 1e3 * stroke == pytest.approx(float(gelcone.static(pulled, [1.5e3])["stroke"][0]), rel=1e-6)
+
+
+TAUT = gelcone.find_device("biased-pump").replace(film="taut")
+
+
+def with_gains(own=TAUT, **gains):
+    return Variants(own, ["spring_rate"], np.ones((1, 1)), {name: np.array([gain]) for name, gain in gains.items()})
+
+
+def test_each_variant_rings_down_with_its_own_damping_and_mass():
+    """c/(2 m) of a damping coefficient that is given; a heavier disc swings slower."""
+    factors = np.array([[1.0, 1.0], [2.0, 1.0], [1.0, 3.0]])
+    found = Variants(TAUT, ["moving_mass", "damping_coefficient"], factors, {}).ring_down()
+    decay = TAUT.damping_coefficient / (2.0 * TAUT.moving_mass)
+    np.testing.assert_allclose(found[:, 1], decay * np.array([1.0, 0.5, 3.0]))
+    swings = np.sqrt((2.0 * np.pi * found[:, 0]) ** 2 + found[:, 1] ** 2)
+    np.testing.assert_allclose(swings / swings[0], [1.0, np.sqrt(0.5), 1.0])
+
+
+def test_the_amplifiers_gain_is_on_what_is_commanded_and_the_others_on_what_is_read():
+    plain, volts = with_gains(), np.array([500.0, 1200.0])
+    louder = with_gains(amplifier=1.1)
+    np.testing.assert_allclose(louder.stroke(volts), plain.stroke(1.1 * volts), rtol=1e-9)
+    held = np.array([0.012, 0.015])
+    np.testing.assert_allclose(louder.blocked_force(held, volts), plain.blocked_force(held, 1.1 * volts))
+    np.testing.assert_allclose(louder.loaded_stroke(held, volts), plain.loaded_stroke(held, 1.1 * volts), rtol=1e-9)
+    drive = np.array([1e3]), np.array([60.0]), np.array([8.0])
+    np.testing.assert_allclose(
+        louder.response(*drive), plain.response(1.1 * drive[0], 1.1 * drive[1], drive[2]), rtol=1e-8
+    )
+    lasers = with_gains(laser=0.9)
+    np.testing.assert_allclose(lasers.response(*drive), 0.9 * plain.response(*drive), rtol=1e-12)
+    np.testing.assert_allclose(lasers.loaded_stroke(held, volts), 0.9 * plain.loaded_stroke(held, volts), rtol=1e-12)
+    np.testing.assert_allclose(lasers.ring_down(), plain.ring_down())
+    assert lasers.natural_frequency(1e3)[0] == pytest.approx(plain.natural_frequency(1e3)[0], rel=1e-12)
+
+
+def test_a_series_reads_laser_and_ammeter_and_knows_either_sign():
+    time, volts = np.linspace(0.0, 0.05, 11), 900.0 * np.minimum(np.linspace(0.0, 2.0, 11), 1.0)
+    names = ("stroke", "current")
+    plain = np.split(with_gains().series(time, volts, names)[0], 2)
+    read = np.split(with_gains(laser=0.9, ammeter=1.2).series(time, volts, names)[0], 2)
+    np.testing.assert_allclose(read[0], 0.9 * plain[0], rtol=1e-12)
+    np.testing.assert_allclose(read[1], 1.2 * plain[1], rtol=1e-12)
+    stroke, current = np.split(with_gains().series(time, -volts, names)[0], 2)
+    np.testing.assert_allclose(stroke, plain[0], rtol=1e-8, atol=1e-15)
+    np.testing.assert_allclose(current, -plain[1], rtol=1e-8, atol=1e-15)
+    np.testing.assert_array_equal(with_gains().series(time, volts, ("current",))[0], plain[1])
+    np.testing.assert_allclose(with_gains().series(time, 0.0 * volts)[0], 0.0, atol=1e-12)
+
+
+def test_a_ramp_takes_its_voltages_in_the_order_of_their_size():
+    volts = np.array([1500.0, -500.0, 1000.0])
+    ordered = with_gains().stroke(np.array([500.0, 1000.0, 1500.0]))[0]
+    np.testing.assert_allclose(with_gains().stroke(volts)[0], ordered[[2, 0, 1]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("drive", ["same", "constant"])
+def test_the_capacitance_is_that_of_all_films_that_the_source_charges(drive):
+    pair = TAUT.replace(second_film="taut", second_drive=drive, second_flat_height="25 mm")
+    at = np.array([0.01]), np.array([500.0])
+    alone = with_gains().capacitance(*at)
+    other = with_gains().capacitance(np.array([0.015]), at[1]) if drive == "same" else 0.0
+    np.testing.assert_allclose(with_gains(pair).capacitance(*at), alone + other, rtol=1e-12)
+
+
+def test_every_kind_of_test_reaches_its_prediction(monkeypatch):
+    """What is set by name, the test itself as the key of its states, and the readings of a series."""
+    variants = with_gains()
+    seen = []
+    for name in ("blocked_force", "stroke", "loaded_stroke", "capacitance", "series", "response", "ring_down"):
+        monkeypatch.setattr(variants, name, lambda name=name, **given: seen.append((name, given)) or name)
+    ways = {
+        "blocked force": "blocked_force", "stroke over voltage": "stroke", "stroke over load": "loaded_stroke",
+        "capacitance": "capacitance", "series": "series", "frequency response": "response", "ring-down": "ring_down",
+    }  # fmt: skip
+    assert set(ways) == set(KINDS)
+    for kind, name in ways.items():
+        numbers = {own: np.array([float(k)]) for k, own in enumerate(KINDS[kind].set)}
+        test = DeviceTest("t", kind, numbers, dict.fromkeys(KINDS[kind].read, np.zeros(1)), {})
+        assert variants.predict(test) == name
+        (_, given) = seen.pop()
+        more = {"stroke": {"key": test}, "loaded_stroke": {"key": test}, "response": {"key": test}}
+        more["series"] = {"names": ("stroke", "current")}
+        assert given == {**numbers, **more.get(name, {})} if name != "ring_down" else given == {}
+
+
+def test_readings_of_a_test_stand_in_a_row_with_their_noise_units_and_instruments():
+    read = {"stroke": np.array([1.0, 2.0]), "current": np.array([3.0, 4.0])}
+    noise = {"current": np.array([0.3, 0.4]), "stroke": np.array([0.1, 0.2])}
+    test = DeviceTest("t", "series", {}, read, noise)
+    assert test.values.tolist() == [1.0, 2.0, 3.0, 4.0]
+    assert test.deviations.tolist() == [0.1, 0.2, 0.3, 0.4]
+    assert test.instruments == ["laser", "laser", "ammeter", "ammeter"]
+    assert test.units == ["m", "m", "A", "A"]
+    assert [rows_read(rows).step for rows in (1, 500, 501, 1000, 1001)] == [1, 1, 2, 2, 3]

@@ -1,6 +1,8 @@
 """Vectors of MATLAB files, and damaged ones."""
 
+import struct
 import warnings
+import zlib
 
 import numpy as np
 import pytest
@@ -73,3 +75,68 @@ def test_damaged_files_are_one_line(compressed, tmp_path):
         assert "\n" not in reason
         assert not reason or reason.startswith(path.name)
     assert refused > 50
+
+
+def element(kind, data, order):
+    return struct.pack(f"{order}II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def matrix(name, values, order="<", flags=6, stored=9, shape=None):
+    """A matrix of a MATLAB file by its format; of other types than numbers with another ``stored`` type."""
+    values = np.asarray(values, dtype=f"{order}{binary.STORED.get(stored, 'f8')}")
+    dims = np.array(shape or (values.size, 1), dtype=f"{order}i4").tobytes()
+    parts = ((6, struct.pack(f"{order}II", flags, 0)), (5, dims), (1, name.encode()), (stored, values.tobytes()))
+    return element(14, b"".join(element(kind, data, order) for kind, data in parts), order)
+
+
+@pytest.mark.parametrize(("order", "mark"), [("<", b"IM"), (">", b"MI")])
+def test_files_of_either_order_of_bytes_and_of_any_type_of_number_are_read(order, mark, tmp_path):
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(f"{order}H", 0x0100) + mark
+    bodies = [matrix(f"t{stored}_mm", [1, 2], order, stored=stored) for stored in binary.STORED]
+    (tmp_path / "own.mat").write_bytes(head + b"".join(bodies))
+    table = read_table(tmp_path / "own.mat")
+    assert list(table.columns) == [f"t{stored}" for stored in binary.STORED]
+    for column in table.columns.values():
+        assert (column.values.tolist(), column.unit) == ([1.0, 2.0], "mm")
+
+
+def test_what_is_no_vector_of_real_numbers_is_left_out():
+    """Two numbers are one; a row is one as a column is; other classes, complex numbers and squares are not."""
+    head = b"MATLAB".ljust(126) + b"IM"
+    parts = [
+        matrix("row", [1.0, 2.0, 3.0], shape=(1, 3)), matrix("pair", [1.0, 2.0]), matrix("one", [1.0]),
+        matrix("words", [1.0, 2.0], flags=4), matrix("imaginary", [1.0, 2.0], flags=6 | 0x0800),
+        matrix("square", np.arange(4.0), shape=(2, 2)), matrix("odd", [1.0, 2.0], stored=18),
+        matrix("logical", [1.0, 2.0], flags=15), matrix("beyond", [1.0, 2.0], flags=16),
+    ]  # fmt: skip
+    found = binary._matlab(head + b"".join(parts))
+    assert {name: values.tolist() for name, values in found.items()} == {
+        "row": [1.0, 2.0, 3.0], "pair": [1.0, 2.0], "logical": [1.0, 2.0],
+    }  # fmt: skip
+    compressed = element(15, zlib.compress(matrix("small", [3.0, 4.0])), "<").rstrip(b"\0")
+    packed = zlib.compress(matrix("small", [3.0, 4.0]))
+    compressed = struct.pack("<II", 15, len(packed)) + packed
+    both = binary._matlab(head + compressed + matrix("after", [5.0, 6.0]))
+    assert {name: values.tolist() for name, values in both.items()} == {"small": [3.0, 4.0], "after": [5.0, 6.0]}
+
+
+def test_as_many_vectors_and_values_are_read_as_are_allowed(monkeypatch):
+    head = b"MATLAB".ljust(126) + b"IM"
+    vectors = head + matrix("a", [1.0, 2.0]) + matrix("b", [1.0, 2.0])
+    monkeypatch.setattr(binary, "MOST_NAMES", 2)
+    monkeypatch.setattr(binary, "MOST_VALUES", 4)
+    assert list(binary._matlab(vectors)) == ["a", "b"]
+    monkeypatch.setattr(binary, "MOST_NAMES", 1)
+    with pytest.raises(InputError):
+        binary._matlab(vectors)
+    monkeypatch.setattr(binary, "MOST_NAMES", 2)
+    monkeypatch.setattr(binary, "MOST_VALUES", 3)
+    with pytest.raises(InputError):
+        binary._matlab(vectors)
+
+
+def test_lengths_are_shown_of_four_vectors(tmp_path):
+    columns = {name: np.arange(float(k + 2)) for k, name in enumerate("abcde")}
+    savemat(tmp_path / "own.mat", columns)
+    with pytest.raises(InputError, match=r"several lengths \(a 2, b 3, c 4, d 5\); store one test in a file"):
+        read_table(tmp_path / "own.mat")

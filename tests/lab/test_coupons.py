@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gelcone.errors import InputError
+from gelcone.lab import coupons
 from gelcone.lab.coupons import LOADING_RATE, same_temperature
 from gelcone.lab.measured import read_tests
 
@@ -137,3 +139,145 @@ def test_long_tests_are_thinned_and_say_so(tmp_path):
     assert len(test.stress) == 400
     assert "thinned from 5000 to 400 samples" in test.notes
     assert (test.stress[0], test.stress[-1]) == (0.0, 4999.0)
+
+
+@pytest.fixture
+def read(tmp_path):
+    """The tests of a table and of its entry in a list."""
+
+    def of(text, entry="", name="pull.csv"):
+        (tmp_path / name).write_text(text)
+        (tmp_path / "tests.toml").write_text(f'[[test]]\nfile = "{name}"\n{entry}')
+        return read_tests(tmp_path / "tests.toml")
+
+    return of
+
+
+def rows(*columns):
+    return "\n".join(",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True)) + "\n"
+
+
+STRETCH, STRESS = np.array([1.0, 1.1, 1.3, 1.6]), np.array([0.0, 5e3, 9e3, 12.5e3])
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "entry"),
+    [
+        ("strain,stress (Pa)", (STRETCH - 1.0, STRESS), ""),
+        ("strain (%),stress (kPa)", (100.0 * (STRETCH - 1.0), 1e-3 * STRESS), ""),
+        ("extension (mm),stress (Pa)", (20.0 * (STRETCH - 1.0), STRESS), 'gauge_length = "20 mm"\n'),
+        ("stretch,force (mN)", (STRETCH, STRESS * 5e-3), 'specimen_width = "1 cm"\nthickness = "0.5 mm"\n'),
+        ("lambda,F (N)", (STRETCH, STRESS * 5e-6), 'force = "F, N"\nspecimen_width = "5 mm"\nthickness = "1 mm"\n'),
+    ],
+)
+def test_stretch_and_stress_follow_from_what_was_measured(read, head, columns, entry):
+    (test,) = read(f"{head}\n{rows(*columns)}", entry).coupons
+    np.testing.assert_allclose(test.stretch, STRETCH)
+    np.testing.assert_allclose(test.stress, STRESS, atol=1e-9)
+    assert (test.kind, test.width, test.mode, test.voltage) == ("quasi-static", "free", "uniaxial", 0.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "entry", "message"),
+    [
+        ("extension (mm),stress (Pa)", "", "has a extension, which needs gauge_length"),
+        ("stretch,force (mN)", 'thickness = "1 mm"\n', "has a force, which needs specimen_width"),
+        ("stretch,force (mN)", 'specimen_width = "1 mm"\n', "has a force, which needs thickness"),
+        ("stretch,other", "", "no column is a stress .columns: stretch, other.; name it in tests.toml: stress"),
+        ("stretch,force", 'specimen_width = "1 mm"\n', 'column "force" has no unit; write "force .N.", or name it'),
+        ("stretch (mm),stress (Pa)", "", "stretch has no unit; 'mm' is one"),
+        ("stretch,stress (V)", "", "'V' is not a unit of"),
+    ],
+)
+def test_what_a_table_lacks_is_named(read, head, entry, message):
+    with pytest.raises(InputError, match=message):
+        read(f"{head}\n{rows(STRETCH, STRESS)}", entry)
+
+
+def test_stresses_without_a_unit_are_pascals_where_an_elastomer_may_have_them(read):
+    """The stress over the strain, of which no more than 2 counts, is from 2 kPa to 1 GPa at strains from 0.1 on."""
+    stretch = np.array([1.0, 1.05, 3.5, 4.0])
+    for size, fits in ((2.1e3, True), (1.9e3, False), (0.99e9, True), (1.01e9, False)):
+        text = f"stretch,stress\n{rows(stretch, 2.0 * size * np.array([0.0, 0.5, 0.9, 1.0]))}"
+        if fits:
+            assert "column 'stress' has no unit: taken as Pa" in read(text).coupons[0].notes
+            continue
+        with pytest.raises(InputError, match=r"the largest stress is .*: is it in kPa or MPa\? write the unit"):
+            read(text)
+    assert len(read(f"stretch,stress\n{rows(1.0 + 0.09 * np.arange(4) / 3, np.arange(4.0))}").coupons) == 1
+
+
+def test_rates_temperatures_and_voltages_are_those_of_each_test(read):
+    text = "id,stretch,stress (Pa),rate (1/s),temp (degC),voltage (kV)\n"
+    for name, rate, degrees, volts in (("a", 0.1, 20.0, 0.0), ("b", 0.5, 50.0, -2.0)):
+        text += "".join(f"{name},{x},{y},{rate},{degrees},{volts}\n" for x, y in zip(STRETCH, STRESS, strict=True))
+    a, b = read(text).coupons
+    np.testing.assert_allclose(a.time, (STRETCH - 1.0) / 0.1)
+    np.testing.assert_allclose(b.time, (STRETCH - 1.0) / 0.5)
+    assert (a.temperature, b.temperature) == (pytest.approx(293.15), pytest.approx(323.15))
+    assert (a.voltage, b.voltage, a.use, b.use) == (0.0, pytest.approx(2e3), "fit", "check")
+    assert (a.name, b.name, a.kind, a.file) == ("pull a", "pull b", "loading", "pull.csv")
+
+
+def test_settings_count_where_the_table_says_nothing(read):
+    entry = (
+        'rate = "0.2 1/s"\ntemperature = "30 degC"\nvoltage = "1 kV"\nthickness = "0.5 mm"\nmode = "pure shear"\n'
+        'width = "held"\nuse = "fit"\n'
+    )
+    (test,) = read(f"stretch,stress (Pa)\n{rows(STRETCH, STRESS)}", entry).coupons
+    np.testing.assert_allclose(test.time, (STRETCH - 1.0) / 0.2)
+    assert (test.temperature, test.voltage, test.thickness) == (pytest.approx(303.15), 1e3, 5e-4)
+    assert (test.mode, test.width, test.use) == ("pure shear", "held", "fit")
+
+
+def test_a_spectrum_is_in_the_order_of_its_frequencies(read):
+    text = "id,freq (Hz),dielec,temp (degC)\na,100,4,20\na,1,6,22\na,10,5,21\nb,1,3,40\n"
+    a, b = read(text, name="eps.csv").spectra
+    assert (a.frequency.tolist(), a.permittivity.tolist()) == ([1.0, 10.0, 100.0], [6.0, 5.0, 4.0])
+    assert (a.temperature, b.temperature) == (pytest.approx(294.15), pytest.approx(313.15))
+    assert (a.name, b.permittivity.tolist()) == ("eps a", [3.0])
+    with pytest.raises(InputError, match=r"a relative permittivity of 0\.5 is below 1"):
+        read("freq (Hz),dielec\n1,0.5\n2,3\n", name="eps.csv")
+
+
+@pytest.mark.parametrize(
+    ("kind", "stretch", "stress", "voltage", "note"),
+    [
+        ("cyclic", [1.0, 2.0, 1.031], [0.0, 100.0, 14.9], 0.0, "its unloading is cut at stretch 1.031"),
+        ("cyclic", [1.0, 2.0, 1.029], [0.0, 100.0, 14.9], 0.0, None),
+        ("cyclic", [1.0, 2.0, 1.031], [0.0, 100.0, 15.1], 0.0, None),
+        ("loading", [1.0, 2.0, 1.031], [0.0, 100.0, 14.9], 0.0, None),
+        ("loading", [1.0, 2.0, 3.0], [0.09, 50.0, 100.0], 10.0, "has no stress at its first stretch under voltage"),
+        ("loading", [1.0, 2.0, 3.0], [0.11, 50.0, 100.0], 10.0, None),
+        ("loading", [1.0, 2.0, 3.0], [0.09, 50.0, 100.0], 0.0, None),
+        ("loading", [0.99, 2.0, 3.0], [0.0, 50.0, 100.0], 0.0, "starts at stretch 0.99, below 1"),
+        ("loading", [1.0, 2.0, 3.0], [-20.0, 50.0, 100.0], 0.0, "starts with a stress of -20 Pa, below 0"),
+    ],
+)
+def test_what_is_odd_about_a_test_is_noted(vhb, kind, stretch, stress, voltage, note):
+    test = dataclasses.replace(
+        vhb.coupons[0], kind=kind, stretch=np.array(stretch), stress=np.array(stress), voltage=voltage
+    )
+    found = list(coupons._oddities(test))
+    assert [own.startswith(note) for own in found] == [True] if note else found == []
+
+
+def test_of_equal_tests_the_later_one_repeats_the_earlier_and_the_shorter_one_the_longer(vhb):
+    test = vhb.coupons[0]
+    half = dataclasses.replace(test, name="half", **{n: getattr(test, n)[:5] for n in ("time", "stretch", "stress")})
+    twin, other = dataclasses.replace(test, name="twin"), dataclasses.replace(test, name="other", voltage=7.0)
+    found = coupons._without_repeats([half, test, twin, other])
+    assert [own.use for own in found] == ["leave out", test.use, "leave out", test.use]
+    assert found[0].notes[-1] == f"repeats the first 5 rows of {test.name}: left out"
+    assert found[2].notes[-1] == f"repeats the first {len(test.stress)} rows of {test.name}: left out"
+
+
+def test_of_two_temperatures_with_as_many_tests_the_one_nearer_to_a_room_counts(vhb):
+    test = vhb.coupons[0]
+    tests = [dataclasses.replace(test, use="fit", name=str(t), temperature=t) for t in (333.15, 283.15, 333.15, 283.15)]
+    chosen, found = same_temperature(tests)
+    assert chosen == 283.15
+    assert [own.use for own in found] == ["leave out", "fit"] * 2
+    edge = [dataclasses.replace(test, use="fit", temperature=t) for t in (293.15, 298.15, 293.15)]
+    assert [own.use for own in same_temperature(edge)[1]] == ["fit"] * 3
+    assert np.isnan(same_temperature([dataclasses.replace(test, temperature=np.nan)])[0])

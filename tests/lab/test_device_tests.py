@@ -49,3 +49,112 @@ def test_voltages_without_a_unit_are_taken_for_kilovolts_where_all_are_small(tmp
     (tmp_path / "a.csv").write_text(f"voltage,stroke (mm)\n{rows}", encoding="utf-8")
     with pytest.raises(InputError, match=message):
         read_device_tests(tmp_path / "tests.toml")
+
+
+@pytest.fixture
+def read(tmp_path):
+    def of(text, **files):
+        for name, content in files.items():
+            (tmp_path / f"{name}.csv").write_text(content, encoding="utf-8")
+        (tmp_path / "tests.toml").write_text(text, encoding="utf-8")
+        return read_device_tests(tmp_path / "tests.toml")
+
+    return of
+
+
+STROKE = '[[test]]\nkind = "stroke over voltage"\nvoltage = ["1 kV", "500 V"]\nnoise = "10 um"\n'
+
+
+def test_gains_are_those_of_the_list_or_usual_ones(read):
+    plain = {"load cell": 0.02, "laser": 0.01, "capacitance meter": 0.01, "ammeter": 0.01, "amplifier": 0.01}
+    assert read(STROKE).gains == plain
+    own = read(STROKE + '[instruments]\ncapacitance_meter = "3 %"\nlaser = 0.05\n').gains
+    assert own == plain | {"capacitance meter": pytest.approx(0.03), "laser": 0.05}
+    with pytest.raises(InputError, match="did you mean 'laser'"):
+        read(STROKE + "[instruments]\nlasr = 0.05\n")
+    for wrong in ("0", '"1000 %"', '"-1 %"', '"a"'):
+        with pytest.raises(InputError, match="must be a share such as"):
+            read(STROKE + f"[instruments]\nlaser = {wrong}\n")
+    assert read(STROKE + '[instruments]\nlaser = "999 %"\n').gains["laser"] == pytest.approx(9.99)
+
+
+def test_an_amplitude_and_a_phase_are_an_in_phase_and_a_quadrature_part(read):
+    text = (
+        '[[test]]\nkind = "frequency response"\nvoltage_offset = "1 kV"\nvoltage_amplitude = "60 V"\n'
+        'frequency = ["6 Hz", "9 Hz"]\namplitude = ["2 mm", "1 mm"]\nphase = ["60 deg", "-90 deg"]\nnoise = "10 um"\n'
+    )
+    found = read(text)
+    (test,) = found.tests
+    np.testing.assert_allclose(test.read["in_phase"], [1e-3, 0.0], atol=1e-18)
+    np.testing.assert_allclose(test.read["quadrature"], [2e-3 * np.sin(np.radians(60.0)), -1e-3])
+    np.testing.assert_array_equal(test.set["voltage_offset"], [1e3, 1e3])
+    np.testing.assert_array_equal(test.set["voltage_amplitude"], [60.0, 60.0])
+    np.testing.assert_array_equal(test.set["frequency"], [6.0, 9.0])
+    np.testing.assert_allclose(test.deviations, [1e-5] * 4)
+    assert test.instruments == ["laser"] * 4
+    assert test.units == ["m"] * 4
+    assert found.measured
+    assert test.name == "frequency response, test 1"
+
+
+def test_tests_are_measured_once_all_readings_are_there(read):
+    half = '[[test]]\nkind = "blocked force"\nheight = ["10 mm", "12 mm"]\nvoltage = "0 V"\nnoise = "1 mN"\n'
+    assert not read(half).measured
+    assert not read(half + 'force = ["1 mN", "2 mN"]\n' + STROKE).measured
+    found = read(half + 'force = ["1 mN", "2 mN"]\n')
+    assert found.measured
+    (test,) = found.tests
+    np.testing.assert_allclose(test.set["height"], [0.01, 0.012])
+    np.testing.assert_array_equal(test.set["voltage"], [0.0, 0.0])
+    np.testing.assert_allclose(test.read["force"], [1e-3, 2e-3])
+    np.testing.assert_allclose(test.noise["force"], [1e-3, 1e-3])
+    with pytest.raises(InputError, match="test 1: height has 2 values and others 3; give one"):
+        read(half.replace('voltage = "0 V"', 'voltage = ["0 V", "0 V", "1 V"]'))
+    with pytest.raises(InputError, match='a blocked force test needs height; name a column, or give height = "10 mm"'):
+        read(half.replace('height = ["10 mm", "12 mm"]\n', ""))
+
+
+def test_a_series_has_the_readings_that_are_there_thinned_and_times_that_rise(read):
+    text = '[[test]]\nkind = "series"\nfile = "step.csv"\nnoise = {stroke = "10 um", current = "2 uA"}\n'
+    count = 1001
+    table = "time (ms),voltage (kV),stroke (mm),current (uA)\n"
+    step = table + "".join(f"{k},{0.001 * k},{0.1 * k},{0.2 * k}\n" for k in range(count))
+    (test,) = read(text, step=step).tests
+    assert test.name == "series, step.csv, 334 of 1001 rows"
+    np.testing.assert_allclose(test.set["time"], 1e-3 * np.arange(count))
+    np.testing.assert_allclose(test.set["voltage"], np.arange(count))
+    np.testing.assert_allclose(test.read["stroke"], 1e-4 * np.arange(0, count, 3))
+    np.testing.assert_allclose(test.read["current"], 2e-7 * np.arange(0, count, 3))
+    np.testing.assert_allclose(test.deviations, [1e-5] * 334 + [2e-6] * 334)
+    assert test.instruments == ["laser"] * 334 + ["ammeter"] * 334
+    short = "time (s),voltage (V),current (mA)\n0,0,1\n1,10,2\n"
+    (test,) = read(text, step=short).tests
+    assert list(test.read) == ["current"]
+    assert test.name == "series, step.csv"
+    with pytest.raises(InputError, match="has 1 times; a series takes 2 to 20000"):
+        read(text, step="time (s),voltage (V),current (mA)\n0,0,1\n")
+    with pytest.raises(InputError, match="the time 1 s follows 1 s; times must rise"):
+        read(text, step=short + "1,3,4\n")
+    planned = '[[test]]\nkind = "series"\ntime = ["0 s", "1 s"]\nvoltage = ["0 V", "5 V"]\nnoise = "10 um"\n'
+    (test,) = read(planned).tests
+    assert list(test.read) == ["stroke"]
+    assert np.isnan(test.read["stroke"]).all()
+
+
+def test_columns_are_found_by_name_or_named_and_turned_round(read):
+    text = (
+        '[[test]]\nkind = "stroke over load"\nfile = "a.csv"\nload = "-W, mN"\nvoltage = "2 kV"\n'
+        'noise = {stroke = "5 um"}\n'
+    )
+    (test,) = read(text, a="W,displacement (um),note\n-1,10,x\n-2,20,y\n").tests
+    np.testing.assert_allclose(test.set["load"], [1e-3, 2e-3])
+    np.testing.assert_allclose(test.read["stroke"], [1e-5, 2e-5])
+    np.testing.assert_array_equal(test.set["voltage"], [2e3, 2e3])
+    np.testing.assert_allclose(test.noise["stroke"], [5e-6] * 2)
+    assert test.name == "stroke over load, a.csv"
+    with pytest.raises(InputError, match='the noise of stroke is missing; give noise = "10 um", or a table'):
+        read(text.replace('noise = {stroke = "5 um"}', 'noise = {force = "1 mN"}'), a="W,d (um)\n-1,10\n")
+    with pytest.raises(InputError, match="'kV' is not a unit of stroke; write it in m"):
+        read(text, a="W,displacement (kV)\n-1,10\n-2,20\n")
+    with pytest.raises(InputError, match="column 'W' has cells without numbers"):
+        read(text, a="W,displacement (um)\n-1,10\n,20\n")

@@ -1,12 +1,19 @@
 """What a fit of a material takes and gives, without fits: permittivity, intervals, errors, what is predicted."""
 
+import json
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone.devices.materials import Material
 from gelcone.errors import InputError
 from gelcone.lab import material as module
 from gelcone.lab.coupons import Coupon, Spectrum
+from gelcone.lab.material import fit_material, fitted_material, fitted_text
+from gelcone.lab.material_fit import Band
+from gelcone.lab.measured import Measured
+from gelcone.physics.laws import LAWS
 
 
 def coupon(name="a", stress=(0.0, 3.0, -4.0), **more):
@@ -108,3 +115,106 @@ def test_a_note_is_said_once_of_the_files_or_tests_that_it_is_about():
 
 def test_units_are_those_of_the_fields_of_a_material():
     assert [module.unit_of(name) for name in ("shear_modulus", "relaxation_time_1", "yeoh_c2")] == ["Pa", "s", "1"]
+
+
+class Best:
+    """A candidate with a branch, fitted with an error of 1 % and of 2 % of tests left out."""
+
+    law, count, predicted, theta = LAWS["gent"], 1, np.arange(6.0), np.array([np.log(8e3), 0.0])
+
+    @property
+    def fitted(self):
+        return self
+
+    @property
+    def candidate(self):
+        return self
+
+    def branches(self, theta):
+        return np.array([5e3]), np.array([1.5])
+
+    def numbers(self, theta):
+        return {"stretch_limit": 20.0}
+
+    def error(self, left_out):
+        return 0.02 if left_out else 0.01
+
+
+def test_a_material_says_where_its_numbers_come_from(monkeypatch):
+    tests = [coupon("a"), coupon("b", file="a.csv"), coupon("c")]
+    band = Band(0.125, 0.9, 0.5)
+    known = {"name": "gel", "sources": {"dielectric_strength": "d"}, "dielectric_strength": 3e7}
+    found = module._material(known, (4.56789, "a spectrum"), Best(), tests, "log", band)
+    assert (found.shear_modulus, found.stretch_limit, found.law) == (8e3, 20.0, "gent")
+    assert (found.viscous_modulus_1, found.relaxation_time_1, found.flow) == (5e3, 1.5, "log")
+    assert (found.relative_permittivity, found.dielectric_strength, found.name) == (4.568, 3e7, "gel")
+    source = found.sources["shear_modulus"]
+    assert source.startswith("fit of 3 uniaxial tests (a.csv, c.csv): gent with 1 branches, log flow; mean error 1.00%")
+    assert "tests left out 2.00%, band +-12.5%" in source
+    others = {name: found.sources[name] for name in found.sources if name != "shear_modulus"}
+    same = dict.fromkeys(("stretch_limit", "viscous_modulus_1", "relaxation_time_1"), "same fit")
+    assert others == same | {"dielectric_strength": "d", "relative_permittivity": "a spectrum"}
+    alone = module._material({"relative_permittivity": 3.0}, (3.0, ""), Best(), tests, "log", Band(np.nan, 1.0, 1.0))
+    assert "left out" not in alone.sources["shear_modulus"]
+    assert (alone.relative_permittivity, alone.name) == (3.0, "fitted material")
+
+
+@pytest.mark.parametrize(("count", "draws"), [(2, 0), (3, 7)])
+def test_a_fit_hands_tests_and_options_to_its_parts(monkeypatch, count, draws):
+    """Of two tests no draws are made and no band; the permittivity is that of the field in the tests."""
+    asked = {}
+
+    class Data:
+        grid = np.array([1.0])
+
+        def __init__(self, tests, flow, permittivity, progress):
+            asked.update(tests=[test.name for test in tests], flow=flow, permittivity=permittivity)
+
+    def result(coupons, predicted, data, compared, key, spread, band):
+        asked.update(uses=[test.use for test in coupons], predicted=predicted, key=key, spread=spread, band=band)
+        return xr.Dataset()
+
+    best, kept = Best(), Band(0.1, 0.9, 0.8)
+    monkeypatch.setattr(module, "Tabulated", Data)
+    monkeypatch.setattr(module, "compare", lambda data, laws, counts, progress: asked.update(
+        laws=laws, counts=counts) or {("gent", 1): best})  # fmt: skip
+    monkeypatch.setattr(module, "choose", lambda compared, most: asked.update(most=most) or ("gent", 1))
+    monkeypatch.setattr(module, "bootstrap", lambda fitted, draws, seed, progress: ("draws", draws, seed))
+    monkeypatch.setattr(module, "band_of", lambda data, predicted: asked.update(left_out=predicted) or kept)
+    monkeypatch.setattr(module, "stress_of", lambda test, gel: np.full(3, gel.shear_modulus))
+    monkeypatch.setattr(module, "_result", result)
+    tests = [coupon(str(k)) for k in range(count)]
+    more = [coupon("v", voltage=100.0, use="check"), coupon("w", use="leave out")]
+    measured = Measured((*tests, *more), (), ("a.csv", "b.csv"))
+    known = {"relative_permittivity": 3.5, "name": "own"}
+    found = fit_material(measured, known, laws=["gent"], branches=[1], draws=7, seed=4)
+    assert (asked["tests"], asked["flow"], asked["permittivity"]) == ([str(k) for k in range(count)], "log", 3.5)
+    assert (asked["laws"], asked["counts"], asked["key"]) == (["gent"], [1], ("gent", 1))
+    assert asked["spread"] == ("draws", draws, 4)
+    assert asked["uses"] == ["fit"] * count + ["check", "leave out"]
+    assert [np.isfinite(one).all() for one in asked["predicted"]] == [True] * count + [False, False]
+    assert np.isnan(asked["band"].width) if count == 2 else asked["band"] is kept
+    if count == 3:
+        np.testing.assert_array_equal(asked["left_out"], np.arange(6.0))
+        assert asked["most"] == 3
+    options = {"laws": ["gent"], "branches": [1], "flow": "log", "draws": 7, "seed": 4}
+    assert json.loads(found.attrs["options"]) == options
+    assert json.loads(found.attrs["files"]) == ["a.csv", "b.csv"]
+    assert (found.attrs["title"], fitted_material(found).shear_modulus) == ("material fit: own", 8e3)
+    assert "v.csv" in found.attrs["reading"]
+
+
+def test_a_table_of_a_fit_has_its_intervals_as_comments():
+    gel = Material(name="own", shear_modulus=8e3, relative_permittivity=3.0, law="gent", stretch_limit=20.0)
+    result = xr.Dataset(
+        {"low": ("parameter", [7e3, np.nan]), "high": ("parameter", [9.5e3, 3.0])},
+        coords={"parameter": ["shear_modulus", "stretch_limit"]},
+        attrs={"material": json.dumps(gel.parameters()), "title": "material fit: own", "gelcone_version": "9.9"},
+    )
+    lines = fitted_text(result).splitlines()
+    assert lines[0] == "# material fit: own, made by gelcone 9.9. Paste it into a device file."
+    (modulus,) = (line for line in lines if line.startswith("shear_modulus"))
+    assert modulus.startswith('shear_modulus = "8 kPa"')
+    assert modulus.endswith("# 95 %: 7 kPa to 9.5 kPa")
+    (limit,) = (line for line in lines if line.startswith("stretch_limit"))
+    assert "95 %" not in limit

@@ -11,6 +11,7 @@ import gelcone
 from gelcone.devices.device import Device, find_device
 from gelcone.devices.materials import Material
 from gelcone.errors import InputError
+from gelcone.lab import material_fit
 from gelcone.lab.coupons import Coupon, Spectrum
 from gelcone.lab.material import _intervals, fit_material, fitted_material, fitted_text
 from gelcone.lab.material_fit import Candidate, Tabulated, band_of, bootstrap, choose, compare, errors_of
@@ -243,6 +244,8 @@ def test_what_cannot_be_fitted_is_refused_in_one_line():
     one = [pulled("a", 0.1, 2.0)]
     assert "relative_permittivity: is missing; give it in the material's file" in refusal(one)
     assert "1 tests: with fewer than 3 none can be left out" in refusal(one, known)
+    assert "give one law and one number of branches" in refusal(one * 2, known, laws=["yeoh", "gent"], branches=[1])
+    assert "give one law and one number of branches" in refusal(one * 2, known, laws=["yeoh"], branches=[0, 1])
     assert "no test is to be fitted" in refusal([one[0].with_use("check", "")], known)
     assert "'mooney' is not a law" in refusal(one, known, laws=["mooney"])
     assert "branches = 5: must be at most 4" in refusal(one, known, branches=[5])
@@ -288,3 +291,87 @@ def test_a_spectrum_without_a_temperature_serves():
     tests = Measured((pulled("a", 0.1, 4.0),), (spectrum,), ("made.csv",))
     result = fit_material(tests, laws=["neo-hookean"], branches=[0])
     assert fitted_material(result).relative_permittivity == pytest.approx(5.0)
+
+
+class Own:
+    """Curves of two made-up tests, of 4 and of 1 samples, whose law has the shape 1 and whose branches are ``rows``."""
+
+    def __init__(self, stress, field=0.0, rows=()):
+        count = len(stress)
+        one, test = np.ones(count), np.array([0] * (count - 1) + [1])
+        self.curves = material_fit.Curves(one, one, np.array(stress, dtype=float), field * one, one, test)
+        self.tests = [
+            Coupon("a", "a", "uniaxial", "loading", one, one, np.array([-4.0, 1.0]), (one, one)),
+            Coupon("b", "b", "uniaxial", "loading", one, one, np.array([2.0]), (one, one)),
+        ]
+        self.spline = lambda times: np.array(rows)
+        self.data = self
+
+    def shape(self, own):
+        return np.ones(self.curves.stress.size)
+
+
+def test_moduli_fit_best_without_the_field_and_are_not_negative():
+    """Of the law, the same in all samples, and of a branch: 3 + 2 k above a field of 5; and the norm of the rest."""
+    k = np.arange(5.0)
+    own = Own(8.0 + 2.0 * k, field=5.0, rows=[k])
+    found, left = material_fit._moduli(own, np.zeros(1), np.array([1.0]), np.ones(2))
+    np.testing.assert_allclose(found, [3.0, 2.0])
+    assert left == pytest.approx(0.0, abs=1e-9)
+    own = Own(8.0 - 2.0 * k, field=5.0, rows=[k])
+    found, left = material_fit._moduli(own, np.zeros(1), np.array([1.0]), np.ones(2))
+    np.testing.assert_allclose(found, [0.0, 0.0], atol=1e-12)
+    assert left == pytest.approx(np.linalg.norm(3.0 - 2.0 * k - found[0]))
+    found, _ = material_fit._moduli(own, np.zeros(1), np.empty(0), np.array([0.0, 1.0]))  # the last sample alone
+    np.testing.assert_allclose(found, [0.0])
+
+
+def test_a_quantile_gives_each_test_the_same_weight():
+    """19 small residuals of one test and one large one of another: half of the weight is that of the large one."""
+    sizes, test = np.array([*np.linspace(0.0, 1.0, 19), 5.0]), np.array([0] * 19 + [1])
+    assert material_fit._quantile(sizes, test) == 5.0
+    assert material_fit._quantile(sizes[:19], test[:19]) == 1.0
+    hundred = np.arange(1.0, 101.0)
+    assert material_fit._quantile(hundred[::-1], np.zeros(100, dtype=int)) == 95.0
+
+
+def test_a_band_is_over_the_largest_stress_of_each_test_and_is_tried_on_each_by_the_others():
+    """Residuals of 1, 2, 3 and 4 over 4 of the first test, and of 1.5 over 2 of the second."""
+    own = Own([0.0, 0.0, 0.0, 0.0, 0.0])
+    band = band_of(own, np.array([1.0, -2.0, 3.0, -4.0, 1.5]))
+    assert band.width == 1.0
+    assert (band.mean, band.least) == (pytest.approx(0.875), 0.75)
+
+
+def test_residuals_are_over_three_per_cent_of_the_largest_stress_and_the_root_of_their_number():
+    data = Tabulated([pulled("a", 0.1, 2.0), held("b", 3.0)], "log", 5.0)
+    for k, test in enumerate(data.tests):
+        own = data.curves.scale[data.curves.test == k]
+        np.testing.assert_allclose(own, 0.03 * np.abs(test.stress).max() * np.sqrt(test.stress.size))
+    np.testing.assert_array_equal(np.bincount(data.curves.test), [len(test.stress) for test in data.tests])
+    assert data.farthest == pytest.approx(9.0 + 2.0 / 3.0 - 3.0)
+
+
+def test_draws_have_weights_that_sum_to_the_tests_and_a_gain_for_each(monkeypatch):
+    seen = []
+
+    class Candidate:
+        data = Own([0.0] * 5)
+
+        def refine(self, theta, weight, gain):
+            seen.append((theta, weight, gain))
+            return material_fit.Fitted(self, theta + len(seen), 0.0)
+
+    fitted = material_fit.Fitted(Candidate(), np.array([1.0, 2.0, 3.0]), 0.0)
+    found = bootstrap(fitted, 40, 5)
+    np.testing.assert_array_equal(found[:, 0], 2.0 + np.arange(40))
+    assert all(weight.sum() == 2.0 for _, weight, _ in seen)
+    gains = np.log([gain for *_, gain in seen])
+    assert (gains[:, 0] != gains[:, 1]).all()
+    assert 0.02 < gains.std() < 0.04
+    again = bootstrap(fitted, 3, 5)
+    np.testing.assert_array_equal(seen[40][2], seen[0][2])
+    assert again.shape == (3, 3)
+    bootstrap(fitted, 1, 6)
+    assert (seen[-1][2] != seen[0][2]).all()
+    assert bootstrap(fitted, 0, 5).shape == (0, 3)

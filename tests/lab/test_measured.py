@@ -92,3 +92,35 @@ def test_other_tables_are_handed_on_where_they_are_known(lists):
     assert others == {"device": {"name": "x"}}
     with pytest.raises(InputError, match="'device' is not known"):
         listed_tables(path)
+
+
+def test_files_are_named_and_settings_reach_their_tests_alone(lists, tmp_path):
+    (tmp_path / "more.csv").write_text("stretch,stress (kPa)\n" + "".join(f"{1 + 0.1 * k},{k}\n" for k in range(5)))
+    (tmp_path / "eps.csv").write_text("freq (Hz),dielec\n1,5\n10,4\n")
+    text = (
+        '[[test]]\nfile = "pulls.csv"\nmode = "pure shear"\n[[test]]\nfile = "more.csv"\nrate = "0.1 1/s"\n'
+        '[[test]]\nfile = "eps.csv"\n'
+    )
+    found = read_tests(lists(text))
+    assert found.files == ("pulls.csv", "more.csv", "eps.csv")
+    assert [(test.name, test.mode, test.kind) for test in found.coupons] == [
+        ("pulls 1", "pure shear", "quasi-static"), ("pulls 2", "pure shear", "quasi-static"),
+        ("more", "uniaxial", "loading"),
+    ]  # fmt: skip
+    assert [one.name for one in found.spectra] == ["eps"]
+    alone = read_tests(tmp_path / "more.csv", tmp_path / "eps.csv")
+    assert (alone.files, len(alone.coupons), len(alone.spectra)) == (("more.csv", "eps.csv"), 1, 1)
+    with pytest.raises(InputError, match="no measured file is given"):
+        read_tests()
+
+
+def test_a_list_may_have_as_many_files_as_are_allowed(lists):
+    text = "".join(f'[[test]]\nfile = "{k}.csv"\n' for k in range(200))
+    assert len(listed_tables(lists(text))[0]) == 200
+
+
+@pytest.mark.parametrize(
+    ("value", "kelvin"), [("20degC", 293.15), ("-10 degC", 263.15), ("300K", 300.0), (" 1 K ", 1.0)]
+)
+def test_a_temperature_is_read_in_either_unit(value, kelvin):
+    assert _setting("here", "temperature", value) == pytest.approx(kelvin)

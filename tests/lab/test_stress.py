@@ -159,6 +159,12 @@ def test_the_grid_spans_what_tests_distinguish():
     assert grid[0] <= 1.0 / 30.0
     assert grid[-1] >= 1e6
     assert relaxation_grid([still([1.0, 2.0])]).size == 0
+    uneven = relaxation_grid([made([0.001, 3.0, 6.0, 9.0], [1.1, 1.2, 1.3, 1.4]), made([4.0, 50.0], [1.1, 1.1])])
+    assert (uneven[0], uneven[-1]) == pytest.approx(
+        (0.1, 5000.0), rel=1e-3
+    )  # by the usual step of the test with the shorter one
+    assert uneven.size == 58  # 12 a decade
+    np.testing.assert_allclose(np.diff(np.log(uneven)), np.log(5e4) / (uneven.size - 1), rtol=1e-3)
 
 
 @pytest.mark.parametrize("steps", [40, 400])

@@ -47,6 +47,8 @@ def test_a_column_is_read_in_the_order_of_its_voltage():
     falls = found.falls(np.array([1.0, 2.0, 3.0, -1.0, 1.0]))
     assert np.isnan(falls[0])
     assert falls[1] == pytest.approx(0.2)
+    assert found.falls(np.array([1.0, 2.0, -3.0, -1.0, 3.0])).tolist() == pytest.approx([np.nan, 0.25], nan_ok=True)
+    assert found.falls(np.array([-1.0, 2.0, 3.0, 0.0, 1.0])).tolist() == pytest.approx([0.15, 0.3])
 
 
 @pytest.mark.parametrize(("share", "ends"), [(0.98, False), (0.995, True)])

@@ -72,3 +72,27 @@ def test_each_part_of_a_film_is_in_the_key_of_its_table(monkeypatch):
 
 def test_digits_beyond_those_of_a_table_are_dropped():
     assert made.rounded([1.0, 1.0 + 1e-15, 0.1 + 0.2]).tolist() == [1.0, 1.0, 0.3]
+
+
+def test_a_table_is_made_of_its_film_and_stored_in_the_order_of_its_names(monkeypatch):
+    """A refusal is stored in words; without one the numbers come back by name."""
+    asked = {}
+
+    def table(gel, ratio):
+        asked.update(gel=gel, ratio=ratio)
+        if ratio > 0.5:
+            raise InputError("too wide")
+        return {name: float(k) for k, name in reversed(list(enumerate(made.names())))}
+
+    monkeypatch.setattr(made, "table", table)
+    monkeypatch.setattr(made.disk_cache, "made", lambda kind, parts, make, sources: make())
+    law, names = LAWS["yeoh"], ("yeoh_c2", "yeoh_c3")
+    assert made._made.__wrapped__(law, names, (0.2, 1.1, 1.3, 0.5, 0.6)) == tuple(map(float, range(len(made.names()))))
+    assert (asked["gel"].A, asked["gel"].B, asked["ratio"], asked["gel"].law) == (1.1, 1.3, 0.2, law)
+    assert asked["gel"].numbers == {"yeoh_c2": 0.5, "yeoh_c3": 0.6}
+    assert made._made.__wrapped__(law, names, (0.6, 1.1, 1.3, 0.5, 0.6)) == "too wide"
+
+
+def test_films_that_differ_by_more_than_rounding_have_tables_of_their_own():
+    assert made.rounded(1.0 + 3e-12)[0] == 1.0 + 3e-12 != made.rounded(1.0)[0]
+    assert made.rounded(1.0 + 3e-13)[0] == 1.0

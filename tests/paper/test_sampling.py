@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from gelcone.motion.attractor.classification import Evidence, classify
+from gelcone.paper import sampling
 from gelcone.paper.effort import FULL, QUICK
 from gelcone.paper.reading import finite_not_positive
 from gelcone.paper.sampling import FIRST, SIGN_BUDGET, Sample, part, sampled, share_of
@@ -133,3 +134,51 @@ def test_the_extent_of_the_base_set_is_its_farthest_on_either_side(monkeypatch):
     starts = QUICK.preset("base").initial[0] + samples.NEARBY * np.linspace(-1.0, 1.0, samples.STARTS)
     np.testing.assert_allclose(found["own_extent"], np.maximum(voltages, starts[:, None]), rtol=1e-12)
     np.testing.assert_array_equal(found["own_regime"].values.ravel(), np.arange(found["own_regime"].size) % 3)
+
+
+def test_what_is_observed_is_asked_of_each_part_and_named_as_it_is(monkeypatch):
+    asked = {}
+    values = np.arange(1.0, 4.0)
+
+    def classified(members, states, **options):
+        asked.update(states=states, options=options)
+        found = Evidence.blank(members.size)
+        for k, name in enumerate(("regime", "share_chaotic", "lifetime_high", "lowest", "highest", "outcome")):
+            getattr(found, name)[:] = values + 10.0 * k
+        found.lowest[:], found.highest[:] = [-5.0, 1.0, -2.0], [3.0, 4.0, 1.0]
+        found.exponents[:], found.standard_error[:] = values[:, None] * [1, -1], values[:, None] * [0.1, 0.2]
+        return found
+
+    def finite(members, states, window, options):
+        asked.update(window=window, more=options, again=states)
+        return values[:, None] * [5, -5], "running"
+
+    monkeypatch.setattr(sampling, "classify", classified)
+    monkeypatch.setattr(sampling, "finite_exponents", finite)
+    model = find_preset("base").model.replace(voltage=np.array([0.5, 0.6, 0.7]))
+    found = sampling.observed(model, (0.25, 0.5), TINY)
+    np.testing.assert_array_equal(asked["states"], [[0.25, 0.5]] * 3)
+    np.testing.assert_array_equal(asked["again"], asked["states"])
+    assert asked["options"] == {"patience": 300.0, "budget": SIGN_BUDGET}
+    assert (asked["window"], asked["more"]) == (40.0, {})
+    np.testing.assert_array_equal(found["extent"], [5.0, 4.0, 2.0])
+    np.testing.assert_array_equal(found["share_chaotic"], values + 10.0)
+    np.testing.assert_array_equal(found["lifetime_high"], values + 20.0)
+    np.testing.assert_array_equal(found["regime"], values)
+    np.testing.assert_array_equal(found["outcome"], values + 50.0)
+    np.testing.assert_array_equal(found["lyapunov"], values[:, None] * [1, -1])
+    np.testing.assert_array_equal(found["standard_error"], values[:, None] * [0.1, 0.2])
+    np.testing.assert_array_equal(found["finite"], values[:, None] * [5, -5])
+
+
+def test_later_looks_take_further_points_of_one_sequence_and_each_knows_what_was_drawn():
+    ends = {"voltage": (0.5, 2.0), "prestretch": (0.4, 0.8)}
+    one = Sample("one", "base", ends, lambda points: points.sizes["point"] > 20, {"damping_ratio": 0.3}, costly=True)
+    found = drawn(one, replace(QUICK, costly_samples=32, samples=512, window=41.0))
+    assert found.sizes["point"] == 32
+    assert np.unique(found["drawn_voltage"]).size == 32
+    np.testing.assert_array_equal(found["drawn_voltage"], found["voltage"])
+    assert ((found["drawn_prestretch"] > 0.4) & (found["drawn_prestretch"] < 0.8)).all()
+    assert (found.attrs["preset"], found.attrs["window"]) == ("base", 41.0)
+    assert set(found["part"].values) == {"one"}
+    assert '"damping_ratio": 0.3' in found.attrs["model"]

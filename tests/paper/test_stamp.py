@@ -1,9 +1,12 @@
 """What the data of a study depend on: sizes, versions, and all sources that compute."""
 
-from dataclasses import replace
+import json
+from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 
+import gelcone
 from gelcone.devices.files import shipped_devices
 from gelcone.paper import stamp as module
 from gelcone.paper.effort import FULL, QUICK
@@ -52,3 +55,33 @@ def test_a_stamp_has_the_sizes_without_the_name():
     assert renamed["effort_sizes"] == module.stamp(FULL)["effort_sizes"]
     assert module.stamp(QUICK)["effort_sizes"] != module.stamp(FULL)["effort_sizes"]
     assert module.stamp(FULL)["program"] == module.program()
+
+
+def test_each_size_is_in_the_stamp():
+    own = module.stamp(QUICK)
+    for one in fields(QUICK):
+        other = module.stamp(replace(QUICK, **{one.name: "another"}))
+        changed = "effort" if one.name == "name" else "effort_sizes"
+        assert {key for key in own if own[key] != other[key]} == {changed}, one.name
+    assert json.loads(own["effort_sizes"])["window"] == 500.0
+    assert own["gelcone_version"] == gelcone.__version__
+
+
+def test_both_libraries_count(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "sources", lambda: [])
+    found = set()
+    for numbers in ({}, {"numpy": "2"}, {"scipy": "2"}):
+        monkeypatch.setattr(module, "version", lambda name, numbers=numbers: numbers.get(name, "1"))
+        found.add(module.program.__wrapped__())
+    assert len(found) == 3
+
+
+def test_what_shows_is_left_out_and_nothing_else():
+    """All modules of the program, less those folders and modules that print, draw and judge."""
+    shown = {"accessor.py", "words.py", "paper/report.py", "paper/run.py", "paper/stamp.py", "paper/work.py"}
+    folders = ("analyses/", "cli/", "plots/", "paper/figures/", "paper/claims/")
+    root = Path(gelcone.__file__).parent
+    every = {path.relative_to(root).as_posix() for path in root.rglob("*.py")}
+    computing = {name for name in every if name not in shown and not name.startswith(folders)}
+    assert {name for name, _ in module.sources() if name.endswith(".py")} == computing
+    assert {"devices/materials.toml", "presets.toml"} & {name for name, _ in module.sources()}

@@ -185,3 +185,19 @@ def test_a_flat_film_of_even_tension_has_the_stiffness_of_theory(prestretch, sti
     for squared in (0.0, 0.2):
         assert film.stiffness(0.0, squared)[0] - squared == pytest.approx(share * (stiffness - squared), abs=1e-12)
     assert dict(film.errors).get("nearly flat", 0.0) < 0.01
+
+
+def test_the_balancing_voltage_goes_on_as_in_the_cone_beyond_pull_in_and_below_none():
+    """Up to the V at which the film ends, 1/C; the pull there is left by the cone's own slope, -1."""
+    film = film_like_the_cone(ceiling=(0.5, 0.1), field=(0.05, 0.02), fold=(0.03,))
+    x = np.array([0.3, 1.2])
+    s, highest = x * x, film.highest_squared(x, {})
+    for share in (0.02, 0.4, 0.8, 0.99):
+        pull = film.force(x, share * highest, [], {})[0] / x
+        np.testing.assert_allclose(film.balancing(x, pull, {}), share * highest, rtol=1e-9)
+    least = film.stiffness(s, (1.0 - 1e-6) * highest)[0] - highest
+    np.testing.assert_allclose(film.balancing(x, least - 0.7, {}), highest + 0.7, rtol=2e-3)
+    most = film.stiffness(s, 0.0)[0]
+    np.testing.assert_allclose(film.balancing(x, most + 0.7, {}), -0.7, rtol=1e-12)
+    assert film.reach({}) == (0.0, 1000.0)
+    assert film.strain_limit({}) == 1e6

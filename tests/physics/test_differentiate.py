@@ -1,5 +1,6 @@
 """Derivatives of formulas against differences and SymPy, and their values by NumPy."""
 
+import itertools
 import math
 from types import SimpleNamespace
 
@@ -152,13 +153,14 @@ def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
     a, b = graph.state(0), graph.state(1)
     values = {a.index: rng.uniform(-1.0, 3.0, 40), b.index: rng.uniform(0.0, 2.0, (7, 1))}
     together = evaluated([outer(graph, a, b, shift, low)], values)[0]
-    alone = np.empty((7, 40))
-    for i, j in np.ndindex(7, 40):
+    some = np.arange(0, 40, 6)
+    alone = np.full((7, 40), np.nan)
+    for i, j in itertools.product(range(7), some):
         own = Graph()
         p, q = own.state(0), own.state(1)
         node = outer(own, p, q, float(shift[i, 0]), float(low[j]))
         alone[i, j] = evaluated([node], {p.index: values[a.index][j], q.index: values[b.index][i, 0]})[0]
-    np.testing.assert_allclose(together, alone, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(together[:, some], alone[:, some], rtol=1e-13, atol=1e-13)
     w = np.array([[np.roots([1.0, 0.0, 1.0, -t])[-1].real for t in row] for row in values[a.index] + together])
     exists = np.abs(np.exp(together) + values[b.index] * together**2 - w - shift) < 1e-12
     assert 50 < exists.sum() < 200  # the others are of no use, and wander until the last step

@@ -19,9 +19,12 @@ from gelcone.motion.linear import linear_response
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import state_space
 from gelcone.physics.balance import PullIn
+from gelcone.physics.component import State
+from gelcone.physics.film.film import Border, Film
 from gelcone.physics.model import ConeModel
-from gelcone.physics.placed import DRIVES
+from gelcone.physics.placed import DRIVES, PlacedFilm
 from gelcone.physics.statics import balances_of, rest_displacement
+from gelcone.quantity import Quantity
 from tests.toys import FilteredVoltage, PowerFilm, QuickResistor
 
 SYMBOLIC = SimpleNamespace(log1p=lambda z: sympy.log(1 + z), sqrt=sympy.sqrt, sin=sympy.sin, cos=sympy.cos)
@@ -380,3 +383,172 @@ def test_a_model_that_has_moved_can_be_pickled(drive):
     again = pickle.loads(pickle.dumps(model))
     assert again.system == model.system
     np.testing.assert_array_equal(simulate(again, (0.4, 0.0), periods=3)["displacement"], before["displacement"])
+
+
+class Recorder(Film):
+    """Stands for a film: what each of its formulas is given, without the numbers, which hold ``c`` alone."""
+
+    name = "recorder"
+    parameters = {"c": Quantity("c", "its number", 2.0)}
+    states = (State("wear", "its state", "share"),)
+    odd = True
+
+    def __init__(self):
+        self.seen = []
+
+    def told(self, name, *given, answer=3.0):
+        *given, n = given
+        assert n["c"] == 7.0
+        self.seen.append((name, *given))
+        return answer
+
+    def force(self, x, squared, y, n, xp=np):
+        return self.told("force", x, squared, y, n, answer=(3.0, 5.0))
+
+    def voltage_force(self, x, squared, y, n, xp=np):
+        return self.told("voltage_force", x, squared, y, n)
+
+    def rates(self, x, velocity, squared, y, n, xp=np):
+        return self.told("rates", x, velocity, squared, y, n, answer=[3.0])
+
+    def dissipation(self, x, velocity, squared, y, n, xp=np):
+        return self.told("dissipation", x, velocity, squared, y, n)
+
+    def drag(self, x, n):
+        return self.told("drag", x, n)
+
+    def overstretched(self, x, y, n):
+        return self.told("overstretched", x, y, n)
+
+    def strain(self, x, n):
+        return self.told("strain", x, n)
+
+    def strain_limit(self, n):
+        return self.told("strain_limit", n)
+
+    def highest_squared(self, x, n):
+        return self.told("highest_squared", x, n)
+
+    def highest_squared_held(self, x, y, n):
+        return self.told("highest_squared_held", x, y, n)
+
+    def voltage_gain(self, x, squared, n):
+        return self.told("voltage_gain", x, squared, n)
+
+    def work(self, x, squared, y, n):
+        return self.told("work", x, squared, y, n)
+
+    def capacitance(self, x, squared, y, n, xp=np):
+        return self.told("capacitance", x, squared, y, n)
+
+    def current(self, x, velocity, voltage, rate, n):
+        return self.told("current", x, velocity, voltage, rate, n)
+
+    def state(self, x, voltage, y, n):
+        return self.told("state", x, voltage, y, n)
+
+    def limit_share(self, x, voltage, y, n, state=None):
+        assert state == "its state"
+        return self.told("limit_share", x, voltage, y, n)
+
+    def stiffness_scale(self, n):
+        return self.told("stiffness_scale", n)
+
+    def time_constant(self, n):
+        return self.told("time_constant", n)
+
+    def starts(self, x, n):
+        return self.told("starts", x, n, answer=[3.0])
+
+    def switches(self, x, squared, y, n):
+        return self.told("switches", x, squared, y, n, answer={"pulls": 1.0})
+
+    def reach(self, n):
+        return self.told("reach", n, answer=(0.25, 1.5))
+
+    def outside(self, x, n):
+        return self.told("outside", x, n, answer="too far")
+
+    def unreachable(self, n):
+        return self.told("unreachable", n, answer="nowhere")
+
+    def pull_in_kind(self, switches):
+        return self.told("pull_in_kind", switches)
+
+
+@pytest.mark.parametrize("drive", [None, "same"])
+def test_a_film_is_asked_at_its_own_place_with_its_own_numbers_and_answers_along_the_discs(drive):
+    """The second, flat at 0.5, is asked at 0.5 - x and for the opposite velocity; forces and gains are turned back."""
+    film = Recorder()
+    placed, second = PlacedFilm(film, drive), drive is not None
+    n = {"second_c": 7.0, "c": 1.0, "second_flat_height": 0.5} if second else {"c": 7.0}
+    at, u, turned = (0.5 - 0.2, -0.9, -3.0) if second else (0.2, 0.9, 3.0)
+    y = [0.1]
+    calls = [
+        (placed.force(0.2, 0.4, y, n), (turned, 5.0), ("force", at, 0.4, y)),
+        (placed.voltage_force(0.2, 0.4, y, n), turned, ("voltage_force", at, 0.4, y)),
+        (placed.rates(0.2, 0.9, 0.4, y, n), [3.0], ("rates", at, u, 0.4, y)),
+        (placed.dissipation(0.2, 0.9, 0.4, y, n), 3.0, ("dissipation", at, u, 0.4, y)),
+        (placed.drag(0.2, n), 3.0, ("drag", at)),
+        (placed.overstretched(0.2, y, n), 3.0, ("overstretched", at, y)),
+        (placed.strain(0.2, n), 3.0, ("strain", at)),
+        (placed.strain_limit(n), 3.0, ("strain_limit",)),
+        (placed.highest_squared(0.2, n), 3.0, ("highest_squared", at)),
+        (placed.highest_squared_held(0.2, y, n), 3.0, ("highest_squared_held", at, y)),
+        (placed.voltage_gain(0.2, 0.4, n), turned, ("voltage_gain", at, 0.4)),
+        (placed.work(0.2, 0.4, y, n), 3.0, ("work", at, 0.4, y)),
+        (placed.capacitance(0.2, 0.4, y, n), 3.0, ("capacitance", at, 0.4, y)),
+        (placed.current(0.2, 0.9, 0.6, 0.7, n), 3.0, ("current", at, u, 0.6, 0.7)),
+        (placed.state(0.2, 0.6, y, n), 3.0, ("state", at, 0.6, y)),
+        (placed.limit_share(0.2, 0.6, y, n, "its state"), 3.0, ("limit_share", at, 0.6, y)),
+        (placed.stiffness_scale(n), 3.0, ("stiffness_scale",)),
+        (placed.time_constant(n), 3.0, ("time_constant",)),
+        (placed.starts(0.2, n), [3.0], ("starts", at)),
+        (placed.reach(n), ((0.5 if second else 0.0) - 1.5, (0.5 if second else 0.0) + 1.5, 0.25), ("reach",)),
+        (placed.outside(0.2, n), "second film, too far" if second else "too far", ("outside", at)),
+        (placed.unreachable(n), "second film: nowhere" if second else "nowhere", ("unreachable",)),
+        (placed.pull_in_kind(n), 3.0, ("pull_in_kind",)),
+    ]
+    for (answer, expected, asked), seen in zip(calls, film.seen, strict=True):
+        assert answer == expected, asked[0]
+        assert seen == asked
+    assert [state.name for state in placed.states] == ["second_wear" if second else "wear"]
+    assert placed.words == ("the second film" if second else "the film")
+    assert placed.switches(0.2, 0.4, y, n) == {}
+    assert bool(placed.odd(n)) == (not second)
+    assert placed.odd({**n, "second_flat_height": 0.0})
+    assert not second or not placed.odd({**n, "second_flat_height": -0.5})
+
+
+def test_a_second_films_borders_divide_no_laws_and_have_switches_of_its_own():
+    def value(x, squared, y, n, xp):
+        return x, squared, y, n["c"]
+
+    film = Recorder()
+    film.borders = (Border(value, "pulls", divides=True), Border(value, seldom=True, folds=True))
+    first, second = PlacedFilm(film).borders, PlacedFilm(film, "same").borders
+    assert [border.switch for border in first] == ["pulls", None]
+    assert [border.switch for border in second] == ["second_pulls", None]
+    assert [border.divides for border in (*first, *second)] == [True, False, False, False]
+    assert (second[1].seldom, second[1].folds) == (True, True)
+    n = {"second_c": 7.0, "second_flat_height": 0.5, "c": 1.0}
+    assert second[0].value(0.2, 0.4, [], n, np) == (0.3, 0.4, [], 7.0)
+    assert first[0].value(0.2, 0.4, [], n, np) == (0.2, 0.4, [], 1.0)
+    assert PlacedFilm(film, "same").switches(0.2, 0.4, [], n) == {"second_pulls": 1.0}
+    assert film.seen[-1] == ("switches", 0.3, 0.4, [])
+
+
+def test_a_constant_voltage_is_a_parameter_of_a_film_that_has_one():
+    names = {drive: list(PlacedFilm(Recorder(), drive).parameters) for drive in (None, *DRIVES)}
+    assert names == {
+        None: ["c"], "same": ["second_flat_height", "second_c"], "opposite": ["second_flat_height", "second_c"],
+        "constant": ["second_flat_height", "second_voltage", "second_c"],
+    }  # fmt: skip
+    placed = PlacedFilm(Recorder(), "constant")
+    assert placed.parameters["second_c"].meaning == "second film: its number"
+    values = placed.complete_beside({"second_voltage": 0.4}, {"c": 7.0})
+    assert values == {"second_flat_height": 0.0, "second_voltage": 0.4, "second_c": 7.0}
+    assert dict(placed.numbers(values)) == {"second_flat_height": 0.0, "second_voltage": 0.4, "second_c": 7.0}
+    assert placed.number_names == ("second_flat_height", "second_voltage", "second_c")
+    assert list(placed.own({"second_c": 7.0, "c": 1.0})) == ["c"]
+    assert (len(placed.own({"second_c": 7.0, "c": 1.0})), "d" in placed.own({"d": 1.0})) == (1, False)

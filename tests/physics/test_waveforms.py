@@ -302,5 +302,83 @@ def test_a_device_is_driven_by_waveforms_in_si_units():
 def test_the_shares_of_a_repeat_may_add_up_to_all_of_it():
     own = WAVEFORMS["trapezoid"]
     assert own.complete({"rise": 0.25, "high": 0.5, "fall": 0.25})["fall"] == 0.25
-    with pytest.raises(InputError, match=r"rise \+ high \+ fall = 1.01"):
-        own.complete({"rise": 0.26, "high": 0.5, "fall": 0.25})
+    for rise in (0.26, [0.1, 0.26], [0.26, 0.1]):
+        with pytest.raises(InputError, match=r"rise \+ high \+ fall = 1.01"):
+            own.complete({"rise": rise, "high": 0.5, "fall": 0.25})
+
+
+def table_of(name, **given):
+    own = WAVEFORMS[name] if isinstance(name, str) else name
+    values = {"voltage": 1.0, "voltage_bias": 0.0, "drive_frequency": 0.6} | given
+    n = own.numbers(own.complete({n: values.get(n, q.default) for n, q in own.parameters.items()}))
+    return own, n
+
+
+def voltages(name, phases, **given):
+    own, n = table_of(name, **given)
+    return own.voltage(np.array(phases) / 0.6, n)
+
+
+def test_a_square_is_high_for_its_duty_counted_between_the_middles_of_its_edges():
+    """By phases as shares of the repeat; the middle of the rise is at 0."""
+    for duty, rise in ((0.3, 0.1), (0.7, 0.02)):
+        own, n = table_of("square", duty=duty, rise=rise)
+        at = (
+            2.0
+            * np.pi
+            * np.array([1e-9, 0.4 * rise, 0.6 * rise, duty - 0.6 * rise, duty - 1e-9, duty + 0.6 * rise, 0.9])
+        )
+        np.testing.assert_allclose(own.voltage(at / 0.6, n), [0.0, 0.8, 1.0, 1.0, 0.0, -1.0, -1.0], atol=1e-6)
+        tau = np.linspace(0.0, 2.0 * np.pi / 0.6, 100_001)
+        assert np.mean(own.voltage(tau, n)) == pytest.approx(2.0 * duty - 1.0, abs=1e-4)
+    for duty in (0.02, 0.98):
+        assert WAVEFORMS["square"].complete({"duty": duty, "rise": 0.02})["duty"] == duty
+    with pytest.raises(InputError, match=r"duty = 0\.981: must be from rise = 0\.02 to 1 - rise"):
+        WAVEFORMS["square"].complete({"duty": [0.5, 0.981], "rise": 0.02})
+    assert WAVEFORMS["ramp"].complete({"fall": 1.0})["fall"] == 1.0
+
+
+def test_a_diode_passes_what_is_positive_also_of_a_constant_voltage():
+    for amplitude, bias, peak in (
+        (1.3, 0.3, 1.6),
+        (1.3, -0.3, 1.0),
+        (1.3, -2.0, 0.0),
+        (0.0, 0.4, 0.4),
+        (0.0, -0.4, 0.0),
+    ):
+        own, n = table_of("half_wave", voltage=amplitude, voltage_bias=bias)
+        phase = np.linspace(0.001, 6.28, 400)
+        expected = np.maximum(bias + amplitude * np.sin(phase), 0.0)
+        np.testing.assert_allclose(own.voltage(phase / 0.6, n), expected, atol=1e-12)
+        assert float(own.peak(n)) == pytest.approx(peak)
+        grid = 2.0 * np.pi * np.arange(own.samples(n).size) / own.samples(n).size
+        np.testing.assert_allclose(own.samples(n), np.maximum(bias + amplitude * np.sin(grid), 0.0), atol=1e-12)
+
+
+@pytest.mark.parametrize("repeat", [True, False])
+def test_a_staircase_comes_to_its_first_level_from_its_last_or_begins_there(repeat):
+    """Four levels of a quarter of the repeat each, of which a tenth is the rise."""
+    stairs = Staircase((0.2, 0.5, 1.0, 0.7), 0.1, repeat)
+    at = 2.0 * np.pi * np.array([1e-9, 0.0125, 0.026, 0.249, 0.2625, 0.276, 0.51, 0.53, 0.99])
+    first = [0.7, 0.45, 0.2] if repeat else [0.2, 0.2, 0.2]
+    expected = [*first, 0.2, 0.35, 0.5, 0.7, 1.0, 0.7]
+    np.testing.assert_allclose(voltages(stairs, at), expected, atol=1e-6)
+
+
+def test_numbers_of_harmonics_are_bounded_and_the_highest_counts_wherever_it_stands():
+    own = Harmonics(((5, 0.2, 0.1), (1, 1.0, 0.0), (3, 0.5, 2.0)))
+    assert (own.detail({}), own.antiperiodic) == (5, True)
+    phase = np.array([0.3, 2.0])
+    expected = 0.2 * np.sin(5 * phase + 0.1) + np.sin(phase) + 0.5 * np.sin(3 * phase + 2.0)
+    np.testing.assert_allclose(own.shape(phase, {}), expected)
+    assert len(multisine(3, 258).terms) == 256
+    with pytest.raises(InputError, match="multisine from 3 to 259: must be 1 to 256 harmonics"):
+        multisine(3, 259)
+    with pytest.raises(InputError, match="multisine from 0 to 5"):
+        multisine(0, 5)
+    assert [k for k, _, _ in multisine(2, 4).terms] == [2, 3, 4]
+    assert multisine(2, 4, 1).terms == multisine(2, 4, 1).terms != multisine(2, 4, 2).terms
+    assert Burst(999, 1000).peak({"voltage": 1.0, "voltage_bias": -0.5}) == 1.5
+    for cycles, period in ((1000, 1001), (0, 5), (5, 5)):
+        with pytest.raises(InputError, match=f"burst of {cycles} cycles in {period}"):
+            Burst(cycles, period)

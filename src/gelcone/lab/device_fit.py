@@ -210,6 +210,8 @@ def _simple(directions: Array) -> Array:
         for other in range(len(rows)):
             if other != k:
                 rows[other] -= rows[other, pivot] * rows[k]
+    largest = [row[np.argmax(np.abs(row))] for row in rows]  # clearing the others' pivots may have made it another
+    rows /= np.reshape(largest, (-1, 1))
     rows[np.abs(rows) < 1e-3] = 0.0
     return rows
 

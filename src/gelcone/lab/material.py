@@ -110,13 +110,14 @@ def fit_material(
         raise InputError('no test is to be fitted; give use = "fit" to some in tests.toml')
     counted = Counted(progress)
     data = Tabulated(fitted, flow, float(known.get("relative_permittivity", permittivity[0])), counted)
-    compared = compare(data, chosen_laws, counts if data.grid.size else [0], counted)
+    compared_counts = counts if data.grid.size else [0]
     alone = len(fitted) < FEWEST_TESTS
-    if alone and len(compared) > 1:
+    if alone and len(chosen_laws) * len(compared_counts) > 1:
         raise InputError(
             f"{len(fitted)} tests: with fewer than {FEWEST_TESTS} none can be left out to choose a law; give one law "
             "and one number of branches (--laws yeoh --branches 1)"
         )
+    compared = compare(data, chosen_laws, compared_counts, counted)
     key = next(iter(compared)) if alone else choose(compared, MOST_BRANCHES)
     best = compared[key]
     spread = bootstrap(best.fitted, draws if not alone else 0, seed, counted)

@@ -77,3 +77,14 @@ def test_how_far_the_oscillator_is_linear():
     assert finding.share.value == pytest.approx(0.75, abs=0.02)
     assert finding.numbers[1].value == 1.015
     assert found("linear-limit", linear_limit=oscillator([1.0, 1.0, 1.0])).numbers[0].value == 1.0
+
+
+def test_smaller_displacements_count_evenly_however_they_were_computed():
+    """Close together at small ones, of which there are most; the period is off beyond a quarter."""
+    amplitude = np.geomspace(1e-3, 1.0, 31)
+    off = np.where(amplitude < 0.25, 0.0, 0.02)
+    study = xr.Dataset({"period_ratio": ("amplitude", 1.0 + off)}, coords={"amplitude": amplitude})
+    finding = found("linear-limit", linear_limit=study)
+    assert finding.share.value == pytest.approx(0.22, abs=0.03)
+    assert not finding.share.sample
+    assert not finding.holds

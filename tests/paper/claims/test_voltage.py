@@ -40,6 +40,16 @@ def test_numbers_of_the_threshold(effort):
     assert len(none.numbers) == len(finding.numbers) - 2
 
 
+def test_voltages_above_the_threshold_are_chaotic_and_those_below_are_not():
+    finding = CLAIMS["voltage-threshold"].check(
+        studies_in(World(lambda n: n["voltage"] >= 1.04), "voltage-threshold", QUICK)
+    )
+    assert [number(finding, part).value for part in ("1.04 to 2 with a positive", "below 1.04", "set fast")] == [
+        1.0
+    ] * 3
+    assert (finding.holds, finding.holds_finite, finding.share.value) == (True, True, 1.0)
+
+
 def number(finding, part):
     """The first number of a finding whose meaning begins so or holds it."""
     return next(one for one in finding.numbers if part in one.meaning)
@@ -54,6 +64,8 @@ def number(finding, part):
         (1.045, 1.05, False),
         (1.03, 1.035, None),
         (1.044, 1.046, None),
+        (1.04, 1.045, None),
+        (1.035, 1.035, True),
     ],
 )
 def test_a_threshold_is_at_1_04_when_its_bracket_rounds_to_it(low, high, truth):

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone.paper.effort import FULL, QUICK
-from gelcone.paper.studies.diagrams import PANELS, diagram, diagram_name, rest_stability, values_of
+from gelcone.paper.studies import diagrams as module
+from gelcone.paper.studies.diagrams import PANELS, STUDIES, diagram, diagram_name, rest_stability, values_of
 from gelcone.presets import find_preset
 
 TINY = replace(QUICK, name="tiny", diagram_values=3, sweeps=(), patience=300.0, bisections=1, window=40.0)
@@ -56,3 +58,56 @@ def test_a_diagram_holds_the_long_run_and_the_window():
     assert found.attrs["window"] == 40.0
     assert [str(name) for name in found["branch"].values] == ["from 1,0"]
     assert "0.5" in found.attrs["model"]
+
+
+@pytest.mark.parametrize(("parameter", "film"), [("voltage", "taut"), ("voltage", "wrinkling"), ("prestretch", "taut")])
+def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_papers_film_for_branches(
+    monkeypatch, parameter, film
+):
+    """The doublings are those of the attached branches; theory and window are of the members of the panel."""
+    asked, shares = {}, []
+    effort = replace(TINY, film=film, sweeps=("up",), bisections=7)
+    values = values_of("fast", parameter, effort)
+
+    def bifurcation(model, name, values, **options):
+        asked.update(model=model, values=values, options=options)
+        options.pop("progress")(1.0)
+        return xr.Dataset(coords={name: values})
+
+    def finite(members, states, window, options):
+        asked.update(members=members, states=states, window=window)
+        return np.stack([members.values[parameter], -members.values[parameter]], axis=1), None
+
+    def theory(ensemble, dims):
+        asked.update(dims=dims, ensemble=ensemble)
+        return {"rest_growth": (dims, 2.0 * ensemble.values[parameter])}
+
+    monkeypatch.setattr(module, "bifurcation", bifurcation)
+    monkeypatch.setattr(module, "finite_exponents", finite)
+    monkeypatch.setattr(module, "rest_stability", theory)
+    monkeypatch.setattr(module, "attached_branches", lambda result: "branches" if parameter == "voltage" else None)
+    monkeypatch.setattr(module, "cascade", lambda model, followed: {"doubling": ("doubling", [float(model.voltage)])})
+    found = diagram("fast", parameter, effort, shares.append)
+    preset = effort.preset("fast")
+    assert shares == [1.0]
+    assert float(asked["model"].voltage) == PANELS["fast", parameter]
+    assert asked["model"].film.name == film
+    np.testing.assert_array_equal(asked["values"], values)
+    assert asked["options"] == {
+        "initial": preset.initial, "sweeps": ("up",), "bisections": 7, "patience": 300.0,
+        "branches": (parameter, film) == ("voltage", "taut"),
+    }  # fmt: skip
+    np.testing.assert_array_equal(asked["states"][:, :2], np.broadcast_to(preset.initial, (values.size, 2)))
+    np.testing.assert_array_equal(found["finite"], np.stack([values, -values], axis=1))
+    assert (asked["window"], asked["dims"], found.attrs["window"]) == (40.0, (parameter,), 40.0)
+    np.testing.assert_array_equal(found["rest_growth"], 2.0 * values)
+    assert ("doubling" in found) == (parameter == "voltage")
+    assert found.attrs["preset"] == "fast"
+
+
+def test_panels_that_claims_judge_with_the_film_that_creeps_are_computed_with_it():
+    films = {study.name: study.films for study in STUDIES}
+    crept = {name for name, own in films.items() if "creeping" in own}
+    assert crept == {"diagram-base-voltage", "diagram-fast-voltage", "diagram-base-damping-ratio"}
+    assert all("wrinkling" in own for own in films.values())
+    assert [study.name for study in STUDIES] == [diagram_name(*panel) for panel in PANELS]

@@ -88,3 +88,18 @@ def test_certified_chaos_has_its_exponent(case):
     largest, error = float(found["lyapunov"][0, 0]), float(found["standard_error"][0, 0])
     assert int(found["regime"][0]) == int(CHAOTIC)
     assert abs(largest - case["exponents"][0]) < 3.0 * np.hypot(error, case["standard_error"][0])
+
+
+def test_a_study_names_the_numbers_of_its_cases_and_says_how_far_it_is():
+    shares = []
+    with made_up(World(lambda n: n["voltage"] > 1.5)):
+        found = ends(QUICK, shares.append)
+    every = cases(QUICK)
+    assert (sum(shares), len(shares)) == (pytest.approx(1.0), len(every))
+    assert found["series_resistance"].values.tolist() == [case.resistance for case in every]
+    assert found["viscous_modulus_1"].values.tolist() == [case.modulus for case in every]
+    assert found["relaxation_time_1"].values.tolist() == [case.time for case in every]
+    np.testing.assert_array_equal(found["counted"], [COUNTED.get(case, np.nan) for case in every])
+    np.testing.assert_allclose(found["voltage"], np.linspace(1.0, 2.0, 21))
+    assert found["lyapunov"].sizes["exponent"] == 1
+    assert (found.attrs["preset"], found.attrs["window"]) == ("base", QUICK.window)

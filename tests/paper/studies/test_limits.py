@@ -1,9 +1,11 @@
 """Studies behind claims alone: the linear limit, small stretch limits, and the fixed-step integrator."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 
 from gelcone.codes import Outcome
@@ -134,3 +136,108 @@ def test_an_extent_is_the_farthest_on_either_side(monkeypatch):
     sizes[:, 1] = [[0.9] * STARTS, [1.2] * STARTS]
     np.testing.assert_allclose(found["extent"], sizes)
     np.testing.assert_array_equal(found["regime"].values.ravel(), np.arange(4 * STARTS) % 4)
+
+
+def test_the_window_of_small_limits_is_that_of_the_effort_and_all_are_of_the_members_own(monkeypatch):
+    """The integrator takes the paper's start and its own step; the true motion begins at half the reach of each."""
+    asked, shares = {}, []
+    count = TINY.limit_map[1]
+    numbers = np.arange(1.0, count + 1.0)
+
+    class Run:
+        exponent, beyond = numbers, 0.1 * numbers
+
+    def fixed(model, initial, step, steps):
+        asked.update(fixed=(initial, step, steps), model=model)
+        return Run()
+
+    def classified(members, states, **options):
+        asked.update(states=states, options=options)
+        found = Evidence.blank(members.size)
+        found.exponents[:] = numbers[:, None] * [1.0, -1.0]
+        found.standard_error[:] = numbers[:, None] * [0.01, 0.02]
+        found.regime[:] = numbers
+        return found
+
+    monkeypatch.setattr(limits, "fixed_step", fixed)
+    monkeypatch.setattr(limits, "classify", classified)
+    found = beyond(replace(TINY, window=41.0), shares.append)
+    preset = find_preset("fast")
+    assert asked["fixed"] == (preset.initial, STEP, 820)
+    half = 0.5 * _reach(asked["model"])
+    np.testing.assert_allclose(asked["states"], np.stack([half, np.zeros(count)], axis=1))
+    assert asked["options"] == {"patience": 300.0}
+    np.testing.assert_array_equal(found["fixed_step_exponent"], numbers)
+    np.testing.assert_array_equal(found["fixed_step_beyond"], 0.1 * numbers)
+    np.testing.assert_array_equal(found["lyapunov"], numbers[:, None] * [1.0, -1.0])
+    np.testing.assert_array_equal(found["standard_error"], numbers[:, None] * [0.01, 0.02])
+    np.testing.assert_array_equal(found["regime"], numbers)
+    assert sum(shares) == pytest.approx(1.0)
+    assert json.loads(found.attrs["options"]) == {"step": STEP, "window": 41.0}
+
+
+def test_large_limits_have_a_sample_of_other_voltages_and_the_papers_own(monkeypatch):
+    asked, shares = {}, []
+
+    class Run:
+        states = np.arange(3.0 * 2001 * 2).reshape(3, 2001, 2)
+
+    def sampled(samples, effort, progress, read):
+        asked.update(samples=samples, read=read)
+        progress(1.0)
+        return xr.Dataset({"extent": (("point", "limit", "start"), np.ones((4, 3, 2)))})
+
+    def integrate(model, states, times):
+        asked.update(model=model, states=states, times=times)
+        return Run()
+
+    def extents(model, initial, effort):
+        asked.update(own=(model.size, float(model.voltage[0]), initial))
+        at = ("member", "limit", "start")
+        return xr.Dataset({"extent": (at, np.full((1, 3, 2), 7.0)), "regime": (at, np.full((1, 3, 2), 2))})
+
+    monkeypatch.setattr(limits, "sampled", sampled)
+    monkeypatch.setattr(limits, "integrate", integrate)
+    monkeypatch.setattr(limits, "_extents", extents)
+    found = limits.large_limits(TINY, shares.append)
+    preset = find_preset("fast")
+    assert sum(shares) == pytest.approx(1.0)
+    (sample,) = asked["samples"]
+    assert (sample.preset, dict(sample.drawn), sample.costly) == ("fast", {"voltage": (0.5, 1.7)}, True)
+    assert asked["read"] is extents
+    np.testing.assert_array_equal(asked["model"].stretch_limit, [100.0, 300.0, 1000.0])
+    np.testing.assert_array_equal(asked["model"].voltage, [1.005] * 3)
+    np.testing.assert_array_equal(asked["states"], [preset.initial] * 3)
+    np.testing.assert_allclose(asked["times"], np.linspace(0.0, 40.0, 2001))
+    assert asked["own"] == (1, 1.005, preset.initial)
+    np.testing.assert_array_equal(found["displacement"], Run.states[..., 0])
+    assert (found["own_extent"] == 7.0).all()
+    assert (found["own_regime"] == 2).all()
+    assert found["own_extent"].dims == ("limit", "start")
+    np.testing.assert_array_equal(found["limit"], [100.0, 300.0, 1000.0])
+
+
+def test_extents_start_on_both_sides_and_fail_where_any_start_does(monkeypatch):
+    asked = {}
+
+    def classified(members, states, **options):
+        asked.update(states=states, members=members, options=options)
+        found = Evidence.blank(members.size)
+        found.outcome[3] = Outcome.STRETCH_LIMIT
+        return found
+
+    monkeypatch.setattr(limits, "LARGE", (100.0, 1000.0))
+    monkeypatch.setattr(limits, "classify", classified)
+    monkeypatch.setattr(limits, "swing", lambda members, states: Swing.blank(members.size))
+    model = find_preset("fast").model.replace(voltage=np.array([0.3, 0.4]))
+    found = limits._extents(model, (1.0, 0.5), TINY)
+    rows = STARTS * 4
+    offsets = np.tile(limits.NEARBY * np.linspace(-1.0, 1.0, STARTS), 4)
+    np.testing.assert_allclose(asked["states"], np.array([1.0, 0.5]) + offsets[:, None], rtol=1e-15)
+    np.testing.assert_array_equal(asked["members"].values["voltage"], np.repeat([0.3, 0.4], 2 * STARTS))
+    np.testing.assert_array_equal(
+        asked["members"].values["stretch_limit"], np.tile(np.repeat([100.0, 1000.0], STARTS), 2)
+    )
+    assert asked["options"] == {"patience": 300.0, "budget": limits.SIGN_BUDGET}
+    np.testing.assert_array_equal(found["outcome"], [Outcome.STRETCH_LIMIT, Outcome.OK])
+    assert rows == asked["members"].size

@@ -1,10 +1,13 @@
 """Studies of figure 12: where the frequencies of the sweeps lie."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from gelcone.atlas.branches.branch import EventKind
+from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import resonance
 from gelcone.paper.studies.resonance import BAND, RESPONSES, STIFFNESSES, _around, _frequencies, natural_frequencies
 from gelcone.presets import find_preset
@@ -82,3 +85,69 @@ def test_branches_of_each_stiffness_stand_one_behind_the_other_with_gaps(monkeyp
         np.testing.assert_array_equal(rows["branch_amplitude"], [1.0, 0.25, nan, 1.5, 2.0, 2.5, nan])
         np.testing.assert_array_equal(rows["branch_stable"], [1, 0, nan, 1, nan, 0, nan])
         np.testing.assert_array_equal(rows["branch_fold"], [0.5 * stiffness])
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling", "membrane"])
+def test_a_response_over_the_frequency_has_the_sweeps_and_of_the_papers_film_the_branches(monkeypatch, film):
+    asked, shares = {}, []
+    effort = replace(QUICK, film=film, frequencies=40)
+    natural = np.linspace(1.0, 6.0, len(STIFFNESSES))
+
+    def response(model, grid, initial, progress):
+        asked.update(model=model, grid=grid, initial=initial)
+        progress(1.0)
+        at = ("member", "branch", "step")
+        stiffness = ("member", np.asarray(model.spring_stiffness))
+        return xr.Dataset({"amplitude": (at, np.zeros((6, 2, 40)))}, coords={"spring_stiffness": stiffness})
+
+    def branches(model, initial, grid):
+        asked.update(branch=(float(np.asarray(model.drive_frequency)), initial), branch_grid=grid)
+        return {"branch_amplitude": (("member", "orbit"), natural[:, None])}
+
+    monkeypatch.setattr(resonance, "frequency_response", response)
+    monkeypatch.setattr(resonance, "natural_frequencies", lambda model: natural)
+    monkeypatch.setattr(resonance, "_branches", branches)
+    found = resonance.frequency(effort, shares.append)
+    preset = effort.preset("spring")
+    assert shares == [1.0]
+    np.testing.assert_array_equal(asked["model"].spring_stiffness, STIFFNESSES)
+    assert asked["model"].film.name == film
+    np.testing.assert_array_equal(asked["grid"], _frequencies(natural, float(preset.model.damping_ratio), 40))
+    assert asked["initial"] == preset.initial
+    assert ("branch_amplitude" in found) == (film == "taut")
+    if film == "taut":
+        np.testing.assert_array_equal(asked["branch_grid"], asked["grid"])
+        np.testing.assert_array_equal(found["branch_amplitude"][:, 0], natural)
+        assert asked["branch"][1] == preset.initial
+    np.testing.assert_array_equal(found["natural_frequency"], natural)
+    assert found["natural_frequency"].dims == ("spring_stiffness",)
+    assert found["amplitude"].dims == ("spring_stiffness", "sweep", "step")
+    assert (found.attrs["preset"], found.attrs["parameter"]) == ("spring", "drive_frequency")
+    assert found.attrs["title"] == "amplitude over drive frequency"
+
+
+def test_responses_lie_around_the_forced_resonance_of_one_stiffness(monkeypatch):
+    """At half its natural frequency; the motions of all three are asked for together."""
+    asked = {}
+
+    def motions(preset, model, parameter, effort, progress):
+        asked.update(preset=preset, model=model, parameter=parameter)
+        return "motions"
+
+    monkeypatch.setattr(resonance, "motions", motions)
+    assert resonance.frequency_responses(QUICK, lambda share: None) == "motions"
+    one = find_preset("spring").model.replace(spring_stiffness=np.array([1.0]))
+    resonant = 0.5 * natural_frequencies(one)[0]
+    np.testing.assert_allclose(asked["model"].drive_frequency, [0.7 * resonant, resonant, 1.5 * resonant])
+    assert float(np.asarray(asked["model"].spring_stiffness)) == 1.0
+    assert (asked["preset"].name, asked["parameter"]) == ("spring", "drive_frequency")
+
+
+def test_bands_are_no_wider_than_a_share_of_the_frequency_and_for_weak_damping_than_a_few_half_widths():
+    """Four half widths around half the natural frequency, eight around it; 0.35 and 0.4 of it at most."""
+    for damping, half, whole in ((0.01, 0.04, 0.08), (0.5, 0.35, 0.4)):
+        (row,) = _frequencies(np.array([1.0]), damping, 400)
+        even = np.geomspace(*BAND, 400 - 140 - 100)
+        own = row[~np.isin(row, even)]
+        near = np.sort(np.concatenate([0.5 + _around(half, 140), 1.0 + _around(whole, 100)]))
+        np.testing.assert_allclose(own, near)

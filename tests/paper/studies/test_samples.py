@@ -1,11 +1,18 @@
 """The samples behind claims: the ranges that the words of paper and claims state, and when a sample is enough."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 
+from gelcone.motion.attractor.classification import Evidence
 from gelcone.paper.claims import CLAIMS
+from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import samples
 from gelcone.paper.studies.samples import SAMPLES
+from gelcone.paper.truths import share
+from gelcone.presets import find_preset
 
 RANGES = {
     ("share-voltage", "below"): ("base", {"voltage": (0.0, 1.04)}, {}, {}),
@@ -73,3 +80,83 @@ def test_what_claims_call_small_and_large_is_what_is_drawn():
 )  # fmt: skip
 def test_a_sample_has_its_answer_where_the_window_is_known_too_or_plays_no_part(long, window, answered):
     assert samples._answered(long, window) is answered
+
+
+@pytest.mark.parametrize(
+    ("truths", "throughout", "known_half"),
+    [([1] * 512, True, True), ([1] * 10, None, True), ([0] * 60, False, True), ([1] * 59 + [0], False, True),
+     ([1] * 30 + [0] * 30, False, False)],
+)  # fmt: skip
+def test_what_holds_throughout_fails_at_no_point_of_enough_and_a_half_is_known_on_either_side(
+    truths, throughout, known_half
+):
+    points = np.array(truths, dtype=float)
+    assert samples.holds_throughout(share(points)) is throughout
+    known = xr.Dataset({"at": ("point", points)})
+    assert samples.half(lambda points: points["at"].values, known) is known_half
+    assert samples.half(lambda points: points["at"].values, lambda points: np.ones(512), known) is known_half
+
+
+def test_neighbours_of_the_base_set_are_drawn_around_it_and_it_is_followed_from_nearby_starts(monkeypatch):
+    asked, shares = {}, []
+    voltages = np.linspace(1.04, 2.0, 5)
+
+    def sampled(given, effort, progress, read):
+        asked.update(given=given, read=read)
+        progress(1.0)
+        return xr.Dataset()
+
+    def classified(members, states, **options):
+        asked.update(members=members, states=states, options=options)
+        found = Evidence.blank(members.size)
+        found.lowest[:] = -np.arange(members.size)
+        found.highest[:] = 3.5
+        found.regime[:] = np.arange(members.size) % 5
+        return found
+
+    monkeypatch.setattr(samples, "sampled", sampled)
+    monkeypatch.setattr(samples, "classify", classified)
+    effort = replace(QUICK, patience=77.0)
+    found = samples.neighbours(effort, shares.append)
+    assert sum(shares) == pytest.approx(1.0)
+    (sample,), base = asked["given"], find_preset("base").model
+    for name in ("drive_frequency", "spring_stiffness", "damping_ratio"):
+        value = float(getattr(base, name))
+        assert sample.drawn[name] == pytest.approx((value / 1.25, value * 1.25))
+    assert (len(sample.drawn), sample.logarithmic, sample.preset) == (3, True, "base")
+    np.testing.assert_allclose(sample.inner["voltage"], voltages)
+    assert sample.answered.args == (samples.rows_positive, samples.rows_about_six, samples.rows_ordered)
+    assert asked["read"] is samples._of_sets
+    offsets = samples.NEARBY * np.linspace(-1.0, 1.0, samples.STARTS)
+    initial = np.array(effort.preset("base").initial)
+    np.testing.assert_allclose(asked["states"], initial + np.repeat(offsets, 5)[:, None], rtol=1e-15)
+    np.testing.assert_allclose(asked["members"].values["voltage"], np.tile(voltages, samples.STARTS))
+    assert asked["options"] == {"patience": 77.0, "budget": samples.SIGN_BUDGET}
+    count = 5 * samples.STARTS
+    np.testing.assert_array_equal(found["own_extent"].values.ravel(), np.fmax(np.arange(count), 3.5))
+    np.testing.assert_array_equal(found["own_regime"].values.ravel(), np.arange(count) % 5)
+    assert found["own_extent"].dims == ("start", "inner")
+
+
+def test_a_set_has_the_kinds_of_motion_at_the_pre_stretches_of_their_figure(monkeypatch):
+    asked = {}
+
+    def classified(members, states, **options):
+        asked.update(members=members, states=states, options=options)
+        found = Evidence.blank(members.size)
+        found.regime[:] = np.arange(members.size)
+        return found
+
+    monkeypatch.setattr(samples, "classify", classified)
+    monkeypatch.setattr(samples, "observed", lambda model, initial, effort: (model, initial))
+    monkeypatch.setattr(samples, "over_points", lambda own: xr.Dataset(attrs={"voltage": own[0].voltage.tolist()}))
+    model = find_preset("base").model.replace(damping_ratio=np.array([[0.1], [0.2]]), voltage=np.array([1.2, 1.3]))
+    found = samples._of_sets(model, (0.5, 0.25), replace(QUICK, patience=77.0))
+    n = asked["members"].values
+    np.testing.assert_array_equal(np.broadcast_to(n["voltage"], 6), [1.0] * 6)
+    np.testing.assert_array_equal(n["damping_ratio"], np.repeat([0.1, 0.2], 3))
+    np.testing.assert_array_equal(n["prestretch"], [0.8, 1.0, 1.5] * 2)
+    np.testing.assert_array_equal(asked["states"], [(0.5, 0.25)] * 6)
+    assert asked["options"] == {"patience": 77.0, "budget": samples.SIGN_BUDGET}
+    np.testing.assert_array_equal(found["prestretch_kind"], [[0, 1, 2], [3, 4, 5]])
+    assert found.attrs == {"voltage": [1.2, 1.3]}

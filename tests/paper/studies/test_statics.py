@@ -1,7 +1,10 @@
 """Force curves and energies of the paper by the formulas of a film that is not pre-stretched."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import statics as module
@@ -54,3 +57,41 @@ def test_the_force_of_a_film_is_the_slope_of_its_energy_and_leaves_out_the_sprin
     slope = np.gradient(energy[row][middle], x[middle])
     np.testing.assert_allclose(slope[5:-5], force[row][middle][5:-5], atol=2e-4)
     np.testing.assert_allclose(found["reach"], module._reach(MODEL.replace(stretch_limit=np.array(module.LIMITS))))
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_static_curves_are_those_of_the_table_and_slack_is_marked_at_its_voltage(monkeypatch, film):
+    asked, shares = {}, []
+    x = np.array([-1.0, 0.2, 1.0])
+
+    def curves(model, voltages):
+        asked.update(model=model, voltages=voltages)
+        return xr.Dataset(coords={"displacement": x, "constant_voltage": list(voltages)})
+
+    def slack(model, x, voltage):
+        return (x + voltage) > 1.0
+
+    monkeypatch.setattr(module, "static_curves", curves)
+    monkeypatch.setattr(module, "_slack", slack)
+    found = module.static(replace(QUICK, film=film), shares.append)
+    assert asked["voltages"] == (0.0, 1.0, 1.5)
+    assert asked["model"].film.name == film
+    assert float(asked["model"].spring_stiffness) == float(QUICK.preset("table1").model.spring_stiffness)
+    np.testing.assert_array_equal(found["slack"], [[0, 0, 0], [0, 1, 1], [0, 1, 1]])
+    assert found["slack"].dims == ("constant_voltage", "displacement")
+    assert (found.attrs["preset"], found.attrs["parameter"], shares) == ("table1", "constant_voltage", [1.0])
+
+
+def test_surfaces_hold_the_spring_and_no_voltage():
+    """At rest and flat nothing; on the axis of the displacement the energy of the model itself, spring included."""
+    found = module._surfaces(MODEL)
+    x = found["surface_displacement"][1]
+    total = found["surface_energy"][1]
+    at = int(np.argmin(np.abs(x - 0.5)))
+    still = int(np.argmin(np.abs(found["surface_velocity"][1])))
+    for k, limit in enumerate((1.0, 100.0)):
+        own = MODEL.replace(stretch_limit=limit)
+        film = float(own.replace(spring_stiffness=0.0).energy(x[at]))
+        spring = 0.5 * float(MODEL.spring_stiffness) * x[at] ** 2
+        assert total[k, at, still] == pytest.approx(film + spring, rel=1e-12)
+    assert (x[0], x[-1], x.size) == (-3.0, 3.0, 301)

@@ -5,6 +5,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gelcone.dataset import model_of
 from gelcone.motion.attractor.search import default_transient
@@ -85,7 +86,7 @@ def test_motions_side_by_side_have_the_values_of_their_figures():
     }
 
 
-@pytest.mark.parametrize(("damping", "frequency"), [([0.5, 0.01], 1.0), ([0.5, 0.4], 1e-3)])
+@pytest.mark.parametrize(("damping", "frequency"), [([0.5, 0.001], 1.0), ([0.5, 0.4], 1e-3)])
 def test_kinds_wait_for_the_least_damped_motion_or_the_usual_transient_whichever_is_longer(
     monkeypatch, damping, frequency
 ):
@@ -101,7 +102,22 @@ def test_kinds_wait_for_the_least_damped_motion_or_the_usual_transient_whichever
     _, evidence, options, _ = study.kinds_of(model, (0.3, 0.1), replace(QUICK, patience=777.0))
     usual, decays = float(default_transient(model.members()).max()), 20.0 / min(damping)
     assert asked["transient"] == options["transient"] == max(usual, decays)
-    assert (usual > decays) == (frequency < 0.1)
+    assert (usual > decays, usual < decays) == (frequency < 0.1, frequency == 1.0)
     assert asked["patience"] == options["patience"] == 777.0
     np.testing.assert_array_equal(asked["states"], [[0.3, 0.1]] * 2)
     assert evidence == "evidence"
+
+
+def test_a_study_says_what_it_is_of_and_has_the_model_of_another():
+    own = xr.Dataset({"x": 1.0}, attrs={"old": 1})
+    source = xr.Dataset(attrs={"model": "{}", "title": "another", "options": "{}"})
+    told = study.about(own, source, "base", "voltage", replace(QUICK, window=40.0), {"a": 2}, "a title")
+    assert told.attrs == {
+        "model": "{}", "title": "a title", "options": '{"a": 2}', "preset": "base", "parameter": "voltage",
+        "window": 40.0,
+    }  # fmt: skip
+    assert source.attrs["title"] == "another"
+    both = study.merged(xr.Dataset({"x": 1.0}, attrs={"of": "first"}), xr.Dataset({"y": 2.0}, attrs={"of": "second"}))
+    assert (dict(both.attrs), set(both.data_vars)) == ({"of": "first"}, {"x", "y"})
+    with pytest.raises(ValueError, match="exact"):
+        study.merged(xr.Dataset(coords={"t": [1.0]}), xr.Dataset(coords={"t": [2.0]}))

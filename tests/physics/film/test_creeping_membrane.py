@@ -1,5 +1,7 @@
 """The membrane that creeps: its reduced form against branches in every ring, one energy, relaxed and loose films."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from creeping_membrane import relaxation
@@ -8,7 +10,10 @@ from scipy.integrate import solve_ivp
 from gelcone import ConeModel, InputError, simulate, static
 from gelcone.codes import Outcome
 from gelcone.membrane.gel import Gel
+from gelcone.membrane.mean_length import mean_length
 from gelcone.motion.flow import integrate
+from gelcone.physics.film.branches import Branches
+from gelcone.physics.film.creeping_membrane import CreepingMembrane
 from gelcone.physics.film.membrane import MembraneFilm
 from tests.physics.film.programs import in_program
 
@@ -132,3 +137,66 @@ def test_a_program_that_begins_with_a_loose_film_finds_its_natural_height(prestr
         at = x[here], squared[here], [value[here] for value in y]
         (found,) = in_program(film._place, n, dict(zip(signs, row, strict=True)), *at)
         np.testing.assert_allclose(found, film._place(*at, n), rtol=1e-9)
+
+
+class Relaxed:
+    """A relaxed film of formulas: k = 0.2 + 0.5 s - V, whose V at a pull is known."""
+
+    viscous = Branches(1, "log", 1, True)
+    switch_names = ("near",)
+
+    def relaxed_pull(self, s, squared, n, xp=np):
+        k = 0.2 + 0.5 * s - squared
+        return SimpleNamespace(k=k, by_s=0.5 + 0.0 * s), 1.0
+
+    def balancing(self, x, pull, n):
+        return 0.2 + 0.5 * np.square(x) - pull
+
+    def highest_squared(self, x, n):
+        return 7.0 + x
+
+
+MADE = {
+    "mean_begin": 0.04, "mean_scale": 0.5, "mean_length_0": 0.4, "mean_length_1": 0.1, "mean_length_2": 0.02,
+    **{f"mean_length_{k}": 0.0 for k in range(3, 7)},
+    "reach_squared": 9.0, "viscous_modulus_1": 0.6, "flow_rate_1": 0.5, "inverse_viscous_limit_1": 0.05,
+}  # fmt: skip
+
+
+def test_a_film_of_formulas_pulls_with_its_branches_by_the_slope_of_their_length():
+    """K = k + M' t1/M; its slope by differences; the V of a pull, and the height at which a loose film hangs."""
+    film, s, y, h = CreepingMembrane(Relaxed()), np.array([0.2, 0.6, 1.4]), [0.9, 1.1], 1e-5
+    (length, slope, _), over = mean_length(s, MADE), Relaxed.viscous.pull(mean_length(s, MADE)[0], y, MADE)[0]
+    k, by_s = film.pull(s, 0.3, y, MADE)
+    np.testing.assert_allclose(k, 0.2 + 0.5 * s - 0.3 + slope * over)
+    assert (np.abs(slope - 1.0) > 0.05).all()
+    assert (np.abs(over) > 1e-3).all()
+    np.testing.assert_allclose(by_s, (film.pull(s + h, 0.3, y, MADE)[0] - film.pull(s - h, 0.3, y, MADE)[0]) / (2 * h))
+    force, stiffness = film.force(np.sqrt(s), 0.1, y, MADE, np)
+    np.testing.assert_allclose(force, np.sqrt(s) * film.pull(s, 0.1, y, MADE)[0])
+    x = np.sqrt(s)
+    ahead, behind = (film.force(x + d, 0.1, y, MADE, np)[0] for d in (h, -h))
+    np.testing.assert_allclose(stiffness, (ahead - behind) / (2.0 * h), rtol=1e-6)
+    for pull in (0.0, 0.15):
+        squared = film.balancing(x, pull, y, MADE)
+        np.testing.assert_allclose(film.pull(s, squared, y, MADE)[0], pull, atol=1e-12)
+    np.testing.assert_array_equal(film.highest_squared(x, y, MADE), 7.0 + x)
+    assert length.min() > 1.0
+
+
+def test_a_loose_film_hangs_where_it_pulls_nothing_also_below_the_height_at_which_it_begins_to_pull():
+    """At a voltage at which it pulls from some height on; lower discs leave its lengths as they are."""
+    film, y, squared = CreepingMembrane(Relaxed()), [0.7, 1.0], 0.6
+    s = np.array([0.0, 0.01, 0.03, 0.3, 3.0])
+    at, pulls = film.place(s, squared, y, MADE)
+    assert pulls.tolist() == [0.0, 0.0, 0.0, 0.0, 1.0]
+    np.testing.assert_allclose(at[:4], at[0])
+    assert at[4] == 3.0
+    assert film.pull(at[0], squared, y, MADE)[0] == pytest.approx(0.0, abs=1e-12)
+    lengths, width = film.lengths(np.sqrt(s), squared, y, MADE)
+    np.testing.assert_allclose(lengths, mean_length(at, MADE)[0])
+    assert width == 1.0
+    np.testing.assert_array_equal(film.force(np.sqrt(s[:4]), squared, y, MADE, np), 0.0)
+    strong = film.place(np.array([0.0, 0.03, 0.05]), 0.0, [0.99, 1.0], MADE)  # it pulls wherever it may
+    np.testing.assert_allclose(strong[0], [0.04, 0.04, 0.05])
+    assert strong[1].tolist() == [0.0, 0.0, 1.0]

@@ -98,3 +98,28 @@ def test_a_program_and_arrays_give_the_same_charge_in_every_state(law, limit):
     whole = np.isfinite(arrays)
     np.testing.assert_allclose(found[whole], arrays[whole], rtol=1e-9)
     assert np.bincount(kind[whole], minlength=4).min() > 100
+
+
+def test_a_film_is_short_below_the_height_at_which_it_would_be_compressed_to_its_limit():
+    """Of an equibiaxial pre-stretch 0.6 at x^2 = 1/0.36 - 1; a film with a wide limit never is."""
+    for limit, edge in ((5.0, 1.0 / 0.36 - 1.0), (6.0, -1.0)):
+        film = WrinklingCone(prestretch_mode="equibiaxial")
+        n = film.numbers(film.complete({"prestretch": 0.6, "stretch_limit": limit}))
+        assert float(n["shortest"]) == pytest.approx(edge)
+        xx = np.array([0.0, 1.0, 1.77, 1.79, 4.0])
+        switches = film.elastic.switches(np.sqrt(xx), 0.0, n)
+        np.testing.assert_array_equal(switches["long"], np.where(xx > edge, 1.0, -1.0))
+
+
+@pytest.mark.parametrize("limit", [8.0, 50.0, np.inf])
+def test_a_film_pulls_in_by_whichever_comes_first(limit):
+    """At no height later than where its minimum ends, and there where it does not localise before."""
+    given = {"meridional_prestretch": 1.1, "hoop_prestretch": 0.9, "stretch_limit": limit}
+    first, minimum = WrinklingCone(), WrinklingCone(pull_in="minimum")
+    n = first.numbers(first.complete(given))
+    x = np.linspace(0.0, 2.5, 60)
+    ends, whole = minimum.highest_squared(x, n), first.highest_squared(x, n)
+    localises = first.elastic._localising(x * x, n)
+    np.testing.assert_array_equal(whole, np.minimum(ends, localises))
+    assert (localises < ends).any()
+    assert (localises > ends).any()

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.physics.component import State
 from gelcone.physics.film.film import Film
 from gelcone.physics.model import ConeModel
+from gelcone.physics.trace import Graph
 from tests.toys import PowerFilm
 
 X = np.array([-1.4, -0.3, 0.05, 0.6, 1.5])
@@ -104,3 +107,32 @@ def test_what_follows_from_a_force_that_is_not_linear_in_the_squared_voltage():
         current = film.current(X, u, v, rate, n)
         by_x = 2.0 * X / (1.0 + V) ** 2 - V * X**5
         np.testing.assert_allclose(current, by_v * rate + v * by_x * u, rtol=1e-6, atol=1e-9)
+
+
+class Worn(Curved):
+    """A film with a state of its own, and a limit of its strain."""
+
+    name = "worn"
+    states = (State("wear", "its state", "share"),)
+
+    def strain_limit(self, n):
+        return np.asarray(4.0)
+
+    def highest_squared(self, x, n):
+        return 2.0 + 0.0 * x
+
+
+def test_what_a_film_with_states_does_not_know_is_not_a_number():
+    film, n = Worn(), {"c": 1.7}
+    assert np.isnan(film.current(X, 0.3, 0.4, 0.5, n)).all()
+    assert np.isfinite(Curved().current(X, 0.3, 0.4, 0.5, n)).all()
+    assert np.isnan(film.work(X, 0.3, [0.5], n)).all()
+    assert np.isfinite(film.work(X, 0.3, [], n)).all()
+    np.testing.assert_allclose(film.limit_share(X, 0.3, [0.5], n), X**2 / 4.0)
+    assert film.overstretched(X, [0.5], n).tolist() == [False] * 5
+    np.testing.assert_array_equal(film.highest_squared_held(X, [0.5], n), [2.0] * 5)
+    assert (film.drags, film.dissipates, film.traced_charge, film.folds) == (False, False, False, False)
+    assert (film.drag(X, n) == 0.0).all()
+    assert film.times_of_kinds(["a"], np.ones((3, 2))).shape == (3, 0)
+    with pytest.raises(InputError, match="film 'worn': its charge is not known while a motion is computed"):
+        film.capacitance(X, 0.3, [0.5], n, Graph())

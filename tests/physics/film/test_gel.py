@@ -93,6 +93,18 @@ def test_branches_are_overstretched_where_their_strain_is_their_limit():
     assert not film.overstretched(9.0, [], n)
 
 
+def test_a_film_that_wrinkles_is_overstretched_by_its_gap_and_not_by_the_length_that_it_may_take():
+    """Without voltage a film of pre-stretch 0.6 rests longer than its gap: its branch would be beyond its limit."""
+    film = WrinklingCone(branches=1)
+    n = film.numbers(film.complete({**BRANCH, "viscous_limit_1": 0.5, "prestretch": 0.6}))
+    m, width = film.resting_lengths(0.3, n)
+    y = [1.0, 1.0]
+    assert film.viscous.limit_share(m, width, y, n) > 1.0 > film.viscous.limit_share(1.09, 1.0, y, n)
+    assert not film.overstretched(0.3, y, n)
+    edge = 0.5 * (2.5 + np.sqrt(2.5**2 - 4.0))
+    assert film.overstretched(np.sqrt(1.001 * edge - 1.0), y, n)
+
+
 def test_a_reduced_branch_loses_what_its_drag_takes():
     film = TautCone(branches=1, reduced=(1,))
     n = film.numbers(film.complete({**BRANCH, "relaxation_time_1": 0.01}))

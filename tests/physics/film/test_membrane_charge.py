@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel, Outcome, simulate
+from gelcone.membrane import force as formulas
 from gelcone.physics.differentiate import evaluated
+from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.membrane import MembraneFilm
+from gelcone.physics.film.membrane_charge import HEIGHTS, VOLTAGES
 from gelcone.physics.trace import Graph
 from tests.physics.test_circuit import VoltageBehindResistor
 
@@ -45,6 +48,27 @@ def test_it_is_that_of_the_energy(name):
     assert np.sqrt(np.mean(np.square(error / exact))) < 3e-4
     kinds = film.state(x, np.sqrt(V), [], n).kind
     assert set(np.unique(kinds)) >= ({0, 3} if name == "strong hoop" else {0, 1})
+
+
+@pytest.mark.parametrize("name", ["unstretched", "strong hoop"])
+def test_the_fit_has_its_places_up_to_where_the_film_ends_and_weighs_the_border_to_the_slack_film(name):
+    """In each piece: V from 0, where a film falls slack with ten times the weight; with a strong hoop to where it pulls
+    in, but not beyond where the flat film does."""
+    n = film_of(name)[1]
+    for piece in formulas.PIECES:
+        if not abs(n[f"{piece}_scale"]) > 0.0:
+            continue
+        s, V, weight = (one.reshape(HEIGHTS, VOLTAGES) for one in membrane_charge._places(piece, n))
+        assert (s == s[:, :1]).all()
+        np.testing.assert_array_equal(V[:, 0], 0.0)
+        assert (np.diff(V, axis=1) >= 0.0).all()
+        ends = formulas.tension(s[:, 0], 0.0, n) if piece == "near" else formulas.pull_in(s[:, 0], n)
+        highest = np.minimum(ends, n["flat_voltage"]) if name == "strong hoop" else ends
+        np.testing.assert_allclose(V[:, -1], np.maximum(highest, 0.0), rtol=1e-8)
+        assert (weight[:, :-1] == 1.0).all()
+        assert (weight[:, -1] == (10.0 if piece == "near" else 1.0)).all()
+        x = np.sqrt(s[:, 0])
+        assert ((x >= 0.0) & (x <= np.sqrt(n["reach_squared"]))).all()
 
 
 def test_a_slack_film_has_the_charge_of_its_even_stretch():

@@ -146,3 +146,55 @@ def test_curves_between_others_are_the_plane_through_them_and_their_error_is_tha
     assert not pull_in._between
     read = ReadCurve({"film_error": 0.0, "reach_squared": 4.0}, volts(1.4, 0.2))
     np.testing.assert_allclose(read.voltage([-1.0, 1.0, 5.0]), [0.924, 0.924, 1.008], rtol=1e-12)
+
+
+class Ten(ReadCurve):
+    """A curve of which the voltage is known: ten and the displacement without its sign."""
+
+    def voltage(self, x):
+        return 10.0 + np.abs(x)
+
+
+def test_the_excess_over_pull_in_is_that_of_each_member_at_its_own_place(monkeypatch):
+    """Curves of made-up films; the second film is asked at its own displacement, and one without a curve has none."""
+    asked = []
+
+    def curve_of(law, numbers, A, B, ratio):
+        asked.append((law.name, dict(numbers), A, B, ratio))
+        return None if B > 1.5 else Ten({}, np.zeros(1))
+
+    monkeypatch.setattr(pull_in, "curve_of", curve_of)
+    model = ConeModel(
+        film="wrinkling", second_film="wrinkling", second_flat_height=0.5, hoop_prestretch=[1.1, 1.3, 1.1],
+        radius_ratio=[0.2, 0.2, 0.3], second_hoop_prestretch=1.2, second_radius_ratio=0.25,
+    )  # fmt: skip
+    members = model.members()
+    x, volts = np.array([[0.2, -0.4]] * 3), np.array([[11.0, -5.0], [1.0, 1.0], [22.0, 0.0]])
+    first, second = members.system.films
+    values = {name: np.broadcast_to(value, 3) for name, value in members.values.items()}
+    found = pull_in.over_pull_in(first, values, x, volts)
+    whole = np.abs(volts) / (10.0 + np.abs(x)) - 1.0
+    np.testing.assert_allclose(found, np.where(np.array([[False], [True], [False]]), -1.0, whole))
+    squares = sorted((round(A, 12), round(B, 12), ratio) for _, _, A, B, ratio in asked)
+    assert squares == [(1.0, 1.21, 0.2), (1.0, 1.21, 0.3), (1.0, 1.69, 0.2)]
+    other = pull_in.over_pull_in(second, values, x, volts)
+    np.testing.assert_allclose(other, np.abs(volts) / (10.0 + np.abs(0.5 - x)) - 1.0)
+    assert asked[-1][2:] == (pytest.approx(1.0), pytest.approx(1.44), 0.25)
+    membrane = ConeModel(film="membrane").members()
+    assert pull_in.over_pull_in(membrane.system.films[0], membrane.values, x[:1], volts[:1]) is None
+
+
+def test_few_films_and_films_without_curves_are_not_interpolated(monkeypatch):
+    """Films that differ in one way take six to interpolate between, so that seven are the fewest."""
+    curve = ReadCurve({"film_error": 0.0, "reach_squared": 4.0}, np.ones(2))
+    for count, lost, there in ((6, 2.0, False), (7, 2.0, True), (7, 1.19, False)):
+        monkeypatch.setattr(
+            pull_in, "curve_of", lambda law, numbers, A, B, ratio, lost=lost: curve if lost > B else None
+        )
+        members = ConeModel(film="wrinkling", hoop_prestretch=np.sqrt(np.linspace(1.1, 1.2, count))).members()
+        with pull_in.interpolated_curves(members) as between:
+            assert (between is not None) == there
+            assert between is None or (between.films, between.made) == (count, 6)
+    members = ConeModel(film="wrinkling", pull_in="minimum", hoop_prestretch=np.linspace(1.1, 1.2, 9)).members()
+    with pull_in.interpolated_curves(members) as between:
+        assert between is None
