@@ -19,7 +19,7 @@ import numpy.typing as npt
 from gelcone._version import __version__
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.files import write_whole
+from gelcone.files import write_whole, writer_of
 from gelcone.netcdf import read_netcdf, write_netcdf
 from gelcone.physics.members import Ensemble
 from gelcone.physics.model import ConeModel
@@ -188,16 +188,11 @@ def save(dataset: xr.Dataset | Savable, path: str | Path, *, force: bool = False
     16.0
     """
     if isinstance(dataset, Savable):
-        text = dataset.to_toml()
-        write_whole(Path(path), lambda to: _write_text(to, text), force=force)
+        write_whole(Path(path), writer_of(dataset.to_toml()), force=force)
     elif hasattr(dataset, "data_vars"):
         write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
     else:
         raise InputError(f"save: was given a {type(dataset).__name__}; give a result of an analysis, or a device")
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 @runtime_checkable

@@ -75,7 +75,14 @@ def _open_regular(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = False) -> None:
+def writer_of(content: str | bytes) -> Callable[[Path], object]:
+    """A function for `write_whole` that writes bytes, or a text as UTF-8."""
+    if isinstance(content, bytes):
+        return lambda path: path.write_bytes(content)
+    return lambda path: path.write_text(content, encoding="utf-8")
+
+
+def write_whole(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
     """Write a file that appears whole or not at all; an existing one stays unless ``force``.
 
     Raises `InputError` for an existing file or a folder that cannot be written.
@@ -83,7 +90,7 @@ def write_whole(path: Path, write: Callable[[Path], None], *, force: bool = Fals
     write_together({path: write}, force=force)
 
 
-def write_together(writers: Mapping[Path, Callable[[Path], None]], *, force: bool = False) -> None:
+def write_together(writers: Mapping[Path, Callable[[Path], object]], *, force: bool = False) -> None:
     """Write several files that appear whole and only when all are written; see `write_whole`."""
     check_writable(writers, force=force)
     temporaries: dict[Path, Path] = {}

@@ -85,7 +85,7 @@ REFUSED = {
     ),
     "commas for everything": (
         "stretch,stress (kPa)\n1,0,0,0\n1,1,5,0\n",
-        "test.csv: decimal comma and comma separator cannot be told apart in line 2; export with semicolons",
+        "test.csv: decimal comma and comma separator cannot be distinguished in line 2; export with semicolons",
     ),
     "kilopascals without a unit": (
         "stretch,stress\n1,0\n1.1,5\n1.2,9\n1.3,12.5\n",

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.errors import InputError, MissingDependency
+from gelcone.errors import InputError
 
 TILE_CELLS = 16384
 """Cells of a tile at most; a tile is as wide along each axis."""
@@ -129,7 +129,9 @@ class Store:
         tiles = np.unique([place // width for place, width in zip(places, self.tile, strict=True)], axis=1).T
         names = sorted(fields, key=lambda name: name == "status")
         # Otherwise a tile of fill values would not be written, and look like one that was lost.
-        with _import_zarr().config.set({"array.write_empty_chunks": True}):
+        import zarr
+
+        with zarr.config.set({"array.write_empty_chunks": True}):
             group = _open_group(self.path, mode="r+")
             arrays = {name: group[name] for name in names}
         for tile in tiles:
@@ -168,7 +170,8 @@ def open_store(
     InputError : for a folder that holds something else, a store of another plan or version (naming the difference), a
         store that another run is writing, or a place that cannot be written.
     """
-    _import_zarr()
+    import zarr
+
     if resume:
         found = read_plan(path)
         if found != plan:
@@ -185,7 +188,7 @@ def open_store(
             if resume and not _consolidated(path):
                 _consolidate(path)
             elif not resume:
-                _create_group(path, {PLAN: json.dumps(plan)})
+                zarr.create_group(store=path, zarr_format=3, attributes={PLAN: json.dumps(plan)})
         yield Store(path, plan, dims, shape)
 
 
@@ -270,21 +273,10 @@ def _explained(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _import_zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise MissingDependency("a store needs zarr: pip install zarr") from None
-    return zarr
-
-
-def _create_group(path: Path, attributes: dict[str, str]) -> None:
-    _import_zarr().create_group(store=path, zarr_format=3, attributes=attributes)
-
-
 def _consolidate(path: Path) -> None:
     """Collects all metadata in one file, which readers open first."""
-    zarr = _import_zarr()
+    import zarr
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", category=UserWarning)  # not every reader supports it
         zarr.consolidate_metadata(path, zarr_format=3)
@@ -297,8 +289,9 @@ def _consolidated(path: Path) -> list[str]:
     return list((whole.get("consolidated_metadata") or {}).get("metadata", {}))
 
 
-def _open_group(path: Path, mode: str = "r") -> Any:
-    zarr = _import_zarr()
+def _open_group(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
+    import zarr
+
     if path.is_file():
         raise InputError(f"{path}: is a file and no store; gelcone.load reads it, and gelcone.in_words prints it")
     if not path.is_dir():

@@ -11,7 +11,7 @@ import click
 from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import PLACE, output_parameters
 from gelcone.cli.output import print_json, progress_bar
-from gelcone.files import check_writable, write_together
+from gelcone.files import check_writable, write_together, writer_of
 
 FILES = ("design.nc", "design.png")
 
@@ -67,7 +67,7 @@ def run_design(
         writers: list[Any] = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
         for k in range(result.sizes["design"]):
             places.append(out / f"design-{k + 1}.toml")
-            writers.append(partial(_write, device_text(result, k)))
+            writers.append(writer_of(device_text(result, k)))
         check_writable(places, force=force)
         write_together(dict(zip(places, writers, strict=True)), force=force)
     if as_json:
@@ -75,7 +75,3 @@ def run_design(
         return 0
     click.echo("\n".join([design_words(result), *(f"wrote {path}" for path in places)]))
     return 0
-
-
-def _write(text: str, to: Path) -> None:
-    to.write_text(text, encoding="utf-8")

@@ -13,7 +13,7 @@ from gelcone.cli.command import command_of, run, run_drawn
 from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
 from gelcone.cli.output import print_json, progress_bar
 from gelcone.errors import InputError
-from gelcone.files import check_writable, read_text, read_toml, write_together
+from gelcone.files import check_writable, read_text, read_toml, write_together, writer_of
 from gelcone.register.analyses import find_analysis
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def _fit_material(
     writers: list[Any] = []
     if places:
         writers = [
-            partial(_write, fitted_text(result)),
+            writer_of(fitted_text(result)),
             partial(write_netcdf, result),
             partial(style.draw_file, plot(result)),
         ]
@@ -185,13 +185,9 @@ def _fit_device(subject: str, data: tuple[Path, ...], output: Output, options: d
         writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
         if not plan:
             draws = partial(write_netcdf, fitted_draws(result))
-            writers += [partial(_write, fitted_device(result).to_toml()), draws, partial(_write, fitted_band(result))]
+            writers += [writer_of(fitted_device(result).to_toml()), draws, writer_of(fitted_band(result))]
     output.deliver(words, device_fit_json(result), places, writers)
     return int(result.attrs.get("refused", 0))
-
-
-def _write(text: str, to: Path) -> None:
-    to.write_text(text, encoding="utf-8")
 
 
 def _content(subject: str | None) -> dict[str, Any] | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import click
@@ -43,7 +42,7 @@ def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
     """Writes the file; one that exists is kept."""
     from gelcone.devices.device import find_device
     from gelcone.devices.template import first_file
-    from gelcone.files import write_whole
+    from gelcone.files import write_whole, writer_of
     from gelcone.lab.device_tests import FIRST_TESTS
     from gelcone.lab.wish import FIRST_WISH
 
@@ -54,14 +53,10 @@ def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
     text = FIRST_TESTS.format(file=file) if tests else text
     if file.exists():
         raise InputError(f"{file}: exists already, and is kept; choose another name")
-    write_whole(file, partial(_write, text))
+    write_whole(file, writer_of(text))
     command = f"design {file} --out designs" if wish else f"simulate {file}"
     command = f"fit DEVICE --data {file} --free spring_rate~3% --plan" if tests else command
     click.echo(f"wrote {file}: change its numbers, then `gelcone {command}`")
-
-
-def _write(text: str, file: Path) -> None:
-    file.write_text(text, encoding="utf-8")
 
 
 def help_command() -> click.Command:

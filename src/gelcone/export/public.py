@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from gelcone.export.fmu import HOST, VERSIONS, write_fmu
 from gelcone.export.reference import test_program
 from gelcone.export.sources import Exported, example, sources
 from gelcone.export.wasm import write_wasm
-from gelcone.files import check_writable, write_together
+from gelcone.files import check_writable, write_together, writer_of
 from gelcone.motion.flow import check_flow
 
 if TYPE_CHECKING:
@@ -125,10 +124,6 @@ def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:
         "test.c": test_program(exported),
         "device.toml": exported.device.to_toml(),
     }
-    writers: dict[Path, Callable[[Path], Any]] = {folder / own: partial(_write, texts[own]) for own in names}
+    writers: dict[Path, Callable[[Path], Any]] = {folder / own: writer_of(texts[own]) for own in names}
     write_together(writers, force=force)
     return list(writers)
-
-
-def _write(text: str, path: Path) -> None:
-    path.write_text(text, encoding="utf-8")

@@ -9,14 +9,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from functools import partial
 from pathlib import Path
 
 from gelcone import disk_cache
 from gelcone._version import __version__
 from gelcone.errors import InputError, MissingDependency
 from gelcone.export.sources import Exported, filled, in_comment, sources
-from gelcone.files import check_writable, write_together
+from gelcone.files import check_writable, write_together, writer_of
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-s")
 _SYSTEM = Path("/usr/include/wasm32-wasi")
@@ -50,12 +49,8 @@ def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
     }
     texts = [filled("device.js", name, script), filled("device.html", name, page)]
     contents = [module, *(text.encode() for text in texts)]
-    write_together({place: partial(_write, data) for place, data in zip(paths, contents, strict=True)}, force=force)
+    write_together({place: writer_of(data) for place, data in zip(paths, contents, strict=True)}, force=force)
     return paths
-
-
-def _write(data: bytes, path: Path) -> None:
-    path.write_bytes(data)
 
 
 def find_compiler() -> list[str]:

@@ -26,7 +26,7 @@ LIMITS = ("pull-in", "hoop slack", "meridional slack", "dielectric breakdown", "
 
 
 class Found(NamedTuple):
-    """What designs do, (designs, draws) each, in SI: NaN where a design has no state.
+    """The numbers of designs, (designs, draws) each, in SI: NaN where a design has no state.
 
     ``limits`` are peak voltages on the ramp, (limits, designs, draws), infinite where one is not met; ``failing`` the
     largest share by which a motion under a higher drive leaves tension, dielectric strength or stretch limit.

@@ -51,7 +51,7 @@ TRAP = 200
 
 
 class Checked(NamedTuple):
-    """What the analyses say of a design: its settled ``stroke`` and ``apparent_power``, the ``recommended`` highest
+    """The verdict of the analyses on a design: settled ``stroke`` and ``apparent_power``, the ``recommended`` highest
     peak voltage at its frequency, the ``first_limit`` there, the stroke as a ``membrane``, and why it ``failed``, empty
     if it holds."""
 
@@ -189,7 +189,7 @@ def design(
         wish = with_samples(wish, {str(name): np.asarray(values) for name, values in named})
     if not wish.uncertain and not nominal:
         raise InputError(
-            "design: nothing is uncertain: tolerances are needed to tell a design from a coincidence; give "
+            "design: nothing is uncertain: tolerances are needed to distinguish a design from a coincidence; give "
             "[tolerances], --samples of a fit, or --nominal to see the trap"
         )
     counted = Counted(progress)

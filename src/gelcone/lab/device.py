@@ -81,7 +81,7 @@ def plan_device(
     film: str | None = None,
     loss: str | None = None,
 ) -> xr.Dataset:
-    """What tests can tell of the fields of a device, before any of them is made.
+    """Predict what tests would determine of the fields of a device, before any of them is made.
 
     Parameters
     ----------
@@ -318,8 +318,8 @@ def _one_too_many(moved: set[str]) -> str:
     if moved == {*GEL, "film_thickness"}:
         return (
             "--free film_thickness: with material.shear_modulus and material.relative_permittivity free and no prior, "
-            "these three are one number too many: mu H and eps/H are all that any test here can tell; give one of them "
-            "a prior (film_thickness~3%)"
+            "these three are one number too many: mu H and eps/H are all that any test here determines; give one of "
+            "them a prior (film_thickness~3%)"
         )
     first, *others = sorted(moved)
     together = f"with {', '.join(others)} free and no prior, these change together" if others else "it changes"

@@ -80,7 +80,7 @@ class Problem:
         return np.where(logs, curved, low + unit * (high - low))
 
     def found(self, designs: Array, normal: Array) -> Found:
-        """What designs do under draws, (designs, draws)."""
+        """Examine designs under draws, (designs, draws)."""
         shape = (len(designs), len(normal))
         fields = {name: np.broadcast_to(designs[:, k, None], shape) for k, name in enumerate(self.names)}
         for k, (name, deviation, relative) in enumerate(self.wish.tolerances):
@@ -93,7 +93,7 @@ class Problem:
         return examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
 
     def nominal(self, designs: Array) -> Found:
-        """What designs do where nothing is uncertain, (designs, 1)."""
+        """Examine designs where nothing is uncertain, (designs, 1)."""
         return self.found(designs, np.zeros((1, self.wish.uncertain)))
 
     def margins(self, found: Found) -> dict[str, Array]:
@@ -129,7 +129,7 @@ class Problem:
         return np.quantile(worst, share, axis=1) if worst.shape[1] > 1 else worst[:, 0]
 
     def fitness(self, unit: Array, which: Objective) -> Array:
-        """What is made smallest: the objective of feasible designs, above it the margin of all others."""
+        """The number that a search minimises: the objective of feasible designs, above it the margin of all others."""
         designs = self.designs(unit)
         nominal = self.nominal(designs)
         worst = self.robust(self.margins(nominal))

@@ -39,7 +39,7 @@ UNITS = ("units", "unit", "Units", "Unit")
 NO_VARIABLE = "This is a netCDF dimension but not"
 """How the attribute NAME of a dimension of netCDF begins that has no values of its own."""
 WORDS = ("char", "cell", "logical", "struct", "function_handle", "string")
-"""Classes of MATLAB that are no numbers."""
+"""Classes of MATLAB other than numbers."""
 
 
 class Vector(NamedTuple):

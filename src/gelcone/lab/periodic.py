@@ -17,7 +17,7 @@ PHASES = 16
 NEWTON_STEPS, LONGEST_STEP, SMALLEST_STEP = 40, 0.1, 1e-12
 """Newton steps of a balance, the longest of a displacement, and the size at which no further is taken."""
 BALANCED = 1e-8
-"""A last step larger than this is no balance."""
+"""A last step larger than this has not reached a balance."""
 PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
 BASIS = np.stack([np.ones(PHASES), np.sin(PHASE), np.cos(PHASE)])
 WEIGHTS = np.stack([np.ones(PHASES), 2.0 * np.sin(PHASE), 2.0 * np.cos(PHASE)]) / PHASES

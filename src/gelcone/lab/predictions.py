@@ -1,4 +1,4 @@
-"""What a fitted device shall do, each prediction with its standard deviation, and the experiments that narrow it."""
+"""Predictions of a fitted device with their standard deviations, and the experiments that would narrow them."""
 
 from __future__ import annotations
 

@@ -207,7 +207,8 @@ def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes:
             row = row[:-1]
         if len(row) == 2 * count and all(re.fullmatch(r"[+-]?\d+([eE][+-]?\d+)?", cell) for cell in row):
             raise InputError(
-                f"{file}: decimal comma and comma separator cannot be told apart in line {line}; export with semicolons"
+                f"{file}: decimal comma and comma separator cannot be distinguished in line {line}; export with "
+                "semicolons"
             )
         if len(row) > count:
             raise InputError(

@@ -1,4 +1,4 @@
-"""A wish for a device: what it must do, which fields are free within bounds, and how well they are kept."""
+"""A wish for a device: what it must do, which fields are free within bounds, and their tolerances."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Objective(NamedTuple):
 
 @dataclass(frozen=True)
 class Wish:
-    """What a device must do. ``device`` has the fields that are fixed, and the middle of the ``free`` ones' bounds."""
+    """Requirements on a device. ``device`` has the fixed fields, and the middle of the bounds of the ``free`` ones."""
 
     text: str
     device: Device
@@ -89,7 +89,7 @@ class Wish:
 
     @property
     def uncertain(self) -> int:
-        """How many fields are uncertain."""
+        """The number of uncertain fields."""
         return len(self.tolerances) + len(self.samples.names)
 
     @property
@@ -379,7 +379,7 @@ initial_height = "5 mm:40 mm"
 voltage_offset = "0 V:2 kV"
 voltage_amplitude = "20 V:1 kV"
 
-# --- how well each is kept: standard deviation, in percent or in its unit
+# --- tolerances: standard deviations, in percent or in the unit of the field
 [tolerances]
 film_thickness = "5 %"
 meridional_prestretch = "2 %"

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import field, fields
 from typing import Any, Self
 
 import numpy as np
 
 
+def column(empty: Any = np.nan, *dims: int | str, kind: Any = float) -> Any:
+    """Declare a field of `Columns`: what it holds where nothing is known, its dims behind those of the motions, ``"N"``
+    being the number of states and ``"2N"`` twice that, and its type."""
+    return field(metadata={"empty": empty, "dims": dims, "kind": kind})
+
+
 class Columns:
-    """A dataclass whose fields are arrays (motions, ...)."""
+    """A dataclass whose fields are arrays (motions, ...), each declared by `column`."""
+
+    @classmethod
+    def blank(cls, *shape: int, states: int = 2) -> Self:
+        """Nothing known yet of motions with this number of states."""
+        made = {}
+        for one in fields(cls):  # type: ignore[arg-type]
+            dims = (states * int(d[:-1] or 1) if isinstance(d, str) else d for d in one.metadata["dims"])
+            made[one.name] = np.full((*shape, *dims), one.metadata["empty"], dtype=one.metadata["kind"])
+        return cls(**made)
 
     def take(self, rows: Any) -> Self:
         """Some of the motions."""

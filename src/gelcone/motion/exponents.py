@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.settle import STRETCH, Clock, clocks
 from gelcone.motion.tangents import CERTAIN, FLOOR, TangentRun, advance
 from gelcone.physics.members import Members
@@ -40,20 +41,20 @@ RUNNING_POINTS = 200
 
 
 @dataclass(frozen=True)
-class Exponents:
+class Exponents(Columns):
     """The exponents of all members after averaging: ``values`` and ``standard_error`` (members, N), ``time`` averaged
     over, ``divergence`` (members,), the mean trace of the Jacobian over that time, ``sign`` of the largest (-1 or 1
     when certain, 0 when the budget did not suffice), ``outcome``; ``running`` (members, points, 2): averaged time and
     largest exponent so far; ``states`` (members, N) at the end."""
 
-    values: Array
-    standard_error: Array
-    time: Array
-    divergence: Array
-    sign: npt.NDArray[np.int8]
-    outcome: npt.NDArray[np.int8]
-    running: Array
-    states: Array
+    values: Array = column(np.nan, "N")
+    standard_error: Array = column(np.nan, "N")
+    time: Array = column(0.0)
+    divergence: Array = column()
+    sign: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    running: Array = column(np.nan, RUNNING_POINTS, 2)
+    states: Array = column(np.nan, "N")
 
 
 def average(
@@ -74,17 +75,7 @@ def average(
     if budget is None:
         budget = BUDGET if precision is None else PRECISE_BUDGET
     goal = _Goal(budget, np.inf if precision is None else precision)
-    count, size = states.shape
-    result = Exponents(
-        values=np.full((count, size), np.nan),
-        standard_error=np.full((count, size), np.nan),
-        time=np.zeros(count),
-        divergence=np.full(count, np.nan),
-        sign=np.zeros(count, dtype=np.int8),
-        outcome=np.zeros(count, dtype=np.int8),
-        running=np.full((count, RUNNING_POINTS, 2), np.nan),
-        states=np.full((count, size), np.nan),
-    )
+    result = Exponents.blank(len(states), states=states.shape[1])
     runs = np.asarray(np.isfinite(states).all(axis=1))
     for group, clock in clocks(members, stretch):
         rows = group[runs[group]]

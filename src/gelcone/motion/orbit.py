@@ -392,13 +392,14 @@ def _condensed(tangents: Array, product: Array, log_scale: Array, gaps: Array) -
     n, size = gaps.shape[1:]
     end = gaps[:, 0]
     for k in range(1, n):
-        end = _mapped(tangents[:, k], end) + gaps[:, k]
+        end = mapped(tangents[:, k], end) + gaps[:, k]
     steps = np.empty(gaps.shape)
     steps[:, 0] = solved(np.eye(size) - product * np.exp(log_scale)[:, None, None], end)
     for k in range(1, n):
-        steps[:, k] = _mapped(tangents[:, k - 1], steps[:, k - 1]) + gaps[:, k - 1]
+        steps[:, k] = mapped(tangents[:, k - 1], steps[:, k - 1]) + gaps[:, k - 1]
     return steps
 
 
-def _mapped(matrices: Array, vectors: Array) -> Array:
+def mapped(matrices: Array, vectors: Array) -> Array:
+    """Each vector (members, N) times its matrix (members, N, N), summed in one order."""
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import Cycles, sampled
 from gelcone.motion.attractor.search import search
-from gelcone.motion.columns import Columns
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.electrical import MEANINGS, electrical
 from gelcone.motion.extent import extent
-from gelcone.motion.validity import unknown
+from gelcone.motion.validity import VALIDITY
 from gelcone.physics.members import Members
 from gelcone.progress import Progress
 from gelcone.quantity import Array
@@ -38,32 +38,16 @@ class Swing(Columns):
     (`gelcone.motion.validity.validity`), and what the source gives, (..., `gelcone.motion.electrical.MEANINGS`).
     """
 
-    lowest: Array
-    highest: Array
-    period: npt.NDArray[np.int64]
-    resting: npt.NDArray[np.bool_]
-    outcome: npt.NDArray[np.int8]
-    harmonics: npt.NDArray[np.complex128]
-    final: Array
-    mean: Array
-    validity: Array
-    source: Array
-
-    @classmethod
-    def blank(cls, *shape: int, states: int = 2) -> Swing:
-        """Nothing known yet of motions with this number of states."""
-        return cls(
-            lowest=np.full(shape, np.nan),
-            highest=np.full(shape, np.nan),
-            period=np.zeros(shape, dtype=np.int64),
-            resting=np.zeros(shape, dtype=bool),
-            outcome=np.zeros(shape, dtype=np.int8),
-            harmonics=np.full((*shape, len(HARMONICS)), np.nan + 0j),
-            final=np.full((*shape, states), np.nan),
-            mean=np.full(shape, np.nan),
-            validity=unknown(*shape),
-            source=np.full((*shape, len(MEANINGS)), np.nan),
-        )
+    lowest: Array = column()
+    highest: Array = column()
+    period: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    resting: npt.NDArray[np.bool_] = column(False, kind=bool)
+    outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    harmonics: npt.NDArray[np.complex128] = column(np.nan + 0j, len(HARMONICS), kind=complex)
+    final: Array = column(np.nan, "N")
+    mean: Array = column()
+    validity: Array = column(np.nan, VALIDITY)
+    source: Array = column(np.nan, len(MEANINGS))
 
     @property
     def amplitude(self) -> Array:

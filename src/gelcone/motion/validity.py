@@ -225,9 +225,13 @@ def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasti
     return error
 
 
+VALIDITY = len(SHARES) + 1 + 2 * MOST_KINDS
+"""The number of shares in the `validity` of a motion."""
+
+
 def unknown(*shape: int) -> Array:
     """The `validity` of motions of which nothing is known yet."""
-    return np.full((*shape, len(SHARES) + 1 + 2 * MOST_KINDS), np.nan)
+    return np.full((*shape, VALIDITY), np.nan)
 
 
 def validity_variables(

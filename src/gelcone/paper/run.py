@@ -24,7 +24,7 @@ from gelcone._version import __version__
 from gelcone.codes import Outcome
 from gelcone.dataset import load, save
 from gelcone.errors import InputError, unknown_name
-from gelcone.files import check_writable, write_together
+from gelcone.files import check_writable, write_together, writer_of
 from gelcone.paper.effort import FULL, QUICK, Effort
 from gelcone.paper.films import PAPERS
 from gelcone.paper.numbers import Number
@@ -349,7 +349,7 @@ def _finish(
         folder / "claims.json": json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False),
         folder / "report.html": page,
     }
-    write_together({path: partial(_write_text, text) for path, text in texts.items()}, force=True)
+    write_together({path: writer_of(text + "\n") for path, text in texts.items()}, force=True)
     answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
     mine = tuple(figure for figure in figures if figure.figure.number in drawn)
     return PaperRun(mine, tuple(answered), folder / "report.html", effort.name)
@@ -376,7 +376,3 @@ def _with_film(claim: Claim, film: str, studies: Mapping[str, xr.Dataset], effor
     ended = [(study["outcome"] == Outcome.PULLED_IN).values.ravel() for study in theirs.values() if "outcome" in study]
     pulled_in = share(np.concatenate(ended) if ended else [], sample=False)
     return WithFilm(film, found, judge(found), pulled_in)
-
-
-def _write_text(text: str, path: Path) -> None:
-    path.write_text(text + "\n", encoding="utf-8")

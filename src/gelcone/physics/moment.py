@@ -1,4 +1,4 @@
-"""What the parts of a system see at one time: the voltages that its circuits make, and what follows from them."""
+"""A system at one time, as its parts see it: the voltages that its circuits make, and what follows from them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gelcone.physics.trace import Node
 
 
 class Moment:
-    """What the parts of a system see at one time: command, states and numbers, and the voltages that follow."""
+    """A system at one time, as its parts see it: command, states and numbers, and the voltages that follow."""
 
     def __init__(
         self,
@@ -34,7 +34,7 @@ class Moment:
             self.n = {**n, **own}
 
     def port(self, line: Line) -> Port:
-        """What a line's circuit is connected to."""
+        """The connections of a line's circuit."""
         system = self.system
 
         def rate_of_command() -> Any:
@@ -131,7 +131,7 @@ class Moment:
         return found
 
     def mechanical_powers(self) -> tuple[Any, Any]:
-        """What films and field give the disc, and what its damper takes."""
+        """The powers that films and field give the disc, and that its damper takes."""
         force = self._force(0)[0]
         for k in range(1, len(self.system.films)):
             force = force + self._force(k)[0]

@@ -1,4 +1,4 @@
-"""What a system is made of: its films, bias, waveform and circuits, with their parameters, numbers and states."""
+"""The structure of a system: its films, bias, waveform and circuits, with their parameters, numbers and states."""
 
 from __future__ import annotations
 

@@ -99,6 +99,11 @@ def edges(values: Any) -> Array:
     return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])
 
 
+def motion_colour(member: xr.Dataset) -> str:
+    """The colour of a motion's regime, the same as in diagrams and maps."""
+    return REGIME_COLOURS[Regime(int(member["regime"]))]
+
+
 def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
     """Cells in the colour of their regime: codes of shape (y, x) between the borders ``x`` and ``y``; -1 is blank."""
     from matplotlib.colors import BoundaryNorm, ListedColormap

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
-from gelcone.plots.regime import REGIME_COLOURS
+from gelcone.plots.regime import motion_colour
 from gelcone.plots.response import members
 from gelcone.plots.section import set_room
 from gelcone.plots.style import BLACK, GREY, axis_label, say, styled
@@ -33,7 +33,7 @@ def triptych_figure(result: xr.Dataset) -> Figure:
         for column, (name, member) in zip(rows.T, shown, strict=True):
             column[0].set_title(f"{name}\n{_caption(member)}".lstrip(), loc="left", fontsize=8.0)
             _over_time(column[0], member, "", BLACK)
-            _over_time(column[1], member, "late_", _colour(member))
+            _over_time(column[1], member, "late_", motion_colour(member))
             _phase_plane(column[2], member)
             _section(column[3], member)
             for axes in column:
@@ -56,10 +56,6 @@ def _caption(member: xr.Dataset) -> str:
     return f"{kind}\n$\\lambda_1$ = {value:.3g} ± {error:.1g} {rate_unit(member['lyapunov'])}"
 
 
-def _colour(member: xr.Dataset) -> str:
-    return REGIME_COLOURS[Regime(int(member["regime"]))]
-
-
 def _over_time(axes: Axes, member: xr.Dataset, prefix: str, colour: str) -> None:
     """Displacement over time; nothing of a motion that has ended before."""
     time, x = member[f"{prefix}time"], member[f"{prefix}displacement"]
@@ -76,9 +72,9 @@ def _phase_plane(axes: Axes, member: xr.Dataset) -> None:
     """Velocity over displacement: from the start pale, settled in the colour of the regime."""
     axes.plot(member["displacement"], member["velocity"], color=GREY, lw=0.5, alpha=0.6, rasterized=True)
     x, u = member["late_displacement"], member["late_velocity"]
-    axes.plot(x, u, color=_colour(member), lw=0.9, rasterized=True)
+    axes.plot(x, u, color=motion_colour(member), lw=0.9, rasterized=True)
     if int(member["regime"]) == Regime.REST:
-        axes.plot(x[-1:], u[-1:], "o", color=_colour(member), ms=4.0)
+        axes.plot(x[-1:], u[-1:], "o", color=motion_colour(member), ms=4.0)
     axes.set_xlabel(axis_label(x, "displacement"), fontsize=8.0)
 
 
@@ -91,4 +87,4 @@ def _section(axes: Axes, member: xr.Dataset) -> None:
         return
     set_room(axes, x, u)
     few = np.unique(np.round(x[np.isfinite(x)] / max(np.ptp(axes.get_xlim()), 1e-300), 3)).size <= SHORT
-    axes.plot(x, u, "o", color=_colour(member), ms=4.0 if few else 1.4, mew=0.0, rasterized=True)
+    axes.plot(x, u, "o", color=motion_colour(member), ms=4.0 if few else 1.4, mew=0.0, rasterized=True)

@@ -83,7 +83,7 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(
     nor while it still leaves an unstable cycle behind."""
     members = ConeModel(damping_ratio=np.array([0.1])).members()
     monkeypatch.setitem(vars(members.system), "planar", plane)
-    evidence = Evidence.blank(1, 2 if plane else 3)
+    evidence = Evidence.blank(1, states=2 if plane else 3)
     evidence.zero_one[:], evidence.sign[:], evidence.under_way[:] = zero_one, 0, under_way
     classification.judge(members, evidence)
     assert Regime(int(evidence.regime[0])).label == name

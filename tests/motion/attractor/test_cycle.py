@@ -14,7 +14,7 @@ SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 def test_the_sign_of_an_exponent_is_known_beyond_its_error_alone():
     """An exponent that is less certain than three errors, or less than what is resolved, has no sign."""
     cases = [(-0.1, 0.01, -1), (-0.1, 0.06, 0), (0.1, 0.01, 1), (0.1, 0.06, 0), (0.1 * cycle.FLOOR, 0.0, 0)]
-    found = cycle.Cycles.none(len(cases) + 1, 2)
+    found = cycle.Cycles.blank(len(cases) + 1)
     found.found[:-1] = True
     found.exponents[:, 0], found.error[:, 0] = [*(c[0] for c in cases), -0.1], [*(c[1] for c in cases), 0.01]
     found.distance[:] = 0.0

@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from gelcone.codes import Regime
-from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, motion_colour
-from gelcone.plots.regime import REGIME_COLOURS
+from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack
+from gelcone.plots.regime import REGIME_COLOURS, motion_colour
 
 
 def test_a_line_is_strong_where_the_film_is_taut_and_to_the_next_sample():

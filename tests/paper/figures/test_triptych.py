@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from gelcone.codes import Regime
-from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, symbol
+from gelcone.paper.figures.marks import SYMBOLS, film_legend, fixed_parameters, listed, mark_slack
 from gelcone.paper.figures.triptych import (
     LATE_SPAN,
     caption,
@@ -144,7 +144,7 @@ def test_a_slack_film_is_faint_without_gaps():
 
 
 def test_symbols_and_lists_in_words():
-    assert symbol("spring_stiffness") == r"$\kappa$"
+    assert SYMBOLS["spring_stiffness"] == r"$\kappa$"
     assert listed((0.5, 1.04, 1.7)) == "0.5, 1.04 and 1.7"
     study = xr.Dataset(attrs={"model": '{"voltage": 0.5, "damping_ratio": 0.01}', "preset": "base"})
     assert fixed_parameters(study) == r"set base: $\zeta$ = 0.01, $v$ = 0.5"

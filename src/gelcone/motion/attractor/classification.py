@@ -24,11 +24,11 @@ from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
 from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
-from gelcone.motion.columns import Columns
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.exponents import average, bound_shear, shear_level
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
-from gelcone.motion.validity import unknown
+from gelcone.motion.validity import VALIDITY
 from gelcone.motion.zero_one import zero_one
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
@@ -74,79 +74,36 @@ class Evidence(Columns):
     ``followed``.
     """
 
-    regime: npt.NDArray[np.int8]
-    period: npt.NDArray[np.int64]
-    symmetric: npt.NDArray[np.bool_]
-    return_distance: Array
-    cycle_distance: Array
-    exponents: Array
-    standard_error: Array
-    averaged_time: Array
-    sign: npt.NDArray[np.int8]
-    zero_one: Array
-    test_phase: npt.NDArray[np.int64]
-    coexisting: npt.NDArray[np.bool_]
-    under_way: npt.NDArray[np.bool_]
-    lowest: Array
-    highest: Array
-    section: Array
-    settled_time: Array
-    validity: Array
-    outcome: npt.NDArray[np.int8]
-    final: Array
-    doubtful: npt.NDArray[np.bool_]
-    seen_until: Array
-    share_chaotic: Array
-    lifetime: Array
-    lifetime_low: Array
-    lifetime_high: Array
-    fate_regime: npt.NDArray[np.int8]
-    fate_period: npt.NDArray[np.int64]
-    fate_share: Array
-    followed: npt.NDArray[np.int64]
-
-    @classmethod
-    def blank(cls, count: int, states: int = 2) -> Evidence:
-        """Nothing known yet of ``count`` members with a number of states."""
-
-        def nan(*shape: int) -> Array:
-            return np.full((count, *shape), np.nan)
-
-        def zeros(kind: type[Any], *shape: int) -> npt.NDArray[Any]:
-            return np.zeros((count, *shape), dtype=kind)
-
-        return cls(
-            regime=np.full(count, Regime.TRANSIENT, dtype=np.int8),
-            period=zeros(np.int64),
-            symmetric=zeros(bool),
-            return_distance=nan(),
-            cycle_distance=nan(),
-            exponents=nan(states),
-            standard_error=nan(states),
-            averaged_time=zeros(float),
-            sign=zeros(np.int8),
-            zero_one=nan(),
-            test_phase=zeros(np.int64),
-            coexisting=zeros(bool),
-            under_way=zeros(bool),
-            lowest=nan(),
-            highest=nan(),
-            section=nan(RETURNS, states),
-            settled_time=zeros(float),
-            validity=unknown(count),
-            outcome=zeros(np.int8),
-            final=nan(states),
-            doubtful=zeros(bool),
-            seen_until=nan(),
-            share_chaotic=nan(),
-            lifetime=nan(),
-            lifetime_low=nan(),
-            lifetime_high=nan(),
-            fate_regime=zeros(np.int8, FATES) - np.int8(1),
-            fate_period=zeros(np.int64, FATES),
-            fate_share=zeros(float, FATES),
-            followed=np.ones(count, dtype=np.int64),
-        )
+    regime: npt.NDArray[np.int8] = column(Regime.TRANSIENT, kind=np.int8)
+    period: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    symmetric: npt.NDArray[np.bool_] = column(False, kind=bool)
+    return_distance: Array = column()
+    cycle_distance: Array = column()
+    exponents: Array = column(np.nan, "N")
+    standard_error: Array = column(np.nan, "N")
+    averaged_time: Array = column(0.0)
+    sign: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    zero_one: Array = column()
+    test_phase: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    coexisting: npt.NDArray[np.bool_] = column(False, kind=bool)
+    under_way: npt.NDArray[np.bool_] = column(False, kind=bool)
+    lowest: Array = column()
+    highest: Array = column()
+    section: Array = column(np.nan, RETURNS, "N")
+    settled_time: Array = column(0.0)
+    validity: Array = column(np.nan, VALIDITY)
+    outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    final: Array = column(np.nan, "N")
+    doubtful: npt.NDArray[np.bool_] = column(False, kind=bool)
+    seen_until: Array = column()
+    share_chaotic: Array = column()
+    lifetime: Array = column()
+    lifetime_low: Array = column()
+    lifetime_high: Array = column()
+    fate_regime: npt.NDArray[np.int8] = column(-1, FATES, kind=np.int8)
+    fate_period: npt.NDArray[np.int64] = column(0, FATES, kind=np.int64)
+    fate_share: Array = column(0.0, FATES)
+    followed: npt.NDArray[np.int64] = column(1, kind=np.int64)
 
     @classmethod
     def join(cls, parts: list[Evidence]) -> Evidence:
@@ -169,7 +126,7 @@ def classify(
     The workhorse behind `gelcone.regime`, bifurcation diagrams and maps: a member's result depends on nothing but
     itself. Options as in `gelcone.regime`.
     """
-    evidence = Evidence.blank(members.size, len(members.system.states))
+    evidence = Evidence.blank(members.size, states=len(members.system.states))
     evidence.final[:] = states
     counted = Counted(progress)
     duration, longest = transient_of(members, transient), patience_of(members, patience)

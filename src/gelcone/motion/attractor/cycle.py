@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.motion.columns import Columns
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import newton
 from gelcone.motion.settle import Clock, clocks
@@ -52,32 +52,16 @@ class Cycles(Columns):
     phase 0.
     """
 
-    found: npt.NDArray[np.bool_]
-    period: npt.NDArray[np.int64]
-    extent: Array
-    symmetric: npt.NDArray[np.bool_]
-    exponents: Array
-    error: Array
-    divergence: Array
-    distance: Array
-    time: Array
-    point: Array
-
-    @classmethod
-    def none(cls, count: int, states: int) -> Cycles:
-        """No cycle of any of ``count`` members with this number of states."""
-        return cls(
-            found=np.zeros(count, dtype=bool),
-            period=np.zeros(count, dtype=np.int64),
-            extent=np.full(count, np.nan),
-            symmetric=np.zeros(count, dtype=bool),
-            exponents=np.full((count, states), np.nan),
-            error=np.full((count, states), np.nan),
-            divergence=np.full(count, np.nan),
-            distance=np.full(count, np.nan),
-            time=np.zeros(count),
-            point=np.full((count, states), np.nan),
-        )
+    found: npt.NDArray[np.bool_] = column(False, kind=bool)
+    period: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    extent: Array = column()
+    symmetric: npt.NDArray[np.bool_] = column(False, kind=bool)
+    exponents: Array = column(np.nan, "N")
+    error: Array = column(np.nan, "N")
+    divergence: Array = column()
+    distance: Array = column()
+    time: Array = column(0.0)
+    point: Array = column(np.nan, "N")
 
     @property
     def sign(self) -> npt.NDArray[np.int8]:
@@ -102,7 +86,7 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
 
     A member of period 0 has none.
     """
-    cycles = Cycles.none(*states.shape)
+    cycles = Cycles.blank(len(states), states=states.shape[1])
     for group, clock in clocks(members):
         for repeats in np.unique(period[group][period[group] > 0]):
             same = period[group] == repeats

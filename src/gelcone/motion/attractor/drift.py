@@ -10,6 +10,7 @@ way is followed as far as it leads.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +18,10 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import NEAR_RETURN, SMALLEST_SIZE
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.cyclic import scaled_product
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.orbit import mapped
 from gelcone.motion.settle import clocks
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
@@ -42,19 +45,15 @@ MOST_STEPS = 60
 """Turns of a motion."""
 
 
-class Returned(NamedTuple):
+@dataclass(frozen=True)
+class Returned(Columns):
     """Motions after one turn of the map: where they are less where they began, ``gap`` (members, N), the ``tangent``
     map (members, N, N), their ``size`` and largest ``growth`` of a deviation (members,); NaN where a run ended."""
 
-    gap: Array
-    tangent: Array
-    size: Array
-    growth: Array
-
-    def put(self, rows: Any, other: Returned) -> None:
-        """Replaces some of them."""
-        for own, new in zip(self, other, strict=True):
-            own[rows] = new
+    gap: Array = column(np.nan, "N")
+    tangent: Array = column(np.nan, "N", "N")
+    size: Array = column()
+    growth: Array = column()
 
 
 class Drift(NamedTuple):
@@ -83,11 +82,11 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
     for _ in range(MOST_STEPS):
         if not rows.size:
             break
-        own = Returned(*(values[rows] for values in at))
+        own = at.take(rows)
         leap = _leap(own, most[rows], members.time_constant[rows] / turn[rows])
         new = _returned(members.take(rows), point[rows] + leap.step, period[rows], flow_options)
         with np.errstate(all="ignore"):
-            error = np.abs(_mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / own.size / SLIP
+            error = np.abs(mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / own.size / SLIP
             good = (error < 1.0) & np.isfinite(new.growth)
             change = np.where(np.isfinite(error), np.floor(-0.5 * np.log2(np.maximum(error, 1e-6))), -4.0)
         most[rows] = leap.doublings + np.where(good, np.maximum(change, 0.0), np.minimum(change, -1.0)).astype(int)
@@ -97,7 +96,7 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
         gone = rows[good]
         point[gone] += leap.step[good]
         time[gone] += turn[gone] * 2.0 ** leap.doublings[good]
-        at.put(gone, Returned(*(values[good] for values in new)))
+        at.put(gone, new.take(good))
         there = good & leap.settled & (np.abs(leap.step).max(axis=1) < 0.1 * NEAR_RETURN * own.size)
         there &= new.growth < fastest_growth[rows]
         ends[rows[there]] = True
@@ -133,14 +132,14 @@ def _leap(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
     ``slowest`` (members,), or the slowest deviation of the map.
     """
     total, power = np.tile(np.eye(at.gap.shape[1]), (len(at.gap), 1, 1)), at.tangent.copy()
-    step, gap = at.gap.copy(), _mapped(power, at.gap)
+    step, gap = at.gap.copy(), mapped(power, at.gap)
     doublings, going = np.zeros(len(gap), dtype=np.int64), np.ones(len(gap), dtype=bool)
     settled = np.zeros(len(gap), dtype=bool)
     with np.errstate(all="ignore"):
         fewest = np.log2(np.fmax(slowest, -1.0 / np.log(np.minimum(at.growth, 1.0 - SMALLEST_DECAY))))
         for _ in range(MOST_DOUBLINGS):
             sums, powers = total + power @ total, power @ power
-            steps, gaps = _mapped(sums, at.gap), _mapped(powers, at.gap)
+            steps, gaps = mapped(sums, at.gap), mapped(powers, at.gap)
             settled |= going & (doublings >= fewest) & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
             near = np.abs(steps).max(axis=1) < REACH * at.size  # not so where one is not finite
             going &= near & (doublings < most) & ~settled
@@ -152,15 +151,10 @@ def _leap(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
     return _Leap(doublings, step, total, gap, settled)
 
 
-def _mapped(matrices: Array, vectors: Array) -> Array:
-    return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
-
-
 def _returned(members: Members, states: Array, period: npt.NDArray[np.int64], options: dict[str, Any]) -> Returned:
     """One turn of the map of ``period`` (members,) forcing periods from ``states`` (members, N)."""
     options = options | {"tolerance": max(options.get("tolerance", DEFAULT_TOLERANCE), TOLERANCE)}
-    count, states_each = states.shape
-    found = Returned(*(np.full((count, *(states_each,) * k), np.nan) for k in (1, 2, 0, 0)))
+    found = Returned.blank(len(states), states=states.shape[1])
     for group, clock in clocks(members):
         for repeats in np.unique(period[group]):
             same = period[group] == repeats

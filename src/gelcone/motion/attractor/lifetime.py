@@ -144,7 +144,7 @@ def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) 
         rows, tried = rows[~np.isin(rows, np.setdiff1d(tried, going))], going
     again = rows[search.start[rows] > 0]
     search.start[again] = 0
-    search.cycles.put(again, Cycles.none(again.size, search.cycles.point.shape[1]))
+    search.cycles.put(again, Cycles.blank(again.size, states=search.cycles.point.shape[1]))
     return rows
 
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import SMALLEST_SIZE, Cycles, find_cycles
 from gelcone.motion.attractor.drift import drifted
+from gelcone.motion.columns import Columns, column
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import alike
 from gelcone.physics.members import Members
@@ -104,7 +105,7 @@ def patience_of(members: Members, patience: float | None) -> Array:
 
 
 @dataclass(frozen=True)
-class Returns:
+class Returns(Columns):
     """Where some motions went; arrays (members, ...).
 
     ``final`` states (members, N); the ``outcome``; the ``period`` on which they have settled, in forcing periods (0:
@@ -113,28 +114,14 @@ class Returns:
     ``gap``, the least distance of a return over the size.
     """
 
-    final: Array
-    outcome: npt.NDArray[np.int8]
-    period: npt.NDArray[np.int64]
-    drift: npt.NDArray[np.int64]
-    away: Array
-    lowest: Array
-    highest: Array
-    gap: Array
-
-    @classmethod
-    def blank(cls, count: int, states: int) -> Returns:
-        """Nothing known yet."""
-        return cls(
-            np.full((count, states), np.nan),
-            np.zeros(count, dtype=np.int8),
-            np.zeros(count, dtype=np.int64),
-            np.zeros(count, dtype=np.int64),
-            np.full(count, np.inf),
-            np.full((count, 2 * states), np.nan),
-            np.full((count, 2 * states), np.nan),
-            np.full(count, np.nan),
-        )
+    final: Array = column(np.nan, "N")
+    outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    period: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    drift: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    away: Array = column(np.inf)
+    lowest: Array = column(np.nan, "2N")
+    highest: Array = column(np.nan, "2N")
+    gap: Array = column()
 
 
 def follow(
@@ -151,7 +138,7 @@ def follow(
     Also the times (members,) at which each was first apart from the first of the ``abreast`` neighbours that it is one
     of, infinite where it was not.
     """
-    found, apart = Returns.blank(*states.shape), np.full(members.size, np.inf)
+    found, apart = Returns.blank(len(states), states=states.shape[1]), np.full(members.size, np.inf)
     for rows, numbers in _groups(repeats, abreast):
         part = members.take(rows)
         ticks = (numbers[:, :, None] + np.asarray(PHASES) - 1.0).reshape(len(rows), -1)
@@ -310,18 +297,17 @@ class Starts:
         left = np.rint((until[part] - self.followed[part, columns]) / members.forcing_period[part] + 0.4999)
         going = np.isinf(self.ended[part, columns]) & (self.outcome[part, columns] == Outcome.OK) & (left >= 1.0)
         abreast = part.shape[1] if compared else 1
-        row, column, repeats = part[going], columns[going], left[going].astype(np.int64)
+        row, start, repeats = part[going], columns[going], left[going].astype(np.int64)
         if not row.size:
             return
-        some, before = members.take(row), self.followed[row, column]
-        run, apart = follow(some, self.state[row, column], repeats, abreast=abreast, **flow_options)
+        some, before = members.take(row), self.followed[row, start]
+        run, apart = follow(some, self.state[row, start], repeats, abreast=abreast, **flow_options)
         settled = run.period > 0
-        self.ended[row, column] = np.where(settled, before + run.away, np.inf)
-        self.followed[row, column] += repeats * some.forcing_period
-        self.state[row, column], self.outcome[row, column] = run.final, run.outcome
-        self.period[row, column], self.drift[row, column] = run.period, run.drift
-        self.gap[row, column] = run.gap
-        self.lowest[row, column], self.highest[row, column] = run.lowest, run.highest
+        self.ended[row, start] = np.where(settled, before + run.away, np.inf)
+        self.followed[row, start] += repeats * some.forcing_period
+        self.state[row, start] = run.final
+        for name in ("outcome", "period", "drift", "gap", "lowest", "highest"):
+            getattr(self, name)[row, start] = getattr(run, name)
         np.minimum.at(self.apart, row, before + apart)
 
 
@@ -336,7 +322,7 @@ class Search:
     def __init__(self, members: Members, starts: Starts, progress: Progress, **flow_options: Any) -> None:
         self.members, self.starts, self.progress, self.exact = members, starts, progress, flow_options
         self.loose = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), FOLLOW_TOLERANCE)}
-        self.cycles = Cycles.none(members.size, starts.state.shape[2])
+        self.cycles = Cycles.blank(members.size, states=starts.state.shape[2])
         self.start = np.zeros(members.size, dtype=np.intp)
         self.courses: list[tuple[npt.NDArray[np.intp], Array]] = []
 

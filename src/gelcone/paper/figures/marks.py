@@ -1,4 +1,4 @@
-"""Marks that the paper's figures share: slack film, the colour of a motion, symbols of parameters."""
+"""Marks that the paper's figures share: slack film, symbols of parameters."""
 
 from __future__ import annotations
 
@@ -28,11 +28,6 @@ SYMBOLS = {
 }
 
 
-def symbol(parameter: str) -> str:
-    """The symbol of a parameter, for labels."""
-    return SYMBOLS[parameter]
-
-
 def fixed_parameters(study: xr.Dataset, *names: str) -> str:
     """The parameter set of a study, and those of the named parameters (default all) that it shares throughout."""
     model = json.loads(study.attrs["model"])
@@ -45,11 +40,6 @@ def listed(values: Sequence[float]) -> str:
     """Numbers as words: ``1, 2 and 3``."""
     *first, last = (f"{value:g}" for value in values)
     return f"{', '.join(first)} and {last}"
-
-
-def motion_colour(member: xr.Dataset) -> str:
-    """The colour of a motion's regime, the same as in diagrams and maps."""
-    return REGIME_COLOURS[Regime(int(member["regime"]))]
 
 
 def mark_slack(axes: Axes, x: Any, y: Any, slack: Any, colour: str) -> None:

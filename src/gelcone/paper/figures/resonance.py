@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from gelcone.paper.figures.figure import paper_figure
-from gelcone.paper.figures.marks import fixed_parameters, symbol
+from gelcone.paper.figures.marks import SYMBOLS, fixed_parameters
 from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
 from gelcone.paper.studies.resonance import RESPONSE_STIFFNESS, STIFFNESSES
 from gelcone.plots.style import BLACK, GREY, VERMILION, styled
@@ -67,7 +67,7 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
         axes.plot(omega, up, color=colour, lw=1.6)
         axes.plot(omega, own["amplitude"].sel(sweep="down"), color=BLACK, lw=0.8, ls=DOWN)
         axes.plot(own["peak_frequency"], own["peak_amplitude"], "o", ms=4.5, color=colour, mec=BLACK, mew=0.6)
-        name = f"{symbol('spring_stiffness')} = {stiffness:g}"
+        name = f"{SYMBOLS['spring_stiffness']} = {stiffness:g}"
         left_of: Any = {"textcoords": "offset points", "ha": "right", "va": "center", "fontsize": 7.5}
         axes.annotate(name, (omega[0], up[0]), (-3.0, 0.0), color=colour, **left_of)
         if "branch_amplitude" in study:
@@ -123,10 +123,10 @@ def three_responses(study: xr.Dataset, figure: Figure) -> None:
         from_the_start(member.sel(time=slice(0.0, SHOWN)), top)
         in_the_long_run(member.sel(late_time=slice(0.0, SHOWN)), bottom)
         bottom.set_xlabel("time after the transient")
-        top.set_title(f"{symbol(parameter)} = {float(member[parameter]):.3g}", loc="left")
+        top.set_title(f"{SYMBOLS[parameter]} = {float(member[parameter]):.3g}", loc="left")
     for axes in rows[:, 0]:
         axes.set_ylabel("displacement")
-    figure.suptitle(f"responses for {symbol('spring_stiffness')} = {RESPONSE_STIFFNESS:g}", fontsize=9.0)
+    figure.suptitle(f"responses for {SYMBOLS['spring_stiffness']} = {RESPONSE_STIFFNESS:g}", fontsize=9.0)
 
 
 FIGURES = (

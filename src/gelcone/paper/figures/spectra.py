@@ -9,8 +9,9 @@ import numpy as np
 
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import paper_figure
-from gelcone.paper.figures.marks import listed, motion_colour
+from gelcone.paper.figures.marks import listed
 from gelcone.paper.studies.triples import TRIPLES
+from gelcone.plots.regime import motion_colour
 from gelcone.plots.style import BLACK, GREY, styled
 from gelcone.words import motion_in_words
 

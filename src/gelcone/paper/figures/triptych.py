@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from gelcone.codes import Regime
 from gelcone.paper.figures.figure import paper_figure
-from gelcone.paper.figures.marks import film_legend, fixed_parameters, listed, mark_slack, motion_colour, symbol
+from gelcone.paper.figures.marks import SYMBOLS, film_legend, fixed_parameters, listed, mark_slack
 from gelcone.paper.studies.triples import TRIPLES
-from gelcone.plots.regime import REGIME_COLOURS
+from gelcone.plots.regime import REGIME_COLOURS, motion_colour
 from gelcone.plots.style import BLACK, GREY, styled
 from gelcone.words import motion_in_words
 
@@ -36,7 +36,7 @@ def draw(name: str, studies: Mapping[str, xr.Dataset]) -> Figure:
         rows = figure.subplots(4, study.sizes[parameter], height_ratios=[1.0, 0.8, 1.25, 1.25])
         for k, column in enumerate(rows.T):
             member = study.isel({parameter: k})
-            column[0].set_title(f"{symbol(parameter)} = {float(member[parameter]):.4g}", loc="left", pad=40.0)
+            column[0].set_title(f"{SYMBOLS[parameter]} = {float(member[parameter]):.4g}", loc="left", pad=40.0)
             column[0].annotate(
                 caption(member), (0.0, 1.0), (0.0, 6.0), "axes fraction", "offset points", fontsize=7.5, va="bottom"
             )
