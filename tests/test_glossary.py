@@ -30,7 +30,7 @@ SHOWN = {
 def test_what_is_shown_is_explained(term, command_line):
     code, out, err = command_line("help", term)
     assert (code, err) == (0, "")
-    head, *meaning = out.splitlines()
+    head, *meaning = out.partition("\n\n")[0].splitlines()
     assert head == glossary.find_term(term)
     assert " ".join(line.strip() for line in meaning) == glossary.GLOSSARY[head]
 

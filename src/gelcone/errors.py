@@ -19,11 +19,11 @@ class InputError(ValueError):
     """
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """Make the error for an unknown name, which suggests the nearest known one."""
+def unknown_name(kind: str, name: str, known: Iterable[str], otherwise: str = "") -> InputError:
+    """Make the error for an unknown name, which suggests the nearest known one, ``otherwise`` a remedy or all."""
     known = list(known)
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    remedy = f"did you mean {near[0]!r}?" if near else otherwise or f"known: {', '.join(known)}"
     article = "an" if kind[0] in "aeiou" else "a"
     return InputError(f"{name!r} is not {article} {kind}; {remedy}")
 

@@ -21,12 +21,17 @@ GLOSSARY: dict[str, str] = {
     "breakdown": "The true electric field in the film exceeds its dielectric strength.",
     "chaotic": "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part exponentially.",
     "crumpled": "A film compressed along hoop and meridian: wrinkled in both directions, without tension.",
+    "displacement": "Distance of the disc from the flat film along the axis, of either sign: with a device its height "
+    "in mm, else divided by the width of the film from disc to rim, x = h/(b-a).",
     "doubtful": "A result whose pieces of evidence disagree; run it longer or look at it before relying on it.",
+    "equilibrium": "A displacement at which the forces on the disc cancel under a constant voltage: the disc rests "
+    "there where it is stable, and leaves it where it is unstable.",
     "firmness": "Slope of the meridional tension of a ring of the membrane by its stretch; the ring localises where it "
     "falls to zero.",
     "fold": "A value of a parameter at which a stable and an unstable state meet and vanish; a jump follows.",
     "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
     "voltage where there is no offset.",
+    "height": "The displacement of the disc in units of length; 0 is flat.",
     "hoop": "The direction around the cone, along circles.",
     "hoop slack": "The film is compressed along the hoop, and wrinkles along the meridians. A taut film bears the "
     "compression, a real one does not.",

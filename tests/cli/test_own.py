@@ -37,11 +37,18 @@ def test_a_first_file_holds_the_numbers_of_the_pump_under_its_own_name(command_l
 
 
 def test_help_gives_each_subject_its_own_text(command_line):
+    names = ("film", "frequency", "regime", "settled")
+    of_commands = {name: command_line(name, "--help")[1].rstrip("\n") for name in names}
     texts = {
         "device": field_table(Device.fields),
         "units": unit_table(),
         "glossary": "\n".join(map(glossary.explain, glossary.GLOSSARY)),
-        "pull-in": glossary.explain("pull-in"),
+        "kick": glossary.explain("kick"),
+        "pull-in": f"{glossary.explain('pull-in')}\n\n{field_help(Device.fields, 'pull_in')}",
+        "film": f"{field_help(Device.fields, 'film')}\n\n{of_commands['film']}",
+        "frequency": f"{field_help(Device.fields, 'frequency')}\n\n{of_commands['frequency']}",
+        "regime": f"{glossary.explain('regime')}\n\n{of_commands['regime']}",
+        "settled": f"{glossary.explain('settled')}\n\n{of_commands['settled']}",
         "spring_rate": field_help(Device.fields, "spring_rate"),
         "spring-rate": field_help(Device.fields, "spring_rate"),
         "operating-limits": command_line("operating-limits", "--help")[1].rstrip("\n"),
@@ -57,6 +64,13 @@ def test_help_gives_each_subject_its_own_text(command_line):
 def test_help_suggests_what_there_is(near, command_line):
     code, _, err = command_line("help", near[0])
     assert (code, err) == (2, f"Error: {near[0]!r} is not a subject of help; did you mean {near[1]!r}?\n")
+
+
+def test_help_on_nothing_that_is_known_says_where_the_terms_are(command_line):
+    code, _, err = command_line("help", "zzz")
+    assert (code, err) == (2, "Error: 'zzz' is not a subject of help; `gelcone help glossary` lists the terms\n")
+    for term in ("displacement", "height", "equilibrium"):
+        assert command_line("help", term) == (0, f"{glossary.explain(term)}\n", "")
 
 
 DEFAULTS = {

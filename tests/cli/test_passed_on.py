@@ -200,7 +200,9 @@ def test_an_axis_reaches_its_keyword(name, keyword, asked, pump):
 @pytest.mark.parametrize("name", ASKED)
 def test_an_initial_state_reaches_the_function_or_is_refused(name, asked, command_line):
     typed = (name, *NEEDED.get(name, ()), "--initial", "0.25,0.5")
-    if "initial" in ANALYSES[COMMANDS[name]].signature.parameters:
+    starts = "initial" in ANALYSES[COMMANDS[name]].signature.parameters
+    assert ("--initial" in command_line(name, "--help")[1]) == starts
+    if starts:
         assert asked(*typed)[2]["initial"] == (0.25, 0.5)
     else:
         code, _, err = command_line(*typed)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 def command_of(analysis: Analysis) -> click.Command:
     """The command that runs an analysis."""
-    device, *subject = subject_parameters()
+    device, *subject = subject_parameters(starts="initial" in analysis.signature.parameters)
     if analysis.arguments:
         device = click.Argument(["words"], nargs=-1, metavar=" ".join(["[DEVICE]", *analysis.arguments.values()]))
     options = option_parameters(analysis.options.values())

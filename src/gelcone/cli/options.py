@@ -31,8 +31,8 @@ class Place(click.Path):
 PLACE = Place(path_type=Path)
 
 
-def subject_parameters() -> list[click.Parameter]:
-    """DEVICE, --preset, --set, --initial and --film."""
+def subject_parameters(*, starts: bool = True) -> list[click.Parameter]:
+    """DEVICE, --preset, --set, --initial and --film; the help leaves out --initial where nothing ``starts`` from it."""
     return [
         click.Argument(["device"], required=False, metavar="[DEVICE]"),
         click.Option(
@@ -48,6 +48,7 @@ def subject_parameters() -> list[click.Parameter]:
         ),
         click.Option(
             ["--initial"],
+            hidden=not starts,  # refused with a remedy where it is typed
             metavar="X,U",
             help="Initial displacement and velocity (of a device '5 mm,0 m/s'), all states, or some by name=value.",
         ),

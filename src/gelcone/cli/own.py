@@ -94,17 +94,25 @@ def explain(*, topic: str | None) -> None:
         click.echo(unit_table())
     elif topic == "glossary":
         click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
-    elif (term := glossary.find_term(topic)) is not None:
-        click.echo(glossary.explain(term))
-    elif (field := _field(topic)) is not None:
-        click.echo(field)
+    elif not (found := [*_of_terms(topic), *_of_commands(topic, group)]):
+        known = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY]
+        raise unknown_name("subject of help", topic, known, "`gelcone help glossary` lists the terms")
     else:
-        name = topic.replace("_", "-")
-        command = group.command.get_command(group, name)
-        if command is None:
-            commands = group.command.list_commands(group)
-            raise unknown_name("subject of help", topic, [*TOPICS, *commands, *glossary.GLOSSARY])
-        click.echo(command.get_help(click.Context(command, info_name=name, parent=group)))
+        click.echo("\n\n".join(found))
+
+
+def _of_terms(topic: str) -> list[str]:
+    """The help on a term and on a field of a device, of those that have this name."""
+    term = glossary.find_term(topic)
+    return [text for text in (term and glossary.explain(term), _field(topic)) if text]
+
+
+def _of_commands(topic: str, context: click.Context) -> list[str]:
+    """The help of the command of this name, if there is one."""
+    assert isinstance(context.command, click.Group)
+    name = topic.replace("_", "-")
+    command = context.command.get_command(context, name)
+    return [command.get_help(click.Context(command, info_name=name, parent=context))] if command else []
 
 
 def _field(topic: str) -> str | None:
@@ -112,4 +120,4 @@ def _field(topic: str) -> str | None:
     from gelcone.devices.device import Device
     from gelcone.devices.template import field_help
 
-    return field_help(Device.fields, topic.replace("-", "_"))
+    return field_help(Device.fields, topic.lower().replace("-", "_"))

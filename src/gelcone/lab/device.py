@@ -384,7 +384,7 @@ def _readings(best: FittedDevice) -> xr.Dataset:
         "reading_test": (own, "number of its test", "count"),
         "reading_name": (names, "what is read", "code"),
         "reading_axis": (axes, "what it is drawn over", "code"),
-        "reading_unit": (units, "its unit", "code"),
+        "reading_unit": (units, "unit of the reading", "code"),
         "reading_along": (along, "voltage, height or frequency of the reading, in SI", "share"),
         "measured": (best.problem.values, "measured value in SI", "share"),
         "noise": (best.problem.noise, "standard deviation of its noise", "share"),

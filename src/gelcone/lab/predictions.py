@@ -68,7 +68,7 @@ def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequ
         dataset.columns("prediction", {
             "predicted_value": (values[:, 0], "prediction in SI", "share"),
             "predicted_spread": (spread, "standard deviation of the prediction, in SI", "share"),
-            "predicted_prior": (prior, "that of the priors alone", "share"),
+            "predicted_prior": (prior, "standard deviation of the prediction from the priors alone, in SI", "share"),
         }),
         coords={"prediction": [one.text for one in asked]},
         attrs={"next": json.dumps([list(zip(w, r, strict=True)) for w, r in zip(words, ratios, strict=True)])},
