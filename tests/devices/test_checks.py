@@ -122,6 +122,11 @@ def test_of_several_devices_some_may_be_beyond_the_limit():
     small, large = {"disc_radius": 8e-3, "film_radius": 12e-3}, {"disc_radius": 8e-3, "film_radius": 60e-3}
     with pytest.raises(InputError, match="release_height"):
         PUMP.replace(small | {"release_height": 0.06})
+    several = {name: [small[name], 0.9 * small[name]] for name in small}
+    alone = PUMP.replace_quietly(small)
+    highest = alone.to_model().film.reach(alone.to_model().members().numbers_at(0))[1] * alone.scales.length
+    with pytest.raises(InputError, match=f"release_height = 60 mm: must be less than {1e3 * highest:.4g} mm"):
+        PUMP.replace(several | {"release_height": [0.06, 0.07]})
     both = {name: [small[name], large[name]] for name in small}
     assert PUMP.replace(both | {"release_height": 0.06}).shape == (2,)
 

@@ -101,6 +101,8 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
     np.testing.assert_array_equal(found["finite"], np.stack([values, -values], axis=1))
     assert (asked["window"], asked["dims"], found.attrs["window"]) == (40.0, (parameter,), 40.0)
     np.testing.assert_array_equal(found["rest_growth"], 2.0 * values)
+    if parameter == "voltage":
+        assert found["doubling"].values.tolist() == [PANELS["fast", "voltage"]]
     assert ("doubling" in found) == (parameter == "voltage")
     assert found.attrs["preset"] == "fast"
 
