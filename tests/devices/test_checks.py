@@ -9,7 +9,8 @@ import pytest
 import gelcone
 from gelcone.devices import checks
 from gelcone.devices.checks import THICK, doubts
-from gelcone.devices.device import find_device
+from gelcone.devices.device import Device, find_device
+from gelcone.devices.units import FieldError
 from gelcone.errors import InputError
 
 PUMP = find_device("biased-pump").replace(film="taut")
@@ -122,6 +123,11 @@ def test_of_several_devices_some_may_be_beyond_the_limit():
     small, large = {"disc_radius": 8e-3, "film_radius": 12e-3}, {"disc_radius": 8e-3, "film_radius": 60e-3}
     with pytest.raises(InputError, match="release_height"):
         PUMP.replace(small | {"release_height": 0.06})
+    several = {name: [small[name], 0.9 * small[name]] for name in small}
+    alone = PUMP.replace_quietly(small)
+    highest = alone.to_model().film.reach(alone.to_model().members().numbers_at(0))[1] * alone.scales.length
+    with pytest.raises(InputError, match=f"release_height = 60 mm: must be less than {1e3 * highest:.4g} mm"):
+        PUMP.replace(several | {"release_height": [0.06, 0.07]})
     both = {name: [small[name], large[name]] for name in small}
     assert PUMP.replace(both | {"release_height": 0.06}).shape == (2,)
 
@@ -140,3 +146,11 @@ def test_an_ideal_source_takes_the_fields_of_the_amplifier_and_a_charge_takes_no
         given = {**more.get(name, {}), name: values.get(name, 1e-3)}
         with pytest.raises(InputError, match=f"{name}: the circuit 'charge' does not take it; leave out one"):
             PUMP.replace(given | {"circuit": "charge"})
+
+
+def test_of_two_dampings_the_second_is_one_too_many():
+    values = {**PUMP.parameters(), "damping_ratio": 0.1, "quality_factor": 5.0}
+    values.pop("damping_coefficient", None)
+    with pytest.raises(FieldError, match="damping_ratio and quality_factor are both given; give one of them") as both:
+        Device(**values)
+    assert both.value.field == "quality_factor"

@@ -18,6 +18,7 @@ from gelcone.devices.fields import (
 )
 from gelcone.devices.scales import Scales
 from gelcone.errors import InputError
+from tests.physics.test_laws import Fung
 
 PUMP = find_device("biased-pump").replace(film="taut")
 PAIR = PUMP.replace(second_film="taut", second_flat_height="30 mm")
@@ -104,6 +105,12 @@ def test_the_shape_of_an_ensemble_is_that_of_any_field_that_has_several_values()
     assert PUMP.shape == ()
     assert PUMP.replace(release_velocity=[0.0, 0.1, 0.2]).shape == (3,)
     assert PUMP.replace({"material.shear_modulus": [1e4, 2e4]}).shape == (2,)
+
+
+def test_a_gel_of_a_law_of_ones_own_has_its_fields():
+    own = PUMP.replace({"material.law": Fung()})
+    assert set(own.all_fields()) - set(DEVICE_FIELDS) == {"material.fung_b"}
+    assert set(own.swept_fields()) - set(SWEPT_FIELDS) == {"material.fung_b"}
 
 
 def test_a_value_is_got_by_its_name_and_the_materials_by_a_dotted_one():

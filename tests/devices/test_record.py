@@ -134,3 +134,25 @@ def test_a_record_is_its_fields_and_does_not_change():
         _ = own.depth
     kinds = {name: entry.default for name, entry in Plate.__signature__.parameters.items()}
     assert kinds == {"width": inspect.Parameter.empty, "mass": inspect.Parameter.empty, "colour": "red", "share": 0.5}
+
+
+class Pair(Record):
+    """A record whose fields do not fit, once each of them does."""
+
+    low = Field("low", "m")
+    high = Field("high", "m")
+
+    def misfits(self):
+        if self.low > self.high:
+            yield FieldError("low", "low: is above high")
+            yield FieldError("high", "high: is below low")
+
+
+def test_what_does_not_fit_together_is_told_once_each_field_is_right():
+    with pytest.raises(FieldErrors) as both:
+        Pair(low=2.0, high=1.0)
+    assert [error.field for error in both.value.errors] == ["low", "high"]
+    with pytest.raises(FieldError, match=r"^high: is missing") as alone:
+        Pair(low=2.0)
+    assert not isinstance(alone.value, FieldErrors)
+    assert Pair(low=1.0, high=2.0).parameters() == {"low": 1.0, "high": 2.0}

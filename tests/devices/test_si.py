@@ -189,3 +189,18 @@ def test_members_bear_the_names_of_gels_of_which_there_is_one_each(device):
     shown = si._with_member_fields(xr.Dataset({"x": ("member", np.ones(2))}), several)
     assert shown["material"].values.tolist() == gels
     np.testing.assert_allclose(shown["material.shear_modulus"], several.material.shear_modulus)
+
+
+def test_a_variable_along_fields_of_its_own_has_their_scales(device):
+    """Over draws, whose values of a field another variable holds; all others have the device's."""
+    data = xr.Dataset(
+        {
+            "drawn": ("draw", [2e-4, 1e-4], {"units": "m", "quantity": "device field", "long_name": "drawn"}),
+            "volts": ("draw", [1.0, 1.0], of("voltage") | {"along": "film_thickness=drawn"}),
+            "plain": ("draw", [1.0, 1.0], of("voltage")),
+        }
+    )
+    found = to_si(data, device)
+    scales = [device.replace(film_thickness=value).scales.voltage for value in (2e-4, 1e-4)]
+    np.testing.assert_allclose(found["volts"], scales)
+    np.testing.assert_allclose(found["plain"], device.scales.voltage)

@@ -80,6 +80,9 @@ def test_beyond_pull_in_there_is_nothing():
     found = alone(own).stroke(np.array([0.9, 1.1]) * highest)[0]
     assert np.isfinite(found[0])
     assert np.isnan(found[1])
+    turned = alone(own).stroke(np.array([1.1, 0.9]) * highest)[0]
+    assert np.isnan(turned[0])
+    assert turned[1] == pytest.approx(found[0])
 
 
 def test_fields_that_cannot_be_fitted():

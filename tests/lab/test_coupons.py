@@ -132,6 +132,12 @@ def test_a_hold_may_begin_where_the_list_says(tmp_path):
     np.testing.assert_allclose(test.time, np.array([900.0, 1800.0, 2700.0, 3600.0]) + 2.0)
 
 
+def test_a_test_of_as_many_samples_as_are_taken_is_not_thinned(read):
+    (test,) = read(f"stretch,stress (Pa)\n{rows(1.0 + np.arange(400) / 400, np.arange(400.0))}").coupons
+    assert len(test.stress) == 400
+    assert not any("thinned" in note for note in test.notes)
+
+
 def test_long_tests_are_thinned_and_say_so(tmp_path):
     rows = "\n".join(f"{k},{1 + k / 5000},{k}" for k in range(5000))
     (tmp_path / "long.csv").write_text(f"time (s),stretch,stress (Pa)\n{rows}\n")
@@ -164,6 +170,7 @@ STRETCH, STRESS = np.array([1.0, 1.1, 1.3, 1.6]), np.array([0.0, 5e3, 9e3, 12.5e
     ("head", "columns", "entry"),
     [
         ("strain,stress (Pa)", (STRETCH - 1.0, STRESS), ""),
+        ("strain (mm/mm),stress (Pa)", (STRETCH - 1.0, STRESS), ""),
         ("strain (%),stress (kPa)", (100.0 * (STRETCH - 1.0), 1e-3 * STRESS), ""),
         ("extension (mm),stress (Pa)", (20.0 * (STRETCH - 1.0), STRESS), 'gauge_length = "20 mm"\n'),
         ("stretch,force (mN)", (STRETCH, STRESS * 5e-3), 'specimen_width = "1 cm"\nthickness = "0.5 mm"\n'),
@@ -187,6 +194,7 @@ def test_stretch_and_stress_follow_from_what_was_measured(read, head, columns, e
         ("stretch,force", 'specimen_width = "1 mm"\n', 'column "force" has no unit; write "force .N.", or name it'),
         ("stretch (mm),stress (Pa)", "", "stretch has no unit; 'mm' is one"),
         ("stretch,stress (V)", "", "'V' is not a unit of"),
+        ("strain (mm),stress (Pa)", "", "column 'strain': 'mm' is not a unit of a strain; write it in %"),
     ],
 )
 def test_what_a_table_lacks_is_named(read, head, entry, message):
@@ -281,3 +289,12 @@ def test_of_two_temperatures_with_as_many_tests_the_one_nearer_to_a_room_counts(
     edge = [dataclasses.replace(test, use="fit", temperature=t) for t in (293.15, 298.15, 293.15)]
     assert [own.use for own in same_temperature(edge)[1]] == ["fit"] * 3
     assert np.isnan(same_temperature([dataclasses.replace(test, temperature=np.nan)])[0])
+
+
+def test_a_rate_or_temperature_of_a_test_is_the_middle_one_of_its_rows(read):
+    table = "stretch,stress (Pa),rate (1/s),temp (K)\n" + rows(
+        STRETCH, STRESS, [9.0, 0.1, 0.2, 0.2], [0.0, 300, 301, 301]
+    )
+    (test,) = read(table).coupons
+    np.testing.assert_allclose(test.time, (STRETCH - 1.0) / 0.2)
+    assert test.temperature == 300.5

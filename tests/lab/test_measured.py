@@ -110,6 +110,7 @@ def test_files_are_named_and_settings_reach_their_tests_alone(lists, tmp_path):
     assert [one.name for one in found.spectra] == ["eps"]
     alone = read_tests(tmp_path / "more.csv", tmp_path / "eps.csv")
     assert (alone.files, len(alone.coupons), len(alone.spectra)) == (("more.csv", "eps.csv"), 1, 1)
+    assert (alone.coupons[0].use, alone.coupons[0].kind, alone.coupons[0].width) == ("fit", "quasi-static", "free")
     with pytest.raises(InputError, match="no measured file is given"):
         read_tests()
 

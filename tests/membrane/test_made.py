@@ -96,3 +96,8 @@ def test_a_table_is_made_of_its_film_and_stored_in_the_order_of_its_names(monkey
 def test_films_that_differ_by_more_than_rounding_have_tables_of_their_own():
     assert made.rounded(1.0 + 3e-12)[0] == 1.0 + 3e-12 != made.rounded(1.0)[0]
     assert made.rounded(1.0 + 3e-13)[0] == 1.0
+
+
+def test_a_refusal_is_that_of_the_film_that_was_asked_for(tables):
+    assert made.refusal(LAWS["yeoh"], {"yeoh_c2": 0.5, "yeoh_c3": 0.6}, 0.2, 5.0, 1.3) == "too soft"
+    assert tables == [(type(LAWS["yeoh"]).__name__, ("yeoh_c2", "yeoh_c3"), (0.2, 5.0, 1.3, 0.5, 0.6))]

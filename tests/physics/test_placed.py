@@ -552,3 +552,17 @@ def test_a_constant_voltage_is_a_parameter_of_a_film_that_has_one():
     assert placed.number_names == ("second_flat_height", "second_voltage", "second_c")
     assert list(placed.own({"second_c": 7.0, "c": 1.0})) == ["c"]
     assert (len(placed.own({"second_c": 7.0, "c": 1.0})), "d" in placed.own({"d": 1.0})) == (1, False)
+
+
+def test_each_film_counts_its_time_by_its_own_switches():
+    """Of a list of the switches of both, those of the other film under another name, so that none is taken for one's
+    own."""
+    film, seen = Recorder(), []
+    film.borders = (Border(lambda *given: 0.0, "pulls"), Border(lambda *given: 0.0, seldom=True))
+    film.times_of_kinds = lambda switches, dwell: seen.append(list(switches)) or dwell
+    switches, dwell = ["pulls", "second_pulls", "limited"], np.ones((2, 8))
+    assert PlacedFilm(film).times_of_kinds(switches, dwell) is dwell
+    PlacedFilm(film, "same").times_of_kinds(switches, dwell)
+    first, second = seen
+    assert (first[0], second[1]) == ("pulls", "pulls")
+    assert all(name != "pulls" for name in (*first[1:], second[0], second[2]))

@@ -382,3 +382,13 @@ def test_numbers_of_harmonics_are_bounded_and_the_highest_counts_wherever_it_sta
     for cycles, period in ((1000, 1001), (0, 5), (5, 5)):
         with pytest.raises(InputError, match=f"burst of {cycles} cycles in {period}"):
             Burst(cycles, period)
+
+
+def test_a_ramp_rises_for_all_but_the_share_in_which_it_falls():
+    """From the middle of the rise, at phase 0, to the top after 0.4 of the repeat, and down in a fifth."""
+    at = 2.0 * np.pi * np.array([1e-9, 0.2, 0.4, 0.5, 0.6, 0.8])
+    np.testing.assert_allclose(voltages("ramp", at, fall=0.2), [0.0, 0.5, 1.0, 0.0, -1.0, -0.5], atol=1e-6)
+    at = 2.0 * np.pi * np.array([1e-9, 0.049, 0.051, 0.4, 0.55, 0.7, 0.949])
+    expected = [0.0, 0.98, 1.0, 1.0, 0.0, -1.0, -1.0]  # from 0.45 on it falls for a fifth of the repeat
+    found = voltages("trapezoid", at, rise=0.1, high=0.4, fall=0.2)
+    np.testing.assert_allclose(found, expected, atol=1e-6)

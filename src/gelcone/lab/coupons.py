@@ -152,7 +152,7 @@ def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list
             raise InputError(f"{table.file}: column {column.name!r}: {role} has no unit; {unit!r} is one")
         return values
     if role == "strain":
-        return values * (1e-2 if own == "%" else 1.0)
+        return values * _strain_unit(table, column, own)
     if role == "temperature":
         return _kelvin(table, column, own, notes)
     if role == "rate":
@@ -173,6 +173,12 @@ def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list
             f"write one of {known}"
         )
     return values * 10.0 ** powers[own]
+
+
+def _strain_unit(table: Table, column: Column, unit: str | None) -> float:
+    if unit not in (None, "", "%"):
+        raise InputError(f"{table.file}: column {column.name!r}: {unit!r} is not a unit of a strain; write it in %")
+    return 1e-2 if unit == "%" else 1.0
 
 
 def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) -> Array:

@@ -80,6 +80,12 @@ def test_the_first_cascade_is_that_of_the_lowest_stable_doubling_of_period_one_t
     assert found["cascade_born"][2]["born"] == event_label(FOLLOWED["event_kind"][0])
 
 
+@pytest.mark.parametrize(("count", "there"), [(2, False), (3, True)])
+def test_three_doublings_are_a_cascade(monkeypatch, count, there):
+    monkeypatch.setattr(module, "_chain", lambda model, followed, first: [1.0, 1.2, 1.24][:count])
+    assert bool(cascade("model", FOLLOWED)) == there
+
+
 def test_a_branch_is_born_where_it_left_another_or_at_its_lowest_fold():
     assert module._birth(FOLLOWED, 1) == 0
     assert module._birth(FOLLOWED, 2) == 1

@@ -3,6 +3,7 @@
 import importlib
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -116,11 +117,12 @@ def test_thresholds_are_those_of_their_sets_each_with_the_film_that_was_fitted_t
     for kind in ("_pitchfork", "_onset", "_chaos"):
         monkeypatch.setattr(module, kind, found(kind))
 
-    class Film:
-        errors = {"force": 0.25}
-
     plain = module._film
-    monkeypatch.setattr(module, "_film", lambda model: type("Own", (Film,), {"of": plain(model)})())
+
+    def fitted(model):
+        return SimpleNamespace(of=plain(model), errors={"force": 0.25 * float(model.prestretch)})
+
+    monkeypatch.setattr(module, "_film", fitted)
     shares = []
     result = module.corrected(replace(QUICK, film="taut"), shares.append)
     assert sum(shares) == pytest.approx(1.0)

@@ -65,6 +65,7 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
     monkeypatch, parameter, film
 ):
     """The doublings are those of the attached branches; theory and window are of the members of the panel."""
+    monkeypatch.setitem(PANELS, ("fast", parameter), 0.77)
     asked, shares = {}, []
     effort = replace(TINY, film=film, sweeps=("up",), bisections=7)
     values = values_of("fast", parameter, effort)
@@ -90,7 +91,7 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
     found = diagram("fast", parameter, effort, shares.append)
     preset = effort.preset("fast")
     assert shares == [1.0]
-    assert float(asked["model"].voltage) == PANELS["fast", parameter]
+    assert float(asked["model"].voltage) == 0.77
     assert asked["model"].film.name == film
     np.testing.assert_array_equal(asked["values"], values)
     assert asked["options"] == {
@@ -101,6 +102,8 @@ def test_a_panel_asks_for_its_voltage_its_effort_and_over_the_voltage_of_the_pap
     np.testing.assert_array_equal(found["finite"], np.stack([values, -values], axis=1))
     assert (asked["window"], asked["dims"], found.attrs["window"]) == (40.0, (parameter,), 40.0)
     np.testing.assert_array_equal(found["rest_growth"], 2.0 * values)
+    if parameter == "voltage":
+        assert found["doubling"].values.tolist() == [0.77]
     assert ("doubling" in found) == (parameter == "voltage")
     assert found.attrs["preset"] == "fast"
 

@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.integrate import quad
 
 from gelcone.codes import Outcome
+from gelcone.dataset import model_of
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.swing import Swing
 from gelcone.paper.effort import QUICK
@@ -55,6 +56,13 @@ def test_the_period_of_the_free_oscillator_is_that_of_its_energy():
     for k in (20, 30):
         assert ratio[k] == pytest.approx(4.0 * quarter(amplitudes[k]) / (2.0 * np.pi / np.sqrt(kappa)), rel=1e-4)
     assert (found["outcome"] == Outcome.OK).all()
+
+
+def test_the_free_oscillator_has_the_film_that_was_asked_for():
+    found = computed(linear_limit, replace(TINY, film="wrinkling"))
+    model = model_of(found)
+    assert (model.film.name, float(model.stretch_limit), float(model.damping_ratio)) == ("wrinkling", np.inf, 0.0)
+    assert found["period_ratio"].values[0] == pytest.approx(1.0, abs=1e-5)
 
 
 def test_the_reach_is_where_the_film_meets_its_limit():

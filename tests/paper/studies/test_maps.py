@@ -30,7 +30,7 @@ def test_a_map_has_the_sweep_the_window_and_the_theory_of_each_cell(monkeypatch,
         return xr.Dataset(data | {"section": ((*own, "point", "state"), section)}, coords=own)
 
     def finite(members, states, window, options):
-        asked.update(states=states, window=window, options=options, mode=members)
+        asked.update(states=states, window=window, options=options, mode=members.system.film.prestretch_mode)
         n = members.values
         return np.stack([n["voltage"] + 100.0 * n["prestretch"], n["voltage"] - 1.0], axis=1), "running"
 
@@ -50,7 +50,7 @@ def test_a_map_has_the_sweep_the_window_and_the_theory_of_each_cell(monkeypatch,
     base, plan = find_preset("base"), asked["plan"]
     assert (asked["keep"], asked["window"], asked["options"]) == (["section"], 40.0, {})
     assert plan.options == {"patience": 77.0}
-    assert plan.model.prestretch_mode == mode
+    assert plan.model.prestretch_mode == asked["mode"] == mode
     np.testing.assert_allclose(plan.over["voltage"], VOLTAGES)
     np.testing.assert_allclose(plan.over["prestretch"], STRETCHES)
     np.testing.assert_array_equal(asked["states"], np.broadcast_to(base.initial, (51, 2)))

@@ -26,7 +26,7 @@ def test_the_start_is_a_window_and_the_long_run_what_has_settled(monkeypatch):
     """Of three voltages; the times are those of the effort, and the run settles for 40 times the slowest decay."""
     asked, shares = {}, []
     times = np.linspace(0.0, 40.0, 801)
-    waves = 0.1 * np.array([[1.0], [2.0], [3.0]]) * np.sin(times) + np.array([[-0.1], [0.2], [0.9]])
+    waves = 0.1 * np.array([[1.0], [2.0], [3.0]]) * np.sin(times) + np.array([[-0.05], [0.1], [0.9]])
     fields = np.array([[0.3], [0.2], [0.1]]) * (1.0 + np.cos(times))
 
     def simulate(model, state, times, progress):

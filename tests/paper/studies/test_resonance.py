@@ -79,6 +79,10 @@ def test_branches_of_each_stiffness_stand_one_behind_the_other_with_gaps(monkeyp
     monkeypatch.setattr(resonance, "continue_branch", followed)
     model, count = find_preset("spring").model, len(STIFFNESSES)
     found = resonance._branches(model, (1.0, 0.0), np.tile([0.2, 0.9], (count, 1)))
+    assert {name: dims for name, (dims, _, _) in found.items()} == {
+        f"branch_{name}": ("member", "fold" if name == "fold" else "orbit")
+        for name in ("frequency", "amplitude", "stable", "fold")
+    }
     for k, stiffness in enumerate(STIFFNESSES):
         rows = {name: values[k] for name, (_, values, _) in found.items()}
         np.testing.assert_array_equal(rows["branch_frequency"], [0.2, stiffness, nan, stiffness, 0.9, 3.0, nan])

@@ -111,7 +111,7 @@ def test_neighbours_of_the_base_set_are_drawn_around_it_and_it_is_followed_from_
         found = Evidence.blank(members.size)
         found.lowest[:] = -np.arange(members.size)
         found.highest[:] = 3.5
-        found.regime[:] = np.arange(members.size) % 5
+        found.regime[:] = np.arange(members.size) % 7
         return found
 
     monkeypatch.setattr(samples, "sampled", sampled)
@@ -134,7 +134,7 @@ def test_neighbours_of_the_base_set_are_drawn_around_it_and_it_is_followed_from_
     assert asked["options"] == {"patience": 77.0, "budget": samples.SIGN_BUDGET}
     count = 5 * samples.STARTS
     np.testing.assert_array_equal(found["own_extent"].values.ravel(), np.fmax(np.arange(count), 3.5))
-    np.testing.assert_array_equal(found["own_regime"].values.ravel(), np.arange(count) % 5)
+    np.testing.assert_array_equal(found["own_regime"].values.ravel(), np.arange(count) % 7)
     assert found["own_extent"].dims == ("start", "inner")
 
 

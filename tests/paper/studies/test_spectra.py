@@ -39,8 +39,9 @@ def test_the_early_window_is_the_shortest_from_the_start_and_the_late_one_the_ef
     assert late == {"periods": QUICK.spectrum_periods, "discard": int(np.ceil((settled.ravel() / periods).max()))}
     assert model.shape == (2, 3)
     np.testing.assert_array_equal(np.broadcast_to(model.voltage, (2, 3)), [TRIPLES["voltage"][2]] * 2)
-    for row, name in zip(np.broadcast_to(model.drive_frequency, (2, 3)), module.SETS, strict=True):
-        assert (row == find_preset(name).model.drive_frequency).all()
+    for parameter in ("drive_frequency", "spring_stiffness"):
+        for row, name in zip(np.broadcast_to(model.values[parameter], (2, 3)), module.SETS, strict=True):
+            assert (row == find_preset(name).model.values[parameter]).all()
     assert initial == find_preset(module.SETS[0]).initial
 
 

@@ -56,6 +56,10 @@ def test_the_force_of_a_film_is_the_slope_of_its_energy_and_leaves_out_the_sprin
     middle = np.abs(x) < 2.0
     slope = np.gradient(energy[row][middle], x[middle])
     np.testing.assert_allclose(slope[5:-5], force[row][middle][5:-5], atol=2e-4)
+    alone = MODEL.replace(stretch_limit=50.0, spring_stiffness=0.0, film="taut")
+    assert float(MODEL.spring_stiffness) > 0.0
+    np.testing.assert_allclose(force[row][middle], alone.force(x[middle]), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(energy[row][middle], alone.energy(x[middle]), rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(found["reach"], module._reach(MODEL.replace(stretch_limit=np.array(module.LIMITS))))
 
 

@@ -192,3 +192,14 @@ def test_as_many_early_points_are_stored_as_the_shortest_forcing_has_in_the_wind
     with pytest.raises(Stop):
         module.motions(QUICK.preset("base"), model, "drive_frequency", QUICK, lambda share: None)
     assert asked == [(int(QUICK.window / (0.5 * np.pi)) + 1, 0)]
+
+
+def test_the_long_run_is_as_many_repeats_as_the_slowest_drive_has(monkeypatch):
+    """Of members that differ in their frequency."""
+    model, seen = ConeModel(voltage=0.5, voltage_bias=0.1, drive_frequency=np.array([1.0, 2.0, 4.0])), []
+    at = (("member", "repeat"), np.ones((3, 2)))
+    late = xr.Dataset({"displacement": at, "velocity": at, "outcome": ("member", [0, 0, 0])})
+    monkeypatch.setattr(module, "_window", lambda *given: seen.append(given) or xr.Dataset())
+    module._long_run(model, late, QUICK.preset("base"), None)
+    ((_, _, length, name, _),) = seen
+    assert (length, name) == (pytest.approx(module.LATE_REPEATS * 2.0 * np.pi), "late")
