@@ -1,12 +1,15 @@
 """Constant voltages in words, of made-up numbers."""
 
+import pytest
+
 from gelcone import words
 from gelcone.analyses import (
     statics,
 )  # fmt: skip
 from gelcone.codes import Outcome
+from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
-from tests.analyses.said import INF, NAN, said
+from tests.analyses.said import INF, NAN, SUBJECT, said
 from tests.edited import coded, edited, made
 
 
@@ -54,3 +57,11 @@ def test_equilibria_at_constant_voltages():
     assert said(statics.static_words, lost) == [
         f"1 of 1 run(s) failed: {Outcome.OUTSIDE.meaning}", "nothing can be reached inside the stretch limit",
     ]  # fmt: skip
+
+
+def test_displacements_that_do_not_increase_are_refused():
+    found = statics.static_arguments(SUBJECT, {"displacements": [0.1, 0.2], "voltages": [0.5]})
+    assert found == {"displacements": [0.1, 0.2], "voltages": [0.5]}
+    for wrong in ([0.1, 0.1], [0.2, 0.1]):
+        with pytest.raises(InputError, match="--displacements: must increase"):
+            statics.static_arguments(SUBJECT, {"displacements": wrong})

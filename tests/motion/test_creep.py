@@ -2,6 +2,7 @@
 
 import importlib
 import json
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -309,3 +310,42 @@ def test_a_run_ends_where_the_film_pulls_in_or_meets_its_limit_and_is_unknown_wh
     assert (call["tolerance"], call["threads"], call["times"] is times) == (2e-9, 5, True)
     np.testing.assert_array_equal(call["initial"], states)
     np.testing.assert_array_equal(ends, [np.inf, *numbers(5, at=3.0)[1:3], np.nan, 0.0])
+
+
+def test_heat_is_over_the_volume_of_both_films_and_the_current_that_into_both():
+    members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive="same", leakage_time=7.0, voltage=0.0,
+                        voltage_bias=[0.2, 0.3]).members()  # fmt: skip
+    system = members.system
+    run = SimpleNamespace(times=np.tile([0.0, 1.0], (2, 1)), states=numbers(2, 2, len(system.states), at=0.25))
+    current, heat = creep_module._electric(members, run)
+    z, n = list(np.moveaxis(run.states, -1, 0)), members.numbers(trailing=1)
+    each = [np.broadcast_to(own, (2, 2)) for own in system.currents(run.times, z, n)]
+    np.testing.assert_allclose(current, each[0] + each[1])
+    powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+    np.testing.assert_allclose(heat, np.broadcast_to(powers["leak"], (2, 2)) / 2.0)
+    assert (heat > 0.0).all()
+
+
+def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(monkeypatch):
+    """Of a film that has half of the commanded voltage: from 1.5 to 2.5, and closer where it is just held."""
+    relaxed, at_once = (SimpleNamespace(lost=SimpleNamespace(voltage=v)) for v in (0.75, 1.25))
+    held = _Held(ConeModel(**RELAXING), at_once, relaxed, 2e-9, 5)
+    monkeypatch.setattr(_Held, "gain", property(lambda own: 0.5))
+    levels = []
+
+    def runs(own, at, times, progress):
+        levels.append(at)
+        return None, np.where(at < 1.85, np.inf, 3.0)
+
+    monkeypatch.setattr(_Held, "run", runs)
+    voltages, ends, highest = held.curve(30.0, None)
+    shares = (np.arange(1, creep_module.CURVE + 1) / (creep_module.CURVE + 1)) ** 1.5
+    np.testing.assert_allclose(levels[0], 1.5 + shares)
+    assert len(levels) == 1 + creep_module.FINER
+    for before, at in pairwise(levels):
+        assert before[before < 1.85].max() <= at.min() < at.max() <= before[before >= 1.85].min()
+        assert at.size == creep_module.FINE
+    assert (np.diff(voltages) > 0.0).all()
+    np.testing.assert_array_equal(ends, np.where(voltages < 1.85, np.inf, 3.0))
+    assert highest == voltages[voltages < 1.85].max()
+    assert 1.85 - highest < 0.01
