@@ -100,26 +100,3 @@ def test_behind_a_resistance_nothing_is_lost_in_jumps():
     work, lost = switched(members, np.array([[0.5, 0.0, 0.0]]), np.array([[1.0, 9.0]]))
     assert not work.any()
     assert not lost.any()
-
-
-def test_what_is_lost_late_in_the_permittivity_is_not_lost_in_the_jump():
-    """Of a share that follows late the charge does not jump."""
-    whole = ConeModel(**SQUARE).members()
-    part = ConeModel(**SQUARE, dielectric_share=0.25, dielectric_time=3.0).members()
-    end = np.array([[1.5 * float(whole.drive_period[0])]])
-    for members, share in ((whole, 1.0), (part, 0.75)):
-        states = members.start_states((0.5, 0.0))
-        work, lost = switched(members, states, end)
-        swing = 2.0 * 0.4
-        count = round(float(lost[0, 0]) / (share * 0.5 * C * swing**2))
-        assert count in (2, 3)
-        assert lost[0, 0] == pytest.approx(share * count * 0.5 * C * swing**2, rel=1e-6)
-        assert abs(work[0, 0]) > 0.0
-
-
-def test_a_jump_at_the_time_itself_has_happened():
-    members = ConeModel(**SQUARE).members()
-    corner = float(jumps_between(members, np.zeros(1), members.drive_period).times[0, 0])
-    lost = switched(members, members.start_states((0.5, 0.0)), np.array([[0.999 * corner, corner, 1.001 * corner]]))[1]
-    assert lost[0, 0] == 0.0
-    assert lost[0, 1] == lost[0, 2] > 0.0
