@@ -270,6 +270,13 @@ def test_the_largest_kick_carries_the_disc_from_rest_to_nine_tenths_of_its_reach
     np.testing.assert_allclose(module._largest_kicks(members), np.sqrt(2.0 * gained), rtol=1e-12)
 
 
+def test_a_kick_gives_what_the_energy_has_more_there_than_at_rest(monkeypatch):
+    """A spring whose energy at the rim is not zero: from 10 to 12 is 2 more, and the velocity 2."""
+    record(monkeypatch, module, _farthest=lambda members, k: [1.0, 2.0][k])
+    springs = SimpleNamespace(size=2, energy=lambda x: 10.0 + 2.0 * np.asarray(x) ** 2)
+    np.testing.assert_allclose(module._largest_kicks(springs), [2.0, 4.0])
+
+
 # --- what is handed on ------------------------------------------------------------------------------------------------
 
 FLOW = {"threads": 5, "tolerance": 2e-9}

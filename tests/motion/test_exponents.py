@@ -131,6 +131,22 @@ def test_an_average_continues_while_twice_its_time_is_within_the_budget(monkeypa
     assert found.sign.tolist() == [0, 0, 1]
 
 
+@pytest.mark.parametrize("lacking", ["steady", "grown"])
+def test_an_average_continues_until_its_errors_are_steady_and_grown(monkeypatch, lacking):
+    """A sign that is certain does not suffice."""
+    true, asked = module.steady_statistics, []
+
+    def statistics(growth, clock):
+        means, errors, *_ = true(growth, clock)
+        asked.append(growth.shape[1])
+        yes, late = np.array([True]), np.array([len(asked) > 1])
+        return means, errors, *((late, yes) if lacking == "steady" else (yes, late))
+
+    monkeypatch.setattr(module, "steady_statistics", statistics)
+    found, _ = averaging(monkeypatch, [0.5], noise=1e-3)
+    assert (found.time.tolist(), asked) == ([12800.0], [100, 200])
+
+
 @pytest.mark.parametrize(("given", "time"), [({}, 12800.0), ({"precision": 1e-12}, 6553600.0)])
 def test_the_budget_is_longer_where_a_precision_is_asked_for(monkeypatch, given, time):
     found, _ = averaging(monkeypatch, [0.0], noise=1.0, **given)

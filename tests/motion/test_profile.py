@@ -194,14 +194,15 @@ def rings(count, points=4, at=0.0):
 
 
 def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
-    """Of two members of another strength, two heights (below the rim and above) and two voltages."""
+    """Of two members of another strength, two heights (below the rim and above) and two voltages of the command."""
     members = MODEL.replace(radius_ratio=[0.2, 0.3], dielectric_strength=[2.0, 4.0]).members()
     (placed,) = members.system.films
     x, levels, made = np.broadcast_to([[-0.25], [0.5]], (2, 2, 2)), np.array([0.25, 0.75]), []
     squares = {"A": np.full((2, 1, 1), 1.44), "B": np.full((2, 1, 1), 1.96)}  # of the pre-stretches
 
     def cells(members, placed, k, at, volts):
-        return module._Cells(np.ravel(at), np.tile(volts, 2), *(numbers(4, at=50.0 + 10.0 * k + j) for j in range(3)),
+        return module._Cells(np.ravel(at), np.tile(volts, 2) + 0.125, *(numbers(4,
+        at=50.0 + 10.0 * k + j) for j in range(3)),
                              np.arange(4, dtype=np.int8), np.array([0, 1, 0, 6], dtype=np.int8))  # fmt: skip
 
     def ringed(members, placed, k, known):
@@ -213,7 +214,7 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     monkeypatch.setattr(type(placed), "own", lambda film, n: {**own_numbers(film, n), **squares})
     found = {name: variable[1] for name, variable in module._variables(members, placed, x, levels).items()}
     shape = (2, 2, 2)
-    voltage = np.broadcast_to(levels, shape)
+    voltage = np.broadcast_to(levels + 0.125, shape)
     own = [rings(4, at=100.0 * k) for k in range(2)]
 
     def of(name):
@@ -238,7 +239,7 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     for name, values in expected.items():
         np.testing.assert_allclose(found[name], values, err_msg=name)
     np.testing.assert_array_equal(found["mounted_radius"], [[1.0, 2.0, 3.0, 5.0]] * 2)
-    assert [one.voltage.tolist() for one in made] == [[0.25, 0.75] * 2] * 2
+    assert [one.voltage.tolist() for one in made] == [[0.375, 0.875] * 2] * 2
     del members.values["dielectric_strength"]
     assert np.isnan(module._variables(members, placed, x, levels)["breakdown_share"][1]).all()
 
