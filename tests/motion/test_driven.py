@@ -423,6 +423,8 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
         lost_in_jumps=jumps,
         apparent_power=np.array([11.0, 12.0]), extent=(np.array([0.25, 0.5]), np.array([1.0, 1.75])),
     )  # fmt: skip
+    charges = [numbers(2, 20), -numbers(2, 20, at=2.0)]
+    monkeypatch.setattr(type(members.system), "source_charges", lambda own, times, z, n: charges)
     run = SimpleNamespace(times=times, states=states, work=work)
     found = module._yields(members, run, 10, tolerance=2e-9, threads=5)
     lasts = np.array([60.0, 30.0])
@@ -432,6 +434,7 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     np.testing.assert_allclose(found["heating"], numbers(2, 121, at=8.0)[:, -1] / lasts)
     np.testing.assert_array_equal(found["apparent_power"], [11.0, np.inf])
     np.testing.assert_array_equal(found["field"], [fields[0][0].max(), 9.0])
+    np.testing.assert_array_equal(found["peak_charge"], numbers(2, 20, at=2.0).max(axis=1))
     (jumped,) = asked["lost_in_jumps"]
     np.testing.assert_array_equal(jumped["begin"], states[:, 0])
     np.testing.assert_array_equal(jumped["spans"], lasts)

@@ -238,3 +238,7 @@ def test_newton_runs_the_motion_itself_first_and_then_each_segment_from_its_own_
     np.testing.assert_allclose(turns[0].log_multipliers.sum(axis=1), turns[0].contraction)
     run = integrate(members, states, first["times"], tolerance=1e-8)
     np.testing.assert_allclose(turns[0].path, run.states)
+
+
+def test_derivatives_are_taken_along_a_tenth_of_a_value_of_either_sign():
+    assert module._steps([-5.0, 0.0, 0.002, 3.0]) == pytest.approx([0.5, 1e-3, 1e-3, 0.3])
