@@ -343,3 +343,15 @@ def test_a_basin_has_one_line_for_each_attractor_and_chaos_that_ends_is_what_it_
     assert found["attractor_highest"].values.tolist() == [0.25, 0.75]
     np.testing.assert_array_equal(found["attractor_lyapunov"], growth[[0, 1], 0, 0])
     assert not {"status", "source"} & set(found)
+
+
+def test_cells_are_on_one_attractor_where_kind_period_and_both_ends_are_the_same():
+    """Chaos is one whatever its ends."""
+    kinds = [Regime.PERIODIC] * 5 + [Regime.CHAOTIC] * 2
+    cells = {
+        "regime": np.array(kinds), "period": np.array([1, 1, 2, 1, 1, 0, 0]),
+        "lowest": np.array([0.5, 0.5001, 0.5, 0.25, 0.5, 0.1, 0.2]),
+        "highest": np.array([1.5, 1.5, 1.5, 1.5, 1.25, 1.1, 1.2]),
+    }  # fmt: skip
+    assert [module._same(cells, 0, k) for k in range(6)] == [True, True, False, False, False, False]
+    assert module._same(cells, 5, 6)

@@ -16,15 +16,17 @@ FILTERED = ConeModel(circuit=FilteredVoltage(), voltage=0.3, rest_height=0.2)
 
 def test_the_first_name_varies_slowest_and_draws_fastest():
     plan = Plan(
-        ConeModel(), {"voltage": [0.1, 0.2], "displacement": [0.3, 0.4, 0.5]}, draws={"damping_ratio": [0.05, 0.01]}
-    )
+        ConeModel(), {"voltage": [0.1, 0.2], "displacement": [0.3, 0.4, 0.5]}, draws={"damping_ratio": [0.05, 0.01],
+        "rest_height": [0.3, 0.6]},
+    )  # fmt: skip
     assert (plan.dims, plan.shape, plan.size) == (("voltage", "displacement", "draw"), (2, 3, 2), 12)
     grid = plan.grid
     assert grid["voltage"].tolist() == [0.1] * 6 + [0.2] * 6
     assert grid["displacement"].tolist() == [0.3, 0.3, 0.4, 0.4, 0.5, 0.5] * 2
     assert grid["damping_ratio"].tolist() == [0.05, 0.01] * 6
+    assert grid["rest_height"].tolist() == [0.3, 0.6] * 6
     some = plan.values(np.array([7, 2]))
-    assert [some[name].tolist() for name in grid] == [[0.2, 0.1], [0.3, 0.4], [0.01, 0.05]]
+    assert [some[name].tolist() for name in grid] == [[0.2, 0.1], [0.3, 0.4], [0.01, 0.05], [0.6, 0.3]]
 
 
 def test_cells_have_their_own_start_or_that_of_the_plan():
@@ -117,3 +119,10 @@ def test_budgets_of_a_device_are_at_least_as_long_in_every_cell():
     plan = Plan(PUMP, {"moving_mass": masses}, options={"patience": "30 s"})
     scales = [PUMP.replace(moving_mass=mass).scales.time for mass in masses]
     assert float(plan.options["patience"]) == pytest.approx(30.0 / min(scales))
+
+
+def test_cells_that_differ_in_their_start_alone_are_as_many_of_the_own_model():
+    plan = Plan(ConeModel(damping_ratio=0.37), {"displacement": [0.1, 0.2, 0.3]}, (0.5, 0.25))
+    model, states = plan.at(plan.grid)
+    assert model.damping_ratio.tolist() == [0.37] * 3
+    assert states.tolist() == [[0.1, 0.25], [0.2, 0.25], [0.3, 0.25]]

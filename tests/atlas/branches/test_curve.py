@@ -128,3 +128,22 @@ def test_each_way_of_a_curve_has_its_own_end():
     last = {Ending.LIMIT: 2.0}
     for end, at in zip(own.ended, (0, -1), strict=True):
         assert (values[at] == pytest.approx(last[end], abs=1e-9)) if end in last else values[at] < 1.9999
+
+
+def test_the_sign_of_a_coefficient_is_that_of_the_direction_which_the_curve_keeps(monkeypatch):
+    """Of a fold the left vector decides, of what is born both; sizes are shares of the left vector's."""
+
+    def singular(at, left, null, quadratic=6.0):
+        return Singular(np.zeros((1, 2)), np.zeros(2), np.zeros(2), null * np.array([[1.0, 0.0]]),
+                        left * np.array([[3.0, 4.0]]), np.ones(2), at, None, quadratic)  # fmt: skip
+
+    for at, turns in ((FOLD, [1.0, -1.0, 1.0, -1.0]), (DOUBLE, [1.0, -1.0, -1.0, 1.0])):
+        others = [singular(at, *way) for way in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))]
+        assert [curve._turned(singular(at, 1.0, 1.0), other) for other in others] == turns
+    asked = record(monkeypatch, curve, born=SimpleNamespace(coefficient=20.0))
+    assert curve._coefficient("shooting", singular(FOLD, 1.0, 1.0)) == pytest.approx(6.0 / 5.0)
+    assert curve._coefficient("shooting", singular(DOUBLE, 2.0, 1.0)) == pytest.approx(20.0 / 10.0)
+    assert curve._coefficient("shooting", singular(DOUBLE, 2.0, 1.0), 0.125) == pytest.approx(2.0)
+    assert [list(call.values())[-1] for call in asked["born"]] == [curve.FAR_SIDE, 0.125]
+    points = [singular(FOLD, 1.0, 1.0), singular(FOLD, -1.0, 1.0, 7.0), singular(FOLD, -1.0, -1.0, 8.0)]
+    np.testing.assert_allclose(curve._tests("shooting", points), [1.2, -1.4, -1.6])

@@ -204,3 +204,36 @@ def test_a_branch_begins_at_the_event_at_which_it_is_born(monkeypatch, kind, lev
     (sought,), (followed,) = asked["first_points"], asked["follow"]
     assert (sought["shooting"], sought["event"], sought["walk"]) == (world, event, WALK)
     assert (followed["shooting"], followed["start"], followed["both_ways"]) == ("child", point, False)
+
+
+def test_a_branch_that_shrinks_to_rest_is_born_where_the_amplitude_it_had_left_fits_best(monkeypatch):
+    """At the second of two events: at 2, of curvature 8 and amplitude 1/8, it is to be at 2.125."""
+
+    def event(value, curvature):
+        orbit = SimpleNamespace(null=np.array([[0.5, -2.0]]), multipliers=np.array([value, 0.5]))
+        return SimpleNamespace(value=value, born=SimpleNamespace(curvature=curvature), orbit=orbit, born_branch=-1)
+
+    events = [event(2.1, 8.0), event(2.0, 8.0), event(2.5, 8.0)]
+    rest = SimpleNamespace(resting=True, events=events)
+    last = Point(np.array([[0.25, -0.125]]), 2.125, np.array([0.9, 0.8]), Direction(np.ones((1, 2)), 1.0))
+    branch = SimpleNamespace(ended=(Ending.LIMIT, Ending.REST), points=[last], map="map", resting=False, events=[])
+    monkeypatch.setattr(tree, "born_map", lambda event: "map")
+    Tree(SimpleNamespace(scale=4.0), 1, [rest, branch])._ends_at_rest(branch, 7)
+    assert [event.born_branch for event in events] == [-1, 7, -1]
+    assert (branch.points[-1].value, branch.points[-1].multipliers.tolist()) == (2.0, [2.0, 0.5])
+    assert not branch.points[-1].nodes.any()
+
+
+def test_a_branch_that_another_merges_with_is_followed_at_the_same_level(monkeypatch):
+    added, metric = [], "metric"
+    monkeypatch.setattr(tree, "at_value", lambda *given: SimpleNamespace(point=("start", given)))
+    monkeypatch.setattr(tree, "follow", lambda *given: given)
+    monkeypatch.setattr(tree.Metric, "of", lambda nodes, scale: (metric, nodes, scale))
+    monkeypatch.setattr(Tree, "holds", lambda own, shooting, point: False)
+    monkeypatch.setattr(Tree, "add", lambda own, branch, level: added.append((branch, level)))
+    monkeypatch.setattr(Tree, "_met", lambda own, merge, branch: (merge, branch))
+    own, walk = SimpleNamespace(of_kind=lambda kind: ("shooting", kind)), SimpleNamespace(scale=4.0)
+    merge, branch = SimpleNamespace(nodes="nodes", values=[1.5, 9.0]), SimpleNamespace(level=3, shooting=own)
+    assert Tree(walk, 1)._parent(branch, "kind", merge) == (merge, branch)
+    start = ("start", (("shooting", "kind"), "nodes", 1.5, (metric, "nodes", 4.0)))
+    assert added == [((("shooting", "kind"), start, walk), 3)]
