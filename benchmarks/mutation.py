@@ -384,7 +384,7 @@ class Copy:
         return max(LEAST_PATIENCE, SLOWER * self.needed[tests])
 
     def _passes(self, run: tuple[str, ...], patience: float | None) -> bool:
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *run]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-n", "0", *run]
         environment = os.environ | {"PYTHONPATH": str(self.where / "src")}
         try:
             done = subprocess.run(command, cwd=self.where, env=environment, capture_output=True, timeout=patience)

@@ -68,3 +68,18 @@ def delivered(monkeypatch):
     monkeypatch.setattr(output, "plot", lambda result, **options: None)
     monkeypatch.setattr(output, "write_results", lambda out, name, result, figure, force: results.append(result) or ())
     return results
+
+
+@pytest.fixture
+def integrations(monkeypatch):
+    """The tolerance and the threads of each integration so far, as a set."""
+    from gelcone.motion import flow
+
+    seen, check = set(), flow.check_flow
+
+    def checked(tolerance, threads):
+        seen.add((tolerance, threads))
+        check(tolerance, threads)
+
+    monkeypatch.setattr(flow, "check_flow", checked)
+    return seen

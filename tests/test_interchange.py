@@ -28,7 +28,9 @@ def test_a_table_has_a_row_for_each_time_and_units_in_its_head(run, tmp_path):
 
 
 def test_members_and_cells_have_a_row_each_with_what_varies(tmp_path):
-    several = gelcone.static(PUMP.replace(film_thickness=["0.2 mm", "0.3 mm"], film_radius=["30 mm", "60 mm"], disc_radius=["8 mm", "16 mm"]))
+    several = gelcone.static(
+        PUMP.replace(film_thickness=["0.2 mm", "0.3 mm"], film_radius=["30 mm", "60 mm"], disc_radius=["8 mm", "16 mm"])
+    )
     gelcone.export(several, tmp_path / "many.parquet")
     table = pd.read_parquet(tmp_path / "many.member-fold.parquet")
     assert table["film_thickness (mm)"].tolist() == [0.2, 0.3]

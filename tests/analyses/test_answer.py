@@ -7,10 +7,14 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone import ConeModel, Outcome, Regime, dataset
+from gelcone import ConeModel, Outcome, Regime, dataset, words
+from gelcone.analyses import answer
 from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, plain, variable_json
 from gelcone.analyses.request import Subject
 from gelcone.codes import FilmPullIn
+from gelcone.register.analyses import ANALYSES
+from tests.analyses.said import INF, MODEL, NAN
+from tests.edited import made
 
 
 def test_plain_values_are_json():
@@ -78,3 +82,111 @@ def test_a_third_state_keeps_its_numbers():
     assert shown.attrs["units"] == "mm, m/s, 1"
     assert float(shown[0, 2]) == 1.0
     assert float(shown[0, 0]) == pytest.approx(1e3 * device.scales.length)
+
+
+SHOWN = {"time": 1e3, "voltage": 1.0, "frequency": 1.0, "length": 1e3}
+"""Units in which results are read, in an SI unit."""
+
+
+@pytest.fixture(scope="module")
+def pump():
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    return Subject(device.to_model(), device, (0.25, 0.5))
+
+
+@pytest.mark.parametrize("name", [name for name in ANALYSES if name not in ("show", "sweep")])
+def test_the_options_of_an_answer_are_in_the_units_of_the_device(name, pump):
+    model, device = pump.model, pump.device
+    per = {"time": device.scales.time, "voltage": device.voltage_amplitude / model.voltage,
+           "frequency": device.frequency / model.drive_frequency, "length": device.scales.length}  # fmt: skip
+    measured = {o.name: o.quantity for o in ANALYSES[name].options.values() if o.quantity}
+    shown = made({}, options=json.dumps(dict.fromkeys(measured, 0.5) | {"tolerance": 0.25, "unset": None}))
+    found = answer.options_json(ANALYSES[name].command, shown, device)
+    for option, quantity in measured.items():
+        assert found[option] == pytest.approx(0.5 * per[quantity] * SHOWN[quantity], rel=1e-9), option
+    assert found["tolerance"] == 0.25
+    assert found["unset"] is None
+    plain = answer.options_json(ANALYSES[name].command, shown, None)
+    assert all(plain[option] == 0.5 for option in measured)
+
+
+def test_the_answer_says_what_it_is_about(pump):
+    shown = made(
+        {"outcome": ("member", [0, 6]), "highest": ("member", [1.0, NAN], "mm"), "validity_near_limit": ("member",
+        [0.5, NAN]),
+         "film_state_taut": ("member", [1.0, 0.5])},
+        options='{"budget": null}',
+    )  # fmt: skip
+    ensemble = Subject(MODEL.replace(voltage=[0.5, 0.75, 1.0]), None, (0.25, 0.5))
+    found = answer.plain(answer.answer_json("regime", {"kind": "made"}, shown, ensemble))
+    assert found["subject"] == {"device": None, "fields": None, "film": "taut", "members": 3, "initial": [0.25, 0.5]}
+    assert found["parameters"]["voltage"] == [0.5, 0.75, 1.0]
+    assert (found["command"], found["result"], found["units"]) == ("regime", {"kind": "made"}, None)
+    assert found["outcome"] == ["ok", "pulled_in"]
+    assert found["validity"] == {"near_limit": [0.5, "unknown"]}
+    assert found["film_state"] == {"taut": [1.0, 0.5]}
+    assert found["dims"] == {str(name): ["member"] for name in shown}
+    own = answer.plain(answer.answer_json("regime", {}, shown, pump))
+    assert own["subject"]["device"] == "biased pumping cone"
+    assert own["subject"]["film"] == "taut"
+    assert own["subject"]["fields"]["spring_rate"] == pump.device.parameters()["spring_rate"]
+    scales = pump.device.scales
+    assert own["subject"]["initial"] == pytest.approx([250.0 * scales.length, 0.5 * scales.velocity])
+    assert (own["parameters"], own["units"]) == (None, {"highest": "mm"})
+    nothing = answer.answer_json("limits", {}, made({}, options="{}"), Subject(MODEL, None, None))
+    assert [nothing[name] for name in ("outcome", "validity", "film_state")] == [None, None, None]
+    assert nothing["subject"]["initial"] is None
+
+
+@pytest.mark.parametrize(
+    ("name", "of", "values", "found"),
+    [
+        ("regime", Regime, [0, 3, -1], ["rest", "chaotic", "unknown"]),
+        ("fate_regime", Regime, [1, -1], ["periodic", "none"]),
+        ("threshold_from", Regime, [2], ["quasi-periodic"]),
+        ("threshold_to", Regime, [6], ["transient chaos"]),
+        ("motion_outcome", Outcome, [0, 6], ["ok", "pulled_in"]),
+        ("sign", "code", [-1, 0, 1], ["negative", "uncertain", "positive"]),
+        ("symmetric", "code", [0, 1, -1], [False, True, "unknown"]),
+        ("coexisting", "code", [0, 1], [False, True]),
+        ("cascade", "code", [1, 0], [True, False]),
+        ("period", "count", [2.0, 0.0, NAN], [2, "none", "unknown"]),
+        ("cycle", "count", [1.0, 0.0], [1, "none"]),
+        ("height", "length", [0.5, 1.0], [0.5, 1.0]),
+    ],
+)
+def test_codes_are_words_in_json(name, of, values, found):
+    own = xr.DataArray(np.array(values), dims="k", name=name, attrs=dataset.attributes("", of))
+    assert answer.plain(answer.variable_json(own)) == found
+
+
+@pytest.mark.parametrize(
+    ("values", "attrs", "found"),
+    [
+        ([1.0, NAN, INF], {}, [1.0, "unknown", "infinite"]),
+        ([NAN, INF], {"nan_means": "not applicable", "infinite_means": "never"}, ["not applicable", "never"]),
+    ],
+)
+def test_what_is_not_finite_is_a_word_in_json_and_text(values, attrs, found):
+    variable = xr.DataArray(values, dims="k", attrs=attrs)
+    assert answer.plain(variable) == found
+    assert [words.measured(one) for one in variable] == [v if isinstance(v, str) else "1" for v in found]
+
+
+def test_the_heading_of_a_text():
+    lines = answer.heading(Subject(MODEL.replace(voltage=0.75, damping_ratio=0.25)), ["voltage"])
+    text = " ".join(line.strip() for line in lines)
+    assert lines[0] == "cone model, dimensionless"
+    assert "damping_ratio 0.25" in text
+    assert "voltage 0.75" not in text
+    assert "voltage 0.75" in " ".join(answer.heading(Subject(MODEL.replace(voltage=0.75))))
+    assert max(map(len, lines)) <= answer.WIDTH
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    own = " ".join(answer.heading(Subject(device.to_model(), device), ["spring_rate"]))
+    assert own.startswith("biased pumping cone")
+    assert "spring rate" not in own.replace("_", " ")
+    grid = made({}, {"voltage": ("voltage", [800.0, 850.0, 900.0], "V"), "material": ("material", ["a", "b"])})
+    assert answer.grid_text(grid, ["voltage", "material"]) == "voltage 800 to 900 V, 3 values; material a, b, 2 values"
+    two = made({"outcome": ("member", [0, 6, 6])})
+    assert answer.ending_lines(two) == ["  1 of 3: ok", f"  2 of 3: {Outcome.PULLED_IN.meaning}"]
+    assert answer.ending_lines(made({"outcome": 0})) == []

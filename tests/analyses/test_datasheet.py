@@ -1,10 +1,15 @@
 """The lines of a data sheet: names of its rows, values in the units in which they read well, and the first limit."""
 
+from itertools import pairwise
+
+import numpy as np
 import pytest
 import xarray as xr
 
 from gelcone.devices.scales import MEASURES
 from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows, sized
+from tests.analyses.said import NAN, said
+from tests.edited import made
 
 VOLTS = {"units": "V", "quantity": "voltage"}
 
@@ -47,3 +52,34 @@ def test_the_first_limit_is_that_of_the_drive_or_of_a_ramp(first, words):
         "below every limit: peaks up to 1.5 kV",
         "dielectric strength: unknown, breakdown is not accounted for",
     ]
+
+
+@pytest.mark.parametrize(("draws", "last"), [(False, []), (True, ["95 % at 2 kV"])])
+def test_the_columns_of_a_data_sheet_are_those_of_the_voltages_above_0(draws, last):
+    from gelcone.analyses.datasheet import COLUMN_WIDTH, INTERVAL_WIDTH, NAME_WIDTH, datasheet_words
+
+    along = "constant_voltage"
+    own = {name: (along, [0.0, 1.0 + k, 100.0 + k]) for k, name in enumerate(SHEET_ROWS)}
+    own |= {f"{name}_{end}": (along, [0.0, 0.0, v]) for name in SHEET_ROWS for end, v in (("low", 5.0), ("high", 7.0))}
+    own |= {"outcome": 0, "rest_displacement": 3.0, "apparent_power": NAN, "pull_in_voltage": 9.0}
+    own |= {f"{name}_{end}": 4.0 for name in ("rest_displacement", "pull_in_voltage") for end in ("low", "high")}
+    attrs = {"drawn": "{}", "failed": 0, "draws": 8} if draws else {}
+    shown = made(own, {along: (along, [0.0, 1000.0, 2000.0], "V")}, **attrs)
+    shown[along].attrs["quantity"] = "voltage"
+    lines = said(datasheet_words, shown)
+    widths = [COLUMN_WIDTH] * 2 + [INTERVAL_WIDTH] * draws
+
+    def cells(line):
+        assert len(line) == NAME_WIDTH + sum(widths)
+        ends = np.cumsum([NAME_WIDTH, *widths])
+        return [line[:NAME_WIDTH].rstrip(), *(line[a:b].strip() for a, b in pairwise(ends))]
+
+    assert cells(lines[0]) == ["constant voltage", "1 kV", "2 kV", *last]
+    for k, (name, line) in enumerate(zip(SHEET_ROWS.values(), lines[1:], strict=False)):
+        assert cells(line) == [name, f"{1 + k}", f"{100 + k}", *(["5 to 7"] if draws else [])]
+    rest = lines[1 + len(SHEET_ROWS) :]
+    assert [line.split() for line in rest[:2]] == [
+        ["rest", "height", "3", *(["(4)"] if draws else [])],
+        ["stiffness", "at", "rest", "0", *(["(0)"] if draws else [])],
+    ]
+    assert rest[2] == f"pull-in under constant voltage: 9{', 95 % within 4' if draws else ''}"

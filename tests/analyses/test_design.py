@@ -2,7 +2,12 @@
 
 import json
 
+from gelcone.analyses import (
+    design,
+)  # fmt: skip
 from gelcone.analyses.design import design_words, device_text
+from tests.analyses.said import NAN
+from tests.edited import edited, made
 from tests.plots.made_up import result
 
 
@@ -43,3 +48,26 @@ def test_a_design_names_its_limit_and_what_binds_it():
     assert "96.0% of the draws meet all" in device_text(drawn, 0).splitlines()[2]
     words = "where nothing is uncertain the best designs meet all in 40.0% (best current) of the draws"
     assert design_words(drawn).endswith(words)
+
+
+def test_designs_in_the_plural_and_what_was_left_out():
+    own = {"stroke": 5.0, "membrane_stroke": 4.0, "peak_voltage": 1500.0, "apparent_power": 3.0, "recommended": 1600.0,
+           "probability": 0.96, "probability_low": 0.95, "probability_high": 0.97, "distance": 2.5, "relaxed": 0.0,
+           "spring_rate": 15.0}  # fmt: skip
+    found = made({n: ("design", [v, v], "N/m" if n == "spring_rate" else "1") for n, v in own.items()}
+                 | {"first_limit": ("design", ["pull-in"] * 2), "binds": ("design", ["stroke"] * 2)},
+                 {"design": ("design", [1, 2])}, title="designs: pump", frequency=10.0, margin=0.2,
+                 free='["spring_rate"]', left_out='["design 3: no rest"]', nominal_probabilities="{}")  # fmt: skip
+    lines = design.design_words(edited(found, membrane_stroke=[4.0, NAN])).splitlines()
+    assert lines[0] == "pump: 2 designs at 10 Hz, 20% below all limits"
+    heads = ["design", "stroke", "as membrane", "peak", "apparent", "probability", "first limit"]
+    row = "1 5 mm 4 mm 1500 V 3 mVA 96.0% (95.0% to 97.0%) pull-in, 1600 V recommended"
+    assert [lines[1].split(), lines[2].split(), lines[3].split()] == [
+        " ".join(heads).split(), row.split(), row.replace("1 5 mm 4 mm", "2 5 mm unknown").split(),
+    ]  # fmt: skip
+    assert lines[4:] == [
+        "design 1: spring_rate 15 N/m", "  natural frequency 2.5 half widths above that of the drive; bound by stroke",
+        "design 2: spring_rate 15 N/m", "  natural frequency 2.5 half widths above that of the drive; bound by stroke",
+        "left out: design 3: no rest",
+    ]  # fmt: skip
+    assert design.design_words(found.isel(design=[0])).startswith("pump: 1 design at 10 Hz")

@@ -1,9 +1,17 @@
 """The text of a fitted device: deviations with their sign, what lies far from its prior, and what is refused."""
 
+import json
+
 import numpy as np
 
+import gelcone
+from gelcone.analyses import (
+    device_fit,
+)  # fmt: skip
 from gelcone.analyses.device_fit import _left_out_lines, _unknown_lines
 from gelcone.devices.device import find_device
+from tests.analyses.said import NAN
+from tests.edited import edited, made
 from tests.plots.made_up import result
 
 
@@ -37,3 +45,54 @@ def test_a_test_that_the_others_contradict_is_refused():
     _, stroke, force = _left_out_lines(fit())
     assert stroke.endswith("chi2 9.5 of 10, p = 0.6")
     assert force.endswith("chi2 40 of 12, p = 0.001: refused")
+
+
+def fit_of_device(**changes):
+    own = {
+        "prior": ("unknown", [0.1, 10.0]), "left": ("unknown", [0.01, 0.02]), "deviation": ("unknown", [-0.25, 0.125]),
+        "value": ("field", [17.25]), "profile_low": ("unknown", [-0.5, NAN]), "profile_high": ("unknown", [0.25, NAN]),
+        "structure_objective": ("structure", [12.0, 11.0, 99.0]), "exponent": (("invariant", "field"), [[1.0]]),
+        "predicted_value": ("prediction", [0.004, NAN]), "predicted_spread": ("prediction", [0.0001, NAN]),
+        "predicted_prior": ("prediction", [0.001, NAN]),
+    }  # fmt: skip
+    coords = {"unknown": ("unknown", ["spring_rate", "gain of the laser"]), "field": ("field", ["spring_rate"]),
+              "structure": ("structure", ["taut", "wrinkling", "membrane"]),
+              "prediction": ("prediction", ["stroke@1.5 kV", "pull-in"])}  # fmt: skip
+    shown = made(own, coords, readings=120, chosen="wrinkling, damper", chi2=118.5, refused=0, p_value=0.5,
+                 film="wrinkling", learnt=1, impossible='{"both": "no rest: anywhere"}', tests='["a", "b"]',
+                 next=json.dumps([[["a step to 1 kV", 0.75], ["a ramp", 0.875]], []]))  # fmt: skip
+    return edited(shown, **changes)
+
+
+def test_a_fitted_device():
+    pump = gelcone.find_device("biased-pump").replace(film="taut")
+    lines = device_fit.device_fit_words(fit_of_device(), pump).splitlines()
+    assert lines[:2] == [
+        "biased pumping cone: fitted to 120 readings, wrinkling, damper",
+        "chi2 = 118.5 of 120 points (p = 0.5): the structure is not refused",
+    ]
+    undecided = "these tests cannot tell wrinkling from taut" if device_fit.UNDECIDED > 1.0 else ""
+    assert lines[2:4] == [
+        "structure both: no rest",
+        "structures compared, chi2 with priors: wrinkling 11; taut 12; membrane 99",
+    ]
+    assert (lines[4] == undecided) == bool(undecided)
+    at = lines.index(next(line for line in lines if line.startswith("  spring_rate")))
+    assert lines[at].split() == ["spring_rate", "17.25", "N/m", "-22.1", "%", "1", "%", "10", "%", "0.10", "more",
+    "than",
+                                 "2", "standard", "deviations", "from", "its", "prior"]  # fmt: skip
+    assert lines[at + 1] == "    95 % by profile: -39.35 to +28.40 %; by curvature -23.63 to -20.58 %"
+    assert lines[at + 2].split() == ["gain", "of", "the", "laser", "+13.3", "%", "2", "%", "none", "0.00"]
+    assert lines[at + 3 :] == [
+        "1 of 1 directions of the fields are learnt from the tests, the others from the priors",
+        "changes that leave every reading as it is (s: any factor):", "  spring_rate x s",
+        "stroke@1.5 kV: 4 mm +- 100 um (2.5 %; from the priors alone 25 %)", "pull-in: none",
+        "next for stroke@1.5 kV, what it would leave of the standard deviation:", "  0.75  a step to 1 kV",
+        "  0.88  a ramp", "next for pull-in, what it would leave of the standard deviation:",
+    ]  # fmt: skip
+    for film, other in (("wrinkling", "taut"), ("taut", "wrinkling"), ("membrane", "wrinkling")):
+        refused = device_fit.verdict(fit_of_device().assign_attrs(refused=1, film=film))
+        assert refused.endswith(f"the intervals below are not to be relied on; try --films {other}")
+        assert "no device of this structure makes these data" in refused
+    plan = device_fit.device_plan_words(fit_of_device(), pump).splitlines()
+    assert plan[0] == "biased pumping cone: plan of 120 readings in 2 tests, wrinkling film"

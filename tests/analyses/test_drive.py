@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
+from gelcone.analyses import (
+    answer,
+    drive,
+)  # fmt: skip
 from gelcone.analyses.drive import drive_words
 from gelcone.analyses.request import Subject
 from gelcone.presets import find_preset
+from tests.analyses.said import INF, NAN, SUBJECT
+from tests.edited import edited, made
 from tests.plots.made_up import result
 
 
@@ -40,3 +46,42 @@ def test_limit_and_kick_are_in_words(kick, words):
     assert words is None or words in text
     assert "stroke changes by, % per %: spring_rate -2, moving_mass +0.5" in text
     assert text.endswith("a change of 1 % ends the motion or its period: film_thickness")
+
+
+def best(**changes):
+    own = {
+        "stroke": (None, 5.0, "mm"), "work": (None, 6.0, "mJ"), "speed": (None, 0.75, "m/s"), "power": (None, 8.0,
+        "mW"),
+        "apparent_power": (None, 90.0, "mVA"), "voltage_bias": (None, 700.0, "V"), "voltage": (None, 400.0, "V"),
+        "drive_frequency": (None, 11.0, "Hz"), "peak_voltage": (None, 1100.0, "V"), "limit_voltage": (None, 1375.0,
+        "V"),
+        "frequency_low": (None, 10.0, "Hz"), "frequency_high": (None, 13.0, "Hz"), "kick": (None, 0.25, "m/s"),
+        "sensitivity": ("field", [0.5, -2.0, NAN]),
+    }  # fmt: skip
+    coords = {"field": ("field", ["moving_mass", "spring_rate", "film_thickness"])}
+    return edited(made(own, coords, largest="stroke", limit="pull-in"), **changes)
+
+
+@pytest.mark.parametrize("largest", ["stroke", "work", "speed", "power"])
+def test_the_best_drive(largest):
+    values = {"stroke": "stroke 5 mm", "work": "work a period 6 mJ", "speed": "rms speed 0.75 m/s",
+              "power": "mean power 8 mW"}  # fmt: skip
+    named = {"stroke": "5 mm", "work": "6 mJ", "speed": "0.75 m/s", "power": "8 mW"}[largest]
+    own = ["voltage_amplitude", "voltage_offset", "frequency", "voltage", "voltage_bias"]
+    lines = drive.drive_words(best().assign_attrs(largest=largest), SUBJECT).splitlines()
+    lines = lines[len(answer.heading(SUBJECT, own)) :]
+    others = ", ".join(text for name, text in values.items() if name != largest)
+    assert lines == [
+        f"largest {largest}: {named} at 11 Hz and 1100 V peak (offset 700 V, amplitude 400 V)",
+        f"  {others}, apparent power 90 mVA",
+        "  limited by pull-in at 1375 V: 20% below it; this voltage stays below all limits from 10 Hz to 13 Hz",
+        "  a kick of 0.25 m/s leads to another motion",
+        "  stroke changes by, % per %: spring_rate -2, moving_mass +0.5",
+        "  a change of 1 % ends the motion or its period: film_thickness",
+    ]
+    free = drive.drive_words(best(limit_voltage=INF, kick=INF, sensitivity=0.5), SUBJECT).splitlines()
+    assert free[-3:-1] == [
+        "  no limit was met at this frequency, up to the highest voltage examined",
+        "  no kick that was tried leads to another motion",
+    ]
+    assert "kick" not in drive.drive_words(best(kick=NAN), SUBJECT)

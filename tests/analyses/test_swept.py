@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone import ConeModel, InputError, find_device
+from gelcone.analyses.request import read_subject
 from gelcone.analyses.swept import example, increasing, read_over, read_states
 
 
@@ -125,3 +127,11 @@ def test_values_of_a_sweep_increase(values, why):
         increasing("--over a", np.array(values))
     assert str(error.value) == f"--over a: {why}"
     assert increasing("--over a", np.array([1.0, 2.0])).tolist() == [1.0, 2.0]
+
+
+def test_examples_of_axes_have_the_units_of_their_names():
+    device = gelcone.find_device("biased-pump")
+    for name, unit in (("frequency", "Hz"), ("displacement", "mm"), ("velocity", "m/s"), ("voltage_amplitude", "V")):
+        assert example(device, name) == f'--over "{name}=5 {unit}:20 {unit}:31"'
+    assert example(None, "voltage") == "--over voltage=0:2:401"
+    assert read_subject().over([example(None, "voltage").removeprefix("--over ")])["voltage"].size == 401

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone.analyses import tables
+from gelcone.analyses import (
+    tables,
+)  # fmt: skip
 from gelcone.codes import Outcome
-from tests.edited import coded, made
+from tests.analyses.said import NAN, said
+from tests.analyses.test_motions import HOLDS
+from tests.edited import coded, edited, labelled, made
 
 
 @pytest.mark.parametrize(
@@ -40,3 +44,24 @@ def test_a_line_for_every_number_but_those_said_apart(apart):
     assert lines == ["the power: 2.5", *states]
     found["outcome"] = int(Outcome.PULLED_IN)
     assert tables._rows(found) == ["failed"]
+
+
+def test_a_table_says_yes_or_no_and_what_a_code_means():
+    found = made({"outcome": 0, "resting": 1, "kind": coded(None, 1, ("none", "the_cone")), "small": (None, 0.005,
+    "mm"),
+                  "large": (None, 12.5, "mm"), "validity_near_limit": 0.0, "validity_breakdown": 0.0})  # fmt: skip
+    for name, text in (("resting", "1 if the disc rests"), ("kind", "the kind"), ("small", "a small number"),
+                       ("large", "a number"), ("outcome", "outcome")):  # fmt: skip
+        found[name].attrs["long_name"] = text
+    for name in ("small", "large"):
+        found[name].attrs["quantity"] = "length"
+    lines = ["the disc rests: yes", "the kind: the cone", "a small number: 5 um", "a number: 12.5 mm"]
+    assert said(tables.table_words, found) == [*lines, HOLDS]
+    assert said(tables.table_words, edited(found, resting=0))[0] == "the disc rests: no"
+    failed = edited(found, outcome=int(Outcome.ERROR), validity_near_limit=NAN, validity_breakdown=NAN)
+    assert said(tables.table_words, failed) == [f"1 of 1 run(s) failed: {Outcome.ERROR.meaning}", "failed"]
+    names = labelled(("voltage", [1.0, 2.0], "V")).rename("voltage")
+    two = xr.concat([found, failed], names)
+    two["voltage"].attrs.update(quantity="parameter", units="V")
+    members = said(tables.table_words, two)[1:3]
+    assert members == [f"  voltage 1 V: {'; '.join(lines)}", "  voltage 2 V: failed"]

@@ -1,12 +1,19 @@
 """Texts of steps, creep, transfer functions and limited amplifiers: each number under its own name."""
 
+import math
+
 import numpy as np
 import xarray as xr
 
+from gelcone.analyses import (
+    trajectories,
+)  # fmt: skip
 from gelcone.analyses import trajectories as runs
 from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome
 from gelcone.presets import find_preset
+from tests.analyses.said import INF, MODEL, NAN, said
+from tests.edited import edited, labelled, made
 from tests.plots.made_up import result
 
 SUBJECT = Subject(find_preset("base").model)
@@ -112,3 +119,224 @@ def test_the_time_at_a_limit_is_in_percent():
     )
     behind = Subject(find_preset("base").model.replace(series_resistance=0.1))
     assert runs._source_lines(shown, behind)[-1] == "  slew limited for 25 % of the time"
+
+
+def response(**more):
+    names = ("hoop_slack", "meridional_slack", "breakdown", "near_limit", "beyond_membrane", "pulled_in")
+    shares = dict(zip(names, (0.125, 0.0, NAN, 0.25, 0.5, 0.0), strict=True))
+    return made(
+        {
+            "displacement": ("time", [-4.0, 3.0, 1.0, 2.0], "mm"), "outcome": 0,
+            **{f"validity_{n}": v for n, v in shares.items()}, "validity_error": 1e-9,
+            "peak_current": (None, 1.5, "mA"), **more,
+        },
+        {"time": ("time", [0.0, 10.0, 20.0, 30.0], "ms")},
+    )  # fmt: skip
+
+
+SHARES = [
+    "share of the time outside the model's validity (mean over members):",
+    "  hoop slack              12.5 %",
+    "  meridional slack         0.0 %",
+    "  above breakdown        unknown (no dielectric strength given)",
+    "  near the stretch limit  25.0 %",
+    "  above membrane pull-in  50.0 %",
+    "  pulled in                0.0 %",
+]
+
+
+RUN = ["run of 30 ms, 1 member(s)", "displacement -4 to 3 mm; in the second half 1 to 2 mm"]
+
+
+def test_a_time_response():
+    assert said(trajectories.simulate_words, response()) == [*RUN, *SHARES]
+    warm = response(heating=(None, 0.75, "K/s"), heat=(None, 6.5, "mW"))
+    assert said(trajectories.simulate_words, warm) == [
+        *RUN, "heat in the film 6.5 mW, which alone warms it by 0.75 K/s", *SHARES
+    ]  # fmt: skip
+    no_membrane = edited(response(), validity_beyond_membrane=NAN, validity_pulled_in=NAN)
+    assert said(trajectories.simulate_words, no_membrane)[2:] == [*SHARES[:5], "  pulled in              unknown"]
+    jumps = edited(response(), peak_current=math.inf)
+    assert said(trajectories.simulate_words, jumps) == [*RUN, trajectories._JUMPS, *SHARES]
+    failed = edited(response(), outcome=int(Outcome.STRETCH_LIMIT))
+    assert said(trajectories.simulate_words, failed) == [RUN[0], f"  1 of 1: {Outcome.STRETCH_LIMIT.meaning}"]
+
+
+def test_a_time_response_of_a_film_that_wrinkles():
+    more = {"film_state_taut": 0.75, "film_state_crumpled": 0.25, "pull_in_kind": 0, "pull_in_time": (None, 12.0, "ms")}
+    more |= {"pull_in_displacement": (None, 14.5, "mm"), "pull_in_voltage": (None, 1700.0, "V")}
+    wrinkles = edited(response(**more), validity_hoop_slack=0.0)
+    film = "film (share of the time): taut 75.0 %, crumpled 25.0 %"
+    shares = [SHARES[0], *SHARES[3:]]  # a film that wrinkles is never compressed
+    assert said(trajectories.simulate_words, wrinkles) == [RUN[0], film, RUN[1], *shares]
+    for kind, word in ((1, "minimum"), (2, "localisation")):
+        pulled = edited(wrinkles, pull_in_kind=kind)
+        assert said(trajectories.simulate_words, pulled)[2] == (
+            f"film pulls in at 12 ms, displacement 14.5 mm, voltage 1700 V ({word})"
+        )
+
+
+def test_what_an_amplifier_delivers_and_loses():
+    behind = Subject(MODEL.replace(series_resistance=0.1))
+    lost = ("damper", "film", "resistor", "leak", "dielectric")
+    found = made(
+        {
+            "outcome": 0, "peak_current": (None, 1.5, "mA"), "peak_charge": (None, 4.5, "uC"),
+            "peak_slew_rate": (None, 2.5, "V/ms"),
+            "rms_voltage": (None, 800.0, "V"), "rms_current": (None, 0.25, "mA"), "apparent_power": (None, 200.0,
+            "mVA"),
+            "supplied_energy": ("time", [0.0, 9.0], "mJ"), "slew_limited": 0.125, "current_limited": 0.25,
+            **{f"{n}_dissipation": ("time", [0.0, k], "mJ") for k, n in enumerate(lost, start=1)},
+        },
+    )  # fmt: skip
+    lines = [
+        "amplifier: up to 1.5 mA, 4.5 uC, 2.5 V/ms; rms in the second half 800 V, 0.25 mA, 200 mVA",
+        "  slew limited for 12.5 % of the time",
+        "  current limited for 25 % of the time",
+        "  supplied 9 mJ, lost: damper 1 mJ, film 2 mJ, resistor 3 mJ, leak 4 mJ, dielectric 5 mJ",
+    ]
+    assert trajectories._source_lines(found, behind) == lines
+    assert trajectories._source_lines(found, Subject(MODEL)) == []
+    assert trajectories._source_lines(found.expand_dims("member"), behind) == []
+    assert trajectories._source_lines(found[["outcome", *list(found)[1:7]]], behind) == lines[:1]
+
+
+def test_sections_turning_points_and_spectra():
+    found = made(
+        {
+            "displacement": ("repeat", [1.0, NAN, -2.0], "mm"), "velocity": ("repeat", [0.5, NAN, 0.25], "m/s"),
+            "outcome": 0,
+        },
+        title="Poincare section",
+    )  # fmt: skip
+    assert said(trajectories.section_words, found) == [
+        "Poincare section, 1 member(s)", "displacement -2 to 1 mm", "velocity 0.25 to 0.5 m/s",
+    ]  # fmt: skip
+    empty = edited(found, displacement=NAN, velocity=NAN, outcome=int(Outcome.OUTSIDE))
+    assert said(trajectories.section_words, empty)[1:] == [f"  1 of 1: {Outcome.OUTSIDE.meaning}"]
+    turns = found.assign(maximum=("repeat", [1, 0, -1]), count=2).assign_attrs(title="extrema")
+    assert said(trajectories.extrema_words, turns)[1:] == [
+        "displacement -2 to 1 mm", "  1 maxima: 1 to 1 mm", "  1 minima: -2 to -2 mm",
+    ]  # fmt: skip
+    assert said(trajectories.extrema_words, turns.assign(count=0, maximum=("repeat", [0, 0, 0])))[-1] == (
+        "no turning points: the disc is at rest by then"
+    )
+
+
+def spectrum(count):
+    k = np.arange(1.0, count + 1)
+    lines = {"ratio": (0.5 * k, "1"), "frequency": (5.0 * k, "Hz"), "amplitude": (2.0**-k, "mm"),
+             "prominence": (10.0 * k, "dB")}  # fmt: skip
+    return made(
+        {
+            "outcome": 0, "rms": (None, 0.75, "mm"), "mean_displacement": (None, 13.5, "mm"),
+            "power_in_lines": 0.875, "flatness": 0.015625,
+            **{f"line_{n}": ("line", v, unit) for n, (v, unit) in lines.items()},
+        },
+    )  # fmt: skip
+
+
+def test_the_spectrum_of_a_run_has_no_lines():
+    """Powers 1, 1, 16, 1, 1 above frequency 0: nine tenths of all begin at the first and end at the last but one."""
+    run = edited(spectrum(1), power_in_lines=NAN).assign(
+        amplitude=("frequency_ratio", [9.0, 1.0, 1.0, 4.0, 1.0, 1.0], {"units": "mm"}),
+        frequency=("frequency_ratio", [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], {"units": "Hz"}),
+    )
+    assert said(trajectories.spectrum_words, run) == [
+        "rms 0.75 mm about 13.5 mm", "of the run of a drive that does not repeat, from its start on; it has no lines",
+        "largest at 6 Hz: 4 mm", "90 % of the power from 2 to 8 Hz; spectral flatness 0.0156",
+    ]  # fmt: skip
+
+
+def test_the_lines_of_a_spectrum():
+    lines = said(trajectories.spectrum_words, spectrum(2))
+    assert lines[:2] == ["rms 0.75 mm about 13.5 mm", "87.5 % of the variance in lines, spectral flatness 0.0156"]
+    assert [line.split() for line in lines[2:]] == [
+        ["frequency/drive", "frequency", "amplitude", "prominence"],
+        ["0.5", "5", "Hz", "0.5", "mm", "10.0", "dB"],
+        ["1", "10", "Hz", "0.25", "mm", "20.0", "dB"],
+    ]
+    assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES))[-1].endswith("80.0 dB")
+    assert said(trajectories.spectrum_words, spectrum(trajectories.PRINTED_LINES + 2))[-1] == "  and 2 more"
+    still = edited(spectrum(2), power_in_lines=NAN, flatness=NAN)
+    assert said(trajectories.spectrum_words, still) == ["the actuator stands still: it has no spectrum"]
+    failed = edited(spectrum(2), outcome=int(Outcome.STEP_LIMIT))
+    assert said(trajectories.spectrum_words, failed) == [f"  1 of 1: {Outcome.STEP_LIMIT.meaning}"]
+    two = xr.concat([spectrum(2), edited(spectrum(2), rms=0.25, power_in_lines=0.5, flatness=0.5)], "member")
+    two["rms"].attrs["units"] = "mm"
+    assert said(trajectories.spectrum_words, two)[1:] == [
+        "rms 0.25 to 0.75 mm", "power in lines 0.5 to 0.875", "flatness 0.01562 to 0.5",
+    ]  # fmt: skip
+
+
+def test_a_step_that_goes_down_and_settles():
+    along = "constant_voltage"
+    values = {"begin": (5.0, "mm"), "end": (2.0, "mm"), "equilibrium": (1.5, "mm"), "rise_time": (12.0, "ms"),
+              "settling_time": (40.0, "ms"), "overshoot": (0.25, "1"), "drift": (0.0125, "1"), "outcome": (0,
+              "1")}  # fmt: skip
+    step = made({n: (along, [v], unit) for n, (v, unit) in values.items()}, {along: (along, [500.0], "V")})
+    assert said(trajectories.step_words, step) == [
+        "before the step: 5 mm",
+        "  500 V: moves by 3 mm to 2 mm (a slow ramp ends at 1.5 mm); rise 12 ms, overshoot 25.0%, settled after 40 "
+        "ms, "
+        "drift at the end 1.25%",
+    ]
+    still = step.assign(
+        {name: step[name].copy(data=[NAN]) for name in ("rise_time", "settling_time", "overshoot", "drift")}
+    )
+    assert said(trajectories.step_words, still)[1] == "  500 V: does not move the disc from 2 mm"
+    slow = step.assign(
+        rise_time=step["rise_time"].copy(data=[5.4e6]), settling_time=step["settling_time"].copy(data=[2.7e7])
+    )
+    assert "; rise 90 min, overshoot 25.0%, settled after 7.5 h, drift" in said(trajectories.step_words, slow)[1]
+
+
+def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
+    along = "constant_voltage"
+    found = made(
+        {
+            "begin": (along, [1.0, 2.0], "mm"), "end": (along, [1.25, NAN], "mm"), "equilibrium": (along, [1.5, NAN],
+            "mm"),
+            "pull_in_time": (along, [INF, NAN], "ms"), "outcome": (along, [0, int(Outcome.STEP_LIMIT)]),
+            "heating": ((along, "time"), [[0.0, 2.0]] * 2, "K/s"), "long_time_voltage": (None, INF, "V"),
+            "instant_voltage": (None, INF, "V"), "holding_voltage": (None, INF, "V"),
+            "margin": labelled(((along, "time"), [[0.5, INF]] * 2)).assign_attrs(infinite_means="never"),
+            "time_to_pull_in": ("held_voltage", [INF], "ms"),
+        },
+        {along: (along, [300.0, 700.0], "V"), "time": ("time", [0.0, 60_000.0], "ms"),
+         "held_voltage": ("held_voltage", [640.0], "V")},
+    )  # fmt: skip
+    assert said(trajectories.creep_words, found) == [
+        "no constant voltage pulls the film in, at once or in the long run",
+        "  300 V: creeps from 1 mm to 1.25 mm in 60 s, in the long run 1.5 mm; warms by 2 K/s; margin to pull-in at "
+        "the "
+        "end: never",
+        f"  700 V: {Outcome.STEP_LIMIT.meaning}",
+    ]
+    cold = found["heating"].copy(data=[[2.0, 1e-7]] * 2)
+    assert (
+        "in the long run 1.5 mm; no longer warms; margin"
+        in said(trajectories.creep_words, found.assign(heating=cold))[1]
+    )
+
+
+def test_voltages_are_written_with_the_digits_that_tell_them_apart():
+    assert trajectories.telling_digits([3359.11, 3359.14, 3359.14, 3416.0]) == 6
+    assert trajectories.telling_digits([3000.0, 3100.0]) == 4
+    assert trajectories.telling_digits([1.0, 1.0 + 1e-15]) == 12
+
+
+def test_transfer_functions_that_were_not_measured():
+    found = made(
+        {
+            "bias_voltage": (None, 900.0, "V"), "equilibrium": (None, 14.0, "mm"), "natural_frequency": (None, 11.0,
+            "Hz"),
+            "resonance": (None, 10.5, "Hz"), "gain": ("drive_frequency", [2.0, 7.0], "mm/kV"),
+            "measured_gain": (("amplitude", "measured_frequency"), np.zeros((0, 0))),
+        },
+        {"drive_frequency": ("drive_frequency", [5.0, 10.0], "Hz"), "measured_frequency": ("measured_frequency", []),
+         "amplitude": ("amplitude", [])},
+    )  # fmt: skip
+    assert said(trajectories.transfer_words, found) == [
+        "about 900 V: displacement 14 mm, natural frequency 11 Hz", "largest gain 7 mm/kV at 10.5 Hz",
+    ]  # fmt: skip

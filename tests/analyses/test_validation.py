@@ -2,7 +2,12 @@
 
 import numpy as np
 
+from gelcone.analyses import (
+    validation,
+)  # fmt: skip
 from gelcone.analyses.validation import _limit_lines, _pull_in_lines
+from tests.analyses.said import NAN
+from tests.edited import edited, made
 from tests.plots.made_up import result
 
 
@@ -23,3 +28,46 @@ def test_each_film_pulls_in_at_its_own_voltage():
         "  at 10 mm: 900 V, the cone above 1100 V, the membrane above 910 V",
     ]
     assert _limit_lines(member)[1:] == ["  50% of the stretch limit at 30 mm, the cone at 40 mm"]
+
+
+def validated(**changes):
+    along = ("constant_voltage", "displacement")
+    own = {
+        "outcome": 0, "radius_ratio": 0.25, "deviation": (along, [[0.125, -0.25, 0.0625]]),
+        "membrane_deviation": (along, [[NAN, 0.0125, -0.025]]), "hoop_slack": (along, [[False, True, False]]),
+        "ending": (along, [[0, 0, 4]]), "mesh_force": ("mesh_elements", [1.0, 1.0]), "mesh_displacement": (None, 6.0,
+        "mm"),
+        "mesh_force_error": ("mesh_elements", [1e-3, 2.5e-4]), "mesh_force_order": ("mesh_elements", [NAN, 2.0]),
+        "mesh_shape_error": ("mesh_elements", [3e-3, 1.5e-3]), "mesh_shape_order": ("mesh_elements", [NAN, 1.0]),
+        "share": ("share", []), "limit_displacement": ("share", []), "cone_limit_displacement": ("share", []),
+    }  # fmt: skip
+    coords = {"constant_voltage": ("constant_voltage", [700.0], "V"), "displacement": ("displacement", [4.0, 6.0, 8.0],
+    "mm"),
+              "mesh_elements": ("mesh_elements", [10, 20])}  # fmt: skip
+    return edited(made(own, coords), **changes)
+
+
+def test_a_cone_against_a_continuum():
+    from gelcone.continuum.path import Ending
+
+    taut = validation._voltage_lines(validated())
+    assert taut == [
+        "disc over film a/b 0.25; cone force over that of the taut continuum, less 1:",
+        "  700 V: +6.2% at 8 mm to +12.5% at 4 mm",
+        f"    1 of 3: {validation.HOOP_SLACK}",
+        f"    1 of 3: {Ending.PULLED_IN.meaning}",
+    ]
+    wrinkles = validated().assign(pull_in_voltage=1.0)
+    assert validation._voltage_lines(wrinkles)[:2] == [
+        "disc over film a/b 0.25; cone force over that of the continuum, both wrinkling, less 1:",
+        "  700 V: -25.0% at 6 mm to +12.5% at 4 mm; the membrane -2.50% at 8 mm to +1.25% at 6 mm",
+    ]
+    assert validation._voltage_lines(edited(validated(), deviation=NAN))[1] == "  700 V: the film is taut nowhere"
+    assert validation._voltage_lines(edited(wrinkles, deviation=NAN))[1] == "  700 V: no film in tension"
+    assert validation._mesh_lines(validated()) == [
+        "mesh at 6 mm: elements, error of the force (order), of the shape (order)", "    10  1.00e-03  3.00e-03",
+        "    20  2.50e-04 (2.00)  1.50e-03 (1.00)",
+    ]  # fmt: skip
+    assert validation._mesh_lines(edited(validated(), mesh_force=NAN)) == []
+    assert validation._pull_in_lines(validated()) == []
+    assert validation._limit_lines(validated()) == []

@@ -1,5 +1,7 @@
 """Diagrams: walks up and down, the states from which changes are narrowed down, and the list of changes."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +15,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.classification import Evidence
 from gelcone.motion.start import nudge
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 
 VALUES = np.array([0.1, 0.2, 0.3, 0.4])
 OPTIONS = {"transient": None, "patience": None, "budget": 1.0, "tolerance": 1e-9}
@@ -143,3 +146,124 @@ def test_no_bisection_is_a_number_of_bisections():
     """What is refused then is something else."""
     with pytest.raises(InputError, match="displacement: belongs to the initial state"):
         module.bifurcation(ConeModel(), "displacement", [0.1, 0.2], bisections=0)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_a_walk_settles_for_the_transient_with_the_tolerance_and_the_threads_of_the_diagram(monkeypatch):
+    """The forcing period is pi/0.5 of a sine at 0.5; a walk of two sweeps is two times a quarter of their work."""
+    shares = []
+    settled = np.zeros((2, 2)), np.zeros(2, dtype=np.int8)
+    asked = record(
+        monkeypatch, module, settle=settled, transient_of=np.array([20.0, 40.0]), _classify=Evidence.blank(8)
+    )
+    plan = Plan(ConeModel(drive_frequency=0.5), {"voltage": VALUES}, (0.7, 0.1), options=OPTIONS | {"transient": 11.0})
+    module._sweep(plan, ["up", "down"], 5, shares.append)
+    assert {call["transient"] for call in asked["transient_of"]} == {11.0}
+    for call in asked["settle"]:
+        assert call["repeats"].tolist() == [4, 7]
+        assert (call["tolerance"], call["threads"]) == (1e-9, 5)
+    (kinds,) = asked["_classify"]
+    assert (kinds["threads"], kinds["plan"] is plan) == (5, True)
+    kinds["progress"](1.0)
+    assert shares == pytest.approx([2.0 * module.WALK / 4.0] * 4 + [2.0 * (1.0 - module.WALK)])
+
+
+def test_a_diagram_hands_each_part_what_it_was_asked_for(monkeypatch):
+    """Two starts of their own, and sweeps from the first of them; branches are seeded by the diagram."""
+    states, options = [(0.7, 0.1), (0.2, 0.3)], {"transient": 11.0, "patience": 12.0, "budget": 13.0, "tolerance": 2e-9}
+    swept, labelled = {"up": Evidence.blank(4)}, xr.Dataset({"made": 1.0})
+    own = [Evidence.blank(4), Evidence.blank(4)]
+    asked = record(
+        monkeypatch, module, _classify=lambda *given: own[len(asked["_classify"]) - 1], _sweep=swept, _label=labelled,
+        _thresholds={"found": 2.0}, attach=lambda diagram, followed: diagram.assign(followed=3.0),
+    )  # fmt: skip
+    followed = []
+    monkeypatch.setattr(
+        module, "plain", {module.continue_branch: lambda *given, **more: followed.append((given, more))}.__getitem__
+    )
+    model = ConeModel()
+    found = module.bifurcation(
+        model, "voltage", VALUES, states, sweeps=("down",), bisections=3, branches=True, threads=5, **options
+    )
+    assert {name: float(found[name]) for name in found} == {"made": 1.0, "found": 2.0, "followed": 3.0}
+    for call, state in zip(asked["_classify"], states, strict=True):
+        np.testing.assert_array_equal(call["states"], [state] * 4)
+        assert call["members"].number("voltage").tolist() == VALUES.tolist()
+        assert (call["threads"], dict(call["plan"].options), call["plan"].initial) == (5, options, state)
+    (sweep,), (label,), (thresholds,) = asked["_sweep"], asked["_label"], asked["_thresholds"]
+    assert (sweep["sweeps"], sweep["threads"], sweep["plan"].initial) == (("down",), 5, (0.7, 0.1))
+    assert list(label["branches"]) == ["up", "from 0.7,0.1", "from 0.2,0.3"]
+    assert [label["branches"][name] for name in label["branches"]] == [swept["up"], *own]
+    assert label["plan"] is sweep["plan"]
+    assert thresholds["branches"] is label["branches"]
+    assert {name: plan.initial for name, plan in thresholds["plans"].items()} == {
+        "from 0.7,0.1": (0.7, 0.1), "from 0.2,0.3": (0.2, 0.3),
+    }  # fmt: skip
+    assert (thresholds["bisections"], thresholds["threads"]) == (3, 5)
+    (((given), more),) = followed
+    assert given == (model, "voltage", 0.1, 0.4, (0.7, 0.1))
+    assert more["threads"] == 5
+    assert {name: float(more["start"][name]) for name in more["start"]} == {"made": 1.0, "found": 2.0}
+
+
+def test_a_diagram_holds_the_evidence_of_each_branch_over_the_values():
+    """With the numbers of the start and the budgets as its options."""
+    up, fixed = Evidence.blank(4), Evidence.blank(4)
+    up.lowest[:], fixed.lowest[:] = numbers(4, at=1.0), numbers(4, at=2.0)
+    found = module._label(PLAN, {"up": up, "from 0.7,0.1": fixed})
+    assert found["branch"].values.tolist() == ["up", "from 0.7,0.1"]
+    np.testing.assert_array_equal(found["voltage"], VALUES)
+    np.testing.assert_array_equal(found["lowest"], [numbers(4, at=1.0), numbers(4, at=2.0)])
+    assert found.attrs["parameter"] == "voltage"
+    assert json.loads(found.attrs["options"]) == {"initial": [0.7, 0.1], **OPTIONS}
+
+
+def test_thresholds_are_narrowed_down_with_the_evidence_from_the_state_that_each_was_met_in(monkeypatch):
+    """Two changes on two branches; each tried value starts from its own change's state."""
+    one = Threshold("up", Regime.REST, Regime.PERIODIC, 0.1, 0.2)
+    other = Threshold("down", Regime.CHAOTIC, Regime.REST, 0.3, 0.4)
+
+    def refined(found, classified, halvings, progress):
+        asked["evidence"] = classified([other, one, other], np.array([0.31, 0.11, 0.32]))
+        one.low, one.high, other.low, other.high = 0.12, 0.13, 0.34, 0.35
+        progress(1.0)
+
+    asked = record(
+        monkeypatch, module, changes=lambda branch, values, evidence: [{"up": one, "down": other}[branch]],
+        _met=lambda plans, change, evidence, values: np.array([change.low, 9.0]), refine=refined, _classify="evidence",
+    )  # fmt: skip
+    branches = {"up": Evidence.blank(4), "down": Evidence.blank(4)}
+    shares = []
+    found = xr.Dataset(module._thresholds({"fixed": PLAN}, branches, 3, 5, shares.append))
+    assert [call["evidence"] for call in asked["changes"]] == [branches["up"], branches["down"]]
+    assert [call["evidence"] for call in asked["_met"]] == [branches["up"], branches["down"]]
+    (kinds,), (narrowing,) = asked["_classify"], asked["refine"]
+    np.testing.assert_allclose(kinds["states"], [[0.3, 9.0], [0.1, 9.0], [0.3, 9.0]])
+    np.testing.assert_allclose(kinds["members"].number("voltage"), [0.31, 0.11, 0.32])
+    assert (kinds["threads"], narrowing["halvings"], asked["evidence"]) == (5, 3, "evidence")
+    assert shares == [1.0]
+    expected = {
+        "branch": ["up", "down"], "from": [Regime.REST, Regime.CHAOTIC], "to": [Regime.PERIODIC, Regime.REST],
+        "low": [0.12, 0.34], "high": [0.13, 0.35], "cascade": [0, 0],
+    }  # fmt: skip
+    assert {name: found[f"threshold_{name}"].values.tolist() for name in expected} == expected
+
+
+def test_kinds_are_found_chunk_by_chunk_with_the_options_of_the_plan(monkeypatch):
+    monkeypatch.setattr(module, "CHUNK", 3)
+
+    def classify(members, states, **options):
+        options["progress"](1.0)
+        evidence = Evidence.blank(members.size)
+        evidence.lowest[:] = states[:, 0] + members.number("voltage")
+        return evidence
+
+    asked, shares = record(monkeypatch, module, classify=classify), []
+    members, states = ConeModel(voltage=VALUES).members(), numbers(4, 2)
+    found = module._classify(PLAN, members, states, 5, shares.append)
+    np.testing.assert_allclose(found.lowest, states[:, 0] + VALUES)
+    assert shares == [0.75, 0.25]
+    for call in asked["classify"]:
+        assert {name: call[name] for name in (*OPTIONS, "threads")} == OPTIONS | {"threads": 5}

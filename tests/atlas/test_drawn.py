@@ -1,6 +1,7 @@
 """An analysis of every draw is that of each device alone; membranes between others are interpolated to what is said."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,9 +10,13 @@ import xarray as xr
 
 import gelcone
 from gelcone.atlas import drawn
+from gelcone.atlas.plan import Plan
 from gelcone.devices.analysis import plain
+from gelcone.devices.scales import MEASURES
 from gelcone.membrane.gel import Array
 from gelcone.physics.film import pull_in
+from gelcone.statistics import spread
+from tests.recorded import numbers, record
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
 DRAWS = {"moving_mass": np.array([4.8e-3, 5.0e-3, 5.3e-3]), "film_thickness": np.array([2.1e-4, 1.9e-4, 2.0e-4])}
@@ -257,3 +262,171 @@ def test_fields_about_zero_are_said_by_mean_and_deviation():
     offsets = np.array([-30.0, 0.0, 30.0])
     found = gelcone.over_draws(PUMP, {"voltage_offset": offsets}, "datasheet", voltages=["1 kV"])
     assert f"voltage_offset 0 ± {np.std(offsets):.2g}" in gelcone.in_words(found)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+CONE = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
+
+
+def drawn_of(model, count=3):
+    """A plan of draws of the damping alone, or of a mass."""
+    draws = (
+        {"damping_ratio": numbers(count, at=0.0)}
+        if isinstance(model, gelcone.ConeModel)
+        else {"moving_mass": DRAWS["moving_mass"]}
+    )
+    return drawn._Drawn(Plan(model, {}, None, draws))
+
+
+def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
+    """The second of three draws is refused; limits count with the margin, up to the highest peak of each draw."""
+    of, counted = drawn_of(CONE), []
+    nominal = SimpleNamespace(default_frequencies=lambda peak: np.array([0.5, 0.75]) + (abs(peak - 0.9) > 1e-9))
+    omegas, static = [0.5, 0.75], np.array([np.nan, 2.0, 0.5, np.inf, np.nan, 1.25])
+
+    def planes(model, threads, limits_from):
+        if model == CONE:
+            return nominal
+        if model.damping_ratio == numbers(3)[1]:
+            raise gelcone.InputError("this one is refused")
+        return model
+
+    def window(plane, omegas, peaks, progress):
+        progress(1.0)
+        at = float(plane.damping_ratio)
+        low = np.full((2, 7), np.inf)
+        low[0, [1, 2]], low[1, 0] = (0.75 + at, 0.875), np.nan
+        return {"low": low, "high": low + 0.25}, static + at
+
+    asked = record(monkeypatch, drawn, plane_of=planes, _window=window, peaks_of=np.array([0.1, 0.9]))
+    variables, outcome, options = drawn._windows(of, {"margin": 0.25, "limits_from": "both"}, 5, counted.append)
+    assert {(call["threads"], call["limits_from"]) for call in asked["plane_of"]} == {(5, "both")}
+    assert [call["plane"].damping_ratio for call in asked["_window"]] == numbers(3)[[0, 2]].tolist()
+    for call in asked["_window"]:
+        assert (call["omegas"].tolist(), call["peaks"].tolist()) == (omegas, [0.1, 0.9])
+    assert outcome.tolist() == [0, gelcone.Outcome.ERROR, 0]
+    at = np.array([numbers(3)[0], np.nan, numbers(3)[2]])
+    value = {name: variable[1] for name, variable in variables.items()}
+    np.testing.assert_allclose(value["recommended_peak"], 0.75 * (0.5 + at)[:, None] + [[0.0, 0.0]])
+    np.testing.assert_allclose(value["recommended_constant"], 0.75 * (0.5 + at))
+    np.testing.assert_allclose(value["static_limit_voltage"], static + at[:, None])
+    np.testing.assert_allclose(value["limit_low"][:, 1, 0], 0.75 + at)
+    np.testing.assert_allclose(value["limit_high"][:, 2, 0], 1.125 + 0.0 * at)
+    assert value["first_limit"].tolist() == [[1, -1], [-1, -1], [1, -1]]
+    np.testing.assert_allclose(value["own_peak"], [0.9] * 3)
+    np.testing.assert_allclose(value["own_frequency"], [CONE.drive_frequency] * 3)
+    assert value["drive_frequency"].tolist() == omegas
+    assert options == {"margin": 0.25, "limits_from": "both", "highest_peak": 0.9}
+    assert sum(counted) == pytest.approx(1.0)
+    own = {"frequencies": np.array([[0.5, 0.75]] * 3), "peaks": np.array([[0.1, 0.9], [0.1, 0.8], [0.1, 0.25]])}
+    monkeypatch.setattr(drawn._Drawn, "axis", lambda of, name, *given: (own[name][0], own[name]))
+    value = drawn._windows(of, {}, 5, None)[0]
+    np.testing.assert_allclose(value["recommended_peak"][1][2], [0.8 * 0.25] * 2)
+    assert value["recommended_constant"][1][2] == pytest.approx(0.8 * 0.25)
+
+
+def test_a_draw_is_examined_up_to_its_own_pull_in(monkeypatch):
+    static = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    asked = record(monkeypatch, drawn, static_limits_of=("curves", static), driven="found")
+    found = drawn._window("plane", "omegas", np.array([0.1, 0.9]), "progress")
+    assert found[0] == "found"
+    assert found[1] is static
+    (call,) = asked["driven"]
+    wanted = {"plane": "plane", "omegas": "omegas", "refine": False, "progress": "progress", "pull_in": 0.6}
+    assert {name: call[name] for name in wanted} == wanted
+    assert call["ceiling"] == np.inf
+
+
+def test_an_axis_is_shared_in_si_and_each_draws_own_without_units():
+    of = drawn_of(PUMP)
+    shared, each = of.axis("frequencies", "frequency", ["8 Hz", "10 Hz"], None)
+    scales = [PUMP.replace(moving_mass=float(mass)).scales.frequency for mass in DRAWS["moving_mass"]]
+    np.testing.assert_allclose(each, shared / np.array(scales)[:, None])
+    assert np.ptp(scales) > 0.0
+    given, own = of.axis("frequencies", "frequency", None, lambda: [0.5, 0.75])
+    np.testing.assert_allclose(given, np.array([0.5, 0.75]) * PUMP.scales.frequency)
+    np.testing.assert_allclose(own, given / np.array(scales)[:, None])
+    with pytest.raises(gelcone.InputError, match="frequencies: must be at least 2 positive numbers that increase"):
+        of.axis("frequencies", "frequency", ["10 Hz", "8 Hz"], None)
+
+
+def response_of(count, at=0.0):
+    """Made-up responses of some members at two frequencies; the members' second sweep ended in the second one."""
+    dims = ("member", "branch", "step")
+    outcome = np.zeros((count, 2, 2), dtype=np.int8)
+    outcome[:, 1, 1] = 3
+    return xr.Dataset(
+        {"stroke": (dims, numbers(count, 2, 2, at=at), {"units": "1"}), "outcome": (dims, outcome),
+         "jump_member": ("jump", [count - 1, count - 1])},
+        {"harmonic": ("harmonic", [1, 2])},
+    )  # fmt: skip
+
+
+def test_the_responses_of_draws_are_those_of_their_members_at_their_own_frequencies_and_starts(monkeypatch):
+    monkeypatch.setattr(drawn, "AT_ONCE", 2)
+    asked, shares = [], []
+
+    def responses(model, omegas=None, initial=None, **options):
+        asked.append((model, omegas, initial, options))
+        if omegas is None:
+            return xr.Dataset(coords={"drive_frequency": [0.5, 0.75]})
+        if options["progress"] is not None:
+            options["progress"](1.0)
+        return response_of(model.size, at=10.0 * len(asked))
+
+    monkeypatch.setattr(drawn, "plain", {drawn.frequency: responses}.__getitem__)
+    of = drawn._Drawn(Plan(CONE, {}, (0.25, 0.5), {"damping_ratio": numbers(3), "voltage": numbers(3, at=0.25)}))
+    given = {"tolerance": 2e-9, "patience": 12.0}
+    variables, outcome, _ = drawn._responses(of, given, 5, shares.append)
+    (nominal, *parts) = asked
+    assert (nominal[0], nominal[1], tuple(nominal[2]), nominal[3]) == (CONE, None, (0.25, 0.5), {"threads": 5})
+    for (model, omegas, initial, options), rows in zip(parts, ([0, 1], [2]), strict=True):
+        assert model.damping_ratio.tolist() == numbers(3)[rows].tolist()
+        assert model.voltage.tolist() == numbers(3, at=0.25)[rows].tolist()
+        np.testing.assert_allclose(omegas, [[0.5, 0.75]] * len(rows))
+        np.testing.assert_array_equal(initial, [[0.25, 0.5]] * len(rows))
+        assert {name: options[name] for name in given} == given
+        assert options["threads"] == 5
+    assert variables["jumps"][1].tolist() == [0, 2, 2]
+    whole = np.concatenate([numbers(2, 2, 2, at=20.0), numbers(1, 2, 2, at=30.0)])
+    assert variables["stroke"][0] == ("branch", "drive_frequency")
+    np.testing.assert_array_equal(variables["stroke"][1], whole)
+    assert outcome.tolist() == [3, 3, 3]
+    assert variables["drive_frequency"][1].tolist() == [0.5, 0.75]
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_sheet_has_the_ends_of_its_figures_over_all_draws_at_the_voltages_above_0(monkeypatch):
+    """One of four draws is refused; voltages are given on in the units in which they are read."""
+    volts = {"units": "V"}
+    made = []
+
+    def sheet(model, voltages=None, *, threads):
+        made.append((model, voltages, threads))
+        k = float(len(made))
+        if k == 4.0:
+            raise gelcone.InputError("refused")
+        along = ("constant_voltage", [0.0, k, 2.0 * k])
+        return xr.Dataset(
+            {"free_stroke": along, "mass": 10.0 * k},
+            {"constant_voltage": ("constant_voltage", [0.0, 500.0, 900.0], volts)},
+        )
+
+    monkeypatch.setattr(drawn, "find_analysis", lambda name: SimpleNamespace(call=sheet))
+    plan = Plan(PUMP, {}, None, {"moving_mass": np.array([4e-3, 5e-3, 6e-3, 9e-3])})
+    shares = []
+    found = drawn._sheet(plan, {"voltages": "given"}, 5, shares.append)
+    assert made[0] == (PUMP, "given", 5)
+    for (device, voltages, threads), mass in zip(made[1:], plan.draws["moving_mass"], strict=True):
+        assert (float(device.moving_mass), threads) == (mass, 5)
+        np.testing.assert_allclose(voltages, np.array([500.0, 900.0]) / MEASURES["voltage"].per_unit)
+    low, _, high = spread(np.array([20.0, 30.0, np.nan, 50.0]))
+    assert (float(found["mass"]), float(found["mass_low"]), float(found["mass_high"])) == (10.0, low, high)
+    ends = spread(np.array([[0.0, k, 2.0 * k] for k in (2.0, 3.0, np.nan, 5.0)]))
+    np.testing.assert_allclose(found["free_stroke_low"], ends[0])
+    np.testing.assert_allclose(found["free_stroke_high"], ends[2])
+    assert (found.attrs["draws"], found.attrs["failed"]) == (4, 1)
+    mass = plan.draws["moving_mass"]
+    assert json.loads(found.attrs["drawn"])["moving_mass"] == pytest.approx(mass.std() / mass.mean())
+    assert shares == [0.25] * 4

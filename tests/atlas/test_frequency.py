@@ -23,6 +23,7 @@ from gelcone.motion.stepping import Falls, Walk
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
+from tests.recorded import numbers, record
 
 LINEAR = ConeModel(
     damping_ratio=0.1, voltage=1e-4, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, stretch_limit=1e6
@@ -532,3 +533,153 @@ def test_branches_begin_with_all_swept_motions_and_with_those_from_fixed_states(
     np.testing.assert_array_equal(runs.section[:, 0, 0], [*range(10, 15), np.nan, *range(9)])
     assert runs.period.tolist() == [1] * 5 + [0] + [1] * 9
     assert runs.arrived.tolist() == [True] * 5 + [False] + [True] * 9
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+SEARCH = {"transient": 11.0, "patience": 12.0, "tolerance": 2e-9, "threads": 5}
+FLOW = {"tolerance": 2e-9, "threads": 5}
+
+
+def numbered(*shape, at=0.0):
+    """Swings in which no two numbers are equal."""
+    blank = Swing.blank(*shape)
+    own = {name: numbers(*values.shape, at=at + k) for k, (name, values) in enumerate(vars(blank).items())}
+    own |= {
+        "period": np.ones(shape, dtype=int),
+        "resting": np.zeros(shape, dtype=bool),
+        "outcome": np.zeros(shape, np.int8),
+    }
+    return Swing(**own)
+
+
+@pytest.mark.parametrize("branches", [False, True])
+@pytest.mark.parametrize("given", [False, True])
+def test_a_response_hands_each_part_what_it_was_asked_for(monkeypatch, given, branches):
+    """Two sweeps of each member, from its own start; frequencies are filled in where none are given."""
+    model = ConeModel(damping_ratio=0.1) if branches or not given else ConeModel(damping_ratio=[0.1, 0.2])
+    count, grid, shares = model.size, np.array([0.5, 0.75, 1.0]), []
+    swept, filled = numbered(2 * count, 3, at=10.0), numbered(2, 4, at=50.0)
+    finer = np.tile([0.5, 0.6, 0.75, 1.0], (2, 1))
+    asked = record(
+        monkeypatch, module, _around_resonance=grid, _sweep=(swept, "falls", "trail"), _peaks="peaks", _jumps="jumps",
+        _bends_filled=(finer, filled), _label=xr.Dataset({"made": 1.0}), _jump_variables={"jump": 2.0},
+        _with_branches=lambda *given: given[1].assign(followed=3.0),
+    )  # fmt: skip
+    initial = numbers(*model.shape, 2)
+    found = frequency(model, grid if given else None, initial, branches=branches, progress=shares.append, **SEARCH)
+    made = {"made": 1.0, "jump": 2.0} | ({"followed": 3.0} if branches else {})
+    assert {name: float(found[name]) for name in found} == made
+    (sweep,), (peaks,), (jumps,), (label,) = (asked[name] for name in ("_sweep", "_peaks", "_jumps", "_label"))
+    own = np.atleast_2d(initial)
+    np.testing.assert_array_equal(sweep["initial"], np.repeat(own, 2, axis=0))
+    np.testing.assert_array_equal(sweep["grids"], [grid] * 2 * count)
+    assert sweep["model"].damping_ratio.tolist() == np.repeat(np.ravel(model.damping_ratio), 2).tolist()
+    for call in (sweep, peaks, jumps):
+        assert call["search"] == SEARCH
+    assert (peaks["trail"], peaks["falls"], peaks["model"]) == ("trail", "falls", sweep["model"])
+    assert (jumps["falls"], jumps["model"].size) == ("falls", count)
+    np.testing.assert_array_equal(jumps["swept"].lowest, swept.lowest.reshape(count, 2, 3))
+    shown = swept if given else filled
+    np.testing.assert_array_equal(label["swept"].lowest, shown.lowest.reshape(count, 2, -1))
+    np.testing.assert_array_equal(label["grid"], [grid] * count if given else finer[:1])
+    assert (label["shared"], label["peaks"]) == (True, "peaks")
+    options = {"initial": initial.tolist(), "nudge": module.NUDGE} | SEARCH
+    del options["threads"]
+    assert label["options"] == options
+    assert asked["_jump_variables"] == [{"jumps": "jumps", "ensemble": count > 1}]
+    if not given:
+        (bends,) = asked["_bends_filled"]
+        assert bends["search"] == SEARCH
+        assert bends["swept"] is swept
+        np.testing.assert_array_equal(bends["initial"], sweep["initial"])
+    if branches:
+        (followed,) = asked["_with_branches"]
+        assert (followed["model"], followed["search"]) == (model, SEARCH)
+        np.testing.assert_array_equal(followed["initial"], own)
+        np.testing.assert_array_equal(followed["swept"].lowest, shown.lowest.reshape(1, 2, -1))
+    parts = [call["progress"] for call in (sweep, peaks, jumps, *asked["_bends_filled"], *asked["_with_branches"])]
+    for part in parts:
+        part(1.0)
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_frequencies_lie_around_the_natural_one_under_the_bias(monkeypatch):
+    asked = record(monkeypatch, module, natural_frequency=2.0, equilibrium_under_bias=0.75)
+    model = ConeModel(voltage_bias=0.3)
+    np.testing.assert_allclose(module._around_resonance(model), 2.0 * np.geomspace(*SPAN))
+    assert asked["natural_frequency"] == [{"model": model, "voltage": 0.3, "displacement": 0.75}]
+    assert asked["equilibrium_under_bias"] == [{"model": model, "bias": 0.3}]
+
+
+def test_harmonics_and_validity_are_those_of_motions_that_ran_at_their_own_frequencies(monkeypatch):
+    """Some at a time; what failed stays unknown."""
+    monkeypatch.setattr(module, "AT_ONCE", 2)
+    swept, grids = numbered(2, 2, at=10.0), np.array([[0.5, 0.75], [1.0, 1.25]])
+    swept.outcome[0, 1] = Outcome.PULLED_IN
+    before = swept.take(...)
+    seen = {2: numbered(2, at=40.0), 1: numbered(1, at=70.0)}
+    asked = record(monkeypatch, module, swing=lambda members, states, period, **options: seen[members.size])
+    module._look_at_all(ConeModel(damping_ratio=[0.1, 0.2]).members(), grids, swept, SEARCH)
+    for call, rows, columns in zip(asked["swing"], ([0, 1], [1]), ([0, 0], [1]), strict=True):
+        np.testing.assert_array_equal(call["members"].number("drive_frequency"), grids[rows, columns])
+        np.testing.assert_array_equal(call["members"].damping_ratio, np.array([0.1, 0.2])[rows])
+        np.testing.assert_array_equal(call["states"], before.final[rows, columns])
+        np.testing.assert_array_equal(call["period"], before.period[rows, columns])
+        assert {name: call[name] for name in FLOW} == FLOW
+        assert not {"transient", "patience"} & call.keys()
+        np.testing.assert_array_equal(swept.harmonics[rows, columns], seen[len(rows)].harmonics)
+        np.testing.assert_array_equal(swept.validity[rows, columns], seen[len(rows)].validity)
+    np.testing.assert_array_equal(swept.harmonics[0, 1], before.harmonics[0, 1])
+
+
+def test_a_peak_lies_as_low_and_as_high_as_a_fall_that_touches_its_bracket(made_up):
+    """Ends of a fall beyond either end of the bracket widen it on that side; a fall elsewhere does not."""
+    met = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]])
+    trail = SimpleNamespace(sorted=lambda: (met, resonance(met), np.ones((1, 5), int), np.zeros((1, 5, 2))))
+    brackets = []
+    for fall in ((1.1, PLACE), (PLACE, 1.75), (1.5, 1.7)):
+        ends = np.full((2, 1, 5), np.nan)
+        ends[:, 0, 2] = fall
+        found = module._peaks(RESTING.members(), trail, Falls(ends[0], ends[1], None), None, {})
+        brackets.append((float(found.low[0]), float(found.high[0])))
+    narrow = brackets[2]
+    assert brackets[0] == (1.1, narrow[1])
+    assert brackets[1] == (narrow[0], 1.75)
+    assert 1.33 < narrow[0] < PLACE < narrow[1] < 1.45
+
+
+def test_a_response_is_labelled_with_each_of_its_numbers(monkeypatch):
+    """The linear response has the first two harmonics; strokes are twice amplitudes, and so are those of jumps."""
+    model, grid = ConeModel(damping_ratio=0.1), np.array([[0.5, 0.75, 1.0]])
+    swept = numbered(1, 2, 3, at=10.0)
+    swept = Swing(**(vars(swept) | {"harmonics": swept.harmonics * np.exp(0.5j)}))
+    harmonics = np.exp(0.25j) * numbers(1, 2, 3, at=3.0)
+    linear = SimpleNamespace(stroke=numbers(1, 3, at=2.0), harmonics=harmonics)
+    asked = record(monkeypatch, module, linear_response=linear)
+    peaks = module._Peaks(*(numbers(2, at=20.0 + k) for k in range(5)))
+    found = module._label(model, grid, True, swept, peaks, {"options": 1})
+    np.testing.assert_array_equal(asked["linear_response"][0]["frequencies"], grid)
+    own = swept.take(0)
+    expected = {
+        "amplitude": own.amplitude, "stroke": own.highest - own.lowest, "lowest": own.lowest, "highest": own.highest,
+        "period": own.period, "resting": own.resting, "harmonic_amplitude": np.moveaxis(np.abs(own.harmonics), -1, 1),
+        "harmonic_phase": np.moveaxis(own.phases, -1, 1), "linear_stroke": linear.stroke[0], "outcome": own.outcome,
+        "drive_frequency": grid[0],
+    }  # fmt: skip
+    names = ("frequency", "low", "high", "amplitude", "amplitude_error")
+    expected |= {f"peak_{name}": numbers(2, at=20.0 + k) for k, name in enumerate(names)}
+    for name, values in expected.items():
+        np.testing.assert_allclose(found[name], values, err_msg=name)
+    np.testing.assert_allclose(found["linear_amplitude"][:2], np.abs(harmonics[0]))
+    np.testing.assert_allclose(found["linear_phase"][:2], np.degrees(0.25))
+    assert (found["linear_amplitude"].values[2:] == 0.0).all()
+    assert np.isnan(found["linear_phase"].values[2:]).all()
+    assert found["branch"].values.tolist() == ["up", "down"]
+    jumps = module._Jumps(np.array([1, 0]), np.array([1, 0]), *(numbers(2, at=30.0 + k) for k in range(4)))
+    table = xr.Dataset(module._jump_variables(jumps, True))
+    assert table["jump_branch"].values.tolist() == ["down", "up"]
+    assert table["jump_member"].values.tolist() == [1, 0]
+    for k, (name, by) in enumerate((("low", 1.0), ("high", 1.0), ("from", 2.0), ("to", 2.0))):
+        np.testing.assert_allclose(table[f"jump_{name}"], by * numbers(2, at=30.0 + k), err_msg=name)
+    assert "jump_member" not in module._jump_variables(jumps, False)

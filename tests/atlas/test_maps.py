@@ -20,6 +20,7 @@ from gelcone.motion.floquet import onset_voltage, tongues
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis
+from tests.recorded import numbers, record
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 300.0, "budget": 1500.0, "patience": 600.0}
@@ -281,3 +282,98 @@ def test_sweeps_and_states_are_checked():
         bifurcation(FAST, "displacement", [0.1, 0.2])
     with pytest.raises(InputError, match="not from an ensemble"):
         bifurcation(FAST.replace(voltage=[0.1, 0.2]), "damping_ratio", [0.1, 0.2])
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+BUDGETS = {"transient": 11.0, "patience": 12.0, "budget": 13.0, "tolerance": 2e-9}
+OVER = {"voltage": [0.1, 0.2], "damping_ratio": [0.1, 0.2, 0.3]}
+
+
+def test_a_map_is_the_sweep_of_its_plan_and_what_is_asked_for_also_takes_half_of_the_work(monkeypatch):
+    asked, shares = {}, []
+
+    def sweeps(plan, analysis="regime", **options):
+        options["progress"](1.0)
+        asked[analysis] = plan, options
+        return xr.Dataset({"power": (tuple(plan.over), numbers(2, 3))} if analysis == "settled" else {"regime": 1})
+
+    monkeypatch.setattr(module, "plain", {module.sweep: sweeps}.__getitem__)
+    rest = {"coarsest": 2, "store": "folder", "threads": 5}
+    found = map(FAST, OVER, (0.25, 0.5), also="power", progress=shares.append, **rest, **BUDGETS)
+    np.testing.assert_array_equal(found["power"], numbers(2, 3))
+    assert found.attrs["title"] == "parameter map"
+    (plan, options), (power, more) = asked["regime"], asked["settled"]
+    assert {name: options[name] for name in rest} == rest
+    assert (dict(plan.options), plan.initial, plan.model) == (BUDGETS, (0.25, 0.5), FAST)
+    assert more["threads"] == 5
+    assert (power.initial, power.model, power.options) == ((0.25, 0.5), FAST, {})
+    for name, values in OVER.items():
+        assert power.over[name].tolist() == values
+    assert shares == [0.5, 0.5]
+    shares.clear()
+    map(FAST, OVER, also="margin", progress=shares.append)
+    assert shares == [1.0]
+
+
+def test_the_margin_is_what_the_peak_is_below_the_voltage_of_the_jump_where_the_film_can_rest(monkeypatch):
+    """Of 0.1 and 0.2 over 0.8 in all cells but those beyond their stretch limit."""
+    plan = Plan(FAST, {"voltage": [0.1, 0.2], "stretch_limit": [1e-3, 50.0]})
+    stretched = Plan(FAST.replace(prestretch=1.2), plan.over)
+    asked = record(monkeypatch, module, jump_voltages=lambda part: (np.full(part.size, 0.8), None))
+    found = module.with_quantity(xr.Dataset(), stretched, "margin")
+    np.testing.assert_allclose(found["margin"], [[np.nan, 0.875], [np.nan, 0.75]])
+    assert asked["jump_voltages"][0]["model"].values["stretch_limit"].tolist() == [50.0, 50.0]
+    known = xr.Dataset({"power": 1.0})
+    assert module.with_quantity(known, plan, "power") is known
+    assert module.with_quantity(known, plan, None) is known
+
+
+def test_a_basin_has_one_line_for_each_attractor_and_chaos_that_ends_is_what_it_ends_in(monkeypatch):
+    """Rest from three of six states, a cycle from two, one of each after chaos; none of one."""
+    over, asked = {"displacement": [0.1, 0.2], "velocity": [0.0, 0.5, 1.0]}, {}
+    ends = Regime.TRANSIENT_CHAOS
+    kinds = [[Regime.REST, ends, Regime.REST], [Regime.PERIODIC, ends, Regime.TRANSIENT]]
+    period = [[0, 0, 0], [2, 2, 0]]
+    lowest, highest = ([[low, low, low], [high, high, 9.0]] for low, high in ((0.25, 0.5), (0.25, 0.75)))
+    growth = np.stack([numbers(2, 3, at=-1.0), numbers(2, 3, at=-2.0)], axis=-1)
+
+    def sweeps(plan, **options):
+        asked.update(options, plan=plan)
+        dims = tuple(plan.over)
+        own = {
+            "regime": kinds,
+            "period": period,
+            "lowest": lowest,
+            "highest": highest,
+            "status": period,
+            "source": period,
+        }
+        return xr.Dataset(
+            {n: (dims, np.array(v)) for n, v in own.items()} | {"lyapunov": ((*dims, "exponent"), growth)}
+        )
+
+    monkeypatch.setattr(module, "plain", {module.sweep: sweeps}.__getitem__)
+    found = basin(FAST, over, threads=5, progress="progress", **BUDGETS)
+    assert (asked["threads"], asked["progress"]) == (5, "progress")
+    assert (dict(asked["plan"].options), asked["plan"].initial) == (BUDGETS, (0.0, 0.0))
+    assert found["attractor"].values.tolist() == [[0, 0, 0], [1, 1, -1]]
+    np.testing.assert_allclose(found["attractor_share"], [0.5, 1.0 / 3.0])
+    assert found["attractor_regime"].values.tolist() == [Regime.REST, Regime.PERIODIC]
+    assert found["attractor_period"].values.tolist() == [0, 2]
+    assert found["attractor_lowest"].values.tolist() == [0.25, 0.5]
+    assert found["attractor_highest"].values.tolist() == [0.25, 0.75]
+    np.testing.assert_array_equal(found["attractor_lyapunov"], growth[[0, 1], 0, 0])
+    assert not {"status", "source"} & set(found)
+
+
+def test_cells_are_on_one_attractor_where_kind_period_and_both_ends_are_the_same():
+    """Chaos is one whatever its ends."""
+    kinds = [Regime.PERIODIC] * 5 + [Regime.CHAOTIC] * 2
+    cells = {
+        "regime": np.array(kinds), "period": np.array([1, 1, 2, 1, 1, 0, 0]),
+        "lowest": np.array([0.5, 0.5001, 0.5, 0.25, 0.5, 0.1, 0.2]),
+        "highest": np.array([1.5, 1.5, 1.5, 1.5, 1.25, 1.1, 1.2]),
+    }  # fmt: skip
+    assert [module._same(cells, 0, k) for k in range(6)] == [True, True, False, False, False, False]
+    assert module._same(cells, 5, 6)

@@ -7,6 +7,7 @@ import gelcone
 from gelcone.atlas.plan import Plan, about
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers
 from tests.toys import FilteredVoltage
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
@@ -15,15 +16,17 @@ FILTERED = ConeModel(circuit=FilteredVoltage(), voltage=0.3, rest_height=0.2)
 
 def test_the_first_name_varies_slowest_and_draws_fastest():
     plan = Plan(
-        ConeModel(), {"voltage": [0.1, 0.2], "displacement": [0.3, 0.4, 0.5]}, draws={"damping_ratio": [0.05, 0.01]}
-    )
+        ConeModel(), {"voltage": [0.1, 0.2], "displacement": [0.3, 0.4, 0.5]}, draws={"damping_ratio": [0.05, 0.01],
+        "rest_height": [0.3, 0.6]},
+    )  # fmt: skip
     assert (plan.dims, plan.shape, plan.size) == (("voltage", "displacement", "draw"), (2, 3, 2), 12)
     grid = plan.grid
     assert grid["voltage"].tolist() == [0.1] * 6 + [0.2] * 6
     assert grid["displacement"].tolist() == [0.3, 0.3, 0.4, 0.4, 0.5, 0.5] * 2
     assert grid["damping_ratio"].tolist() == [0.05, 0.01] * 6
+    assert grid["rest_height"].tolist() == [0.3, 0.6] * 6
     some = plan.values(np.array([7, 2]))
-    assert [some[name].tolist() for name in grid] == [[0.2, 0.1], [0.3, 0.4], [0.01, 0.05]]
+    assert [some[name].tolist() for name in grid] == [[0.2, 0.1], [0.3, 0.4], [0.01, 0.05], [0.6, 0.3]]
 
 
 def test_cells_have_their_own_start_or_that_of_the_plan():
@@ -96,3 +99,34 @@ def test_gels_have_no_order():
     with pytest.raises(InputError, match="gels have no order; map takes numbers"):
         plan.check_order("map")
     assert Plan(PUMP, {"frequency": [8.0, 9.0]}).check_order("map") is None
+
+
+def test_what_is_given_of_a_start_stays_and_the_rest_follows_from_it():
+    """Of a component with two states of which one is swept: a given start of the other is kept, and each swept state is
+    its own, in whatever order the names come."""
+    model = FILTERED.replace(viscous_modulus_1=0.5, relaxation_time_1=10.0)
+    names = [state.name for state in model.system.states]
+    plan = Plan(model, {names[-1]: [0.3, 0.4], "velocity": [0.1, 0.2], "displacement": [0.5, 0.6]})
+    at = {names[-1]: np.array([0.4]), "velocity": np.array([0.2]), "displacement": np.array([0.5])}
+    _, (states,) = plan.at(at)
+    follows = model.members().start_states((0.5, 0.2))[0]
+    np.testing.assert_allclose(states, [*follows[:-1], 0.4])
+    whole = numbers(len(names), at=0.0)
+    plan = Plan(model, {names[2]: [0.3, 0.4]}, tuple(whole))
+    _, (states,) = plan.at({names[2]: np.array([0.3])})
+    np.testing.assert_allclose(states, [*whole[:2], 0.3, *whole[3:]])
+
+
+def test_budgets_of_a_device_are_at_least_as_long_in_every_cell():
+    """The unit of time is that of each cell's own mass."""
+    masses = [0.004, 0.009]
+    plan = Plan(PUMP, {"moving_mass": masses}, options={"patience": "30 s"})
+    scales = [PUMP.replace(moving_mass=mass).scales.time for mass in masses]
+    assert float(plan.options["patience"]) == pytest.approx(30.0 / min(scales))
+
+
+def test_cells_that_differ_in_their_start_alone_are_as_many_of_the_own_model():
+    plan = Plan(ConeModel(damping_ratio=0.37), {"displacement": [0.1, 0.2, 0.3]}, (0.5, 0.25))
+    model, states = plan.at(plan.grid)
+    assert model.damping_ratio.tolist() == [0.37] * 3
+    assert states.tolist() == [[0.1, 0.25], [0.2, 0.25], [0.3, 0.25]]

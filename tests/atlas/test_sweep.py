@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -24,11 +25,14 @@ from gelcone.atlas.refinement import Refined
 from gelcone.atlas.store import Field, Status
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
+from gelcone.dataset import Findings
 from gelcone.errors import InputError, LostWorker
 from gelcone.motion.envelope import envelope
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis, sweepable
+from tests import recorded
+from tests.recorded import numbers
 
 FAST = ConeModel(damping_ratio=0.05, spring_stiffness=0.5, drive_frequency=0.3)
 QUICK = {"transient": 100.0, "budget": 300.0, "patience": 100.0}
@@ -724,3 +728,82 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
     assert asked == [[1, 3, 5], [1], [3], [5]]
     with pytest.raises(InputError):
         module._task(None, None, (), np.array([5, 7]))
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_cells_are_computed_at_their_own_values_and_starts_in_one_thread_without_what_takes_much_room():
+    """Of a device in its units; what is asked to be kept, is."""
+    asked, pump = [], gelcone.find_device("biased-pump").replace(film="taut")
+
+    def compute(members, states, *, threads, **options):
+        asked.append((members, states, threads, options))
+        size = members.size
+        table = {
+            "lowest": ((), numbers(size, at=1.0), "lowest", "length"), "section": (("point",), numbers(size, 3), "",
+            "state"),
+            "regime": ((), np.arange(size), "kind", "code"), "running": (("point",), numbers(size, 3), "", "rate"),
+        }  # fmt: skip
+        return Findings(table, np.arange(size, dtype=np.int8))
+
+    analysis = SimpleNamespace(compute=compute, bulky=("section", "running"))
+    plan = Plan(pump, {"frequency": [8.0, 9.0], "displacement": [1e-3, 2e-3]}, options={"tolerance": 2e-9})
+    found = module.compute(plan, analysis, np.array([3, 0]), keep=("running",))
+    ((members, states, threads, options),) = asked
+    assert (threads, options) == (1, {"tolerance": 2e-9})
+    own = [pump.replace(frequency=f"{hertz} Hz") for hertz in (9.0, 8.0)]
+    np.testing.assert_allclose(
+        members.number("drive_frequency"), [float(one.to_model().drive_frequency) for one in own]
+    )
+    np.testing.assert_allclose(states[:, 0], [2e-3 / own[0].scales.length, 1e-3 / own[1].scales.length])
+    assert sorted(found) == ["lowest", "outcome", "regime", "running"]
+    assert found["lowest"].attributes["units"] == "mm"
+    np.testing.assert_allclose(found["lowest"].values, 1e3 * numbers(2, at=1.0) * pump.scales.length)
+    assert found["regime"].attributes["flag_meanings"].split()[0] == "rest"
+    assert found["outcome"].values.tolist() == [0, 1]
+    assert found["running"].dims == ("point",)
+
+
+@pytest.mark.parametrize("coarsest", [None, 2])
+def test_a_sweep_hands_each_part_what_it_was_asked_for(monkeypatch, coarsest):
+    """All cells are asked for, or those that the refinement wants; the last report holds the time of all."""
+    plan, told, asked = Plan(FAST, {"voltage": [0.1, 0.2, 0.3]}), [], {}
+
+    def task(full, analysis, keep, cells):
+        asked["task"] = full.options, analysis.name, keep
+        table = {"regime": numbers(cells.size), "sign": numbers(cells.size), "outcome": np.zeros(cells.size, np.int8)}
+        return [(cells, {name: Field((), values, {}) for name, values in table.items()})]
+
+    def team(function, tasks):
+        for cells in tasks:
+            yield function(cells), 7
+
+    def wanted(shape, at_least):
+        asked["refine"] = shape, at_least
+        yield np.array([0, 2])
+        return Refined(np.array([0, 0, 2]), checked=5, missed=1)
+
+    def workers(size, threads):
+        asked["workers"] = size, threads
+        return lambda: nullcontext(SimpleNamespace(size=1, run=team))
+
+    parts = recorded.record(monkeypatch, module, label="labelled")
+    for name, stand_in in (("_task", task), ("usual_workers", workers), ("refine", wanted)):
+        monkeypatch.setattr(module, name, stand_in)
+    options = {"transient": 11.0, "budget": 13.0}
+    full = Plan(plan.model, plan.over, (0.25, 0.5), options=options)
+    assert sweep(full, coarsest=coarsest, keep=("section",), watch=told.append, threads=5) == "labelled"
+    assert asked["workers"] == (3, 5)
+    given, analysis, keep = asked["task"]
+    assert {name: given[name] for name in options} == options
+    assert (given["patience"], analysis, keep) == (None, "regime", ("section",))
+    (label,) = parts["label"]
+    assert label["plan"] is full
+    assert told[-1] is label["tally"]
+    assert label["tally"].seconds >= 0.0
+    tally = label["tally"]
+    assert (tally.steps, tally.computed, tally.inferred) == ((7, 3, 0) if coarsest is None else (7, 2, 1))
+    assert (tally.checked, tally.missed) == ((0, 0) if coarsest is None else (5, 1))
+    assert label["sources"].tolist() == ([0, 1, 2] if coarsest is None else [0, 0, 2])
+    assert asked.get("refine") == (None if coarsest is None else ((3,), 2))

@@ -173,3 +173,29 @@ def test_each_of_several_thresholds_gets_its_own_shares_and_periods():
         for value, (share, period) in threshold.tried.items():
             assert period == (0 if 0.31 < value < 0.77 else 2 if value < 0.5 else 5)
             assert share == float((0.31 < value < 0.77) == (threshold.below is Regime.CHAOTIC))
+
+
+def test_chaos_that_ends_is_no_share_of_what_it_ends_in():
+    """Nor is it one of the kinds that settled, whatever its starts end in."""
+    cells = evidence([0.25, 0.25])
+    cells.regime[:] = Regime.TRANSIENT_CHAOS, Regime.PERIODIC
+    assert share_of(cells, Regime.PERIODIC).tolist() == [0.0, 0.75]
+
+
+def test_a_cascade_is_the_longest_run_of_doublings_towards_chaos_in_its_own_direction():
+    """Two doublings and a period that does not double; and periods that halve towards chaos, which are none."""
+    up = Threshold("up", Regime.PERIODIC, Regime.CHAOTIC, 0.0, 1.0)
+    for k, period in enumerate([1, 2, 4, 3]):
+        up.add(0.1 * k, 1.0, period)
+    assert up.cascade
+    down = Threshold("up", Regime.CHAOTIC, Regime.PERIODIC, 0.0, 1.0)
+    for k, period in enumerate([1, 2, 4]):
+        down.add(0.1 * k, 1.0, period)
+    assert not down.cascade
+
+
+def test_a_range_ends_where_no_start_is_of_the_one_kind_any_more():
+    """Shares of 1 on the far side, where the kind comes again, lengthen it."""
+    shares = evidence([0.0, 0.5, 1.0, 1.0])
+    (found,) = changes("up", np.arange(4.0), shares)
+    assert (found.low, found.high) == (0.0, 2.0)

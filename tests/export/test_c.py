@@ -542,7 +542,13 @@ def test_a_long_step_may_take_as_many_steps_as_it_is_long(tmp_path, monkeypatch)
 
 
 def test_a_film_without_a_stretch_limit_that_is_torn_away_ends_as_simulate_says(tmp_path):
-    changes = {"film": "taut", "voltage_amplitude": 0.0, "voltage_offset": 30e3, "material.law": "neo-hookean", "hoop_prestretch": 1.1}
+    changes = {
+        "film": "taut",
+        "voltage_amplitude": 0.0,
+        "voltage_offset": 30e3,
+        "material.law": "neo-hookean",
+        "hoop_prestretch": 1.1,
+    }
     own = device(**changes)
     exported = Exported(own, "pump", True, 1e-7)
     instance = Instance(exported, compiled(exported, tmp_path, "-O0"))

@@ -1,5 +1,8 @@
 """The best drive is safe, and no other drive in its window yields more; its sensitivities are those of the motion."""
 
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +12,7 @@ from gelcone.codes import Regime
 from gelcone.motion import best_drive
 from gelcone.motion.best_drive import drive
 from gelcone.motion.plane import NUDGE
+from tests.recorded import numbers, record
 from tests.toys import ThreeHarmonics
 
 CONE = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.4, stretch_limit=8.0, voltage=0.4, voltage_bias=0.2)
@@ -261,3 +265,116 @@ def test_the_kick_is_that_of_the_closer_search_and_known_at_the_edge_alone():
     np.testing.assert_array_equal(frequency, [0.5, 0.995, 1.0, 1.1, 1.2, 1.5])
     np.testing.assert_allclose(peak, 0.8 * np.array([2.0, 1.4, 1.1, 1.2, 1.3, 1.8]))
     np.testing.assert_allclose(value, [1.0, 2.0, 1.0, 2.0, 9.0, 3.0])
+
+
+def searched(monkeypatch, **parts):
+    """Both searches made up, the second one with other limits, and what was asked for."""
+    wide = made_up(2.0, 1.4, 2.0, 1.9).assign(kick_high=("f", [0.1, 0.2, 0.3, 0.4]))
+    wide = wide.assign(
+        window_damper_power=("f", [0.5, 0.25, 0.75, 4.0]), window_apparent_power=("f", [5.0, 6.0, 7.0, 8.0])
+    )
+    near = made_up(1.8, 1.9, 1.95, 2.0).assign(
+        drive_frequency=("f", [1.2, 1.4, 1.6, 1.9]), kick_high=("f", [5, 6, 7, 8])
+    )
+    near = near.assign(window_damper_power=("f", [0.1, 0.2, 0.6, 0.3]), window_apparent_power=("f", [15.0, 16, 17, 18]))
+    asked = {}
+
+    def envelopes(cone, *, peaks=None, **options):
+        asked["second" if peaks is not None else "first"] = options | {"cone": cone, "peaks": peaks}
+        if options["progress"] is not None:
+            options["progress"](1.0)
+        return wide if peaks is None else near
+
+    motion = {name: ("time", numbers(3, at=k)) for k, name in enumerate(("displacement", "drive_voltage", "time"))}
+    made = {"settled_periods": xr.Dataset(motion), "_sensitivities": (["a", "b"], np.array([0.25, -0.5]))}
+    asked |= record(monkeypatch, best_drive, **(made | parts))
+    monkeypatch.setattr(best_drive, "plain", {best_drive.envelope: envelopes}.__getitem__)
+    return asked
+
+
+def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
+    """The stroke is largest at 1.6 in the second search, at 0.8 x 1.95; 1.5 and 1.9 next to it have other limits."""
+    asked, shares = searched(monkeypatch), []
+    found = drive(CONE, lowest=0.7, highest=1.7, margin=0.2, threads=5, progress=shares.append)
+    np.testing.assert_allclose(asked["first"]["frequencies"], np.geomspace(0.7, 1.7, best_drive.COARSE))
+    np.testing.assert_allclose(asked["second"]["frequencies"], np.geomspace(1.0, 1.5, best_drive.FINE))
+    np.testing.assert_allclose(asked["second"]["peaks"], 1.9 * np.linspace(*best_drive.PEAKS))
+    for part in ("first", "second"):
+        assert (asked[part]["margin"], asked[part]["threads"], asked[part]["cone"]) == (0.2, 5, CONE), part
+    assert sum(shares) == pytest.approx(1.0)
+    peak = 0.8 * 1.95
+    expected = {
+        "drive_frequency": 1.6, "peak_voltage": peak, "voltage": peak * 2.0 / 3.0, "voltage_bias": peak / 3.0,
+        "stroke": 9.0, "work": 0.6 * 2.0 * np.pi / 1.6, "speed": np.sqrt(0.6 / 0.2), "power": 0.6,
+        "apparent_power": 17.0, "limit_voltage": 1.95, "frequency_low": 1.0, "frequency_high": 1.9, "kick": 7.0,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert float(found[name]) == pytest.approx(value), name
+    np.testing.assert_array_equal(found["frequency"], [0.5, 0.995, 1.0, 1.2, 1.4, 1.5, 1.6, 1.9])
+    np.testing.assert_allclose(found["window_peak"], 0.8 * np.array([2.0, 1.4, 2.0, 1.8, 1.9, 1.9, 1.95, 2.0]))
+    np.testing.assert_array_equal(found["window_value"], [1.0, 2.0, 9.0, 1.0, 2.0, 3.0, 9.0, 3.0])
+    for k, name in enumerate(("displacement", "drive_voltage", "time")):
+        np.testing.assert_array_equal(found[name], numbers(3, at=k), name)
+    assert (found["field"].values.tolist(), found["sensitivity"].values.tolist()) == (["a", "b"], [0.25, -0.5])
+    chosen, (one,) = asked["settled_periods"][0]["chosen"], asked["_sensitivities"]
+    assert (one["chosen"], one["device"], one["threads"]) == (chosen, None, 5)
+    assert asked["settled_periods"][0]["threads"] == 5
+    assert (chosen.voltage, chosen.voltage_bias, chosen.drive_frequency) == pytest.approx((peak * 2 / 3, peak / 3, 1.6))
+    assert (found.attrs["limit"], found.attrs["largest"]) == ("pull-in", "stroke")
+    assert json.loads(found.attrs["options"]) == {"largest": "stroke", "lowest": 0.7, "highest": 1.7, "margin": 0.2}
+
+
+def test_what_is_largest_may_lie_in_the_first_search(monkeypatch):
+    """The power, at 1.5 there, although the second search lies around it."""
+    searched(monkeypatch)
+    found = drive(CONE, largest="power", lowest=0.7, highest=1.7)
+    assert (float(found["drive_frequency"]), float(found["power"]), float(found["stroke"])) == (1.5, 4.0, 3.0)
+    assert (float(found["apparent_power"]), float(found["kick"]), float(found["limit_voltage"])) == (8.0, 0.4, 1.9)
+    assert found["window_value"].attrs["quantity"] == "power"
+
+
+def test_two_periods_begin_at_the_last_point_that_is_known_of_the_settled_motion(monkeypatch):
+    asked = {}
+    points = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6], [np.nan, np.nan]])
+
+    def kinds(model, start, **options):
+        asked["regime"] = model, start, options
+        return {"section": xr.DataArray(points)}
+
+    def runs(model, start, **options):
+        asked["simulate"] = model, start.tolist(), options
+        return "run"
+
+    parts = {best_drive.regime: kinds, best_drive.simulate: runs}
+    monkeypatch.setattr(best_drive, "plain", parts.__getitem__)
+    monkeypatch.setattr(best_drive, "rest_displacement", lambda model: 0.25)
+    assert best_drive.settled_periods(CONE, 5) == "run"
+    assert asked["regime"] == (CONE, (0.25 + NUDGE, 0.0), {"threads": 5})
+    assert asked["simulate"] == (CONE, [0.5, 0.6], {"periods": 2.0, "threads": 5})
+
+
+@pytest.mark.parametrize(
+    "device", [None, gelcone.find_device("biased-pump").replace(film="taut", voltage_offset="200 V")]
+)
+def test_sensitivities_are_slopes_of_logarithms_at_the_drive_in_each_number_alone(monkeypatch, device):
+    """Of a made-up amplitude exp(v + 2 v0 + 3 omega), which has the slopes v, 2 v0 and 3 omega."""
+    asked = {}
+
+    def swings(members, states, *, only_extent, threads):
+        asked["options"] = only_extent, threads
+        names = zip((1.0, 2.0, 3.0), ("voltage", "voltage_bias", "drive_frequency"), strict=True)
+        amplitude = np.exp(sum(by * np.broadcast_to(members.number(name), members.size) for by, name in names))
+        return SimpleNamespace(amplitude=amplitude, forcing_periods=np.where(np.arange(members.size) == 1, 0, 1))
+
+    monkeypatch.setattr(best_drive, "settled_swing", swings)
+    chosen = (CONE if device is None else device.to_model()).replace(voltage=0.3, voltage_bias=0.2, drive_frequency=0.7)
+    names, change = best_drive._sensitivities(chosen, device, 5)
+    slopes = dict(zip(names, change.tolist(), strict=True))
+    own = ("voltage", "voltage_bias", "drive_frequency")
+    own = own if device is None else ("voltage_amplitude", "voltage_offset", "frequency")
+    for name, slope in zip(own, (0.3, 0.4, 2.1), strict=True):
+        assert slopes.pop(name) == pytest.approx(slope, rel=1e-4), name
+    assert np.isnan(slopes.pop(names[0]))  # one of its two motions is not periodic
+    if device is None:
+        assert set(slopes.values()) == {0.0}
+    assert asked["options"] == (True, 5)

@@ -12,6 +12,7 @@ from gelcone.motion.coexisting import Motions, _narrow, coexisting
 from gelcone.motion.start import start_states
 from gelcone.motion.swing import Swing, settled_swing
 from gelcone.motion.validity import unknown
+from tests.recorded import numbers, record
 
 WELLS = ConeModel(damping_ratio=0.3, spring_stiffness=0.5, rest_height=0.0, voltage=0.05, voltage_bias=1.6)
 """Two wells, mirror images of each other, and next to no drive: a kick over the hill leads from one to the other."""
@@ -267,3 +268,107 @@ def test_the_largest_kick_carries_the_disc_from_rest_to_nine_tenths_of_its_reach
     reach = np.array([float(members.system.film.reach(members.numbers_at(k))[1]) for k in range(2)])
     gained = np.asarray(members.energy(0.9 * reach)) - np.asarray(members.energy(np.zeros(2)))
     np.testing.assert_allclose(module._largest_kicks(members), np.sqrt(2.0 * gained), rtol=1e-12)
+
+
+def test_a_kick_gives_what_the_energy_has_more_there_than_at_rest(monkeypatch):
+    """A spring whose energy at the rim is not zero: from 10 to 12 is 2 more, and the velocity 2."""
+    record(monkeypatch, module, _farthest=lambda members, k: [1.0, 2.0][k])
+    springs = SimpleNamespace(size=2, energy=lambda x: 10.0 + 2.0 * np.asarray(x) ** 2)
+    np.testing.assert_allclose(module._largest_kicks(springs), [2.0, 4.0])
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+FLOW = {"threads": 5, "tolerance": 2e-9}
+
+
+def kicks_of(count, **changes):
+    members = ConeModel(damping_ratio=0.1, voltage=0.1 + 0.1 * np.arange(count), voltage_bias=0.3).members()
+    own = Swing.blank(count)
+    own.final[:], own.period[:] = numbers(count, 2, at=2.0), 1
+    own.lowest[:], own.highest[:] = -0.5, 0.75
+    return module._Kicks(members, Swing(**(vars(own) | changes)), np.full(count, 8.0), 0.5, FLOW)
+
+
+def test_a_kick_strikes_at_its_phase_and_the_motion_that_it_leaves_is_settled_anew(monkeypatch):
+    """Of four kicks the second is at phase 0, which is that of the end of a period; the third motion ends, the fourth
+    comes back at once, and the others are looked for again before they are settled."""
+    kicks = kicks_of(2)
+    assert kicks.phases.tolist() == ((np.arange(module.PHASES) + 0.5) / module.PHASES).tolist()
+    rows, phases, sizes = np.array([0, 1, 1, 0]), np.array([0.25, 1.0, 0.5, 0.75]), np.array([0.5, -0.25, 1.0, 2.0])
+    whole, runs = 2.0 * np.pi / np.ravel(kicks.members.number("drive_frequency"))[0], []
+
+    def integrated(members, states, times, *, start=0.0, **flow):
+        runs.append((members.number("voltage").tolist(), np.array(states), times[:, 0], start, flow))
+        outcome = np.array([0, 0, 4, 0][: len(states)], dtype=np.int8)
+        return SimpleNamespace(states=numbers(len(states), 1, 2, at=10.0 * len(runs)), outcome=outcome)
+
+    final = Swing.blank(2)
+    final.final[:] = numbers(2, 2, at=90.0)
+    asked = record(
+        monkeypatch, module, integrate=integrated, settled_swing=final,
+        settle=lambda members, states, repeats, **flow: (states + 100.0, np.zeros(len(states), dtype=np.int8)),
+        repeats_lasting=lambda members, duration: np.full(members.size, 7), transient_of_the_disc=np.array([3.0, 4.0]),
+    )  # fmt: skip
+    back = iter([np.array([False, False, True]), *[np.array([False, False])] * (module.LOOKS - 1)])
+    monkeypatch.setattr(module._Kicks, "_back", lambda own, rows, states: next(back))
+    found = kicks.after(rows, phases, sizes)
+    (volts, states, times, _, flow), (more, struck, until, clock, flow_too) = runs
+    assert volts == more == [0.1, 0.2, 0.2, 0.1]
+    np.testing.assert_array_equal(states, kicks.own.final[rows])
+    np.testing.assert_allclose(times, whole * np.array([0.25, 1.0, 0.5, 0.75]))
+    np.testing.assert_allclose(struck, numbers(4, 1, 2, at=10.0)[:, 0] + np.column_stack([np.zeros(4), sizes]))
+    np.testing.assert_allclose(until, whole)
+    np.testing.assert_allclose(clock, whole * np.array([0.25, 0.0, 0.5, 0.75]))
+    assert flow == flow_too == FLOW
+    assert [call["members"].size for call in asked["settle"]] == [3] + [2] * (module.LOOKS - 1)
+    for call in (*asked["settle"], *asked["settled_swing"]):
+        assert {name: call[name] for name in FLOW} == FLOW
+    (settled,) = asked["settled_swing"]
+    assert settled["only_extent"] is True
+    assert settled["members"].number("voltage").tolist() == [0.1, 0.2]
+    begun = numbers(4, 1, 2, at=20.0)[:2, 0] + 100.0 * module.LOOKS
+    np.testing.assert_allclose(settled["states"], begun)
+    np.testing.assert_array_equal([one.final[0] for one in found[:2]], numbers(2, 2, at=90.0))
+    assert [int(one.outcome[0]) for one in found] == [0, 0, 4, 0]
+    np.testing.assert_array_equal(found[3].final[0], kicks.own.final[0])
+
+
+def test_a_motion_is_back_where_it_is_closer_to_its_own_cycle_than_another_could_be():
+    """Velocities are measured by 2 pi over the forcing period, half that of the drive without a bias; sizes count from
+    a hundredth on; no other than one that repeats with the forcing is ever back."""
+    members = ConeModel(damping_ratio=0.1, voltage=0.3, drive_frequency=np.full(4, 0.5)).members()
+    kicks = kicks_of(4, period=np.array([1, 1, 1, 2]))
+    kicks.members = members
+    rows, scale = np.arange(4), 2.0 * np.pi / (np.pi / 0.5)
+    near = module.ARRIVED * 0.75
+    off = np.array([[0.9 * near, 0.0], [0.0, 0.9 * near * scale], [0.0, 1.1 * near * scale], [0.0, 0.0]])
+    assert kicks._back(rows, kicks.own.final + off).tolist() == [True, True, False, False]
+    small = kicks_of(1, lowest=np.array([-1e-4]), highest=np.array([1e-4]))
+    assert small._back(np.array([0]), small.own.final + np.array([0.9e-2 * module.ARRIVED, 0.0])).tolist() == [True]
+
+
+def test_motions_are_sought_with_the_options_and_each_step_has_what_the_one_before_found(monkeypatch):
+    own = Swing.blank(3)
+    own.outcome[:] = 0, 4, 0
+    asked = record(
+        monkeypatch, module, settled_swing=own, _largest_kicks=np.array([7.0, 8.0, 9.0]), _climb="leading",
+        _let_go=None,
+        _hand_on=None, _narrow=None, _arrays={"found": 1},
+    )  # fmt: skip
+    members, states, shares = ConeModel(voltage=[0.1, 0.2, 0.3]).members(), numbers(3, 2), []
+    assert coexisting(members, states, threads=5, progress=shares.append, shift=0.25) == {"found": 1}
+    flow = {"threads": 5, "tolerance": module.TOLERANCE}
+    (first,), (climb,), (narrow,), (arrays,) = (asked[n] for n in ("settled_swing", "_climb", "_narrow", "_arrays"))
+    assert {name: first[name] for name in flow} == flow
+    np.testing.assert_array_equal(first["states"], states)
+    assert climb["kicks"] is narrow["kicks"]
+    assert climb["kicks"].flow == arrays["flow"] == asked["_let_go"][0]["flow"] == asked["_hand_on"][0]["flow"] == flow
+    assert climb["kicks"].phases[0] == 0.25 / module.PHASES
+    assert climb["kicks"].own is own
+    for name in ("_climb", "_let_go", "_hand_on", "_narrow"):
+        assert asked[name][0]["alive"].tolist() == [0, 2]
+        assert asked[name][0]["found"] is arrays["found"]
+    assert narrow["leading"] == "leading"
+    assert arrays["largest"].tolist() == climb["kicks"].largest.tolist() == [7.0, 8.0, 9.0]
+    assert sum(shares) == pytest.approx(1.0)

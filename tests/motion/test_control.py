@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.errors import InputError
+from gelcone.motion import control as module
+from tests.recorded import record
 from tests.toys import VoltageBehindResistor
 
 FILMS = {
@@ -115,3 +119,32 @@ def test_heights_are_found_wherever_the_film_has_a_state(kind):
     beyond = gelcone.sense(model, [known[0] - 0.1, known[-1] * 1.5])
     assert np.isnan(beyond.displacement.values).all()
     assert np.isnan(beyond.displacement_error.values).all()
+
+
+def test_a_motion_is_followed_from_its_own_start_and_the_largest_error_is_that_of_all_samples(monkeypatch):
+    """The disc moves from the first sample on; the film pulls against damping, acceleration and bias."""
+    model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2)
+    times = np.linspace(0.0, 3.0, 301)
+    wanted = 0.6 + 0.05 * np.sin(times)
+    error = 0.01 * np.where(times == times[100], -5.0, np.cos(times))
+    asked = record(monkeypatch, module, _integrated=wanted + error)
+    found = gelcone.follow(model, times + 7.0, wanted)
+    (call,) = asked["_integrated"]
+    assert call["start"] == pytest.approx((0.6, 0.05), abs=1e-6)
+    np.testing.assert_allclose(call["tau"], times, atol=1e-12)
+    np.testing.assert_allclose(found["error"], error, atol=1e-12)
+    assert float(found["largest_error"]) == pytest.approx(0.05)
+    n, film = model.numbers(), model.system.films[0]
+    v, x, u, a = found["voltage"].values, wanted, 0.05 * np.cos(times), -0.05 * np.sin(times)
+    left = a + 2.0 * 0.2 * u + film.force(x, v * v, [], n)[0] + model.system.bias.force(x, [], n)[0]
+    assert np.abs(left[10:-10]).max() < 1e-6
+
+
+def test_a_sense_of_height_says_with_which_error():
+    model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    found = gelcone.sense(model, [1.3, 1.5], voltage=0.2, uncertainty=0.01)
+    x = found["displacement"].values
+    np.testing.assert_allclose(1.0 + x * x, [1.3, 1.5], rtol=1e-9)  # of the cone
+    np.testing.assert_allclose(found["displacement_error"], 0.01 / (2.0 * x), rtol=1e-6)
+    assert json.loads(found.attrs["options"]) == {"voltage": 0.2, "uncertainty": 0.01}
+    assert (gelcone.sense(model, [1.3])["displacement_error"] == 0.0).all()

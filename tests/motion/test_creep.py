@@ -2,7 +2,9 @@
 
 import importlib
 import json
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion.creep import _Held, _margin, _Ramp, holding
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
+from tests.recorded import numbers, record
 
 creep_module = importlib.import_module("gelcone.motion.creep")
 DELAYS = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["delays"]
@@ -190,3 +194,158 @@ def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_branch_where_
         with pytest.raises(Stop):
             gelcone.creep(model, [0.3], duration=duration)
     assert asked == [pytest.approx(8.0 * 50.0 * (1.0 + 0.2)), 7.0]  # under a constant load
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+class Films:
+    """Made-up runs at constant voltages: of the first the film pulls in, the second is held."""
+
+    gain = 0.5
+
+    def __init__(self):
+        self.asked = {}
+        lost = {name: SimpleNamespace(voltage=v) for name, v in (("relaxed", 0.75), ("at_once", 1.25))}
+        self.relaxed, self.at_once = (
+            SimpleNamespace(lost=lost[name], place=lambda volts, by=by: by + volts)
+            for name, by in (("relaxed", 50.0), ("at_once", 60.0))
+        )
+
+    def run(self, levels, times, progress):
+        self.asked["run"] = levels, times
+        if progress is not None:
+            progress(1.0)
+        outcome = np.array([Outcome.PULLED_IN, Outcome.OK], dtype=np.int8)[: levels.size]
+        ends = np.array([times[40], np.inf])[: levels.size]
+        return SimpleNamespace(states=numbers(levels.size, times.size, 3, at=5.0), outcome=outcome, times=times), ends
+
+    def members(self, levels):
+        return "members", levels.tolist()
+
+    def starts(self, levels):
+        return numbers(levels.size, 3, at=7.0), numbers(levels.size, at=8.0)
+
+    def curve(self, lasts, progress):
+        self.asked["curve"] = lasts
+        if progress is not None:
+            progress(1.0)
+        return numbers(4, at=9.0), numbers(4, at=10.0), 0.875
+
+    def margins(self, levels, run, x):
+        self.asked["margins"] = levels, x
+        return numbers(*x.shape, at=11.0)
+
+
+RELAXING = {"rest_height": 0.8, "viscous_modulus_1": 0.5, "relaxation_time_1": 10.0, "damping_ratio": 0.2}
+
+
+def test_creep_says_of_each_number_what_was_found(monkeypatch):
+    """A run that pulls in is known up to and at that time."""
+    films, asked, shares = Films(), [], []
+    monkeypatch.setattr(_Held, "of", lambda *given: asked.append(given) or films)
+    electric = {}
+
+    def electrics(members, run):
+        electric["members"] = members
+        return numbers(2, 121, at=12.0), numbers(2, 121, at=13.0)
+
+    monkeypatch.setattr(creep_module, "_electric", electrics)
+    model = ConeModel(**RELAXING)
+    found = gelcone.creep(model, [0.25, 0.5], duration=30.0, tolerance=2e-9, threads=5, progress=shares.append)
+    assert asked == [(model, 2e-9, 5)]
+    levels, times = films.asked["run"]
+    assert levels.tolist() == films.asked["margins"][0].tolist() == [0.25, 0.5]
+    assert (times[0], times[-1], films.asked["curve"]) == (0.0, 30.0, 30.0)
+    assert electric["members"] == ("members", [0.25, 0.5])
+    gone = np.zeros((2, 121), dtype=bool)
+    gone[0, 41:] = True
+    states = np.where(gone, np.nan, numbers(2, 121, 3, at=5.0)[..., 0])
+    np.testing.assert_array_equal(films.asked["margins"][1], states)
+    expected = {
+        "begin": numbers(2, 3, at=7.0)[:, 0], "end": states[:, -1], "equilibrium": 50.0 + numbers(2, at=8.0),
+        "pull_in_time": [times[40], np.inf], "displacement": states, "margin": numbers(2, 121, at=11.0),
+        "current": np.where(gone, np.nan, numbers(2, 121, at=12.0)), "time": times,
+        "heating": np.where(gone, np.nan, numbers(2, 121, at=13.0)), "long_time_voltage": 0.75, "instant_voltage": 1.25,
+        "holding_voltage": 0.875, "time_to_pull_in": numbers(4, at=10.0), "held_voltage": numbers(4, at=9.0),
+        "constant_voltage": [0.25, 0.5], "outcome": [Outcome.PULLED_IN, Outcome.OK],
+    }  # fmt: skip
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, name)
+    assert np.isfinite(states[0, 40])
+    assert sum(shares) == pytest.approx(1.0)
+    assert json.loads(found.attrs["options"]) == {"duration": 30.0, "tolerance": 2e-9}
+
+
+@pytest.mark.parametrize(("up_to", "highest"), [(9.0, 0.875), (0.375, 0.75)])
+def test_levels_that_are_held_end_at_the_highest_or_at_the_highest_voltage_examined(monkeypatch, up_to, highest):
+    """They are commanded; what is reported is the half of them that is on the film."""
+    films, asked = Films(), []
+    monkeypatch.setattr(_Held, "of", lambda *given: asked.append(given) or films)
+    model = ConeModel(**RELAXING)
+    found = holding(model, 30.0, up_to, count=2, threads=5)
+    assert asked == [(model, DEFAULT_TOLERANCE, 5)]
+    np.testing.assert_allclose(films.asked["run"][0], [0.0, highest])
+    np.testing.assert_allclose(found.levels, [0.0, 0.5 * highest])
+    assert found.members == ("members", [0.0, highest])
+    assert found.highest == found.variables["holding_voltage"][1] == 0.4375
+    assert (found.variables["long_time_voltage"][1], found.variables["instant_voltage"][1]) == (0.75, 1.25)
+    assert (films.asked["run"][1][-1], films.asked["curve"]) == (30.0, 30.0)
+
+
+def test_a_run_ends_where_the_film_pulls_in_or_meets_its_limit_and_is_unknown_where_it_failed(monkeypatch):
+    outcomes = [Outcome.OK, Outcome.PULLED_IN, Outcome.STRETCH_LIMIT, Outcome.STEP_LIMIT, Outcome.OK]
+    outcome = np.array(outcomes, dtype=np.int8)
+    run = SimpleNamespace(outcome=outcome, end_times=numbers(5, at=3.0), states=np.zeros((5, 2, 3)))
+    states = numbers(5, 3, at=4.0)
+    states[4, 0] = np.nan
+    ramp = SimpleNamespace(lost=SimpleNamespace(before=0.1, after=np.inf, kind=0, voltage=1.0))
+    held = _Held(ConeModel(**RELAXING), ramp, ramp, 2e-9, 5)
+    monkeypatch.setattr(_Held, "starts", lambda own, levels: (states, None))
+    asked = record(monkeypatch, creep_module, integrate=run)
+    times = np.array([0.0, 1.0])
+    found, ends = held.run(np.arange(5.0), times, None)
+    assert found is run
+    (call,) = asked["integrate"]
+    assert (call["tolerance"], call["threads"], call["times"] is times) == (2e-9, 5, True)
+    np.testing.assert_array_equal(call["initial"], states)
+    np.testing.assert_array_equal(ends, [np.inf, *numbers(5, at=3.0)[1:3], np.nan, 0.0])
+
+
+def test_heat_is_over_the_volume_of_both_films_and_the_current_that_into_both():
+    members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive="same", leakage_time=7.0, voltage=0.0,
+                        voltage_bias=[0.2, 0.3]).members()  # fmt: skip
+    system = members.system
+    run = SimpleNamespace(times=np.tile([0.0, 1.0], (2, 1)), states=numbers(2, 2, len(system.states), at=0.25))
+    current, heat = creep_module._electric(members, run)
+    z, n = list(np.moveaxis(run.states, -1, 0)), members.numbers(trailing=1)
+    each = [np.broadcast_to(own, (2, 2)) for own in system.currents(run.times, z, n)]
+    np.testing.assert_allclose(current, each[0] + each[1])
+    powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+    np.testing.assert_allclose(heat, np.broadcast_to(powers["leak"], (2, 2)) / 2.0)
+    assert (heat > 0.0).all()
+
+
+def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(monkeypatch):
+    """Of a film that has half of the commanded voltage: from 1.5 to 2.5, and closer where it is just held."""
+    relaxed, at_once = (SimpleNamespace(lost=SimpleNamespace(voltage=v)) for v in (0.75, 1.25))
+    held = _Held(ConeModel(**RELAXING), at_once, relaxed, 2e-9, 5)
+    monkeypatch.setattr(_Held, "gain", property(lambda own: 0.5))
+    levels = []
+
+    def runs(own, at, times, progress):
+        levels.append(at)
+        return None, np.where(at < 1.85, np.inf, 3.0)
+
+    monkeypatch.setattr(_Held, "run", runs)
+    voltages, ends, highest = held.curve(30.0, None)
+    shares = (np.arange(1, creep_module.CURVE + 1) / (creep_module.CURVE + 1)) ** 1.5
+    np.testing.assert_allclose(levels[0], 1.5 + shares)
+    assert len(levels) == 1 + creep_module.FINER
+    for before, at in pairwise(levels):
+        assert before[before < 1.85].max() <= at.min() < at.max() <= before[before >= 1.85].min()
+        assert at.size == creep_module.FINE
+    assert (np.diff(voltages) > 0.0).all()
+    np.testing.assert_array_equal(ends, np.where(voltages < 1.85, np.inf, 3.0))
+    assert highest == voltages[voltages < 1.85].max()
+    assert 1.85 - highest < 0.01

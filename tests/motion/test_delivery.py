@@ -7,7 +7,9 @@ import pytest
 
 import gelcone
 from gelcone.motion import delivery
+from gelcone.motion.jumps import jumps_between
 from gelcone.motion.natural import frequency_of, natural_frequency
+from gelcone.physics.model import ConeModel
 
 NAMES = ("rms_voltage", "rms_current", "apparent_power", "peak_current", "peak_slew_rate")
 
@@ -104,3 +106,36 @@ def test_each_source_has_its_own_numbers(monkeypatch):
     found = delivery.delivered(members, times, np.zeros((1, 4001, 2)), early)
     assert float(found["rms_current"][1][0]) == pytest.approx(3.0 / np.sqrt(2.0), rel=1e-4)
     assert float(found["peak_current"][1][0]) == np.inf
+
+
+# --- jumps of the voltage ---------------------------------------------------------------------------------------------
+
+HELD = {"film": "taut", "spring_stiffness": 1e8, "rest_height": 0.5, "damping_ratio": 1.0}
+"""A disc that does not move: the film is a capacitor of 1 + 0.5^2."""
+SQUARE = HELD | {"waveform": "square", "rise": 0.0, "duty": 0.3, "voltage": 0.4, "voltage_bias": 0.25}
+C = 1.25
+
+
+def test_what_is_lost_late_in_the_permittivity_is_not_lost_in_the_jump():
+    """Of a share that follows late the charge does not jump."""
+    whole = ConeModel(**SQUARE).members()
+    part = ConeModel(**SQUARE, dielectric_share=0.25, dielectric_time=3.0).members()
+    end = np.array([[1.5 * float(whole.drive_period[0])]])
+    for members, share in ((whole, 1.0), (part, 0.75)):
+        states = members.start_states((0.5, 0.0))
+        work, lost = delivery.switched(members, states, end)
+        swing = 2.0 * 0.4
+        count = round(float(lost[0, 0]) / (share * 0.5 * C * swing**2))
+        assert count in (2, 3)
+        assert lost[0, 0] == pytest.approx(share * count * 0.5 * C * swing**2, rel=1e-6)
+        assert abs(work[0, 0]) > 0.0
+
+
+def test_a_jump_at_the_time_itself_has_happened():
+    members = ConeModel(**SQUARE).members()
+    corner = float(jumps_between(members, np.zeros(1), members.drive_period).times[0, 0])
+    lost = delivery.switched(
+        members, members.start_states((0.5, 0.0)), np.array([[0.999 * corner, corner, 1.001 * corner]])
+    )[1]
+    assert lost[0, 0] == 0.0
+    assert lost[0, 1] == lost[0, 2] > 0.0

@@ -10,6 +10,7 @@ from gelcone.motion import plane as planes
 from gelcone.motion.driven import NARROWEST, PARTS, WITHIN, driven, rows_of
 from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 
 NEVER = lambda omega: np.full(np.shape(omega), np.inf)  # noqa: E731
 UNKNOWN = lambda omega: np.full(np.shape(omega), np.nan)  # noqa: E731
@@ -221,3 +222,17 @@ def test_the_largest_value_between_samples_is_that_of_their_parabola():
     parabola = np.polyfit([0.0, 1.0, 2.0], x[0, 1:], 2)
     top = np.polyval(parabola, -0.5 * parabola[1] / parabola[0])
     np.testing.assert_allclose(planes._highest(x), [top, 1.0, 0.2], atol=1e-12)
+
+
+def test_frequencies_between_are_looked_for_below_the_ceiling_alone_and_around_the_lower_limit(monkeypatch):
+    asked = record(monkeypatch, module, unknown_between=(np.empty(0), np.empty(0)), rows_of={"frequency": OMEGAS})
+    for ceiling, highest in ((0.75, 0.75), (9.0, 2.0)):
+        driven(World(), OMEGAS, VOLTS, refine=True, progress=None, ceiling=ceiling)
+        assert asked["unknown_between"][-1]["ceiling"] == highest
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "_onset", lambda plane, omegas, highest: (np.nan, np.nan))
+    low = np.full((2, len(DRIVEN_LIMITS)), np.inf)
+    low[:, 0] = 0.5, 1.5
+    found = {"frequency": np.array([0.8, 1.25]), "low": low, "final_below": numbers(2, 2)}
+    between, around = module.unknown_between(World(pull_in=lambda omega: 0.3 + 0.0 * omega), found, 2.0, set())
+    assert (between.tolist(), around.tolist()) == ([pytest.approx(1.0)], [0.5])

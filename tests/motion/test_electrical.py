@@ -8,11 +8,13 @@ import pytest
 import gelcone
 from gelcone.analyses.request import Subject
 from gelcone.codes import Regime
+from gelcone.motion import electrical as module
 from gelcone.motion.electrical import apparent_power, electrical
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
 from gelcone.presets import find_preset
 from gelcone.studio import look
+from tests.recorded import record
 
 PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
 DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
@@ -215,3 +217,48 @@ def test_each_source_has_the_current_of_all_its_films_and_its_own_voltage():
     found = apparent_power(members, times, np.zeros((1, 64, 2)), currents)
     expected = np.sqrt(1.0 + 4.5) * 4.0 / np.sqrt(2.0) + 5.0 * np.sqrt(4.0 + 0.5)
     np.testing.assert_allclose(found, [expected], rtol=1e-12)
+
+
+class Films:
+    """Two films on one source, of which all is made up: of four members the second and the third lose next to nothing,
+    and the voltage of the last jumps."""
+
+    causes = ("source", "damper", "leak")
+    films = (None, None)
+    lines = (SimpleNamespace(films=(0, 1)),)
+    damper = np.array([[2.0], [1e-16], [-1e-16], [2.0]])
+
+    def currents(self, times, z, n):
+        return [3.0 * np.cos(times), -5.0 * np.cos(times)]
+
+    def powers(self, times, z, n):
+        return 9.0 + 0.0 * times, self.damper + 0.0 * times, 0.5 * self.damper * (1.0 + np.sin(times))
+
+    def source_voltages(self, times, z, n):
+        return [np.sin(times), np.sin(times)]
+
+
+def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest_of_either(monkeypatch):
+    """Next to voltage times current a loss that is rounding is none."""
+    times, system = 2.0 * np.pi * np.tile(np.arange(1, 65), (4, 1)) / 64, Films()
+    field = np.where(np.arange(64) == 7, 8.0, 0.25) + 0.0 * times
+    members = SimpleNamespace(
+        system=system, numbers=lambda trailing: {}, voltages=lambda times, states: [np.sin(times), np.sin(times)],
+        film_states=lambda states, voltages: [SimpleNamespace(true_field=one) for one in (0.5 * field, field)],
+    )  # fmt: skip
+    lost = np.array([0.0, 0.0, 0.0, 4.0])
+    asked = record(monkeypatch, module, lost_in_jumps=lost)
+    found = module.electrical(members, times, np.zeros((4, 64, 2)), "begin", tolerance=2e-9)
+    (call,) = asked["lost_in_jumps"]
+    np.testing.assert_allclose(call["spans"], 2.0 * np.pi)
+    assert (call["begin"], call["tolerance"]) == ("begin", 2e-9)
+    np.testing.assert_allclose(found["power"], [3.0, 0.0, 0.0, 3.0 + 4.0 / (2.0 * np.pi)])
+    np.testing.assert_allclose(found["damper_power"], system.damper[:, 0])
+    np.testing.assert_allclose(found["leak_power"], 0.5 * system.damper[:, 0], atol=1e-17)
+    np.testing.assert_allclose(found["resistor_power"], lost / (2.0 * np.pi))
+    np.testing.assert_allclose(found["film_power"], 0.0)
+    np.testing.assert_allclose(found["heat"], 0.25 * system.damper[:, 0], atol=1e-17)
+    np.testing.assert_allclose(found["heating"], found["heat"])
+    np.testing.assert_allclose(found["field"], 8.0)
+    np.testing.assert_allclose(found["current"], [5.0, 5.0, 5.0, np.inf])
+    np.testing.assert_allclose(found["apparent_power"], [0.5 * 2.0, 1.0, 1.0, np.inf])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -29,6 +30,7 @@ from gelcone.motion.response import simulate
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.motion.validity import unknown
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 from tests.toys import FilteredVoltage, ThreeHarmonics
 
 envelope_module = importlib.import_module("gelcone.motion.envelope")
@@ -811,3 +813,76 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(made_up, monkeypat
         assert float(own["driven_chaos_voltage"]) == np.inf
     np.testing.assert_allclose(made_up["volts"][0], 0.6 * np.linspace(1.0 / 12.0, 2.0, 24))
     assert np.isnan(found["safe_peak_voltage"].values[1])
+
+
+@pytest.mark.parametrize("duration", [None, 30.0])
+def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film(monkeypatch, made_up, duration):
+    """Levels are held up to the highest constant voltage examined; without a duration both thresholds are given."""
+    limits = np.array([np.nan, 0.7, 0.9, np.inf, np.nan, 1.1])
+    held = SimpleNamespace(levels=numbers(3, at=5.0), asked="the run")
+    scalar = {
+        name: ((), value, name, "voltage") for name, value in (("instant_voltage", 1.25), ("holding_voltage", 0.875))
+    }
+    planes = []
+
+    def plane(model, threads, from_="rest"):
+        planes.append((threads, from_))
+        return straight(model, jump=1.2)
+
+    monkeypatch.setattr(envelope_module, "plane_of", plane)
+    asked = record(
+        monkeypatch, envelope_module, _hold=held, held_limits=limits, _held_variables=scalar,
+        thresholds={"instant_voltage": scalar["instant_voltage"]},
+    )  # fmt: skip
+    shares = []
+    found = envelope(
+        TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]], limits_from="both", duration=duration, threads=5,
+        progress=shares.append,
+    )  # fmt: skip
+    assert planes == [(5, "both")]
+    options = {"margin": 0.2, "limits_from": "both", "duration": duration}
+    assert json.loads(found.attrs["options"]) == options
+    assert float(found["instant_voltage"]) == 1.25
+    if duration is None:
+        assert not asked["_hold"]
+        assert "held_voltage" not in found
+        return
+    (call,), (of_limits,) = asked["_hold"], asked["held_limits"]
+    assert (call["duration"], call["up_to"]) == (30.0, 1.4)
+    assert of_limits["held"] is asked["_held_variables"][0]["held"] is held
+    assert of_limits["relaxed"][-1] == 1.2
+    assert asked["_held_variables"][0]["duration"] == 30.0
+    np.testing.assert_array_equal(found["static_limit_voltage"], limits)
+    np.testing.assert_array_equal(found["held_voltage"], held.levels)
+    assert float(found["holding_voltage"]) == 0.875
+    assert (made_up["driven"][2]["ceiling"], made_up["driven"][2]["pull_in"]) == (0.7, 1.1)
+    assert float(found["recommended_constant"]) == pytest.approx(0.8 * 0.7)
+
+
+def test_a_constant_voltage_above_those_of_the_drive_is_recommended(made_up, monkeypatch):
+    """Nothing is met up to the highest constant voltage, though drives are examined up to 1.4 alone."""
+    curves = {"peak_voltage": np.array([0.0, 2.0])}
+    monkeypatch.setattr(envelope_module, "static_limits_of", lambda plane, volts: (curves, np.full(6, np.inf)))
+    found = envelope(TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]], margin=0.25)
+    assert float(found["recommended_constant"]) == pytest.approx(1.5)
+
+
+def test_what_is_held_ends_at_the_last_sample_for_the_duration():
+    run = SimpleNamespace(states=numbers(3, 4, 2, at=2.0))
+    held = Holding(1.8, numbers(3), None, run, {"holding_voltage": ((), 0.5, "", "voltage")})
+    found = envelope_module._held_variables(held, 30.0)
+    np.testing.assert_array_equal(found["held_displacement"][1], numbers(3, 4, 2, at=2.0)[:, -1, 0])
+    assert (found["holding_time"][1], found["holding_voltage"][1]) == (30.0, 0.5)
+
+
+def test_kicks_are_tried_with_the_threads_of_the_plane(made_up, monkeypatch):
+    asked = []
+    others = envelope_module.coexisting
+    monkeypatch.setattr(
+        envelope_module, "coexisting",
+        lambda members, start, **options: asked.append(options["threads"]) or others(members, start, **options),
+    )  # fmt: skip
+    plane = straight(TAUT)
+    object.__setattr__(plane, "threads", 5)
+    envelope_module._coexisting(plane, OMEGAS, np.full(4, 0.3), np.array([True, True, False, False]), None)
+    assert asked == [5]

@@ -1,5 +1,8 @@
 """Statics: every equilibrium found, folds and pitchforks where theory has them, pull-in as a slow ramp sees it."""
 
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,7 +22,10 @@ from gelcone import (
     static,
     stroke_and_blocked_force,
 )
+from gelcone.motion import equilibrium as module
+from gelcone.physics.balance import Equilibrium
 from gelcone.plots.equilibrium import static_figure
+from tests.recorded import record
 
 TABLE1 = ConeModel(spring_stiffness=1.5, stretch_limit=50.0)
 # Softens and then stiffens: folds on both sides, and a jump on the ramp.
@@ -472,3 +478,184 @@ def test_each_equilibrium_has_the_state_of_its_film_and_one_that_is_not_there_ha
     for k, v in enumerate(levels):
         there = ~missing[k]
         np.testing.assert_array_equal(states[k][there], model.film.state(place[k][there], v, [], n).kind)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+class Balance:
+    """A made-up balance, all of whose numbers are its own."""
+
+    reachable, flat, free_height, highest, highest_squared, n = True, True, 0.25, 2.0, 9.0, {}
+
+    def __init__(self, at):
+        self.at = at
+
+    def equilibria(self, squared):
+        return [[Equilibrium(self.at + w + k, 1.0 + k, k == 0) for k in range(1 + (w > 0.5))] for w in squared]
+
+    def whole(self, x, squared):
+        return np.broadcast_to(np.asarray(x) < 1.5, np.broadcast_shapes(np.shape(x), np.shape(squared)))
+
+    def inside(self, x):
+        return x < 1.5
+
+    def force(self, x, squared):
+        return self.at + 3.0 * x + squared
+
+    def slope(self, x, squared):
+        return self.at + 4.0 * x - squared
+
+    def folds(self):
+        return [(0.3 * self.at, 5.0 + self.at)]
+
+    def curves(self, highest):
+        return [np.array([[self.at], [highest], [7.0 + self.at]])]
+
+    def pitchfork(self):
+        return 0.25 * self.at**2
+
+    def along_ramp(self, rest, squared):
+        return rest + squared, np.arange(squared.size) + self.at
+
+    def voltage_force(self, x, squared):
+        return x * squared
+
+    def losses(self, rest):
+        return [(0.5 * self.at, PullIn.FOLD, 8.0 + rest, 9.0 + rest), (7.0, PullIn.FILM, 7.0, 7.0)]
+
+    def jump(self, rest):
+        return SimpleNamespace(voltage=10.0 * self.at + rest, kind=PullIn.FILM)
+
+
+MODEL = ConeModel(damping_ratio=[0.1, 0.2])
+
+
+@pytest.fixture
+def balances(monkeypatch):
+    """Two balances in the place of any model's, which rest at 0.5 and at where they are started from."""
+    own, asked = [Balance(1.0), Balance(2.0)], []
+    for name in ("balances_of", "every_balance"):
+        monkeypatch.setattr(module, name, lambda model, *more: asked.append((model, *more)) or own[: model.size])
+    monkeypatch.setattr(module, "rest_of", lambda balance, start: 0.5 * balance.at if start is None else start)
+    return asked
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_the_statics_hold_what_the_balances_give(monkeypatch, balances, at_once):
+    """At once they are those of the films before they creep, whose states decide on validity, too."""
+    fast = MODEL.replace(rest_height=0.125)
+    asked = record(
+        monkeypatch, module, films_at_once=fast, _with_validity=lambda result, members, levels, place: result
+    )
+    x, shares = np.array([-1.0, 0.5, 1.75]), []
+    found = module.static(MODEL, [0.5, 1.0], x, at_once=at_once, progress=shares.append)
+    held = fast if at_once else MODEL
+    assert [model for model, *_ in balances] == [held]
+    assert asked["films_at_once"] == ([{"model": MODEL, "states": None}] if at_once else [])
+    (validity,) = asked["_with_validity"]
+    np.testing.assert_array_equal(
+        validity["members"].number("rest_height"), np.ravel(held.members().number("rest_height"))
+    )
+    np.testing.assert_array_equal(validity["levels"], [0.5, 1.0])
+    np.testing.assert_array_equal(validity["place"], found["equilibrium_displacement"])
+    at, squared = np.array([1.0, 2.0])[:, None, None], np.array([0.25, 1.0])[:, None]
+    beyond = np.array([False, False, True])
+    np.testing.assert_array_equal(found["force"], np.where(beyond, np.nan, at + 3.0 * x + squared))
+    np.testing.assert_array_equal(found["stiffness"], np.where(beyond, np.nan, at + 4.0 * x - squared))
+    assert found["equilibria"].values.tolist() == [[1, 2]] * 2
+    nan = np.nan
+    np.testing.assert_array_equal(
+        found["equilibrium_displacement"], [[[1.25, nan], [2.0, 3.0]], [[2.25, nan], [3.0, 4.0]]]
+    )
+    np.testing.assert_array_equal(found["slope"], [[[1.0, nan], [1.0, 2.0]]] * 2)
+    assert found["stable"].values.tolist() == [[[True, False], [True, False]]] * 2
+    each = {
+        "pitchfork_voltage": [0.5, 1.0], "fold_voltage": [[0.3], [0.6]], "fold_displacement": [[6.0], [7.0]],
+        "pull_in_voltage": [0.5, 1.0], "pull_in_kind": [PullIn.FOLD] * 2, "pull_in_from": [8.5, 9.0],
+        "pull_in_to": [9.5, 10.0],
+        "rest_displacement": [0.5, 1.0], "stroke": [[0.25, 1.0]] * 2, "blocked_force": [[0.125, 0.5], [0.25, 1.0]],
+    }  # fmt: skip
+    for name, values in each.items():
+        np.testing.assert_array_equal(found[name], values, name)
+    reach = 1.5  # over the largest of the events and 1.2 times the highest level
+    np.testing.assert_array_equal(found["branch_displacement"], [[nan, 1.0, nan], [nan, 2.0, nan]])
+    np.testing.assert_array_equal(found["branch_voltage"], [[nan, reach, nan]] * 2)
+    np.testing.assert_array_equal(found["branch_slope"], [[nan, 8.0, nan], [nan, 9.0, nan]])
+    assert sum(shares) == pytest.approx(1.0)
+    assert max(shares) < 0.5
+    options = json.loads(found.attrs["options"])
+    assert (options["voltages"], options["displacements"], options["at_once"]) == ([0.5, 1.0], x.tolist(), at_once)
+
+
+def test_branches_reach_a_fifth_beyond_the_highest_voltage_and_half_beyond_the_last_event():
+    balances, levels = [Balance(1.0), Balance(2.0)], np.array([0.1, 4.0])
+    folds = [[(0.3, 1.0)], [(0.6, 2.0)]]
+    assert module._branch_limit(balances, levels, folds, np.array([0.5, np.inf])) == pytest.approx(4.8)
+    assert module._branch_limit(balances, levels[:1], folds, np.array([0.5, np.nan])) == pytest.approx(1.5 * 1.0)
+    assert module._branch_limit(balances, levels[:1], [[(7.0, 0.0)], []], np.array([0.5])) == pytest.approx(10.5)
+    assert module._branch_limit([Balance(0.0)], 0.0 * levels, [[]], np.array([0.0])) == 1e-3
+
+
+def test_a_ramp_starts_where_it_is_asked_to(balances):
+    """For all members, or for each its own."""
+    found = module.pull_in_voltage(MODEL, start=[0.25, 0.75])
+    assert found["rest_displacement"].values.tolist() == [0.25, 0.75]
+    assert found["pull_in_from"].values.tolist() == [8.25, 8.75]
+    assert json.loads(found.attrs["options"])["start"] == [0.25, 0.75]
+    found = module.stroke_and_blocked_force(MODEL, [0.5, 1.0], start=0.25)
+    assert found["rest_displacement"].values.tolist() == [0.25] * 2
+    assert found["displacement"].values.tolist() == [[0.5, 1.25]] * 2
+    assert found["blocked_force"].values.tolist() == [[0.0625, 0.25]] * 2
+    assert found["losses"].values.tolist() == [[1.0, 2.0], [2.0, 3.0]]
+    voltage, kind = module.jump_voltages(MODEL)
+    assert (voltage.tolist(), kind.tolist()) == ([10.5, 21.0], [PullIn.FILM] * 2)
+
+
+def test_the_ramp_of_a_drive_is_that_of_its_balance(balances):
+    """The blocked force is that at rest; beyond the film there is no stiffness."""
+    single = ConeModel()
+    levels = np.array([0.5, 1.0])
+    found = module.drive_ramp(single, levels, 0.75)
+    assert balances == [(single, 0.75)]
+    assert found.rest == 0.5
+    assert found.displacement.tolist() == [0.75, 1.5]
+    assert found.stroke.tolist() == [0.25, 1.0]
+    assert found.blocked_force.tolist() == [0.125, 0.5]
+    np.testing.assert_array_equal(found.stiffness, [3.75, np.nan])
+    np.testing.assert_allclose(found.voltages, [levels])
+    assert (found.pitchfork, found.pull_in) == (0.5, 10.5)
+
+
+def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):
+    """A disc has pulled in beyond the displacement and above the voltage at which a ramp loses its stability in a fold,
+    not in a pitchfork."""
+    levels, place = np.array([0.4, 0.6]), np.array([[[0.2, np.nan], [0.7, 0.3]]] * 3)
+    dims = ("member", "constant_voltage", "equilibrium")
+    result = xr.Dataset(
+        {
+            "slope": (dims, place), "pull_in_voltage": ("member", [0.5, 0.5, 0.65]), "pull_in_from": ("member",
+            [-0.5] * 3),
+            "pull_in_kind": ("member", [PullIn.FOLD, PullIn.PITCHFORK, PullIn.FOLD]),
+        }
+    )  # fmt: skip
+    fails = {"hoop_slack": np.arange(12).reshape(3, 4) % 2 == 0}
+    asked = record(monkeypatch, module, outside=fails)
+    members = ConeModel(damping_ratio=[0.1, 0.2, 0.3]).members()
+    found = module._with_validity(result, members, levels, place)
+    np.testing.assert_array_equal(found["validity_hoop_slack"], [[[1.0, np.nan], [1.0, 0.0]]] * 3)
+    assert np.isnan(found["validity_breakdown"]).all()
+    pulled = [[[0.0, np.nan], [1.0, 0.0]], *[[[0.0, np.nan], [0.0, 0.0]]] * 2]
+    np.testing.assert_array_equal(found["validity_pulled_in"], pulled)
+    (call,) = asked["outside"]
+    np.testing.assert_array_equal(call["motion"], place.reshape(3, 4, 1))
+    np.testing.assert_array_equal(call["voltages"][0], [[0.4, 0.4, 0.6, 0.6]] * 3)
+
+
+def test_displacements_that_none_reaches_are_refused_with_the_farthest_that_one_does(balances):
+    far, near = Balance(1.0), Balance(1.0)
+    far.highest, near.highest = 3.0, 2.0
+    for one in (far, near):
+        one.inside = lambda x: np.zeros(x.shape, dtype=bool)
+    with pytest.raises(InputError, match="stay within 3"):
+        module._wanted([5.0, 6.0], [near, far])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from gelcone.motion import exponents as module
 from gelcone.motion.exponents import average, block_statistics, grown_statistics, running_estimate, steady_statistics
 from gelcone.motion.settle import Clock, clocks, repeats_lasting, settle
 from gelcone.physics.model import ConeModel
@@ -75,3 +76,86 @@ def test_stated_errors_cover_averages_of_noise_with_a_memory(memory, grown_share
     assert off.std() == pytest.approx(spread, rel=0.15)
     assert abs(off.mean()) < 0.3 * spread
     assert grown.mean() == pytest.approx(grown_share, abs=0.1)
+
+
+# --- made-up growth ---------------------------------------------------------------------------------------------------
+
+
+def averaging(monkeypatch, growth, outcomes=None, damping=0.1, **given):
+    """The exponents of members that grow by ``growth`` (members,) and shrink by three times that each unit of time."""
+    members = ConeModel(damping_ratio=np.broadcast_to(damping, len(growth))).members()
+    clock, asked = Clock(1, 1, np.full(len(growth), 64.0), np.ones(len(growth))), []
+    growth, noise = np.asarray(growth, dtype=float), np.random.default_rng(3)
+    of = np.arange(len(growth))
+
+    def advanced(members, run, clock, stretches, **flow):
+        rows = run.states[:, 0].astype(int)
+        asked.append((rows.tolist(), stretches, flow))
+        more = (
+            growth[rows][:, None]
+            * 64.0
+            * (1.0 + given.get("noise", 0.0) * noise.standard_normal((rows.size, stretches)))
+        )
+        if outcomes is not None and len(asked) > 1:
+            run.outcome = np.asarray(outcomes, dtype=np.int8)[rows]
+        run.states = run.states + np.array([0.0, 0.25])
+        return np.stack([more, -3.0 * more], axis=2), -2.0 * more + 0.5
+
+    monkeypatch.setattr(module, "clocks", lambda members, stretch: [(of, clock)])
+    monkeypatch.setattr(module, "advance", advanced)
+    states = np.column_stack([of.astype(float), np.zeros(of.size)])
+    options = {name: given[name] for name in ("budget", "precision") if name in given}
+    return module.average(members, states, tolerance=2e-9, threads=5, **options), asked
+
+
+def test_an_average_takes_a_block_to_turn_and_then_a_hundred(monkeypatch):
+    """Each member has its own numbers, the trace among them; the signs are certain at once."""
+    found, asked = averaging(monkeypatch, [0.5, -0.25], noise=1e-3)
+    assert [(rows, stretches) for rows, stretches, _ in asked] == [([0, 1], 1), ([0, 1], module.FEWEST_BLOCKS)]
+    assert all(flow == {"tolerance": 2e-9, "threads": 5} for *_, flow in asked)
+    np.testing.assert_allclose(found.values[:, 0], [0.5, -0.25], rtol=1e-3)
+    np.testing.assert_allclose(found.values[:, 1], -3.0 * found.values[:, 0])
+    np.testing.assert_allclose(found.divergence, -2.0 * found.values[:, 0] + 0.5 / 64.0)
+    assert found.time.tolist() == [6400.0, 6400.0]
+    assert found.sign.tolist() == [1, -1]
+    np.testing.assert_array_equal(found.states, [[0.0, 0.5], [1.0, 0.5]])
+    assert (found.standard_error[:, 0] < 1e-4).all()
+
+
+def test_an_average_continues_while_twice_its_time_is_within_the_budget(monkeypatch):
+    """Of members whose sign is not certain; one that fails ends, and has its outcome."""
+    found, asked = averaging(monkeypatch, [0.0, 0.0, 0.5], outcomes=[0, 4, 0], budget=4 * 6400.0)
+    assert [rows for rows, *_ in asked] == [[0, 1, 2], [0, 1, 2], [0], [0]]
+    assert found.time.tolist() == [4 * 6400.0, 6400.0, 6400.0]
+    assert found.outcome.tolist() == [0, 4, 0]
+    assert found.sign.tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("lacking", ["steady", "grown"])
+def test_an_average_continues_until_its_errors_are_steady_and_grown(monkeypatch, lacking):
+    """A sign that is certain does not suffice."""
+    true, asked = module.steady_statistics, []
+
+    def statistics(growth, clock):
+        means, errors, *_ = true(growth, clock)
+        asked.append(growth.shape[1])
+        yes, late = np.array([True]), np.array([len(asked) > 1])
+        return means, errors, *((late, yes) if lacking == "steady" else (yes, late))
+
+    monkeypatch.setattr(module, "steady_statistics", statistics)
+    found, _ = averaging(monkeypatch, [0.5], noise=1e-3)
+    assert (found.time.tolist(), asked) == ([12800.0], [100, 200])
+
+
+@pytest.mark.parametrize(("given", "time"), [({}, 12800.0), ({"precision": 1e-12}, 6553600.0)])
+def test_the_budget_is_longer_where_a_precision_is_asked_for(monkeypatch, given, time):
+    found, _ = averaging(monkeypatch, [0.0], noise=1.0, **given)
+    assert found.time.tolist() == [time]
+
+
+def test_a_sign_is_certain_three_errors_off_zero_and_above_what_shear_gives(monkeypatch):
+    """Without damping a growth below that of shear over the time is none."""
+    small = 0.5 * float(module.shear_level(np.array([6400.0]))[0])
+    damped, _ = averaging(monkeypatch, [small], budget=1.0)
+    free, _ = averaging(monkeypatch, [small], damping=0.0, budget=1.0)
+    assert (damped.sign.tolist(), free.sign.tolist()) == ([1], [0])

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.motion import extent as module
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.swing import settled_swing
@@ -50,3 +51,23 @@ def test_settled_motions_and_branches_have_the_same_extent():
     value = kept["value"].values[order]
     shown = [np.interp(0.97, value, kept[name].values[order]) for name in ("lowest", "highest")]
     assert shown == pytest.approx([low[0], high[0]], abs=1e-6)
+
+
+def test_a_turn_on_a_sample_is_that_sample_and_one_between_two_is_beyond_both(monkeypatch):
+    """Of x = sin t, whose quintic is known."""
+    times = np.array([[0.0, 0.5 * np.pi, 2.0, 3.0], [0.0, 1.0, 2.0, 3.0]])
+    states = np.stack([np.sin(times), np.cos(times)], axis=-1)
+    states[0, 1, 1] = 0.0
+    asked = []
+
+    def acceleration(members, at, z):
+        asked.append(at.tolist())
+        return -np.sin(at)
+
+    monkeypatch.setattr(module, "acceleration_at", acceleration)
+    low, high = extent(SLOW.members(), times, states)
+    assert asked == [[[1.0, 2.0]]]
+    np.testing.assert_array_equal(low, [0.0, 0.0])
+    assert high[0] == 1.0
+    assert high[1] == pytest.approx(1.0, abs=2e-4)
+    assert high[1] > np.sin(2.0)

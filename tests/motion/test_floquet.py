@@ -1,5 +1,8 @@
 """Stability of rest: Mathieu's tongues, the product of the multipliers, onset against the motion itself."""
 
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -18,8 +21,9 @@ from gelcone import (
     tongues,
 )
 from gelcone.motion import floquet
-from gelcone.motion.monodromy import Options
+from gelcone.motion.monodromy import Monodromy, Options
 from gelcone.plots.floquet import tongues_figure
+from tests.recorded import numbers, record
 
 BASE = ConeModel(drive_frequency=0.1, spring_stiffness=0.9, damping_ratio=0.01)
 FAST = ConeModel(drive_frequency=0.3, spring_stiffness=0.5, damping_ratio=0.01)
@@ -246,3 +250,146 @@ def test_the_error_of_an_onset_is_the_whole_width_of_its_last_bracket():
     voltage, width = floquet._refine(members, low, high, np.ones(1), Options(1e-15, 1))
     assert voltage[0] == pytest.approx(onset, abs=1e-9)
     assert width[0] == pytest.approx(0.09 / (floquet.SECTIONS + 1) ** floquet.ROUNDS, rel=1e-6)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def maps_of(count, outcome=0):
+    """Made-up maps: real multipliers of both signs, and all numbers different."""
+    half = 1.0 + 0.01 * np.arange(count)
+    return Monodromy(
+        trace=np.where(np.arange(count) % 3 == 1, -2.0, 2.0) * half, log_scale=0.1 * np.arange(count),
+        log_product=-0.2 - 0.01 * np.arange(count), product_error=numbers(count, at=7.0), repeat=numbers(count, at=3.0),
+        outcome=np.full(count, outcome, dtype=np.int8),
+    )  # fmt: skip
+
+
+def test_multipliers_are_those_of_the_maps_and_the_growth_is_that_of_the_larger(monkeypatch):
+    maps = maps_of(3)
+    asked = record(monkeypatch, floquet, monodromy=maps)
+    shares = []
+    found = floquet_multipliers(
+        BASE.replace(voltage=[0.1, 0.2, 0.3]), tolerance=2e-9, threads=5, progress=shares.append
+    )
+    ((call,),) = asked.values()
+    assert (call["options"], call["progress"]) == (Options(2e-9, 5), shares.append)
+    assert call["members"].number("voltage").tolist() == [0.1, 0.2, 0.3]
+    real, imag, log_modulus = maps.multipliers()
+    np.testing.assert_array_equal(found["multiplier_real"], real)
+    np.testing.assert_array_equal(found["multiplier_imag"], imag)
+    np.testing.assert_array_equal(found["log_modulus"], log_modulus)
+    np.testing.assert_allclose(found["growth_rate"], log_modulus.max(axis=1) / maps.repeat)
+    np.testing.assert_allclose(found["spectral_radius"], np.exp(log_modulus.max(axis=1)))
+    np.testing.assert_array_equal(found["margin"], maps.margin())
+    np.testing.assert_array_equal(found["forcing_period"], maps.repeat)
+    np.testing.assert_array_equal(found["product_error"], maps.product_error)
+    assert json.loads(found.attrs["options"]) == {"tolerance": 2e-9}
+
+
+def made_up_onsets(asked):
+    def onsets(model, *, highest=None, tolerance, threads, progress=None):
+        asked.append((np.ravel(model.drive_frequency).tolist(), highest, tolerance, threads, progress is None))
+        at = 10.0 * len(asked)
+        values = {"onset_voltage": numbers(*model.shape, at=at), "onset_kind": np.full(model.shape, len(asked))}
+        names = {name: (tuple("abc"[: len(model.shape)]), value, {"units": name}) for name, value in values.items()}
+        return xr.Dataset(names | {"searched": ("bound", [at, at + 1.0])})
+
+    return onsets
+
+
+def test_tongues_are_those_of_the_grid_and_the_onsets_those_of_each_frequency_and_of_the_own_one(monkeypatch):
+    """The growth is per time of the repeat of each frequency; the own onset is searched up to what was asked for, those
+    of the rows up to the highest voltage."""
+    asked, parts, omegas, volts = [], {}, np.array([0.3, 0.5]), np.array([0.1, 0.2, 0.4])
+    parts = record(
+        monkeypatch, floquet, monodromy=maps_of(6), _boundaries=numbers(2, 1, at=50.0), pitchfork_voltage=0.9
+    )
+    monkeypatch.setattr(floquet, "onset_voltage", made_up_onsets(asked))
+    model = BASE.replace(voltage_bias=-0.25)
+    found = tongues(model, omegas, volts, highest=0.75, tolerance=2e-9, threads=5)
+    assert asked == [([0.1], 0.75, 2e-9, 5, True), ([0.3, 0.5], 0.4, 2e-9, 5, True)]
+    (grid,), (boundary,), maps = parts["monodromy"], parts["_boundaries"], maps_of(6)
+    assert grid["members"].number("drive_frequency").tolist() == [0.3] * 3 + [0.5] * 3
+    assert grid["members"].number("voltage").tolist() == [0.1, 0.2, 0.4] * 2
+    assert grid["options"] == boundary["options"] == Options(2e-9, 5)
+    assert boundary["rows"].number("drive_frequency").tolist() == [0.3, 0.5]
+    np.testing.assert_array_equal(boundary["margin"], maps.margin().reshape(2, 3))
+    np.testing.assert_array_equal(boundary["volts"], volts)
+    larger = maps.multipliers()[2].max(axis=1)
+    np.testing.assert_allclose(found["growth_rate"], (larger / maps.repeat).reshape(2, 3))
+    np.testing.assert_allclose(found["spectral_radius"], np.exp(larger).reshape(2, 3))
+    np.testing.assert_array_equal(found["margin"], maps.margin().reshape(2, 3))
+    np.testing.assert_array_equal(found["doubles"], [[False, True, False]] * 2)
+    np.testing.assert_array_equal(found["boundary_voltage"], numbers(2, 1, at=50.0))
+    np.testing.assert_array_equal(found["onset_voltage"], numbers(2, at=20.0))
+    assert (found["onset_kind"].values.tolist(), int(found["own_onset_kind"])) == ([2, 2], 1)
+    assert found["own_onset_voltage"].item() == 10.0 + 1.0 / 1024.0
+    assert found["own_searched"].values.tolist() == [10.0, 11.0]
+    assert float(found["pitchfork_amplitude"]) == pytest.approx(0.65)
+    assert json.loads(found.attrs["options"]) == {"highest": 0.75, "tolerance": 2e-9}
+
+
+def test_the_onset_is_the_first_bracket_also_where_a_tongue_hides_before_it(monkeypatch):
+    """A member that fails at any voltage of the scan says so; each is refined in its own bracket, the kind is by the
+    sign of the trace there."""
+    margin = np.array([[-1.0, -0.5, 0.5, 1.0], [-1.0, -0.9, -0.8, -0.7], [0.5, 1.0, 1.0, 1.0], [-1.0, -0.2, -0.1, 0.3]])
+    outcome = np.array([[0, 0, 0, 4], [0] * 4, [0] * 4, [0] * 4], dtype=np.int8)
+    ends, calls = np.array([3.0, 6.0, 3.0, 3.0]), []
+
+    def at_voltages(members, voltages, options, progress=None):
+        calls.append((voltages, options))
+        blank = maps_of(voltages.size)
+        if len(calls) > 1:
+            return SimpleNamespace(trace=np.array([-1.0, 1.0]))
+        return SimpleNamespace(margin=lambda: margin.ravel(), outcome=outcome.ravel(), trace=blank.trace)
+
+    monkeypatch.setattr(floquet, "_at_voltages", at_voltages)
+    hidden = np.array([3]), np.array([0.25]), np.array([0.75])
+    asked = record(
+        monkeypatch, floquet, _hidden_brackets=hidden, _refine=(np.array([1.5, 0.5]), np.array([1e-3, 2e-3]))
+    )
+    members = BASE.replace(voltage=[0.1, 0.2, 0.3, 0.4]).members()
+    monkeypatch.setattr(
+        floquet, "_first_brackets", lambda scan, margin: tuple(map(np.array, ([0, 3], [1.0, 2.0], [2.0, 3.0])))
+    )
+    found, ended = floquet._onsets(members, ends, 3, Options(2e-9, 5), None)
+    np.testing.assert_allclose(calls[0][0], ends[:, None] * [0.0, 1 / 3, 2 / 3, 1.0])
+    assert calls[1][0].tolist() == [[1.5], [0.5]]
+    (refined,) = asked["_refine"]
+    assert (refined["low"].tolist(), refined["high"].tolist(), refined["rising"].tolist()) == (
+        [1, 0.25],
+        [2, 0.75],
+        [1, 1],
+    )
+    assert refined["members"].number("voltage").tolist() == [0.1, 0.4]
+    assert {options for _, options in calls} | {refined["options"]} == {Options(2e-9, 5)}
+    np.testing.assert_array_equal(found[0], [1.5, np.nan, 0.0, 0.5])
+    assert found[1].tolist() == [Onset.MINUS_ONE, Onset.NONE, Onset.AT_START, Onset.PLUS_ONE]
+    np.testing.assert_array_equal(found[2], [1e-3, np.nan, 0.0, 2e-3])
+    assert ended.tolist() == [4, 0, 0, 0]
+
+
+def test_a_hidden_tongue_is_in_the_bracket_from_the_scan_below_it_to_where_its_margin_peaks(monkeypatch):
+    """Of a margin 0.05 - 100 (v - 0.53)^2, which is above 0 between 0.508 and 0.552, in a scan of steps of 0.1."""
+    scan = np.linspace(0.0, 1.0, 11)[None]
+
+    def margin(v):
+        return 0.05 - 100.0 * (v - 0.53) ** 2
+
+    monkeypatch.setattr(floquet, "NEAR_ONSET", -1.0)
+    monkeypatch.setattr(
+        floquet, "_at_voltages", lambda members, v, options: SimpleNamespace(margin=lambda: margin(v).ravel())
+    )
+    members = BASE.replace(voltage=[0.1]).members()
+    rows, low, high = floquet._hidden_brackets(members, scan, margin(scan), Options(1e-9, 1))
+    assert rows.tolist() == [0]
+    assert low.tolist() == [pytest.approx(0.4)]
+    assert margin(low[0]) < 0.0 < margin(high[0])
+    assert high[0] == pytest.approx(0.53, abs=0.01)
+
+
+def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integrations):
+    onset_voltage(FAST, steps=2, highest=0.5, tolerance=2e-15, threads=2)
+    floquet_multipliers(FAST, tolerance=2e-15, threads=2)
+    assert integrations == {(2e-15, 2)}

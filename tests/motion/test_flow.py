@@ -5,6 +5,7 @@ import json
 import pickle
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import heyoka_backend as heyoka
 import numpy as np
@@ -21,6 +22,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.job import KEEPS
 from gelcone.physics.laws import LAWS, Gent
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
 every_case = pytest.mark.parametrize("case", REFERENCE, ids=[f"case{i}" for i in range(len(REFERENCE))])
@@ -489,3 +491,52 @@ def test_a_model_from_another_process_needs_no_new_program(law):
     programs = backend._program.cache_info().currsize
     integrate(pickle.loads(pickle.dumps(model)), (0.1, 0.0), [1.0])
     assert backend._program.cache_info().currsize == programs
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_the_integrator_is_asked_for_what_can_run_and_every_step_of_every_member_is_counted(monkeypatch):
+    """Of three members the second cannot start; films that a jump may end are looked at with the same watch."""
+    watch, jobs, shares = SimpleNamespace(steps=5), [], []
+
+    def run(job, *, threads, progress, watch):
+        jobs.append((job, threads, progress, watch))
+        if job != "more":
+            job.result.steps[:] = [7, 0, 11]
+
+    monkeypatch.setattr(flow, "backend", lambda: SimpleNamespace(run=run))
+    monkeypatch.setattr(flow, "end_films", lambda job, run: run("more"))
+    monkeypatch.setattr(flow, "current_watch", lambda: watch)
+    model = ConeModel(stretch_limit=[50.0, 1e-3, 50.0], damping_ratio=0.1)
+    found = integrate(
+        model,
+        numbers(3, 2, at=0.5),
+        [2.0, 3.0],
+        start=2.0,
+        keep="work",
+        tolerance=2e-9,
+        threads=5,
+        progress=shares.append,
+    )
+    (job, threads, progress, own), more = jobs
+    assert (threads, progress, own) == (5, shares.append, watch)
+    assert more == ("more", 5, None, watch)
+    assert job.runs.tolist() == [True, False, True]
+    assert found.outcome.tolist() == [Outcome.OK, Outcome.OUTSIDE, Outcome.OK]
+    np.testing.assert_array_equal(job.states0, numbers(3, 2, at=0.5))
+    np.testing.assert_array_equal(
+        found.states[:, 0], [numbers(3, 2, at=0.5)[0], [np.nan] * 2, numbers(3, 2, at=0.5)[2]]
+    )
+    np.testing.assert_array_equal(found.work[[0, 2], 0], 0.0)
+    assert np.isnan(found.work[1]).all()
+    assert np.isnan(found.states[:, 1]).all()
+    np.testing.assert_array_equal(job.gaps, [[0.0, 1.0]] * 3)
+    assert (job.keep, job.tolerance, job.start.tolist()) == ("work", 2e-9, [2.0] * 3)
+    assert watch.steps == 5 + 18
+
+
+@pytest.mark.parametrize("times", [[1.0, 1.0], [0.5, 0.25], [-1.0, 1.0]])
+def test_times_that_do_not_increase_or_lie_before_the_start_are_refused(times):
+    with pytest.raises(InputError, match="times: must increase"):
+        integrate(ConeModel(), (0.1, 0.0), times)

@@ -3,10 +3,14 @@
 import numpy as np
 import pytest
 
+from gelcone.codes import FilmPullIn, Outcome
 from gelcone.motion.delivery import lost_in_jumps, switched
-from gelcone.motion.jumps import increasing, jumping, jumps_between
+from gelcone.motion.job import Job, Trajectories
+from gelcone.motion.jumps import end_films, increasing, jumping, jumps_between
 from gelcone.physics.model import ConeModel
+from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.waveforms import Samples, Staircase
+from tests.recorded import numbers
 
 HELD = {"film": "taut", "spring_stiffness": 1e8, "rest_height": 0.5, "damping_ratio": 1.0}
 """A disc that does not move: the film is a capacitor of 1 + 0.5^2."""
@@ -100,3 +104,55 @@ def test_behind_a_resistance_nothing_is_lost_in_jumps():
     work, lost = switched(members, np.array([[0.5, 0.0, 0.0]]), np.array([[1.0, 9.0]]))
     assert not work.any()
     assert not lost.any()
+
+
+# --- what a jump ends -------------------------------------------------------------------------------------------------
+
+
+def test_a_film_that_does_not_survive_a_jump_ends_its_member_there(monkeypatch):
+    """Of four members that rise to 0.65 at 1 and 2 and fall to -0.15 at 0.5 and 1.5, the first is not looked at, the
+    second ends at the second rise, the third by its second film at the first, the fourth would only at a fall."""
+    drive = {"waveform": "square", "rise": 0.0, "duty": 0.5, "voltage": 0.4, "voltage_bias": 0.25}
+    films = {"film": "wrinkling", "second_film": "wrinkling", "viscous_modulus_1": 0.5, "relaxation_time_1": 4.0}
+    model = ConeModel(**drive, **films, drive_frequency=2.0 * np.pi, damping_ratio=[0.1, 0.2, 0.3, 0.4])
+    members, asked = model.members(), []
+    times, runs = np.tile([0.75, 1.25, 2.25], (4, 1)), np.array([True, True, True, True])
+    result = Trajectories.blank(times, members.system, "states", np.zeros(4, dtype=np.int8))
+    result.states[:] = numbers(4, 3, 6)
+    result.film_times[:], result.pull_in[:] = 0.5, 3
+    result.film_times[0] = 0.0
+    job = Job(members, runs, numbers(4, 6, at=50.0), np.zeros(4), times, np.diff(times, axis=1, prepend=0.0),
+              "states", 2e-9, result)  # fmt: skip
+    most = np.full((2, 3, 4), 9.0)
+    most[0, 0, 3] = most[0, 1, 3] = most[1, 1, 1] = 0.4  # below the square of 0.65
+    most[0, 2, [0, 2]] = 0.01  # below that of -0.15, but voltages fall there
+    films_asked = []
+
+    def highest(film, x, states, n):
+        films_asked.append((x.shape, [z.shape for z in states]))
+        return most[len(films_asked) - 1]
+
+    def run(other):
+        asked.append((other.members.size, other.start.tolist(), other.times.tolist(), other.states0.tolist()))
+        other.result.states[:] = numbers(*other.result.states.shape, at=100.0 * len(asked))
+        other.result.steps[:] = 10 * len(asked) + np.arange(other.members.size)
+        other.result.film_times[:] = numbers(*other.result.film_times.shape, at=7.0)
+
+    monkeypatch.setattr(PlacedFilm, "highest_squared_held", highest, raising=False)
+    end_films(job, run)
+    corners = [0.5, 1.0, 1.5, 2.0]
+    at = numbers(4, 6, at=50.0).tolist()
+    assert asked == [(3, [0.0] * 3, [corners] * 3, at[1:]), (2, [0.0] * 2, [[2.0], [1.0]], at[1:3])]
+    assert films_asked == [((3, 4), [(3, 4)] * 2)] * 2
+    expected = numbers(4, 3, 6)
+    expected[1, 2] = expected[2, 1:] = np.nan
+    np.testing.assert_array_equal(result.states, expected)
+    assert result.outcome.tolist() == [0, Outcome.PULLED_IN, Outcome.PULLED_IN, 0]
+    assert result.steps.tolist() == [0, 20, 21, 0]
+    assert result.end_times[1:3].tolist() == [2.0, 1.0]
+    np.testing.assert_array_equal(result.end_states[1:3], numbers(2, 1, 6, at=200.0)[:, 0])
+    np.testing.assert_array_equal(result.film_times[1:3], numbers(*result.film_times[1:3].shape, at=7.0))
+    assert (result.film_times[0] == 0.0).all()
+    assert (result.film_times[3] == 0.5).all()
+    none, minimum = int(FilmPullIn.NONE), int(FilmPullIn.MINIMUM)
+    assert result.pull_in.tolist() == [[3, 3], [minimum, none], [none, minimum], [3, 3]]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.motion import linear as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
@@ -97,3 +98,16 @@ def test_linear_theory_is_that_of_an_amplifier_within_its_limit_also_where_the_d
     ]
     assert strokes == pytest.approx([strokes[-1]] * 3, rel=1e-12)
     assert strokes[-1] > 1.0
+
+
+def test_there_is_no_linear_response_about_an_unstable_equilibrium(monkeypatch):
+    """Nor about one whose stiffness is 0."""
+    members = ConeModel(damping_ratio=[0.1] * 3, voltage=0.1, voltage_bias=0.3, rest_height=0.4).members()
+    stiffness = np.array([[2.0], [0.0], [-2.0]])
+    real = module._equilibria
+    monkeypatch.setattr(module, "_equilibria", lambda own, squares: (real(own, squares)[0], stiffness))
+    found = module.linear_response(members, np.array([0.5]))
+    assert np.isfinite(found.stroke).tolist() == [[True], [False], [False]]
+    assert np.isfinite(found.harmonics[:, 0, 0]).tolist() == [True, False, False]
+    harmonic = np.abs(found.harmonics[0, :, 0])
+    assert found.stroke[0, 0] == pytest.approx(2.0 * harmonic[0], rel=2.0 * harmonic[1] / harmonic[0])

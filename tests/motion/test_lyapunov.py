@@ -1,5 +1,7 @@
 """Lyapunov exponents: analytic values, products of maps, the sum rule, SciPy, errors that mean what they say."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,12 +11,14 @@ from scipy.integrate import odeint
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion import lyapunov as module
+from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.exponents import FEWEST_BLOCKS, Exponents
 from gelcone.motion.flow import integrate
 from gelcone.motion.lyapunov import finite_exponents, lyapunov
 from gelcone.motion.settle import BLOCK, STRETCH, clocks, repeats_lasting, settle
 from gelcone.motion.tangents import FLOOR, qr_growth
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 from tests.toys import SeriesResistor
 
 CHAOS = {"spring_stiffness": 0.9, "damping_ratio": 0.05, "drive_frequency": 0.3, "voltage": 1.6}
@@ -352,3 +356,90 @@ def test_the_largest_exponent_comes_first_where_states_do_not_feel_the_disc():
     finite = result.finite.values
     assert (np.diff(finite) < 0.0).all()
     assert finite[0] == pytest.approx(-1.0 / 300.0, abs=2e-3)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def averaged(count, **changes):
+    """Made-up averages whose numbers are all different."""
+    made = {
+        "values": numbers(count, 2), "standard_error": numbers(count, 2, at=2.0), "time": numbers(count, at=3.0),
+        "divergence": numbers(count, at=4.0), "sign": np.array([1, 0, -1][:count]), "outcome": np.zeros(count, np.int8),
+        "running": numbers(count, 4, 2, at=5.0), "states": numbers(count, 2, at=6.0),
+    }  # fmt: skip
+    return Exponents(**(made | changes))
+
+
+def test_each_variable_holds_its_own_number_and_each_part_what_it_is_given(monkeypatch):
+    """The second member failed while it settled, the third while it was averaged."""
+    outcome = np.array([0, 3, 0], dtype=np.int8)
+    result, shares = averaged(3, outcome=np.array([0, 0, 4], dtype=np.int8)), []
+    finite = numbers(3, 2, at=8.0), numbers(3, 4, 2, at=9.0)
+    settled, members = numbers(3, 2, at=7.0), ConeModel(damping_ratio=[0.1, 0.2, 0.3], drive_frequency=0.5).members()
+    asked = record(
+        monkeypatch, module, finite_exponents=finite, settle=(settled, outcome), average=result, bound_shear=None,
+        transient_of=np.array([10.0, 20.0, 70.0]), take_cycles=np.array([0, 3, 5]),
+    )  # fmt: skip
+    options = {"window": 11.0, "transient": 12.0, "budget": 13.0, "precision": 1e-3}
+    found = module.lyapunov_cells(
+        members, np.ones((3, 2)), **options, tolerance=2e-9, threads=5, progress=shares.append
+    )
+    flow = {"tolerance": 2e-9, "threads": 5}
+    ((first,), (settling,), (averaging,), (cycles,)) = (
+        asked[name] for name in ("finite_exponents", "settle", "average", "take_cycles")
+    )
+    assert first["window"] == 11.0
+    assert {name: first["options"][name] for name in flow} == flow
+    assert asked["transient_of"][0]["transient"] == 12.0
+    assert settling["repeats"].tolist() == [2, 4, 12]  # forcing periods of 2 pi
+    assert {name: settling[name] for name in flow} == flow
+    np.testing.assert_array_equal(averaging["states"], settled)
+    assert {name: averaging[name] for name in ("budget", "precision", *flow)} == {
+        "budget": 13.0,
+        "precision": 1e-3,
+    } | flow
+    assert cycles["options"] == flow
+    assert cycles["result"] is asked["bound_shear"][0]["result"] is result
+    expected = {
+        "lyapunov": result.values, "standard_error": result.standard_error, "finite": finite[0], "sign": result.sign,
+        "per_repeat": result.values[:, 0] * 2.0 * np.pi, "averaged_time": [result.time[0], np.nan, np.nan],
+        "cycle": [0, 3, 5], "sum_residual": result.values.sum(axis=1) + 2.0 * np.array([0.1, 0.2, 0.3]),
+        "running_time": result.running[..., 0], "running_exponent": result.running[..., 1],
+        "finite_time": finite[1][..., 0], "finite_exponent": finite[1][..., 1],
+    }  # fmt: skip
+    assert found.variables.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_allclose(found.variables[name][1], values, err_msg=name)
+    assert found.outcome.tolist() == [0, 3, 4]
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_cycle_takes_the_place_of_an_average_where_a_damped_motion_has_arrived(monkeypatch):
+    """Of four members the first has no damping, the second ended, and of the others the last is on an attracting
+    cycle."""
+    members = ConeModel(damping_ratio=[0.0, 0.1, 0.2, 0.3]).members()
+    cycles = SimpleNamespace(
+        attracting=np.array([False, True]), period=np.array([2, 3]), exponents=numbers(2, 2, at=11.0),
+        error=numbers(2, 2, at=12.0), divergence=numbers(2, at=13.0),
+    )  # fmt: skip
+    asked = record(monkeypatch, module, cycles_reached=cycles)
+    states = numbers(4, 2, at=6.0)
+    states[1, 1] = np.nan
+    result = averaged(4, states=states, sign=np.ones(4, dtype=int))
+    before = averaged(4)
+    assert module.take_cycles(members, result, {"tolerance": 2e-9, "threads": 5}).tolist() == [0, 0, 0, 3]
+    (call,) = asked["cycles_reached"]
+    np.testing.assert_array_equal(call["states"], states[2:])
+    assert call["members"].damping_ratio.tolist() == [0.2, 0.3]
+    assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    for name, own in (("values", "exponents"), ("standard_error", "error"), ("divergence", "divergence")):
+        np.testing.assert_array_equal(getattr(result, name)[:3], getattr(before, name)[:3], name)
+        np.testing.assert_array_equal(getattr(result, name)[3], getattr(cycles, own)[1], name)
+    assert result.sign.tolist() == [1, 1, 1, -1]
+
+
+def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integrations):
+    lyapunov(ConeModel(voltage=0.6, drive_frequency=0.5), window=20.0, transient=20.0, tolerance=2e-15, threads=2)
+    assert {threads for _, threads in integrations} == {2}
+    assert {tolerance for tolerance, _ in integrations} <= {2e-15, FIRST_TOLERANCE}

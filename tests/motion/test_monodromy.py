@@ -1,11 +1,16 @@
 """The map over one repeat: closed forms, WKB, its determinant, and the motion itself."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone import ConeModel, floquet_multipliers, integrate, pitchfork_voltage
+from gelcone.motion import monodromy as module
+from tests.recorded import numbers, record
+from tests.toys import FilteredVoltage
 
 
 def test_without_drive_the_multipliers_are_those_of_the_damped_oscillator():
@@ -66,3 +71,56 @@ def test_the_map_is_the_tangent_map_of_the_motion():
     result = floquet_multipliers(model)
     computed = result.multiplier_real.values + 1j * result.multiplier_imag.values
     np.testing.assert_allclose(np.sort_complex(computed), np.sort_complex(expected), atol=1e-10)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_the_maps_of_members_with_as_many_pieces_are_run_together_with_the_options(monkeypatch):
+    """The first and the last of three; the tangents are those of the disc, which come first."""
+    members = ConeModel(damping_ratio=[0.1, 0.2, 0.3], drive_frequency=[1.0, 0.01, 1.0]).members()
+    resting, shares = numbers(3, 2), []
+
+    def ran(members, states, times, **options):
+        options["progress"](1.0)
+        tangents = np.broadcast_to(np.eye(3), (*times.shape, 3, 3)).copy()
+        tangents[:, 0, :2, :2] = np.diag([2.0, 0.25])
+        tangents[:, 0, 2, 2] = 7.0
+        return SimpleNamespace(tangents=tangents, outcome=np.full(len(states), len(asked["integrate"]), dtype=np.int8))
+
+    asked = record(monkeypatch, module, integrate=ran, _resting=resting)
+    found = module.monodromy(members, module.Options(2e-9, 5), shares.append)
+    assert asked["_resting"][0]["options"] == module.Options(2e-9, 5)
+    few, many = sorted(asked["integrate"], key=lambda call: call["times"].shape[1])
+    for call, rows in ((few, [0, 2]), (many, [1])):
+        np.testing.assert_allclose(call["model"].damping_ratio, np.array([0.1, 0.2, 0.3])[rows])
+        np.testing.assert_array_equal(call["initial"], resting[rows])
+        count = call["times"].shape[1]
+        np.testing.assert_allclose(
+            call["times"], np.pi * np.array([1.0, 100.0, 1.0])[rows, None] * np.arange(1, count + 1) / count
+        )
+        assert (call["keep"], call["tolerance"], call["threads"]) == ("tangents", 2e-9, 5)
+        assert found.outcome[rows].tolist() == [1 + (call is asked["integrate"][1])] * len(rows)
+    assert few["times"].shape[1] < many["times"].shape[1]
+    np.testing.assert_allclose(found.trace * np.exp(found.log_scale), 2.25)
+    np.testing.assert_allclose(found.repeat, [np.pi, 100.0 * np.pi, np.pi])
+    np.testing.assert_allclose(found.log_product, -2.0 * np.array([0.1, 0.2, 0.3]) * found.repeat)
+    np.testing.assert_allclose(found.product_error, np.expm1(np.log(0.5) - found.log_product))
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_states_besides_the_discs_settle_with_the_options_until_they_no_longer_change(monkeypatch):
+    """64 forcing periods at a time; of two states there is nothing to wait for."""
+    runs = iter([1.0, 0.5, 0.5])
+
+    def ran(members, states, times, **options):
+        return SimpleNamespace(states=np.tile([0.0, 0.0, next(runs)], (members.size, 1, 1)))
+
+    asked = record(monkeypatch, module, integrate=ran)
+    members = ConeModel(circuit=FilteredVoltage(), drive_frequency=0.5, damping_ratio=[0.1, 0.2]).members()
+    assert module._resting(members, module.Options(2e-9, 5)).tolist() == [[0.0, 0.0, 0.5]] * 2
+    assert len(asked["integrate"]) == 3
+    for call in asked["integrate"]:
+        np.testing.assert_allclose(call["times"], module.SETTLING * np.full((2, 1), float(members.forcing_period[0])))
+        assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    assert module._resting(ConeModel().members(), module.Options(2e-9, 5)).tolist() == [[0.0, 0.0]]

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gelcone.motion import orbit as module
 from gelcone.motion.attractor.cycle import find_cycles
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting, multipliers_of, newton, repeat_phase, segments_for
 from gelcone.physics.model import ConeModel
+from tests.recorded import record
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "reference" / "continuation.json").read_text())["references"]
 REGULAR = [r for r in REFERENCES if r["type"] in ("orbit", "period_doubling")]
@@ -171,3 +173,72 @@ def test_two_states_with_a_film_that_drags_have_the_determinant_of_their_tangent
             assert found[0] == pytest.approx(run.divergence[0, -1], abs=1e-9)
     assert found[0] == pytest.approx(found[1], rel=2e-3)
     assert found[0] < 1.2 * -2.0 * 0.02 * period
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_another_map_of_the_same_orbit_has_the_same_settings_around_the_same_values():
+    """Of what is free is no parameter itself, but stands for twice the voltage."""
+    members = ConeModel(damping_ratio=0.02, voltage=1.1, drive_frequency=0.4).members()
+    own = Shooting(
+        members, ("half",), Kind(1), 4, np.pi, 2e-15, lambda values: {"voltage": 2.0 * np.asarray(values[0])}, (0.55,)
+    )
+    other = own.of_kind(Kind(2, True))
+    assert (other.kind, other.free, other.segments, other.phase, other.tolerance) == (
+        Kind(2, True),
+        ("half",),
+        4,
+        np.pi,
+        2e-15,
+    )
+    for shooting in (own, other):
+        assert shooting.numbers_at((0.3,))["voltage"] == pytest.approx(0.6)
+        assert shooting.members_at((np.array([0.3, 0.4]),)).number("voltage").tolist() == [0.6, 0.8]
+    assert other.of_kind(Kind(1)) is own
+    nodes = np.tile([0.4, -0.2], (8, 1))
+    once, twice = own.run(nodes[:4], (0.5,)).ends.copy(), other.run(nodes, (0.5,)).ends
+    np.testing.assert_allclose(twice, [*once, *once], rtol=1e-14)  # each repeat begins at phase 0
+
+
+@pytest.mark.parametrize("kind", [Kind(1), Kind(2), Kind(1, True)])
+def test_the_determinant_of_a_map_is_that_of_its_tangents(kind):
+    """Over half a period of an orbit that is its own mirror image."""
+    members = ConeModel(damping_ratio=0.02, voltage=1.1, drive_frequency=0.4).members()
+    shooting = shooting_of(members, kind)
+    nodes = np.tile([0.4, -0.2], (shooting.count, 1))
+    tangents = shooting.run(nodes, [1.1]).tangents
+    found = shooting.log_determinant(tangents, [1.1])
+    assert found == pytest.approx(np.linalg.slogdet(tangents)[1].sum(), rel=1e-9)
+    assert found == pytest.approx(-2.0 * 0.02 * kind.repeats * np.pi / 0.4)
+
+
+def test_newton_runs_the_motion_itself_first_and_then_each_segment_from_its_own_phase(monkeypatch):
+    """With the next tolerance each time; a step leads each node to where the segments would close."""
+    members = ConeModel(damping_ratio=[0.02, 0.1], voltage=[1.1, 0.5], drive_frequency=0.4).members()
+    states, period = np.array([[0.4, -0.2], [0.3, 0.1]]), np.pi / 0.4
+    asked = record(monkeypatch, module, integrate=integrate)
+    turns = list(newton(members, states, 2, 2, [1e-8, 1e-10, 1e-12], threads=1))
+    first, second, third = asked["integrate"]
+    assert [call["tolerance"] for call in (first, second, third)] == [1e-8, 1e-10, 1e-12]
+    assert {call["threads"] for call in (first, second, third)} == {1}
+    assert {call["keep"] for call in (first, second, third)} == {"tangents"}
+    at = 0.5 * period * np.arange(5)
+    np.testing.assert_array_equal(first["initial"], states)
+    np.testing.assert_allclose(first["times"], [at[1:]] * 2)
+    assert first["start"] == 0.0
+    for call in (second, third):
+        np.testing.assert_allclose(call["start"], np.tile(at[:-1], 2))
+        np.testing.assert_allclose(call["times"][:, 0], np.tile(at[1:], 2))
+        assert call["model"].number("voltage").tolist() == [1.1] * 4 + [0.5] * 4
+    np.testing.assert_array_equal(turns[0].point, states)
+    np.testing.assert_allclose(turns[1].point, states + turns[0].step)
+    np.testing.assert_allclose(turns[2].point, turns[1].point + turns[1].step)
+    np.testing.assert_allclose(turns[0].contraction, -2.0 * np.array([0.02, 0.1]) * 2.0 * period)
+    np.testing.assert_allclose(turns[0].log_multipliers.sum(axis=1), turns[0].contraction)
+    run = integrate(members, states, first["times"], tolerance=1e-8)
+    np.testing.assert_allclose(turns[0].path, run.states)
+
+
+def test_derivatives_are_taken_along_a_tenth_of_a_value_of_either_sign():
+    assert module._steps([-5.0, 0.0, 0.002, 3.0]) == pytest.approx([0.5, 1e-3, 1e-3, 0.3])

@@ -1,14 +1,20 @@
 """The membrane from disc to rim: one truth with the film that runs, cells, and what cannot be held."""
 
+import importlib
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone import ConeModel
 from gelcone.errors import InputError
+from gelcone.membrane.profile import Profile
 from gelcone.motion.profile import Held
 from gelcone.physics.film.membrane import KINDS
+from tests.recorded import numbers, record
 
+module = importlib.import_module("gelcone.motion.profile")
 MODEL = ConeModel(
     film="membrane",
     radius_ratio=0.2,
@@ -174,3 +180,105 @@ def test_what_cannot_be_asked_is_refused(arguments, message):
 def test_a_cone_has_no_rings_to_show(film):
     with pytest.raises(InputError, match=f"film = {film}: does not vary from disc to rim; take film = membrane"):
         gelcone.film(ConeModel(film=film))
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def rings(count, points=4, at=0.0):
+    """Made-up rings of some states: all numbers different, and the second ring of each without a hoop in wrinkles."""
+    radius = np.array([1.0, 2.0, 3.0, 5.0])[:points]
+    fields = {name: numbers(count, points, at=at + k) for k, name in enumerate(Profile._fields[1:])}
+    fields["span"] = fields["width"] * (1.0 - 0.25 * (np.arange(points) != 1))
+    return Profile(radius, **fields)
+
+
+def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
+    """Of two members of another strength, two heights (below the rim and above) and two voltages of the command."""
+    members = MODEL.replace(radius_ratio=[0.2, 0.3], dielectric_strength=[2.0, 4.0]).members()
+    (placed,) = members.system.films
+    x, levels, made = np.broadcast_to([[-0.25], [0.5]], (2, 2, 2)), np.array([0.25, 0.75]), []
+    squares = {"A": np.full((2, 1, 1), 1.44), "B": np.full((2, 1, 1), 1.96)}  # of the pre-stretches
+
+    def cells(members, placed, k, at, volts):
+        return module._Cells(np.ravel(at), np.tile(volts, 2) + 0.125, *(numbers(4,
+        at=50.0 + 10.0 * k + j) for j in range(3)),
+                             np.arange(4, dtype=np.int8), np.array([0, 1, 0, 6], dtype=np.int8))  # fmt: skip
+
+    def ringed(members, placed, k, known):
+        made.append(known)
+        return known, rings(4, at=100.0 * k)
+
+    record(monkeypatch, module, _cells=cells, _with_rings=ringed)
+    own_numbers = type(placed).own
+    monkeypatch.setattr(type(placed), "own", lambda film, n: {**own_numbers(film, n), **squares})
+    found = {name: variable[1] for name, variable in module._variables(members, placed, x, levels).items()}
+    shape = (2, 2, 2)
+    voltage = np.broadcast_to(levels + 0.125, shape)
+    own = [rings(4, at=100.0 * k) for k in range(2)]
+
+    def of(name):
+        return np.stack([getattr(one, name) for one in own]).reshape(*shape, 4)
+
+    def cell(j):
+        return np.stack([numbers(4, at=50.0 + 10.0 * k + j) for k in range(2)]).reshape(shape)
+
+    field, strength = voltage[..., None] * of("field"), np.array([2.0, 4.0])[:, None, None]
+    up = np.array([-1.0, 1.0])[None, :, None, None]
+    expected = {
+        "force": cell(0), "capacitance": cell(1), "charge": cell(1) * voltage, "pull_in_voltage": cell(2),
+        "largest_field": field.max(axis=-1), "breakdown_share": field.max(axis=-1) / strength,
+        "largest_limit_share": of("limit_share").max(axis=-1), "least_firmness": of("firmness").min(axis=-1),
+        "true_field": field, "ring_radius": of("r"), "ring_height": up * of("z"), "thickness": of("thickness"),
+        "meridional_stretch": 1.2 * of("l1"), "hoop_stretch": 1.4 * of("width"), "wrinkle_excess": of("excess"),
+        "limit_share": of("limit_share"), "firmness": of("firmness"), "largest_field_radius": np.full(shape, 5.0),
+        "least_firmness_radius": np.full(shape, 1.0), "held": np.tile([[0, 1], [0, 6]], (2, 1, 1)),
+        "film_state": np.arange(4).reshape(2, 2) + np.zeros(shape), "wrinkled_share": np.full(shape,
+        (1.5 + 2.5 + 16.0) / 24.0),
+    }  # fmt: skip
+    for name, values in expected.items():
+        np.testing.assert_allclose(found[name], values, err_msg=name)
+    np.testing.assert_array_equal(found["mounted_radius"], [[1.0, 2.0, 3.0, 5.0]] * 2)
+    assert [one.voltage.tolist() for one in made] == [[0.375, 0.875] * 2] * 2
+    del members.values["dielectric_strength"]
+    assert np.isnan(module._variables(members, placed, x, levels)["breakdown_share"][1]).all()
+
+
+def test_states_that_are_held_have_the_force_of_their_rings_and_those_that_are_not_found_say_so(monkeypatch):
+    """Some at a time; a disc below the rim is pulled up. Of four states the second is slack, the last unresolved."""
+    monkeypatch.setattr(module, "MOST_AT_ONCE", 2)
+    given = []
+
+    class Gels:
+        def __init__(self, gel, ratio):
+            given.append((gel, ratio))
+
+        def measures(self, at):
+            return SimpleNamespace(force=at.x + 10.0, area=at.x + 20.0)
+
+    def held(own, x, squared):
+        given.append((x.tolist(), squared.tolist()))
+        return SimpleNamespace(x=x, found=x < 0.7)
+
+    def profiled(own, at):
+        return rings(at.x.size, at=10.0 * len(given))
+
+    record(monkeypatch, module, held=held, profile=profiled, Elements=Gels, Gel=lambda law, n, lm, lh: (law, lm, lh))
+    members = MODEL.replace(radius_ratio=[0.2, 0.3]).members()
+    (placed,) = members.system.films
+    own_numbers = type(placed).own
+    monkeypatch.setattr(type(placed), "own", lambda film, n: {**own_numbers(film, n), "A": 1.44, "B": 1.96})
+    x, as_held = np.array([-0.5, 0.1, 0.25, 0.75]), np.array([0, int(Held.SLACK), 0, 0], dtype=np.int8)
+    cells = module._Cells(x, numbers(4), *(numbers(4, at=k) for k in (50.0, 60.0, 70.0)), as_held, as_held)
+    found, profile = module._with_rings(members, placed, 1, cells)
+    (gel, ratio), first, second = given
+    assert ratio == 0.3
+    assert (gel[1], gel[2]) == (pytest.approx(1.44), pytest.approx(1.96))
+    assert first == ([0.5, 0.25], (numbers(4)[[0, 2]] ** 2).tolist())
+    assert second == ([0.75], (numbers(4)[[3]] ** 2).tolist())
+    np.testing.assert_allclose(found.force, [-10.5, numbers(4, at=50.0)[1], 10.25, 10.75])
+    np.testing.assert_allclose(found.capacitance, [20.5, numbers(4, at=60.0)[1], 20.25, 20.75])
+    assert found.held.tolist() == [0, Held.SLACK, 0, Held.UNRESOLVED]
+    assert np.isnan(profile.r[1]).all()
+    np.testing.assert_array_equal(profile.r[[0, 2]], rings(2, at=20.0).r)
+    np.testing.assert_array_equal(profile.r[3], rings(1, at=30.0).r[0])

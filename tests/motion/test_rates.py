@@ -105,3 +105,25 @@ def test_an_ensemble_and_other_states_are_refused():
         gelcone.rates(device("taut").replace(film_thickness=[1.9e-4, 2e-4]))
     with pytest.raises(InputError, match="must have 2 states"):
         gelcone.rates(device("taut"))(0.0, [0.0, 0.0, 1.0])
+
+
+def test_a_voltage_and_a_force_may_be_functions_of_the_time_in_seconds_or_numbers():
+    f = gelcone.rates(device("taut"))
+    t, own = 0.4, device("taut")
+    at = f(t, f.start, voltage=300.0, force=2e-3)
+    asked = []
+    given = {name: lambda time, value=value: asked.append(time) or value for name, value in
+             (("voltage", 300.0), ("force", 2e-3))}  # fmt: skip
+    np.testing.assert_allclose(f(t, f.start, **given), at, rtol=1e-13)
+    assert asked == [t, t]
+    still = f(t, f.start, voltage=300.0)
+    assert at[1] - still[1] == pytest.approx(2e-3 / own.moving_mass, rel=1e-10)
+
+
+def test_the_inputs_of_python_control_are_voltage_and_force():
+    f = gelcone.rates(device("taut"))
+    system = f.to_control()
+    assert (system.input_labels, system.output_labels) == (["voltage", "force"], list(f.states))
+    np.testing.assert_allclose(
+        system.updfcn(0.4, f.start, np.array([300.0, 2e-3]), {}), f(0.4, f.start, voltage=300.0, force=2e-3), rtol=1e-13
+    )

@@ -1,6 +1,8 @@
 """Regimes: every kind with its evidence, flags, and a small labelled set."""
 
+import importlib
 import importlib.util
+import json
 import sys
 from pathlib import Path
 
@@ -10,11 +12,16 @@ import pytest
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import load, save
 from gelcone.errors import InputError
-from gelcone.motion.attractor.classification import RETURNS, classify
+from gelcone.motion.attractor.classification import RETURNS, Evidence, classify
+from gelcone.motion.attractor.cycle import FIRST_TOLERANCE as ROUGH
 from gelcone.motion.flow import integrate
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
+from gelcone.statistics import wilson
+from tests.recorded import numbers, record
+
+module = importlib.import_module("gelcone.motion.regime")
 
 SET = {"spring_stiffness": 0.5, "damping_ratio": 0.05, "drive_frequency": 0.3}
 
@@ -294,3 +301,60 @@ def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
     assert sum(shares) == pytest.approx(1.0)
     assert len(shares) > 1
     assert min(shares) > 0.0
+
+
+# --- from the evidence to the result ----------------------------------------------------------------------------------
+
+UNITS = {
+    "code": ("regime", "symmetric", "doubtful", "sign", "coexisting", "fate_regime"),
+    "count": ("period", "starts", "fate_period"),
+    "length": ("lowest", "highest"),
+    "rate": ("lyapunov", "standard_error"),
+    "share": ("return_distance", "cycle_distance", "share_chaotic", "fate_share", "fate_share_low", "fate_share_high"),
+    "state": ("section",),
+    "time": ("averaged_time", "settled_time", "seen_until"),
+}
+
+
+def evidence():
+    """Evidence of three members in which no two numbers are equal."""
+    blank = Evidence.blank(3)
+    own = {name: numbers(*values.shape, at=k + 1.0) for k, (name, values) in enumerate(vars(blank).items())}
+    own |= {name: np.arange(3) == k for k, name in enumerate(("symmetric", "doubtful", "coexisting"))}
+    own |= {"fate_share": 0.5 * (own["fate_share"] % 1.0), "followed": np.array([16, 12, 9])}
+    return Evidence(**(own | {"outcome": np.array([0, 3, 1], dtype=np.int8), "regime": np.array([2, 5, 1])}))
+
+
+def test_each_variable_holds_its_part_of_the_evidence():
+    """Shares of fates are between the ends of their own interval, of as many starts as were followed."""
+    own = evidence()
+    found = module._findings(own, ConeModel().system)
+    renamed = {"lyapunov": "exponents", "starts": "followed"}
+    ends = {f"fate_share_{end}": values for end, values in
+            zip(("low", "high"), wilson(own.fate_share, own.followed[:, None]), strict=True)}  # fmt: skip
+    for name, (_, values, _, of) in found.variables.items():
+        if not name.startswith(("validity", "film")):
+            expected = ends[name] if name in ends else getattr(own, renamed.get(name, name))
+            np.testing.assert_array_equal(values, expected, name)
+            assert isinstance(of, dict) or name in UNITS[of]
+    assert {name for names in UNITS.values() for name in names} < set(found.variables)
+    assert found.outcome.tolist() == [0, 3, 1]
+
+
+def test_the_search_has_the_start_and_the_budgets_of_the_call(monkeypatch):
+    asked = record(monkeypatch, module, classify=evidence())
+    model, shares = ConeModel(voltage=[0.5, 0.6, 0.7]), []
+    options = {"transient": 11.0, "patience": 12.0, "budget": 13.0, "tolerance": 2e-9}
+    found = regime(model, (0.25, 0.5), **options, threads=3, progress=shares.append)
+    ((call,),) = asked.values()
+    np.testing.assert_array_equal(call["states"], [[0.25, 0.5]] * 3)
+    np.testing.assert_array_equal(call["members"].number("voltage"), [0.5, 0.6, 0.7])
+    assert {name: call[name] for name in options} == options
+    assert (call["threads"], call["progress"]) == (3, shares.append)
+    assert json.loads(found.attrs["options"]) == options
+    assert (found.attrs["title"], found["outcome"].values.tolist()) == ("regime of motion", [0, 3, 1])
+
+
+def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integrations):
+    regime(ConeModel(**SET, voltage=0.9), tolerance=2e-15, threads=2)
+    assert integrations == {(2e-15, 2), (ROUGH, 2)}  # Newton's first steps are rough

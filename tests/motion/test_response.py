@@ -14,6 +14,7 @@ from gelcone import ConeModel, InputError, Outcome, dataset, simulate
 from gelcone.motion import response
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import SHARES
+from tests.recorded import numbers, record
 from tests.toys import PowerFilm
 
 KNOWN = tuple(name for name in SHARES if name != "beyond_membrane")
@@ -503,3 +504,92 @@ def test_samples_of_a_run_that_ended_have_its_end_behind_the_last_that_it_reache
     np.testing.assert_array_equal(found[..., 0], [[0, 2, 2.7, nan], [0, 2, nan, nan], [0, 2, 3, 4], [0, 0.4, nan, nan]])
     np.testing.assert_array_equal(found[..., 1], [[0, 0, 11.7, nan], [0, 0, nan, nan], [0] * 4, [0, 9.4, nan, nan]])
     np.testing.assert_array_equal(run.times, times)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def ran(members, samples, films=1, **changes):
+    """A made-up run whose numbers are all different."""
+    size, states = members.size, len(members.system.states)
+    made = {
+        "times": np.tile(np.arange(float(samples)), (size, 1)), "states": numbers(size, samples, states, at=1.0),
+        "work": numbers(size, samples, len(members.system.causes), at=2.0), "outcome": np.zeros(size, dtype=np.int8),
+        "end_times": numbers(size, at=3.0), "end_states": numbers(size, states, at=4.0),
+        "pull_in": np.zeros((size, films), dtype=np.int8), "film_times": numbers(size, films, 4, at=5.0),
+    }  # fmt: skip
+    return SimpleNamespace(**(made | changes))
+
+
+@pytest.mark.parametrize("wanted", [None, [0.5, 1.0, 3.0]])
+def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, wanted):
+    """Shares are those of even times up to the end, whichever times are shown; what is delivered, of all samples."""
+    model, shares = ConeModel(damping_ratio=0.1, voltage=[0.2, 0.3], drive_frequency=2.0 * np.pi), []
+    jumps = numbers(2, 1, at=8.0), numbers(2, 1, at=9.0)
+    lasted = SimpleNamespace(shares=lambda: {name: numbers(2, at=20.0 + k) for k, name in enumerate(SHARES)},
+                             share_error=numbers(2, at=30.0))  # fmt: skip
+    heat = {"heat": ((), numbers(2, at=31.0), "heat", "power density")}
+    power = {"apparent_power": ((), numbers(2, at=32.0), "power", "apparent power")}
+
+    def integrated(members, states, times, **options):
+        return ran(model.members(), times.shape[1], times=times)
+
+    def variables(members, run, jumped, lost):
+        return {"displacement": run.states[..., 0]}, [SimpleNamespace(kind=None)]
+
+    asked = record(
+        monkeypatch, response, integrate=integrated, switched=jumps, _variables=variables, lasting=lasted, _heat=heat,
+        delivered=power, broken=lambda members, motion, voltages, states: {"breakdown": motion[..., 0] > 1.0},
+        even_times=lambda model, spans: np.linspace(0.0, 1.0, 6)[None] * np.reshape(np.max(spans), (-1, 1)),
+        validity_variables=lambda found, outcome, system, **more: {"found": (("all",), found, "", "share")},
+    )  # fmt: skip
+    options = {"tolerance": 2e-9, "threads": 5}
+    found = simulate(model, numbers(2, 2), periods=3.0, times=wanted, progress=shares.append, **options)
+    even = np.linspace(0.0, 3.0, 6)
+    every = np.union1d(even, wanted or [])
+    (run,), (of_jumps,), (of_time,), (of_power,) = (asked[n] for n in ("integrate", "switched", "lasting", "delivered"))
+    np.testing.assert_allclose(run["times"], [every] * 2)
+    np.testing.assert_array_equal(run["initial"], numbers(2, 2))
+    assert (run["keep"], run["progress"]) == ("work", shares.append)
+    for call in (run, of_jumps):
+        assert {name: call[name] for name in options} == options
+    np.testing.assert_array_equal(of_jumps["states"], numbers(2, 2))
+    np.testing.assert_allclose(of_jumps["times"], [every] * 2)
+    assert asked["_variables"][0]["jumped"] is jumps[0]
+    assert asked["_variables"][0]["lost"] is of_power["lost"] is jumps[1]
+    np.testing.assert_allclose(of_time["times"], [even] * 2)
+    np.testing.assert_allclose(of_power["times"], [every] * 2)
+    expected = [*(numbers(2, at=20.0 + k) for k in range(len(SHARES))), numbers(2, at=30.0)]
+    np.testing.assert_array_equal(found["found"][:, : len(expected)], np.stack(expected, axis=1))
+    shown = every if wanted is None else np.array(wanted)
+    np.testing.assert_allclose(found["time"], shown)
+    at = np.searchsorted(every, shown)
+    np.testing.assert_array_equal(found["displacement"], numbers(2, every.size, 2, at=1.0)[:, at, 0])
+    np.testing.assert_array_equal(found["heat"], numbers(2, at=31.0))
+    np.testing.assert_array_equal(found["apparent_power"], numbers(2, at=32.0))
+    assert json.loads(found.attrs["options"]) == {"periods": 3.0 if wanted is None else None, "tolerance": 2e-9}
+
+
+def test_heat_is_the_mean_of_the_second_half_of_a_run_over_both_films():
+    members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive="same", leakage_time=7.0).members()
+    run = ran(members, 9, times=np.arange(9.0)[None] ** 2)
+    found = response._heat(members, run)
+    lost = run.work[0, :, members.system.causes.index("leak")] / 2.0
+    for name in ("heat", "heating"):
+        np.testing.assert_allclose(found[name][1], [(lost[8] - lost[4]) / (64.0 - 16.0)])
+    assert response._heat(ConeModel().members(), run) == {}
+
+
+def test_states_of_a_film_and_its_pull_in_are_those_at_the_end_of_each_run():
+    """Of two runs the second pulled in."""
+    members = ConeModel(film="wrinkling", damping_ratio=0.1, voltage=0.0, voltage_bias=[0.3, 0.4]).members()
+    kinds = members.system.film.kinds
+    spent = numbers(2, 1, len(kinds), at=1.0)
+    run = ran(members, 3, film_times=spent, pull_in=np.array([[0], [2]], dtype=np.int8))
+    found = response.film_variables(members, run)
+    for k, kind in enumerate(kinds):
+        np.testing.assert_allclose(found[f"film_state_{kind}"][1], spent[:, 0, k] / spent[:, 0].sum(axis=1))
+    np.testing.assert_array_equal(found["pull_in_time"][1], [np.nan, run.end_times[1]])
+    np.testing.assert_array_equal(found["pull_in_displacement"][1], [np.nan, run.end_states[1, 0]])
+    np.testing.assert_array_equal(found["pull_in_voltage"][1], [np.nan, 0.4])
+    assert found["pull_in_kind"][1].tolist() == [0, 2]

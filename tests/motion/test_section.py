@@ -1,6 +1,7 @@
 """Poincare sections: returning points, phases, turning points against SciPy, ensembles to the last bit, contracts."""
 
 import importlib
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +19,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.section import extrema, section
 from gelcone.physics.model import ConeModel
 from gelcone.plots.section import section_figure
+from tests.recorded import numbers, record
 from tests.toys import TurningBias
 
 section_module = importlib.import_module("gelcone.motion.section")
@@ -331,3 +333,100 @@ def test_a_motion_turns_where_its_velocity_changes_sign_also_from_a_standstill(m
     assert rows[:, 3].tolist() == [-1.0, -1.0]  # both fall before
     assert rows[0, 0] == pytest.approx(0.5, abs=1e-3)
     assert rows[1, 0] == pytest.approx(0.5, abs=0.02)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def pieces_of(first, count, values, outcome, **more):
+    return module.Piece(first, count, np.zeros(0), values, np.array(outcome, dtype=np.int8), **more)
+
+
+def test_points_are_the_begins_of_the_periods_of_each_piece(monkeypatch):
+    """In two pieces, in the second of which the last of three members ends; the times are those of the points."""
+    model = ConeModel(damping_ratio=0.1, drive_frequency=[0.5, 1.0, 2.0], voltage_bias=0.3)
+    values = [numbers(3, 3, 2, at=5.0), numbers(3, 2, 2, at=7.0)]
+    parts = [pieces_of(0, 2, values[0], [0, 4, 0]), pieces_of(2, 1, values[1], [0, 4, 3])]
+    states, shares, outcome = numbers(3, 2, at=3.0), [], np.array([0, 1, 0], dtype=np.int8)
+
+    def settled(members, states0, repeats, *, progress, tolerance, threads):
+        progress(1.0)
+        return states, outcome
+
+    def run(members, begin, repeats, at, *, outcome, progress, tolerance, threads):
+        progress(1.0)
+        return iter(parts)
+
+    asked = record(monkeypatch, section_module, settle=settled, pieces=run)
+    found = section(
+        model, (0.25, 0.5), repeats=3, discard=6, phase=0.25, tolerance=2e-9, threads=5, progress=shares.append
+    )
+    (before,), (after,) = asked["settle"], asked["pieces"]
+    np.testing.assert_array_equal(before["states"], [[0.25, 0.5]] * 3)
+    np.testing.assert_array_equal(after["states"], states)
+    np.testing.assert_array_equal(after["outcome"], outcome)
+    assert (before["repeats"], after["repeats"], list(after["shares"])) == (6, 3, [0.25])
+    for call in (before, after):
+        assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    assert shares == pytest.approx([2.0 / 3.0, 1.0 / 3.0])
+    points = np.concatenate([part[:, :-1] for part in values], axis=1)
+    np.testing.assert_array_equal(found["displacement"], points[..., 0])
+    np.testing.assert_array_equal(found["velocity"], points[..., 1])
+    assert found["repeat"].values.tolist() == [6, 7, 8]
+    np.testing.assert_allclose(found["time"], 2.0 * np.pi / model.drive_frequency[:, None] * [6.25, 7.25, 8.25])
+    assert found["outcome"].values.tolist() == [0, 4, 3]
+    options = {"repeats": 3, "discard": 6, "phase": 0.25, "tolerance": 2e-9}
+    assert json.loads(found.attrs["options"]) == options
+
+
+def test_turning_points_of_each_block_are_those_of_its_members_counted_from_the_start_of_the_run(monkeypatch):
+    """Members 1 and 2 are sampled alike, and member 0 otherwise; of each block there are two pieces."""
+    model = ConeModel(damping_ratio=0.1, drive_frequency=[0.5, 1.0, 1.0], voltage_bias=0.3)
+    groups = {16: [0], 32: [1, 2]}
+    monkeypatch.setattr(section_module, "samples_per_repeat", lambda members, per: np.array([16, 32, 32]))
+    states, told = {1: numbers(1, 2, at=3.0), 2: numbers(2, 2, at=4.0)}, []
+
+    def settled(members, states0, repeats, *, progress, tolerance, threads):
+        progress(1.0)
+        return states[members.size], np.full(members.size, members.size, dtype=np.int8)
+
+    def run(members, begin, repeats, at, *, outcome, progress, tolerance, threads):
+        progress(1.0)
+        size = members.size
+        yield pieces_of(0, 2, f"{size} first", [0] * size)
+        yield pieces_of(2, 1, f"{size} second", [size] * size)
+
+    def turning(members, piece, flow):
+        return np.arange(members.size), np.column_stack(
+            [0.25 + np.zeros(members.size), numbers(members.size, 3, at=9.0)]
+        )
+
+    asked = record(monkeypatch, section_module, settle=settled, pieces=run, _turning_points=turning)
+    found = extrema(model, numbers(3, 2), repeats=3, discard=6, tolerance=2e-9, threads=5, progress=told.append)
+    flow = {"tolerance": 2e-9, "threads": 5}
+    for before, after, (samples, rows) in zip(asked["settle"], asked["pieces"], groups.items(), strict=True):
+        np.testing.assert_array_equal(before["states"], numbers(3, 2)[rows])
+        np.testing.assert_array_equal(after["states"], states[len(rows)])
+        assert after["outcome"].tolist() == [len(rows)] * len(rows)
+        np.testing.assert_allclose(after["shares"], np.arange(samples) / samples)
+        assert (before["repeats"], after["repeats"]) == (6, 3)
+        for call in (before, after):
+            assert {name: call[name] for name in flow} == flow
+    assert [call["flow"] for call in asked["_turning_points"]] == [flow] * 4
+    assert [call["piece"].states for call in asked["_turning_points"]] == ["1 first", "1 second", "2 first", "2 second"]
+    assert sum(told) == pytest.approx(1.0)
+    period = 2.0 * np.pi / model.drive_frequency[:, None]
+    np.testing.assert_allclose(found["time"], period * [6.25, 8.25])
+    np.testing.assert_allclose(found["phase"], 0.25)
+    own = np.array([numbers(1, 3, at=9.0)[0], *numbers(2, 3, at=9.0)])
+    np.testing.assert_array_equal(found["displacement"], own[:, :1] + [[0.0, 0.0]])
+    np.testing.assert_array_equal(found["velocity"], own[:, 1:2] + [[0.0, 0.0]])
+    assert found["count"].values.tolist() == [2, 2, 2]
+    assert found["outcome"].values.tolist() == [1, 2, 2]
+    assert json.loads(found.attrs["options"]) == {"repeats": 3, "discard": 6, "tolerance": 2e-9}
+
+
+@both
+def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(analysis, integrations):
+    analysis(PERIODIC, repeats=2, discard=2, tolerance=2e-15, threads=2)
+    assert integrations == {(2e-15, 2)}

@@ -1,6 +1,7 @@
 """Clocks and settling: forcing periods, the fastest rate, runs over whole periods."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import LONGEST_TIME, blocks, check_budgets, clocks, pieces, repeats_lasting, settle
 from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
 
@@ -112,3 +114,81 @@ def test_a_time_that_is_not_positive_or_too_long_is_refused_by_its_name(value):
     ):
         check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME, patience=value)
     check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_pieces_run_with_the_options_from_where_the_one_before_ended_and_the_first_failure_counts(monkeypatch):
+    """The second member has failed before, the third fails in the first piece and another way in the second."""
+    monkeypatch.setattr(module, "CLOCK_REPEATS", 2)
+    outcomes, shares = iter([[0, 5, 3], [4, 5, 5]]), []
+
+    def ran(members, states, times, *, progress, **flow):
+        progress(1.0)
+        made = np.array(next(outcomes), dtype=np.int8)
+        return SimpleNamespace(
+            times=times, states=numbers(*times.shape, 2, at=10.0 * len(asked["integrate"])), outcome=made
+        )
+
+    asked = record(monkeypatch, module, integrate=ran)
+    members, states = PERIODIC.replace(drive_frequency=[1.0, 2.0, 0.5]).members(), numbers(3, 2)
+    before = np.array([0, 1, 0], dtype=np.int8)
+    found = list(
+        pieces(members, states, 3, [0.25, 0.5], outcome=before, progress=shares.append, tolerance=2e-9, threads=5)
+    )
+    first, second = asked["integrate"]
+    np.testing.assert_array_equal(first["initial"], states)
+    np.testing.assert_array_equal(second["initial"], numbers(3, 5, 2, at=10.0)[:, -1])
+    period = np.pi / np.array([1.0, 2.0, 0.5])[:, None]
+    np.testing.assert_allclose(first["times"], period * [0.25, 0.5, 1.25, 1.5, 2.0])
+    np.testing.assert_allclose(second["times"], period * [0.25, 0.5, 1.0])
+    for call in (first, second):
+        assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    assert [piece.outcome.tolist() for piece in found] == [[0, 1, 3], [4, 1, 3]]
+    assert [(piece.first, piece.repeats) for piece in found] == [(0, 2), (2, 1)]
+    assert shares == pytest.approx([2.0 / 3.0, 1.0 / 3.0])
+
+
+def test_members_settle_with_the_options_by_shares_of_all_their_periods(monkeypatch):
+    """No longer at a time than the clock goes, and as long as each has to."""
+    monkeypatch.setattr(module, "CLOCK_REPEATS", 10)
+    shares = []
+
+    def ran(members, states, times, *, progress, **flow):
+        progress(1.0)
+        return SimpleNamespace(states=states[:, None] + 1.0, outcome=np.zeros(len(states), dtype=np.int8))
+
+    asked = record(monkeypatch, module, integrate=ran)
+    members, states = PERIODIC.replace(drive_frequency=[1.0, 2.0, 0.5]).members(), numbers(3, 2)
+    found, outcome = settle(members, states, np.array([4, 16, 0]), progress=shares.append, tolerance=2e-9, threads=5)
+    np.testing.assert_allclose(found, states + np.array([[1.0], [2.0], [0.0]]))
+    assert outcome.tolist() == [0, 0, 0]
+    first, second = asked["integrate"]
+    np.testing.assert_allclose(first["times"], [[4.0 * np.pi], [10.0 * np.pi / 2.0]])
+    np.testing.assert_allclose(second["times"], [[6.0 * np.pi / 2.0]])
+    assert {(call["tolerance"], call["threads"]) for call in (first, second)} == {(2e-9, 5)}
+    assert shares == pytest.approx([0.7, 0.3])
+
+
+def test_a_stretch_is_a_part_of_a_long_period_or_several_short_ones_and_a_block_is_whole_periods():
+    """Of three drives: slow, as fast as the disc and far faster; blocks last at least 64."""
+    model = PERIODIC.replace(drive_frequency=[0.01, 1.0, 40.0]).members()
+    for rows, clock in clocks(model, 16.0):
+        for k, row in enumerate(rows):
+            period = float(model.forcing_period[row])
+            longest = 16.0 / float(model.fastest[row])
+            spacing = float(clock.spacing[k])
+            assert spacing <= longest * (1.0 + 1e-12)
+            if period > longest:
+                assert clock.per_repeat > 1
+                assert spacing * clock.per_repeat == pytest.approx(period)
+                assert spacing > 0.5 * longest  # the next power of two
+            else:
+                assert clock.per_repeat == 1
+                assert spacing / period == pytest.approx(np.floor(longest / period))
+            lasts = clock.block * spacing
+            assert lasts >= module.BLOCK
+            assert lasts / period == pytest.approx(round(lasts / period))
+            unit = period * float(clock.repeats[k])
+            assert lasts < module.BLOCK + unit * (1.0 + 1e-12)

@@ -16,6 +16,8 @@ from gelcone.motion.spectrum import analyse, spectrum
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import Chirp
 from gelcone.plots.spectrum import spectrum_figure
+from tests import recorded
+from tests.recorded import numbers
 
 PERIODIC = ConeModel(damping_ratio=0.1, spring_stiffness=1.0, voltage=0.8, drive_frequency=1.0, rest_height=0.3)
 CHAOTIC = ConeModel(damping_ratio=0.01, spring_stiffness=0.9, voltage=1.7, drive_frequency=0.1)
@@ -349,3 +351,78 @@ def test_a_slow_drift_is_no_line():
     assert (found.lines[:, 0] > 3.0 / 32.0).all()
     with_line = analyse(drift + 0.5 * np.sin(2.0 * np.pi * 64.0 * share), 32, 8.0)
     assert with_line.lines[0, 0] == pytest.approx(2.0, abs=1e-3)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_records_begin_where_motions_have_settled_and_are_refined_while_they_fold_up_to_the_most_samples(monkeypatch):
+    """Of three members the second folds once, and the third always, until it may not be sampled more finely."""
+    model = ConeModel(damping_ratio=0.1, drive_frequency=[0.5, 1.0, 2.0], voltage_bias=0.3)
+    settled, ended, shares = numbers(3, 2, at=3.0), np.array([0, 4, 0], dtype=np.int8), []
+    ends = {0: 0, 1: 4, 2: 5}
+
+    def settling(members, states, repeats, *, progress, tolerance, threads):
+        progress(1.0)
+        return settled, ended
+
+    def records(members, states, outcome, periods, samples, progress, **flow):
+        progress(1.0)
+        which = [int(np.flatnonzero(model.drive_frequency == omega)[0]) for omega in members.number("drive_frequency")]
+        return [(i, (row, samples[i]), ends[row]) for i, row in enumerate(which)]
+
+    def analysed(record, periods, band):
+        row, samples = record
+        folds = {0: False, 1: samples < 64, 2: True}[row]
+        return module.Spectrum(
+            numbers(4, at=10.0 * row),
+            np.array([[2.0, 3.0, 4.0]]) + row,
+            5.0 + row,
+            6.0 + row,
+            1e9 * folds,
+            7.0 + row,
+            8.0 + row,
+        )
+
+    sampling = np.array([32, 32, 32]), np.array([256, 256, 128])
+    asked = recorded.record(
+        monkeypatch, module, settle=settling, _records=records, analyse=analysed, _sampling=sampling,
+        _bands=np.array([8.0, 16.0, 32.0]),
+    )  # fmt: skip
+    found = spectrum(
+        model, (0.25, 0.5), periods=20, discard=10, highest=1.5, tolerance=2e-9, threads=5, progress=shares.append
+    )
+    flow, (before,) = {"tolerance": 2e-9, "threads": 5}, asked["settle"]
+    assert (before["repeats"], {name: before[name] for name in flow}) == (10, flow)
+    np.testing.assert_array_equal(before["states"], [[0.25, 0.5]] * 3)
+    assert shares[:2] == pytest.approx([0.2, 0.4])  # half of what is left for each round
+    assert sum(shares) == pytest.approx(1.0)
+    assert (asked["_bands"][0]["highest"], asked["_bands"][0]["periods"]) == (1.5, 20)
+    rounds = [([0, 1, 2], 32, [0, 4, 0]), ([1, 2], 128, [4, 5])]
+    for call, (rows, samples, outcome) in zip(asked["_records"], rounds, strict=True):
+        np.testing.assert_array_equal(call["states"], settled[rows])
+        assert call["outcome"].tolist() == outcome
+        assert call["samples"].tolist() == [samples] * len(rows)
+        assert (call["periods"], {name: call[name] for name in flow}) == (20, flow)
+    assert [call["highest"] for call in asked["analyse"]] == [8.0, 16.0, 32.0, 16.0, 32.0]
+    assert {call["periods"] for call in asked["analyse"]} == {20}
+    rows, omega = np.arange(3.0)[:, None], np.asarray(model.drive_frequency)[:, None]
+    assert found["amplitude"].shape == (3, 31)  # up to 1.5 times the drive in steps of a twentieth
+    np.testing.assert_array_equal(found["amplitude"][:, :4], [numbers(4, at=10.0 * k) for k in range(3)])
+    np.testing.assert_allclose(found["frequency_ratio"], np.arange(31) / 20.0)
+    np.testing.assert_allclose(found["frequency"], np.arange(31) / 20.0 * omega)
+    np.testing.assert_allclose(found["line_ratio"], 2.0 + rows)
+    np.testing.assert_allclose(found["line_frequency"], (2.0 + rows) * omega)
+    np.testing.assert_allclose(found["line_amplitude"], 3.0 + rows)
+    np.testing.assert_allclose(found["line_prominence"], 4.0 + rows)
+    for name, value in (("power_in_lines", 5.0), ("flatness", 6.0), ("mean_displacement", 7.0), ("rms", 8.0)):
+        np.testing.assert_array_equal(found[name], value + np.arange(3.0), name)
+    assert found["folded"].values.tolist() == [0.0, 0.0, 1e9]
+    assert found["outcome"].values.tolist() == [0, 4, 5]
+    options = {"periods": 20, "discard": 10, "highest": 1.5, "tolerance": 2e-9}
+    assert json.loads(found.attrs["options"]) == options
+
+
+def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integrations):
+    spectrum(PERIODIC, periods=16, discard=2, highest=1.0, tolerance=2e-15, threads=2)
+    assert integrations == {(2e-15, 2)}

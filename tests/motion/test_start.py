@@ -1,10 +1,12 @@
 """Initial states: those that are given, those that are not, and refusals."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from gelcone.errors import InputError
-from gelcone.motion.start import nudge, start_states
+from gelcone.motion.start import complete, nudge, start_states
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage
 
@@ -31,3 +33,25 @@ def test_with_two_states_a_third_is_refused():
 
 def test_a_nudge_moves_the_displacement_alone():
     assert nudge(np.array([[1.0, 2.0, 3.0]]), 0.25).tolist() == [[1.25, 2.0, 3.0]]
+
+
+def test_what_is_not_given_follows_from_what_is_given_of_each_member():
+    """Of four states two or three; a third that is given stays."""
+
+    def starts(given):
+        return np.column_stack([given, 10.0 * given[:, 0], 100.0 * given[:, 1]])
+
+    members = SimpleNamespace(system=SimpleNamespace(states=range(4)), start_states=starts)
+    given = np.array([[0.3, 0.1], [0.6, 0.2]])
+    np.testing.assert_allclose(complete(members, given), [[0.3, 0.1, 3.0, 10.0], [0.6, 0.2, 6.0, 20.0]])
+    three = np.column_stack([given, [7.0, 8.0]])
+    np.testing.assert_allclose(complete(members, three), [[0.3, 0.1, 7.0, 10.0], [0.6, 0.2, 8.0, 20.0]])
+    whole = starts(given)
+    assert complete(members, whole) is whole
+
+
+def test_one_member_that_can_start_is_enough():
+    model = ConeModel(stretch_limit=[1e-3, 50.0])
+    assert start_states(model, (0.3, 0.0)).tolist() == [[0.3, 0.0]] * 2
+    with pytest.raises(InputError, match="stretch_limit"):
+        start_states(model.replace(stretch_limit=1e-3), (0.3, 0.0))

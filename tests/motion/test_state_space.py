@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from scipy import signal
 
+import gelcone
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
+from gelcone.motion import state_space as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
@@ -202,3 +204,32 @@ def test_python_control_takes_the_names():
     assert isinstance(system, control.StateSpace)
     assert system.output_labels == ["displacement", "charge"]
     assert system.input_labels == ["voltage", "force"]
+
+
+def test_a_linear_model_of_a_device_is_that_of_its_model_times_its_scales():
+    """Of two inputs and all that is known behind an ideal source, whose rate is the third input."""
+    device = gelcone.find_device("biased-pump").replace(film="taut", voltage_offset="600 V")
+    given = {
+        "inputs": ("force", "voltage_rate", "voltage"),
+        "outputs": ("velocity", "current", "charge", "capacitance"),
+    }
+    own, si = gelcone.state_space(device.to_model(), **given), gelcone.state_space(device, **given)
+    scales, omega = device.scales, np.array([0.3, 2.0])
+    u = np.array([float(scales.size(module.INPUTS[name])) for name in given["inputs"]])
+    y = np.array([float(scales.size(module.OUTPUTS[name])) for name in given["outputs"]])
+    np.testing.assert_allclose(si.transfer(omega / scales.time), own.transfer(omega) * y[:, None] / u, rtol=1e-9)
+    x = np.array([float(scales.size("length")), float(scales.size("velocity"))])
+    np.testing.assert_allclose(si.rest, np.array(own.rest) * x)
+    assert si.place == pytest.approx(own.place * x[0])
+    assert (si.inputs, si.outputs) == (given["inputs"], given["outputs"])
+    jump = own.D[given["outputs"].index("current")]
+    assert jump[1] == pytest.approx(1.0 + own.place**2)  # the capacitance, by which the rate of the voltage passes
+    assert jump[[0, 2]].tolist() == [0.0, 0.0]
+
+
+def test_the_phase_of_a_small_signal_is_in_degrees_and_its_gain_that_of_the_linear_model():
+    model = ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
+    found = gelcone.small_signal_response(model, [0.5, 1.5])
+    transfer = gelcone.state_space(model).transfer(np.array([0.5, 1.5]))[:, 0, 0]
+    np.testing.assert_allclose(found["gain"] * np.exp(1j * np.radians(found["phase"])), transfer, rtol=1e-9)
+    assert (found["phase"] < -1.0).all()

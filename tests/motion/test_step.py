@@ -1,11 +1,19 @@
 """Steps of the voltage: a linear oscillator's numbers, creep, pull-in, and what the commands for one run give."""
 
+import importlib
+import json
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone import InputError, Outcome
 from gelcone.motion.step import _duration, _measured
+from tests.recorded import numbers, record
+
+module = importlib.import_module("gelcone.motion.step")
 
 PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
 
@@ -95,3 +103,41 @@ def test_bad_steps_are_refused(options, message):
         gelcone.step(PUMP, **options)
     with pytest.raises(InputError, match="takes one actuator"):
         gelcone.step(PUMP.replace(frequency=[8.0, 9.0]))
+
+
+def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_gave(monkeypatch):
+    """The second level fails: all but where it begins is then unknown."""
+    ramps = {0.125: [0.75], 0.5: [0.25, 0.375]}
+
+    def ramp(model, voltages, start=None):
+        return {"displacement": xr.DataArray(ramps[voltages[0]]), "stroke": xr.DataArray([9.0] * len(voltages))}
+
+    def runs(members, states, times, **options):
+        return SimpleNamespace(states=numbers(2, times.size, 2, at=5.0), outcome=np.array([0, 4], dtype=np.int8))
+
+    names = ("end", "rise_time", "overshoot", "settling_time", "drift")
+    measured = {name: numbers(2, at=10.0 + k) for k, name in enumerate(names)}
+    asked = record(monkeypatch, module, stroke_and_blocked_force=ramp, integrate=runs, _measured=measured)
+    model, shares = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2), []
+    found = gelcone.step(
+        model, [0.5, 0.625], before=0.125, duration=30.0, tolerance=2e-9, threads=5, progress=shares.append
+    )
+    (run,), (numbers_of,) = asked["integrate"], asked["_measured"]
+    assert run["initial"].tolist() == [[0.75, 0.0]] * 2
+    assert run["model"].number("voltage_bias").tolist() == [0.5, 0.625]
+    assert run["model"].number("voltage").tolist() == [0.0, 0.0]
+    assert (run["times"][0], run["times"][-1], run["tolerance"], run["threads"]) == (0.0, 30.0, 2e-9, 5)
+    assert run["progress"] == shares.append
+    assert numbers_of["start"] == 0.75
+    np.testing.assert_array_equal(numbers_of["times"], run["times"])
+    np.testing.assert_array_equal(numbers_of["x"], numbers(2, run["times"].size, 2, at=5.0)[..., 0])
+    for name in names:
+        np.testing.assert_array_equal(found[name], [measured[name][0], np.nan], name)
+    assert found["begin"].values.tolist() == [0.75, 0.75]
+    assert found["equilibrium"].values.tolist() == [0.25, 0.375]
+    np.testing.assert_array_equal(found["displacement"], numbers_of["x"])
+    assert found["outcome"].values.tolist() == [0, 4]
+    assert json.loads(found.attrs["options"]) == {"before": 0.125, "duration": 30.0, "tolerance": 2e-9}
+    units = {found[name].attrs["quantity"] for name in ("end", "begin", "equilibrium", "displacement")}
+    assert units == {"length"}
+    assert {found[name].attrs["quantity"] for name in ("rise_time", "settling_time", "time")} == {"time"}

@@ -1,5 +1,7 @@
 """Motions along frequencies: when one has jumped, and all that was met, in order."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from gelcone.motion import stepping as module
 from gelcone.motion.stepping import FINEST, JUMPED, NEGLIGIBLE, NUDGE, SURE, Trail, jumped, walk
 from gelcone.motion.swing import Swing
 from gelcone.physics.model import ConeModel
+from tests.recorded import record
 
 
 def swings(*rows):
@@ -165,3 +168,54 @@ def test_motions_are_carried_and_continued_as_their_cycles_are(world):
     chaotic.final[:, 0] = 1.15
     now, going = module.continued(ends[1], chaotic, np.ones(1), {})
     assert (going.tolist(), float(now.amplitude[0])) == ([True], pytest.approx(0.2))
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+SEARCH = {"transient": 11.0, "patience": 12.0, "tolerance": 2e-9, "threads": 5}
+FLOW = {"tolerance": 2e-9, "threads": 5}
+
+
+def test_cycles_are_sought_from_where_the_motions_were_and_those_that_attract_and_run_are_taken(monkeypatch):
+    """Of four cycles the second does not attract, the third may, and the last ends."""
+    before, swung = swings(*[(-1.0, 1.0, k) for k in (1, 2, 3, 1)]), swings((-0.5, 0.5, 1), (-0.25, 0.25, 1))
+    swung.outcome[:] = Outcome.OK, Outcome.PULLED_IN
+    cycles = SimpleNamespace(sign=np.array([-1, 1, 0, -1]), take=lambda rows: ("cycles", rows.tolist()))
+    asked = record(monkeypatch, module, find_cycles=cycles, swing_of=swung)
+    rows, found = module.on_their_cycles(members(4), before, SEARCH)
+    assert rows.tolist() == [0]
+    assert found.highest.tolist() == [0.5]
+    (sought,), (taken,) = asked["find_cycles"], asked["swing_of"]
+    np.testing.assert_array_equal(sought["states"], before.final)
+    assert sought["period"].tolist() == [1, 2, 3, 1]
+    assert taken["cycles"] == ("cycles", [0, 3])
+    np.testing.assert_array_equal(taken["states"], before.final[[0, 3]])
+    assert taken["only_extent"] is True
+    for call in (sought, taken):
+        assert {name: call[name] for name in FLOW} == FLOW
+        assert not {"transient", "patience"} & call.keys()
+
+
+def test_a_step_begins_on_the_motion_before_nudged_or_anew_and_searches_with_all_options(monkeypatch):
+    before, tried = swings((-1.0, 1.0, 1), (-1.0, 1.0, 1)), swings((-1.0, 1.0, 1), (-1.0, 1.0, 1))
+    asked = record(monkeypatch, module, settled_swing=tried)
+    initial = np.array([[7.0, 8.0], [9.0, 10.0]])
+    found, changed = module._tried(members(2), before, initial, np.array([False, True]), np.ones(2), SEARCH)
+    assert found is tried
+    assert changed.tolist() == [False, False]
+    (call,) = asked["settled_swing"]
+    np.testing.assert_allclose(call["states"], [[0.0 + NUDGE, 1.0], [9.0, 10.0]])
+    assert {name: call[name] for name in SEARCH} == SEARCH
+    assert call["only_extent"] is True
+    chaotic = swings((-1.0, 1.0, 0), (-1.0, 1.0, 0))
+    module.continued(members(2), chaotic, np.ones(2), SEARCH)
+    (_, call) = asked["settled_swing"]
+    np.testing.assert_array_equal(call["states"], chaotic.final)
+    assert {name: call[name] for name in SEARCH} == SEARCH
+
+
+def test_a_motion_that_failed_twice_begins_anew_each_time(world):
+    """Runs near 0.7 fail, at two frequencies in a row."""
+    found = walk(members(1), np.array([[0.5, 0.68, 0.72, 0.9]]), np.array([[0.8, 0.0]]), None, {})
+    assert found.reached.outcome[0].tolist() == [Outcome.OK, Outcome.PULLED_IN, Outcome.PULLED_IN, Outcome.OK]
+    assert [state for omega, state in world if omega in (0.72, 0.9)] == [0.8, 0.8]

@@ -18,6 +18,8 @@ from gelcone.motion.regime import regime
 from gelcone.motion.settle import Clock
 from gelcone.motion.tangents import TangentRun, advance, first_frames, log_multipliers, qr_growth, solved
 from gelcone.physics.model import ConeModel
+from tests import recorded
+from tests.recorded import numbers
 from tests.toys import FilteredVoltage, SeriesResistor
 
 TURN = np.array([[np.cos(0.7), -np.sin(0.7), 0.0], [np.sin(0.7), np.cos(0.7), 0.0], [0.0, 0.0, 1.0]])
@@ -270,3 +272,36 @@ def test_log_multipliers_equal_eigenvalues_and_stay_exact_where_they_vanish():
     product, log_scale = scaled_product(tiny)
     logs = tangents.log_multipliers(product, log_scale, np.array([200 * np.log(1e-12)]))
     np.testing.assert_allclose(logs[0], [200 * np.log(1e-3), 200 * np.log(1e-9)], rtol=1e-12)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_a_run_continues_at_the_phase_in_which_it_stopped_and_its_first_failure_counts(monkeypatch):
+    """Four stretches to a period of 3, of which six are done; the second member has failed before."""
+    members = ConeModel(damping_ratio=[0.1, 0.2]).members()
+    run = TangentRun(numbers(2, 2), first_frames(numbers(2, 2)), 6, np.array([0, 4], dtype=np.int8))
+    clock = Clock(4, 4, np.array([3.0, 6.0]), np.ones(2))
+
+    def ran(members, states, times, **options):
+        shape = (*times.shape, 2, 2)
+        return SimpleNamespace(
+            tangents=np.broadcast_to(np.diag([2.0, 0.5]), shape), divergence=None, states=numbers(*times.shape, 2,
+            at=5.0),
+            outcome=np.array([3, 5], dtype=np.int8),
+        )  # fmt: skip
+
+    asked = recorded.record(monkeypatch, tangents, integrate=ran)
+    growth, whole = advance(members, run, clock, 3, tolerance=2e-9, threads=5)
+    (call,) = asked["integrate"]
+    np.testing.assert_allclose(call["start"], [1.5, 3.0])
+    np.testing.assert_allclose(call["times"], [[2.25, 3.0, 3.75], [4.5, 6.0, 7.5]])
+    assert (call["keep"], call["tolerance"], call["threads"]) == ("tangents", 2e-9, 5)
+    np.testing.assert_array_equal(call["initial"], numbers(2, 2))
+    np.testing.assert_allclose(growth, [[[np.log(2.0), -np.log(2.0)]] * 3] * 2)
+    np.testing.assert_allclose(whole, [[-2.0 * 0.1 * 0.75] * 3, [-2.0 * 0.2 * 1.5] * 3])
+    np.testing.assert_array_equal(run.states, numbers(2, 3, 2, at=5.0)[:, -1])
+    assert run.done == 9
+    assert run.outcome.tolist() == [3, 4]
+    part = run.take([1])
+    assert (part.done, part.outcome.tolist(), part.states.tolist()) == (9, [4], run.states[1:].tolist())

@@ -1,17 +1,22 @@
 """Transfer functions: certified ones, signals that tend to them, and what is refused."""
 
+import importlib
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
-from gelcone.motion import transfer
 from gelcone.motion.attractor.cycle import find_cycles
+from gelcone.motion.settled import Swing
 from gelcone.motion.state_space import state_space
 from gelcone.motion.transfer import _amplitudes
+from tests.recorded import numbers, record
+
+transfer_module = importlib.import_module("gelcone.motion.transfer")
 
 CERTIFIED = json.loads((Path(__file__).parents[1] / "reference" / "viscous.json").read_text())["transfer"]
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
@@ -86,7 +91,7 @@ def test_a_cycle_that_is_not_stable_is_not_measured(monkeypatch):
 
     own = {"amplitudes": "50 V", "bias": "1 kV", "tolerance": 1e-10}
     expected = gelcone.transfer(PUMP, ["6 Hz", "8 Hz"], **own)
-    monkeypatch.setattr(transfer, "find_cycles", elsewhere)
+    monkeypatch.setattr(transfer_module, "find_cycles", elsewhere)
     found = gelcone.transfer(PUMP, ["6 Hz", "8 Hz"], **own)
     np.testing.assert_allclose(found["measured_gain"], expected["measured_gain"], rtol=1e-6)
 
@@ -141,3 +146,107 @@ def test_an_amplifier_within_its_limit_is_linear():
 def test_what_has_no_transfer_function_is_refused(device, options, message):
     with pytest.raises(InputError, match=message):
         gelcone.transfer(device, **options)
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
+    """About a bias of its own; the resonance is where the displacement is largest, not the current."""
+    model = ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
+    model = model.replace(series_resistance=0.8, leakage_time=8.0)
+    space = state_space(model, voltage=0.5, outputs=("displacement", "charge", "leak"))
+    space.place = 0.75
+    omega = np.array([0.5, 1.0, 1.5])
+    linear = np.exp(0.1j) * np.array([1.0, 5.0, 2.0]), np.exp(0.2j) * np.array([7.0, 3.0, 4.0]), np.zeros((3, 3))
+    measured = (
+        np.exp(0.3j) * numbers(2, 3, at=8.0),
+        np.exp(0.4j) * numbers(2, 3, at=9.0),
+        np.array([[0, 1, 2], [3, 4, 5]]),
+    )
+    asked = record(
+        monkeypatch, transfer_module, state_space=space, natural_frequency=1.25, _linear=linear, _measured=measured
+    )
+    shares = []
+    found = gelcone.transfer(
+        model, omega, bias=-0.5, amplitudes=[0.2, 0.1], tolerance=2e-9, threads=5, progress=shares.append
+    )
+    (of_space,), (natural,), (signals,) = asked["state_space"], asked["natural_frequency"], asked["_measured"]
+    assert (of_space["voltage"], of_space["outputs"]) == (-0.5, ("displacement", "charge", "leak"))
+    assert natural["displacement"] == 0.75
+    assert natural["voltage"] == pytest.approx(0.5 * 8.0 / 8.8)  # a resistance of 0.8 before a leak of 8
+    assert (signals["bias"], signals["signals"].tolist(), signals["progress"]) == (-0.5, [0.1, 0.2], shares.append)
+    assert signals["options"] == {"tolerance": 2e-9, "threads": 5}
+    np.testing.assert_array_equal(signals["omega"], omega)
+    for before, (x, i) in (("", linear[:2]), ("measured_", measured[:2])):
+        np.testing.assert_allclose(found[f"{before}gain"], np.abs(x))
+        np.testing.assert_allclose(found[f"{before}phase"], np.degrees(np.angle(x)))
+        np.testing.assert_allclose(found[f"{before}admittance"], np.abs(i))
+        np.testing.assert_allclose(found[f"{before}admittance_phase"], np.degrees(np.angle(i)))
+    for name, value in (("bias_voltage", -0.5), ("equilibrium", 0.75), ("natural_frequency", 1.25), ("resonance", 1.0)):
+        assert float(found[name]) == value, name
+    assert found["outcome"].values.tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert found["measured_frequency"].values.tolist() == omega.tolist()
+    assert json.loads(found.attrs["options"]) == {"bias": -0.5, "tolerance": 2e-9}
+
+
+def test_by_default_each_tenth_frequency_within_the_measured_range_is_measured(monkeypatch):
+    model = ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
+
+    def nothing(model, space, bias, signals, omega, *given):
+        return (np.zeros((signals.size, omega.size)),) * 3
+
+    asked = record(monkeypatch, transfer_module, natural_frequency=2.0, _measured=nothing)
+    monkeypatch.setattr(transfer_module, "POINTS", 141)
+    found = gelcone.transfer(model)
+    omega = found["drive_frequency"].values
+    assert (omega[0], omega[-1], omega.size) == (pytest.approx(0.1), pytest.approx(20.0), 141)
+    within = omega[(omega >= 0.4) & (omega <= 8.0)]
+    np.testing.assert_array_equal(asked["_measured"][0]["omega"], within[::10])
+    assert asked["_measured"][0]["signals"].tolist() == pytest.approx([0.02 * 0.6, 0.3])
+
+
+def test_signals_start_on_the_linear_motion_and_are_measured_over_their_amplitude(monkeypatch):
+    """At the second of two frequencies Newton's method finds a cycle of period 2 for the smaller signal alone; the
+    others are searched, and the last of them does not settle."""
+    model = ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
+    space = state_space(model, voltage=0.6)
+    linear = np.array([[0.1 + 0.2j, 0.3 + 0.4j], [0.5 + 0.6j, 0.7 + 0.8j]])
+    cycles = SimpleNamespace(
+        found=np.array([False, True, True, False]), sign=np.array([-1, -1, 1, -1]), period=np.array([1, 2, 1, 1]),
+        point=numbers(4, 2, at=5.0),
+    )  # fmt: skip
+
+    def settling(members, states, **options):
+        searched.append((members, states, options))
+        found = Swing.blank(3)
+        found.period[:], found.final[:], found.outcome[:] = [1, 1, 0], numbers(3, 2, at=6.0), [0, 0, 4]
+        return found
+
+    searched = []
+    asked = record(
+        monkeypatch, transfer_module, _linear=(None, None, linear), find_cycles=cycles, settled_swing=settling,
+        _fundamentals=lambda members, states, period, **options: np.stack([states[:, 0] + 10.0 * period, states[:, 1]]),
+    )  # fmt: skip
+    options, signals, omega = {"tolerance": 2e-9, "threads": 5}, np.array([0.1, 0.2]), np.array([0.5, 1.0])
+    x, i, outcome = transfer_module._measured(model, space, 0.6, signals, omega, None, options)
+    (newton,), (one, two) = asked["find_cycles"], asked["_fundamentals"]
+    each = np.repeat(signals, 2)[:, None] * np.tile(linear.imag, (2, 1))
+    np.testing.assert_allclose(newton["states"], np.array(space.rest) + each)
+    assert newton["members"].number("voltage").tolist() == [0.1, 0.1, 0.2, 0.2]
+    assert newton["members"].number("voltage_bias").tolist() == [0.6] * 4
+    assert newton["members"].number("drive_frequency").tolist() == [0.5, 1.0, 0.5, 1.0]
+    ((members, states, more),) = searched
+    np.testing.assert_allclose(states, (np.array(space.rest) + each)[[0, 2, 3]])
+    assert members.number("voltage").tolist() == [0.1, 0.2, 0.2]
+    assert more == options | {"only_extent": True, "progress": None}
+    for call in (newton, one, two):
+        assert {name: call[name] for name in options} == options
+    assert (one["period"], two["period"]) == (1, 2)
+    first, cycle = numbers(3, 2, at=6.0), numbers(4, 2, at=5.0)[1]
+    nan = np.nan + 0j
+    np.testing.assert_allclose(
+        x, [[(first[0, 0] + 10.0) / 0.1, (cycle[0] + 20.0) / 0.1], [(first[1, 0] + 10.0) / 0.2, nan]]
+    )
+    np.testing.assert_allclose(i, [[first[0, 1] / 0.1, cycle[1] / 0.1], [first[1, 1] / 0.2, nan]])
+    assert outcome.tolist() == [[0, 0], [0, 4]]

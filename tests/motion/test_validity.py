@@ -1,14 +1,18 @@
 """For which share of a settled motion the model does not hold, in every analysis that knows the motion."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import gelcone
 from gelcone import ConeModel, Outcome, regime, settled, simulate
+from gelcone.motion import validity as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import BLOCKS, SHARES, invalid, unknown, validity, validity_variables
 from gelcone.presets import find_preset
+from tests.recorded import numbers
 
 STILL = ConeModel(damping_ratio=0.5, spring_stiffness=2.0, voltage=1.0, drive_frequency=1.0, dielectric_strength=0.5)
 """Rests flat: the true field is |sin|, above 0.5 for two thirds of the time."""
@@ -210,3 +214,57 @@ def test_members_of_other_pre_stretches_and_ratios_have_their_own_membrane():
 def test_it_is_unknown_without_a_ratio_and_of_the_membrane_itself(changes):
     run = simulate(ConeModel(**ABOVE | {"voltage": 0.3} | changes), (0.7, 0.0), periods=2)
     assert np.isnan(run["validity_beyond_membrane"])
+
+
+# --- made-up films ----------------------------------------------------------------------------------------------------
+
+
+def made_up_state(**numbers_of):
+    return SimpleNamespace(kind=None, **numbers_of)
+
+
+def test_each_assumption_fails_by_its_own_number_of_its_own_film_and_member(monkeypatch):
+    """Hoops by the hoop stress and meridians by theirs, the field over the strength of each member."""
+    model = ConeModel(dielectric_strength=[2.0, 4.0], second_film="taut", second_drive="same")
+    members, motion = model.members(), numbers(2, 3, 2, at=0.1)
+    monkeypatch.setattr(type(members.system.films[0]), "limit_share", lambda film, x, v, y, n, state: state.share)
+    states = [
+        made_up_state(
+            hoop_stress=numbers(2, 3, at=at), meridional_stress=numbers(2, 3, at=at + 1.0),
+            true_field=numbers(2, 3, at=at + 2.0), share=numbers(2, 3, at=at + 3.0),
+        )
+        for at in (10.0, 20.0)
+    ]  # fmt: skip
+    found = module.excesses(members, motion, [numbers(2, 3), numbers(2, 3)], states)
+    for own, at in zip(found, (10.0, 20.0), strict=True):
+        np.testing.assert_allclose(own["hoop_slack"], -numbers(2, 3, at=at))
+        np.testing.assert_allclose(own["meridional_slack"], -numbers(2, 3, at=at + 1.0))
+        np.testing.assert_allclose(own["breakdown"], numbers(2, 3, at=at + 2.0) - [[2.0], [4.0]])
+        np.testing.assert_allclose(own["near_limit"], numbers(2, 3, at=at + 3.0) - module.NEAR_LIMIT)
+
+
+def test_shares_and_their_error_are_over_the_time_that_each_motion_ran():
+    """The third ran for no time."""
+    times = {"hoop_slack": np.array([[0.5, 0.25], [1.0, 0.0], [0.0, 0.0]])}
+    spans = np.array([[1.0, 2.0], [1.0, 0.0], [0.0, 0.0]])
+    found = module.Lasting(times, spans, np.array([0.3, 0.2, 0.1]))
+    np.testing.assert_allclose(found.shares()["hoop_slack"], [0.25, 1.0, np.nan])
+    np.testing.assert_allclose(found.share_error[:2], [0.1, 0.2])
+    assert not np.isfinite(found.share_error[2])
+    assert np.isnan(found.shares()["breakdown"]).all()
+
+
+def test_columns_are_variables_of_their_own_names_and_a_film_that_failed_has_pulled_in_for_its_share():
+    """A run that ended so has all the time; of a film with states each has its share."""
+    system = ConeModel(film="wrinkling", damping_ratio=0.1).system
+    kinds = system.film.kinds
+    found = np.full((3, unknown(3).shape[1]), np.nan)
+    columns = numbers(3, len(SHARES) + 1 + len(kinds), at=1.0)
+    found[:, : columns.shape[1]] = columns
+    told = validity_variables(found, np.array([0, Outcome.PULLED_IN, 0]), system, (), "motion")
+    for k, name in enumerate((*SHARES, "error")):
+        np.testing.assert_array_equal(told[f"validity_{name}"][1], columns[:, k], name)
+    for k, kind in enumerate(kinds):
+        np.testing.assert_array_equal(told[f"film_state_{kind}"][1], columns[:, len(SHARES) + 1 + k], kind)
+    failed = columns[:, len(SHARES) + 1 + kinds.index(module.FAILED)] if module.FAILED in kinds else np.zeros(3)
+    np.testing.assert_array_equal(told["validity_pulled_in"][1], [failed[0], 1.0, failed[2]])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.motion import zero_one as module
 from gelcone.motion.zero_one import without_bands, zero_one
 
 
@@ -121,3 +122,22 @@ def test_more_bands_are_not_taken_for_a_better_fit_because_they_are_more():
     one, two = without_bands(np.stack([faint, clear]))
     np.testing.assert_allclose(one, faint, atol=1e-12)
     np.testing.assert_allclose(two, noise, atol=1e-12)
+
+
+def test_other_frequencies_give_another_growth_and_their_median_counts(monkeypatch):
+    series = np.random.default_rng(2).normal(size=(2, 200))
+    assert (zero_one(series, seed=1) != zero_one(series, seed=2)).all()
+    asked = []
+    growth = np.array([[0.1, 0.2, 0.9]])
+    monkeypatch.setattr(module, "_mean_square_displacement", lambda walk, lags: asked.append(walk.shape) or None)
+    monkeypatch.setattr(module, "_correlation", lambda lags, displacement: growth)
+    assert module._median_growth(series[:1], np.array([0.7, 0.8, 0.9])).tolist() == [0.2]
+    assert asked == [(1, 3, 200)]
+
+
+def test_fewer_bands_count_where_more_leave_hardly_less():
+    """Each mean that is taken off makes the variance smaller by itself, which does not count."""
+    series = np.tile([1.0, 1.0, -1.0, -1.0], 6) + 0.05 * np.tile([1.0, -1.0], 12)
+    np.testing.assert_allclose(without_bands(series[None]), [series])
+    visits = series + np.tile([0.5, -0.5], 12)  # of two bands
+    np.testing.assert_allclose(without_bands(visits[None]), [np.tile([1.0, 1.0, -1.0, -1.0], 6)])

@@ -9,6 +9,8 @@ from gelcone.atlas.branches import check
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.branches.journal import Journal
 from gelcone.motion.orbit import Kind
+from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
 
 
 def branch(stable, events=()):
@@ -145,3 +147,85 @@ def test_what_comes_back_to_an_unstable_orbit_by_chance_has_left_it(monkeypatch)
     runs = [check._Perturbed(k, None, None, None, 4) for k in range(3)]
     assert [run.number for run in check._staying(None, runs)] == [1]
     assert asked == [[4, 4, 4], [6, 6]]
+
+
+# --- what is handed on ------------------------------------------------------------------------------------------------
+
+
+class Stand:
+    """Stands for shooting whose members are those of a damped film at some voltages."""
+
+    size = 2
+
+    def __init__(self, damping=0.1):
+        self.damping = damping
+
+    def members_at(self, values):
+        (volts,) = values
+        return ConeModel(damping_ratio=np.broadcast_to(self.damping, volts.shape).copy(), voltage=volts).members()
+
+
+def test_brute_force_settles_from_each_start_at_each_value_and_takes_the_cycles_that_it_finds(monkeypatch):
+    """Of six motions the first has no damping; the others are: on a cycle, near one that is another's, on none, on one
+    that is its own mirror image, and on a mirrored one of odd period."""
+    found = np.array([True, True, False, True, True])
+    cycles = SimpleNamespace(
+        found=found, point=numbers(5, 2, at=5.0), period=np.array([1, 2, 4, 2, 3]), attracting=np.array([1, 0, 1, 1,
+        1]) > 0,
+        symmetric=np.array([0, 0, 1, 1, 1]) > 0,
+    )  # fmt: skip
+    asked = record(monkeypatch, check, search=SimpleNamespace(cycles=cycles, state=numbers(5, 2, at=7.0)))
+    damping = np.array([0.0, 0.1, 0.1, 0.1, 0.1, 0.1])
+    values, starts = np.array([0.2, 0.4, 0.6]), numbers(2, 2)
+    walk = SimpleNamespace(journal=Journal())
+    runs = check.brute_force(walk, Stand(damping), values, starts, tolerance=2e-9, threads=5)
+    (call,) = asked["search"]
+    assert call["members"].number("voltage").tolist() == [0.2, 0.4, 0.4, 0.6, 0.6]
+    np.testing.assert_array_equal(call["states"], np.tile(starts, (3, 1))[1:])
+    assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    assert runs.values.tolist() == [0.2, 0.2, 0.4, 0.4, 0.6, 0.6]
+    own = np.where(found[:, None], numbers(5, 2, at=5.0), numbers(5, 2, at=7.0))
+    np.testing.assert_array_equal(runs.section[:, 0], [[np.nan] * 2, *own])
+    assert runs.period.tolist() == [0, 1, 2, 0, 2, 3]
+    assert runs.symmetric.tolist() == [False, False, False, False, True, False]
+    assert runs.arrived.tolist() == [False, True, False, True, True, True]
+    assert runs.attracting
+
+
+def test_a_run_begins_at_its_distance_from_its_own_orbit_and_lasts_for_its_own_periods(monkeypatch):
+    """Distances are shares of the orbits' sizes; what ended has left, however near it was."""
+    branches_ = [SimpleNamespace(shooting=Stand(), map=Kind(*kind)) for kind in ((2, False), (1, True), (1, False))]
+    points = [SimpleNamespace(value=0.1 * k + 0.1, nodes=np.full((3, 2), 0.5 + k)) for k in range(3)]
+    runs = [check._Perturbed(k, *pair, None, 4 + k) for k, pair in enumerate(zip(branches_, points, strict=True))]
+    ends = np.array([[0.5, 0.5 + 2e-3], [1.5, 1.5 - 3e-3], [2.5, 2.5]])
+    asked = record(monkeypatch, check, settle=(ends, np.array([0, 0, 4], dtype=np.int8)))
+    found = check._apart(Journal(), runs, 1e-3, tolerance=2e-9, threads=5)
+    (call,) = asked["settle"]
+    assert call["members"].number("voltage").tolist() == pytest.approx([0.1, 0.2, 0.3])
+    assert call["repeats"].tolist() == [8, 10, 6]
+    assert (call["tolerance"], call["threads"]) == (2e-9, 5)
+    off = np.linalg.norm(call["states"] - np.array([[0.5] * 2, [1.5] * 2, [2.5] * 2]), axis=1)
+    np.testing.assert_allclose(off, 1e-3 * np.array([0.5, 1.5, 2.5]))
+    np.testing.assert_allclose(found, [2.0 / 0.5, 3.0 / 1.5, np.inf])
+    assert check._apart(Journal(), [], 1e-3).size == 0
+
+
+def test_all_stable_orbits_count_that_runs_started_from(monkeypatch):
+    """Also those that they have not left; closer runs start from those that were left alone."""
+    own = branch([True] * 5)
+    monkeypatch.setattr(check, "_periods", lambda branch, point: 3)
+    asked = []
+
+    def apart(journal, runs, distance, **flow):
+        asked.append((len(runs), distance, flow))
+        return np.where(np.arange(len(runs)) == 0, 3.0, 0.1) if distance == check.DISTANCE else np.full(len(runs), 3.0)
+
+    monkeypatch.setattr(check, "_apart", apart)
+    tree = SimpleNamespace(branches=[own], walk=SimpleNamespace(journal=Journal()))
+    found = check.run_perturbed(tree, tolerance=2e-9)
+    assert found.orbits == 3
+    flow = {"tolerance": 2e-9}
+    closer = [(1, at, flow) for at in check.CLOSER]
+    assert asked[: 1 + len(closer)] == [(3, check.DISTANCE, flow), *closer]
+    assert all(call == (0, check.DISTANCE, flow) for call in asked[1 + len(closer) :])  # no branch loses stability
+    assert [flag.value for flag in found.flags if flag.kind == check.LEAVES] == [pytest.approx(0.1)]

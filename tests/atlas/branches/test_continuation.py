@@ -23,6 +23,7 @@ from gelcone.motion.orbit import Kind
 from gelcone.motion.validity import unknown
 from gelcone.presets import find_preset
 from tests.atlas.branches.events import events_of
+from tests.recorded import record
 
 REFERENCES = {
     r["key"]: r
@@ -590,3 +591,23 @@ def test_branches_are_checked_at_even_values_from_two_starts(monkeypatch):
     assert (shooting, start, switch) == (("plane", 1e-12), "settled", 3)
     assert (walk.low, walk.high, walk.most) == (0.9, 1.1, 77)
     np.testing.assert_array_equal(states, [[0.6, 0.2]])
+
+
+def test_brute_force_begins_as_in_the_middle_of_the_interval_with_the_threads_of_the_call(monkeypatch):
+    """Also the runs near orbits, and those of cycles that start branches."""
+    own, asked = vary(BASE, {"voltage": (0.9, 1.1)}), []
+    tree = SimpleNamespace(branches=["one"])
+    monkeypatch.setattr(type(own), "shooting", lambda self, tolerance: "plane")
+    monkeypatch.setattr(type(own), "starts", lambda self, values: asked.append(values) or np.array([[0.5, 0.25]]))
+    parts = {"grown": tree, "brute_force": "runs", "_label": "labelled"}
+    parts |= {"cover": check.Checked(3, 1, 0, []), "run_perturbed": check.Checked(0, 0, 5, [])}
+    calls = record(monkeypatch, continuation, **parts)
+    assert gelcone.continue_branch(BASE, "voltage", 0.9, 1.1, tolerance=1e-12, threads=5) == "labelled"
+    assert asked == [[pytest.approx(1.0)]]
+    flow = {"tolerance": 1e-12, "threads": 5}
+    for name in ("brute_force", "cover", "run_perturbed"):
+        assert {option: calls[name][0][option] for option in flow} == flow, name
+    assert calls["grown"][0]["flow"] == flow
+    assert calls["cover"][0]["runs"] == calls["_label"][0]["runs"] == "runs"
+    assert calls["cover"][0]["tree"] is calls["run_perturbed"][0]["tree"] is tree
+    np.testing.assert_allclose(calls["brute_force"][0]["starts"], [[0.5, 0.25], [0.025, 0.0125]])

@@ -1,12 +1,16 @@
 """Curves of singular orbits in two parameters, on maps where they and their special points are known by formulas."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from gelcone.atlas.branches import curve
 from gelcone.atlas.branches.branch import Ending, EventKind
 from gelcone.atlas.branches.curve import Window, follow_curve
-from gelcone.atlas.branches.event import DOUBLE, FOLD
+from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular
 from tests.atlas.branches import maps
+from tests.recorded import record
 
 
 def curve_of(rule, kind, at, s, values, low, high, most=500):
@@ -70,3 +74,76 @@ def test_a_curve_has_at_most_so_many_points_each_way():
 
 def test_there_is_no_curve_where_nothing_is_singular():
     assert curve_of(maps.sphere, EventKind.FOLD, FOLD, 0.0, (0.0, 0.0), [-3.0, -2.0], [3.0, 2.0]) is None
+
+
+def test_a_curve_leaves_the_rectangle_at_the_first_border_that_its_step_passes(monkeypatch):
+    """A step over a corner passes the border of the first parameter at a quarter of its way and that of the second at a
+    half."""
+    window = Window(np.array([0.0, 0.0]), np.array([1.0, 10.0]), 50)
+
+    def singular(first, second):
+        return Singular(
+            np.full((2, 2), first),
+            np.array([first, second]),
+            np.zeros(2),
+            np.ones((2, 2)),
+            np.ones((2, 2)),
+            np.ones(2),
+            FOLD,
+        )
+
+    asked = record(monkeypatch, curve, locate="found")
+    here, beyond = singular(0.5, 6.0), singular(2.5, 14.0)
+    assert curve._at_border("shooting", here, beyond, window) == "found"
+    (call,) = asked["locate"]
+    np.testing.assert_allclose(call["values"], [1.0, 8.0])
+    np.testing.assert_allclose(call["nodes"], 1.0)
+    np.testing.assert_allclose(call["plane"][1], [1.0, 0.0])
+    assert (call["at"], call["near"] is here) == (FOLD, True)
+    back = curve._at_border("shooting", here, singular(0.4, -2.0), window)
+    assert back == "found"
+    np.testing.assert_allclose(asked["locate"][1]["values"], [0.5 - 0.1 * 0.75, 0.0])
+    assert curve._at_border("shooting", here, singular(0.6, 7.0), window) is None
+
+
+def test_a_point_of_codimension_two_is_known_as_far_as_another_distance_moves_it(monkeypatch):
+    """And by rounding; where the other one finds none, to the points on both sides."""
+    window = Window(np.array([0.0, 0.0]), np.array([1.0, 10.0]), 50)
+    found = SimpleNamespace(values=np.array([0.5, 5.0]), errors=np.array([0.01, 0.02]))
+    other = SimpleNamespace(values=np.array([0.45, 5.5]))
+    monkeypatch.setattr(curve, "_zero", lambda own, k, window, over: other if over == curve.OTHER_SIDE else found)
+    points = [SimpleNamespace(values=np.array([0.1 * k, 3.0 * k])) for k in range(4)]
+    own = SimpleNamespace(points=points)
+    np.testing.assert_allclose(curve._errors(own, 1, window, found), [0.06, 0.52])
+    monkeypatch.setattr(curve, "_zero", lambda own, k, window, over: None)
+    np.testing.assert_allclose(curve._errors(own, 1, window, found), [0.1, 3.0])
+
+
+def test_each_way_of_a_curve_has_its_own_end():
+    """One that starts next to the upper border of the second parameter, with few points allowed."""
+    s = np.sqrt(1.99 / 3.0)
+    own = curve_of(maps.cusp, EventKind.FOLD, FOLD, s, (-2.0 * s**3, 1.99), [-2.0, -0.5], [2.0, 2.0], most=5)
+    assert set(own.ended) == {Ending.LIMIT, Ending.POINTS}
+    values = np.array([point.values[1] for point in own.points])
+    last = {Ending.LIMIT: 2.0}
+    for end, at in zip(own.ended, (0, -1), strict=True):
+        assert (values[at] == pytest.approx(last[end], abs=1e-9)) if end in last else values[at] < 1.9999
+
+
+def test_the_sign_of_a_coefficient_is_that_of_the_direction_which_the_curve_keeps(monkeypatch):
+    """Of a fold the left vector decides, of what is born both; sizes are shares of the left vector's."""
+
+    def singular(at, left, null, quadratic=6.0):
+        return Singular(np.zeros((1, 2)), np.zeros(2), np.zeros(2), null * np.array([[1.0, 0.0]]),
+                        left * np.array([[3.0, 4.0]]), np.ones(2), at, None, quadratic)  # fmt: skip
+
+    for at, turns in ((FOLD, [1.0, -1.0, 1.0, -1.0]), (DOUBLE, [1.0, -1.0, -1.0, 1.0])):
+        others = [singular(at, *way) for way in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0))]
+        assert [curve._turned(singular(at, 1.0, 1.0), other) for other in others] == turns
+    asked = record(monkeypatch, curve, born=SimpleNamespace(coefficient=20.0))
+    assert curve._coefficient("shooting", singular(FOLD, 1.0, 1.0)) == pytest.approx(6.0 / 5.0)
+    assert curve._coefficient("shooting", singular(DOUBLE, 2.0, 1.0)) == pytest.approx(20.0 / 10.0)
+    assert curve._coefficient("shooting", singular(DOUBLE, 2.0, 1.0), 0.125) == pytest.approx(2.0)
+    assert [list(call.values())[-1] for call in asked["born"]] == [curve.FAR_SIDE, 0.125]
+    points = [singular(FOLD, 1.0, 1.0), singular(FOLD, -1.0, 1.0, 7.0), singular(FOLD, -1.0, -1.0, 8.0)]
+    np.testing.assert_allclose(curve._tests("shooting", points), [1.2, -1.4, -1.6])

@@ -324,3 +324,16 @@ def test_a_guess_at_the_border_that_is_far_off_is_not_trusted(monkeypatch):
     found = follow.at_value(world, beyond.nodes, 2.5, metric)
     monkeypatch.setattr(follow, "at_value", lambda *_: replace(found, step=2.0 * follow.FARTHEST))
     assert follow._at_border(world, here, beyond, walk, metric) is None
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_branch_that_starts_on_the_end_of_the_interval_goes_one_way_alone(turned):
+    """Inwards it is followed, outwards it has ended already."""
+    world, walk = maps.Maps(maps.s_curve), Walk(maps.value_of(2.08), 3.0)
+    start = maps.orbit_at(world, maps.value_of(2.08), maps.AWAY + 2.08)
+    start = replace(start, value=walk.low, tangent=-start.tangent if turned else start.tangent)
+    branch = follow.follow(world, start, walk)
+    assert branch.ended == (Ending.LIMIT, Ending.LIMIT)
+    assert branch.values[-1 if turned else 0] == walk.low
+    assert branch.values[0 if turned else -1] == pytest.approx(3.0)
+    assert (np.diff(branch.values) > 0.0).all() != turned

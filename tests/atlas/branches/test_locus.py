@@ -235,6 +235,14 @@ def test_curves_have_their_values_in_the_units_of_both_fields(monkeypatch):
     assert (result.attrs["parameters"], result.attrs["event"]) == ("frequency,film_thickness", "fold")
 
 
+def across_from(begin):
+    """The start of brute force along the first field, in the middle of its interval."""
+    own = PUMP.replace(frequency="10 Hz")
+    return vary(own, {"frequency": PAIR["frequency"]}, begin).starts(
+        [10.0 / vary(own, {"frequency": PAIR["frequency"]}).scales[0]]
+    )
+
+
 def test_curves_begin_at_the_resolved_events_of_their_kind_in_their_own_units(monkeypatch):
     """Branches over one field have another scale than curves over two: values stay where they are in SI."""
     asked, world = {}, maps.Maps(maps.s_curve)
@@ -248,11 +256,24 @@ def test_curves_begin_at_the_resolved_events_of_their_kind_in_their_own_units(mo
     tree = SimpleNamespace(branches=[SimpleNamespace(events=seeds, shooting=world)])
     monkeypatch.setattr(type(varied), "shooting", lambda self, tolerance: world)
     monkeypatch.setattr(locus, "grown", lambda *given: asked.update(grown=given) or tree)
-    monkeypatch.setattr(locus, "brute_force", lambda walk, line, values, starts, **flow: asked.update(runs=values))
-    monkeypatch.setattr(locus, "cover", lambda *given, **flow: None)
+    monkeypatch.setattr(
+        locus,
+        "brute_force",
+        lambda walk, line, values, starts, **flow: asked.update(runs=values, flow=flow, starts=starts),
+    )
+    monkeypatch.setattr(locus, "cover", lambda *given, **flow: asked.update(cover=flow))
     monkeypatch.setattr(locus, "follow_curve", lambda *given: asked.setdefault("curves", []).append(given))
     monkeypatch.setattr(locus, "_label", lambda varied, curves, options: options)
-    options = unwrap(gelcone.locus)(PUMP, "fold", PAIR, start="settled", switch=2, checks=3, points=50)
+    begin = ("3 mm", "0.2 m/s")
+    options = unwrap(gelcone.locus)(
+        PUMP, "fold", PAIR, begin, start="settled", switch=2, checks=3, points=50, tolerance=1e-12, threads=5
+    )
+    assert asked["flow"] == asked["cover"] == {"tolerance": 1e-12, "threads": 5}
+    assert asked["grown"][1].initial == begin  # brute force along the first field begins where it was asked to
+    states = asked["grown"][4]
+    np.testing.assert_allclose(states, across_from(begin))
+    np.testing.assert_allclose(asked["starts"], np.concatenate([states, 0.05 * states]))
+    assert (options["tolerance"], options["initial"]) == (1e-12, (3e-3, 0.2))
     ((shooting, kind, nodes, values, at, window),) = asked["curves"]
     assert (shooting, kind, at) == (world, EventKind.FOLD, FOLD)
     np.testing.assert_array_equal(nodes, seeds[0].orbit.nodes)

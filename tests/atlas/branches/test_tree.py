@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gelcone.atlas.branches.branch import Ending, Walk
+from gelcone.atlas.branches import tree
+from gelcone.atlas.branches.branch import Ending, EventKind, Walk
 from gelcone.atlas.branches.follow import follow
 from gelcone.atlas.branches.point import Direction, Point
 from gelcone.atlas.branches.tree import Tree, _passing, distance, kind_of, whole_period
 from gelcone.motion.orbit import Kind
 from tests.atlas.branches import maps
+from tests.recorded import record
 
 WALK = Walk(-3.0, 3.0)
 NODES = np.random.default_rng(2).normal(size=(8, 2))
@@ -179,3 +181,71 @@ def test_a_branch_belongs_to_the_event_where_it_is_born_and_ends_at_another():
     assert child.values[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-11)
     h = np.array([0.5 * (point.nodes[0, 0] - point.nodes[2, 0]) for point in child.points])
     np.testing.assert_allclose(h**2, child.values * (1.0 - child.values), atol=1e-9)
+
+
+# --- where branches are born ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "switch", "ended", "grows"),
+    [
+        (EventKind.LOSS_OF_REST, 1, 1, Ending.REST, 1), (EventKind.PERIOD_DOUBLING, 0, 1, Ending.MERGED, 1),
+        (EventKind.PERIOD_DOUBLING, 1, 1, None, None), (EventKind.PERIOD_DOUBLING, 1, 2, Ending.MERGED, 2),
+    ],
+)  # fmt: skip
+def test_a_branch_begins_at_the_event_at_which_it_is_born(monkeypatch, kind, level, switch, ended, grows):
+    """Its own events lie one point further on; births at rest are followed at any level, others up to the asked one."""
+    world, start, point = maps.Maps(maps.s_curve), SimpleNamespace(), SimpleNamespace(nodes=None, value=0.5)
+    event = SimpleNamespace(kind=kind, born_branch=-1, branch=0, born=object())
+    inner = SimpleNamespace(kind=EventKind.FOLD, after=3, born=None)
+    child = SimpleNamespace(
+        points=["first"], events=[inner], ended=(Ending.WALL, Ending.STEP), merges=[], level=None, parent=None
+    )
+    asked = record(monkeypatch, tree, first_points=("child", start, point), follow=child)
+    own = Tree(WALK, switch)
+    own.branches, own.find = [SimpleNamespace(shooting=world)], lambda *given: None
+    own.waiting.append((event, level))
+    own.grow()
+    assert not own.waiting
+    if ended is None:
+        assert len(own.branches) == 1
+        return
+    assert own.branches[1] is child
+    assert (child.ended, child.points, inner.after) == ((ended, Ending.STEP), [start, "first"], 4)
+    assert (child.level, child.parent, event.born_branch, inner.branch) == (grows, event, 1, 1)
+    (sought,), (followed,) = asked["first_points"], asked["follow"]
+    assert (sought["shooting"], sought["event"], sought["walk"]) == (world, event, WALK)
+    assert (followed["shooting"], followed["start"], followed["both_ways"]) == ("child", point, False)
+
+
+def test_a_branch_that_shrinks_to_rest_is_born_where_the_amplitude_it_had_left_fits_best(monkeypatch):
+    """At the second of two events: at 2, of curvature 8 and amplitude 1/8, it is to be at 2.125."""
+
+    def event(value, curvature):
+        orbit = SimpleNamespace(null=np.array([[0.5, -2.0]]), multipliers=np.array([value, 0.5]))
+        return SimpleNamespace(value=value, born=SimpleNamespace(curvature=curvature), orbit=orbit, born_branch=-1)
+
+    events = [event(2.1, 8.0), event(2.0, 8.0), event(2.5, 8.0)]
+    rest = SimpleNamespace(resting=True, events=events)
+    last = Point(np.array([[0.25, -0.125]]), 2.125, np.array([0.9, 0.8]), Direction(np.ones((1, 2)), 1.0))
+    branch = SimpleNamespace(ended=(Ending.LIMIT, Ending.REST), points=[last], map="map", resting=False, events=[])
+    monkeypatch.setattr(tree, "born_map", lambda event: "map")
+    Tree(SimpleNamespace(scale=4.0), 1, [rest, branch])._ends_at_rest(branch, 7)
+    assert [event.born_branch for event in events] == [-1, 7, -1]
+    assert (branch.points[-1].value, branch.points[-1].multipliers.tolist()) == (2.0, [2.0, 0.5])
+    assert not branch.points[-1].nodes.any()
+
+
+def test_a_branch_that_another_merges_with_is_followed_at_the_same_level(monkeypatch):
+    added, metric = [], "metric"
+    monkeypatch.setattr(tree, "at_value", lambda *given: SimpleNamespace(point=("start", given)))
+    monkeypatch.setattr(tree, "follow", lambda *given: given)
+    monkeypatch.setattr(tree.Metric, "of", lambda nodes, scale: (metric, nodes, scale))
+    monkeypatch.setattr(Tree, "holds", lambda own, shooting, point: False)
+    monkeypatch.setattr(Tree, "add", lambda own, branch, level: added.append((branch, level)))
+    monkeypatch.setattr(Tree, "_met", lambda own, merge, branch: (merge, branch))
+    own, walk = SimpleNamespace(of_kind=lambda kind: ("shooting", kind)), SimpleNamespace(scale=4.0)
+    merge, branch = SimpleNamespace(nodes="nodes", values=[1.5, 9.0]), SimpleNamespace(level=3, shooting=own)
+    assert Tree(walk, 1)._parent(branch, "kind", merge) == (merge, branch)
+    start = ("start", (("shooting", "kind"), "nodes", 1.5, (metric, "nodes", 4.0)))
+    assert added == [((("shooting", "kind"), start, walk), 3)]

@@ -158,3 +158,15 @@ def test_segments_are_enough_for_the_stiffest_and_the_slowest_corner(monkeypatch
     assert time == pytest.approx(longest, rel=1e-9)
     _, names, kind, segments, _, tolerance, *_ = made[0]
     assert (names, kind, segments, tolerance) == (own.parameters or own.names, (1, False), 64, 1e-9)
+
+
+def test_values_are_said_in_the_unit_of_their_own_field_and_measured_by_its_larger_end():
+    """Of two fields that move several parameters, of which the first is negative."""
+    ends = {"voltage_offset": (-300.0, 100.0), "film_thickness": (1e-4, 2e-4)}
+    own = vary(PUMP, ends)
+    assert own.parameters == ()
+    np.testing.assert_allclose(own.scales, [300.0, 2e-4])
+    assert (own.said(0.5, 0), own.said(0.5, 1)) == ("150 V", "100 um")
+    assert own.along("first", "second") == {"along": "voltage_offset=first,film_thickness=second"}
+    assert own.attributes(1)["units"] == "m"
+    assert vary(gelcone.ConeModel(), {"voltage": (0.1, 0.2)}).along("value") == {}

@@ -1,0 +1,62 @@
+"""Frequency responses in words, of made-up numbers."""
+
+from gelcone.analyses import (
+    answer,
+    frequency,
+)  # fmt: skip
+from gelcone.analyses.request import Subject
+from gelcone.codes import Outcome
+from tests.analyses.said import EVENTS, MODEL, NAN
+from tests.edited import coded, edited, made
+
+
+def sweeps(**changes):
+    both = ("branch", "drive_frequency")
+    own = {
+        "outcome": (both, [[0, 0, 0], [0, 0, 0]]), "stroke": (both, [[1.0, 2.0, 1.0]] * 2, "mm"),
+        "peak_amplitude": ("branch", [1.5, 1.25], "mm"), "peak_amplitude_error": ("branch", [0.05, 0.025]),
+        "peak_frequency": ("branch", [11.0, 10.5]), "peak_low": ("branch", [10.75, 10.25]),
+        "peak_high": ("branch", [11.25, 10.625]), "period": (both, [[1, 1, 1], [1, 1, 1]]),
+        "resting": (both, [[0, 0, 0], [0, 0, 0]]), "linear_stroke": ("drive_frequency", [0.5, 0.75, 0.25]),
+        "jump_low": ("jump", [11.5]), "jump_high": ("jump", [11.75]), "jump_from": ("jump", [2.5]),
+        "jump_to": ("jump", [0.5]), "jump_branch": ("jump", ["up"]), "jump_event_kind": coded("jump", [0], EVENTS),
+        "jump_event": ("jump", [11.625]),
+    }  # fmt: skip
+    coords = {"branch": ("branch", ["up", "down"]), "drive_frequency": ("drive_frequency", [10.0, 11.0, 12.0], "Hz")}
+    return edited(made(own, coords), **changes)
+
+
+RESPONSE = [
+    "drive frequency 10 to 12 Hz, 3 values",
+    "swept up    largest stroke 3 ± 0.1 mm at 11 [10.75, 11.25] Hz",
+    "swept down  largest stroke 2.5 ± 0.05 mm at 10.5 [10.25, 10.625] Hz",
+    "linear theory: largest stroke 0.75 mm at 11 Hz",
+    "jumps (the sweeps differ between):",
+    "  swept up    at 11.5 to 11.75 Hz: stroke 2.5 -> 0.5 mm, fold at 11.625 Hz",
+]
+
+
+def response_lines(shown, model=MODEL):
+    subject = Subject(model)
+    head = len(answer.heading(subject, ["drive_frequency"]))
+    return frequency.frequency_words(shown, subject).splitlines()[head:]
+
+
+def test_a_frequency_response():
+    assert response_lines(sweeps()) == RESPONSE
+    found = response_lines(sweeps(peak_frequency=[12.0, 10.0]))
+    rising = ", an end of the frequencies: it may rise beyond"
+    assert [line.endswith(rising) for line in found[1:3]] == [True, True]
+    odd = sweeps(period=[[1, 2, 0], [1, 1, 3]])
+    assert response_lines(odd)[2] == "            subharmonic at 1, not periodic at 1 of 3 frequencies"
+    assert response_lines(odd)[4] == "            subharmonic at 1 of 3 frequencies"
+    at_rest = sweeps(period=[[1, 2, 0], [1, 1, 3]], resting=[[0, 0, 1], [0, 0, 0]])
+    assert response_lines(at_rest)[2] == "            subharmonic at 1 of 3 frequencies"
+    assert response_lines(sweeps(jump_event_kind=-1))[-1].endswith("0.5 mm, no bifurcation found there")
+    assert response_lines(sweeps().drop_vars("jump_event"))[-1].endswith("0.5 mm")
+    assert response_lines(sweeps().isel(jump=slice(0, 0)))[-1] == "no jump: both sweeps show the same motion"
+    assert response_lines(sweeps(linear_stroke=[NAN, 1.0, 1.0]))[3] == (
+        "no linear theory: no stable equilibrium under the drive's mean square"
+    )
+    failed = sweeps(outcome=[[0, 0, 0], [0, int(Outcome.PULLED_IN), 0]])
+    assert response_lines(failed)[1] == f"1 of 6 run(s) failed: {Outcome.PULLED_IN.meaning}"

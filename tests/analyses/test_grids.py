@@ -1,0 +1,276 @@
+"""Diagrams, maps, sweeps, stores and basins in words, of made-up cells."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gelcone
+from gelcone.analyses import (
+    answer,
+    grids,
+)  # fmt: skip
+from gelcone.atlas import tolerances as tolerances_module
+from gelcone.atlas import uncertain as uncertain_module
+from gelcone.codes import Outcome, Regime
+from tests.analyses.said import INF, NAN, SUBJECT, said
+from tests.analyses.test_motions import HOLDS
+from tests.edited import edited, made
+from tests.recorded import record
+
+TOTALS = {"computed": 5, "computed_before": 0, "cells": 6, "inferred": 0, "failed": 0, "integrator_steps": 12345,
+          "wall_time_s": 2.5, "checked": 0, "missed": 0, "border_dimension": None}  # fmt: skip
+
+
+def test_what_a_run_of_cells_says_of_itself():
+    assert grids.totals_text(TOTALS) == "5 of 6 cells computed; 12,345 steps in 2.5 s"
+    more = TOTALS | {"computed_before": 2, "inferred": 1, "failed": 3, "border_dimension": [1.25, 0.125]}
+    assert grids.totals_text(more).splitlines() == [
+        "5 of 6 cells computed, 2 of them before, 1 inferred, 3 failed; 12,345 steps in 2.5 s",
+        "borders between regimes: dimension 1.25 ± 0.12 (the work of refining grows with that power of the cells a "
+        "side)",
+    ]
+    checked = grids.totals_text(TOTALS | {"checked": 200, "missed": 1}).splitlines()[1]
+    head, _, share = checked.partition(": 0.5 % [")
+    assert head.endswith("of 200 inferred cells, drawn at random and computed, 1 had another regime or sign")
+    low, high = (float(end) for end in share.rstrip("]").split(", "))
+    assert 0.0 < low < 0.5 < high < 5.0
+
+
+def map_of(**changes):
+    over = ("voltage", "damping_ratio")
+    own = {
+        "regime": (over, [[1, 3], [0, 3]]), "outcome": (over, [[0, 0], [0, 0]]), "doubtful": (over, [[0, 1], [0, 0]]),
+        "lyapunov": ((*over, "exponent"), [[[-0.25, -1.0], [0.5, -2.0]], [[-0.75, -3.0], [0.125, -4.0]]], "1/s"),
+        "standard_error": ((*over, "exponent"), np.zeros((2, 2, 2))),
+    }  # fmt: skip
+    coords = {"voltage": ("voltage", [800.0, 900.0], "V"), "damping_ratio": ("damping_ratio", [0.25, 0.5])}
+    return edited(made(own, coords, totals=json.dumps(TOTALS)), **changes)
+
+
+def test_a_map():
+    head = len(answer.heading(SUBJECT, ["voltage", "damping_ratio"]))
+    lines = grids.map_words(map_of(), SUBJECT).splitlines()[head:]
+    assert lines == [
+        "voltage 800 to 900 V, 2 values; damping_ratio 0.25 to 0.5, 2 values",
+        "rest 1, periodic 1, chaotic 2 (50 % chaotic)",
+        "5 of 6 cells computed; 12,345 steps in 2.5 s",
+        "highest exponent +0.5 per second at voltage 800 V, damping_ratio 0.5",
+        "lowest exponent -0.75 per second at voltage 900 V, damping_ratio 0.25",
+        "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
+    ]
+    unknown = grids.map_words(map_of(lyapunov=NAN, doubtful=0), SUBJECT).splitlines()[head:]
+    assert unknown == lines[:3]
+
+
+def test_cells_that_are_counted_and_missing():
+    left = int(Regime.LEFT_THE_DOMAIN)
+    pulled = map_of(regime=[[1, left], [left, 3]], outcome=[[0, 6], [2, 0]])
+    assert answer.counts_text(pulled) == "periodic 1, chaotic 1, left the domain 1, pulled in 1"
+    alone = map_of(regime=[[1, left], [left, 3]], outcome=[[0, 6], [6, 0]])
+    assert answer.counts_text(alone) == "periodic 1, chaotic 1, pulled in 2"
+    shown = map_of().assign(status=(("voltage", "damping_ratio"), [[1, 2], [0, 0]]))
+    shown.attrs["totals"] = json.dumps(TOTALS | {"computed": 1, "inferred": 1, "cells": 4})
+    assert "1 cells computed, 1 inferred, 2 missing of 4" in grids.show_words(shown, SUBJECT).splitlines()
+    names = answer.outcome_names(shown)
+    assert names == [["ok", "ok"], ["unknown", "unknown"]]
+
+
+def thresholds(rows):
+    columns = {"low": (1.25, "V"), "high": (1.5, "V"), "from": (1, "1"), "to": (3, "1"), "cascade": (1, "1")}
+    own = {f"threshold_{n}": ("threshold", [v] * rows, unit) for n, (v, unit) in columns.items()}
+    own["threshold_branch"] = ("threshold", ["up"] * rows)
+    return made(own, parameter="voltage")
+
+
+def test_changes_of_regime():
+    assert grids._threshold_lines(thresholds(1)) == [
+        "changes of regime:", "  up: periodic -> chaotic at voltage 1.25 to 1.5 V, by a cascade of period doublings",
+    ]  # fmt: skip
+    assert grids._threshold_lines(edited(thresholds(1), threshold_cascade=0))[1].endswith("1.25 to 1.5 V")
+    assert grids._threshold_lines(thresholds(0)) == ["no change of regime"]
+
+
+def tolerances(**changes):
+    sobol = ("parameter", "end")
+    own = {
+        "probability": ("risk", [0.25, NAN]), "low": ("risk", [0.125, NAN]), "high": ("risk", [0.5, NAN]),
+        "decided": ("risk", [16, 0]), "stroke": ("quantile", [1.0, 2.0, 3.0], "mm"),
+        "stroke_low": ("quantile", [NAN, 1.5, 2.5]), "stroke_high": ("quantile", [1.25, 2.25, INF]),
+        "first_order": (sobol, [[0.25, 0.125, 0.375], [0.5, 0.375, 0.625]]),
+        "total_order": (sobol, [[0.375, 0.25, 0.5], [0.75, 0.625, 0.875]]),
+    }  # fmt: skip
+    coords = {"risk": ("risk", ["chaos", "pull-in"]), "quantile": ("quantile", [0.05, 0.5, 0.95]),
+              "parameter": ("parameter", ["prestretch", "damping_ratio"]), "end": ("end", ["value", "low",
+              "high"])}  # fmt: skip
+    return edited(made(own, coords), **changes)
+
+
+def test_tolerances():
+    lines = [
+        "probability of chaos 0.25 [0.125, 0.5] of 16 draws",
+        "quantiles of the stroke in mm: 5 % 1 [unknown, 1.25], 50 % 2 [1.5, 2.25], 95 % 3 [2.5, unknown]",
+        "share of the stroke's variance by each parameter (Sobol indices: alone; with interactions):",
+        "  damping_ratio: 0.50 [0.38, 0.62]; 0.75 [0.62, 0.88]",
+        "  prestretch: 0.25 [0.12, 0.38]; 0.38 [0.25, 0.50]",
+    ]
+    assert grids.tolerance_lines(tolerances()) == lines
+    assert grids.tolerance_lines(tolerances(total_order=NAN))[2:] == [
+        "Sobol indices of the stroke: none, for some draw has no stroke or all have the same one"
+    ]
+    assert grids.tolerance_lines(tolerances(stroke=NAN)) == lines[:1]
+    assert grids.tolerance_lines(tolerances().drop_vars(["first_order", "total_order"])) == lines[:2]
+    over = xr.concat([tolerances(), tolerances(probability=0.75, stroke=[4.0, 5.0, 6.0])], "voltage")
+    over = over.assign_coords(voltage=("voltage", [800.0, 900.0], {"units": "V"}))
+    found = grids.tolerance_lines(over.drop_vars(["first_order", "total_order"]))
+    assert found[0].endswith(", the highest, at voltage 900 V")
+    assert found[-1].startswith("quantiles of the stroke in mm: 5 % 4 [")
+    assert found[-1].endswith("], at voltage 900 V")
+
+
+def test_membranes_between_which_voltages_were_interpolated():
+    assert grids.membranes_lines(made({})) == []
+    between = made({}, membranes=json.dumps({"made": 7, "films": 64, "error": 0.00125}))
+    assert grids.membranes_lines(between) == [
+        "pull-in of the membrane: 7 membranes made for 64 films, the voltages of the others interpolated to 0.12 % "
+        "(root "
+        "mean square)"
+    ]
+
+
+def after_heading(function, shown, swept):
+    head = len(answer.heading(SUBJECT, swept))
+    return function(shown, SUBJECT).splitlines()[head:]
+
+
+def test_the_texts_of_a_sweep_and_of_a_store():
+    over = ("voltage", "damping_ratio")
+    shown = map_of().assign(status=(over, [[1, 1], [2, 1]]), validity_near_limit=(over, [[0.0, 0.5], [0.0, 0.0]]))
+    shown = shown.assign(validity_breakdown=(over, np.zeros((2, 2))))
+    grid = "voltage 800 to 900 V, 2 values; damping_ratio 0.25 to 0.5, 2 values"
+    counts = "rest 1, periodic 1, chaotic 2"
+    holds = "of 4 motions the model does not hold in: near the stretch limit in 1 (up to 50 % of the motion)"
+    total = "5 of 6 cells computed; 12,345 steps in 2.5 s"
+    assert after_heading(grids.sweep_words, shown, over) == [grid, counts, holds, total]
+    stored = shown.assign_attrs(totals=json.dumps(TOTALS | {"inferred": 1}))
+    assert after_heading(grids.show_words, stored, over) == [
+        grid, "5 cells computed, 1 inferred, 0 missing of 6", counts, holds,
+    ]  # fmt: skip
+    failed = edited(shown, outcome=[[0, int(Outcome.OUTSIDE)], [0, 0]])
+    assert after_heading(grids.sweep_words, failed, over)[1] == f"1 of 4 run(s) failed: {Outcome.OUTSIDE.meaning}"
+    missing = edited(failed, status=[[1, 0], [0, 1]])  # a failed cell that is not there yet does not count
+    assert after_heading(grids.sweep_words, missing, over)[1] == counts
+    others = shown.drop_vars(["regime", "validity_near_limit", "validity_breakdown"])
+    assert after_heading(grids.sweep_words, others, over) == [grid, total]
+
+
+def test_the_text_of_a_sweep_over_draws():
+    own = {"status": ("draw", [1, 1, 0]), "outcome": ("draw", [0, 0, 0]), "stroke": ("draw", [2.0, 2.0, 9.0], "mm"),
+           "stroke_error": ("draw", [1.0, 1.0, 1.0])}  # fmt: skip
+    shown = made(own, totals=json.dumps(TOTALS), membranes=json.dumps({"made": 2, "films": 3, "error": 0.5}))
+    shown = shown.assign_coords(drawn_prestretch=("draw", [1.0, 1.1, 1.2]))
+    shown["stroke"].attrs["long_name"] = "free stroke"
+    lines = after_heading(grids.sweep_words, shown, ["prestretch"])
+    assert lines[0].startswith("3 draws of prestretch")
+    assert lines[1:] == [
+        "5 of 6 cells computed; 12,345 steps in 2.5 s", "free stroke: 2 mm, 95 % within 2 mm to 2 mm",
+        "pull-in of the membrane: 2 membranes made for 3 films, the voltages of the others interpolated to 50 % "
+        "(root mean "
+        "square)",
+    ]  # fmt: skip
+
+
+def test_the_text_of_a_diagram():
+    both = ("branch", "voltage")
+    own = {"outcome": (both, [[0, 0], [0, 6]]), "regime": (both, [[0, 1], [3, 5]]), "doubtful": (both, [[1, 0], [0,
+    0]]),
+           "validity_near_limit": (both, [[0.0, 0.25], [0.0, 0.0]]), "validity_breakdown": (both, np.zeros((2,
+           2)))}  # fmt: skip
+    shown = made(own, {"branch": ("branch", ["up", "down"]), "voltage": ("voltage", [1.0, 2.0], "V")})
+    shown = shown.merge(thresholds(1)).assign_attrs(parameter="voltage")
+    assert after_heading(grids.bifurcation_words, shown, ["voltage"]) == [
+        "voltage 1 to 2 V, 2 values",
+        f"1 of 4 run(s) failed: {Outcome.PULLED_IN.meaning}",
+        "  up: rest 1, periodic 1",
+        "    of 2 motions the model does not hold in: near the stretch limit in 1 (up to 25 % of the motion)",
+        "  down: chaotic 1, pulled in 1",
+        f"    {HOLDS}",
+        "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
+        "changes of regime:",
+        "  up: periodic -> chaotic at voltage 1.25 to 1.5 V, by a cascade of period doublings",
+    ]
+
+
+def test_the_text_of_basins():
+    over = ("displacement", "velocity")
+    own = {
+        "attractor": (over, [[0, 1], [0, -1]]),
+        "outcome": (over, [[0, 0], [0, 2]]),
+        "doubtful": (over, [[0, 0], [1, 0]]),
+    }
+    kinds = {"regime": [0, 1], "period": [0, 2], "share": [0.5, 0.25], "lyapunov": [-0.5, -0.5], "lowest": [1.0, -2.0],
+             "highest": [1.0, 3.0]}  # fmt: skip
+    own |= {f"attractor_{n}": ("attractor_number", v, "mm" if n.endswith("est") else "1") for n, v in kinds.items()}
+    shown = made(
+        own, {"displacement": ("displacement", [-5.0, 5.0], "mm"), "velocity": ("velocity", [0.0, 1.0], "m/s")}
+    )
+    lines = [
+        "initial displacement -5 to 5 mm, 2 values; velocity 0 to 1 m/s, 2 values",
+        f"1 of 4 run(s) failed: {Outcome.STRETCH_LIMIT.meaning}", "2 attractor(s):", "  0: rest: 50 %, at 1 mm",
+        "  1: periodic, period 2: 25 %, from -2 to 3 mm", "  none: 25 % (failed or not settled)",
+        "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
+    ]  # fmt: skip
+    assert said(grids.basin_words, shown) == lines
+    all_ = edited(shown, attractor=[[0, 1], [0, 1]], outcome=0, doubtful=0)
+    assert said(grids.basin_words, all_) == [lines[0], *lines[2:5]]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("up", ["up"]),
+        ("down, up", ["down", "up"]),
+        ("none", []),
+        ("up,up", None),
+        ("sideways", None),
+        ("up,none", None),
+    ],
+)
+def test_sweeps_of_a_diagram_as_they_are_typed(text, found):
+    if found is None:
+        with pytest.raises(gelcone.InputError, match="must be up, down, up,down or none"):
+            grids.read_sweeps(text)
+    else:
+        assert grids.read_sweeps(text) == found
+
+
+def test_the_extreme_exponents_of_a_map_have_their_own_errors():
+    errors = np.array([[[0.01, 9.0], [0.02, 9.0]], [[0.03, 9.0], [0.04, 9.0]]])
+    lines = grids._exponent_lines(map_of(standard_error=errors))
+    assert lines[0].startswith("highest exponent +0.500 ± 0.020 per second at voltage 800 V")
+    assert lines[1].startswith("lowest exponent -0.750 ± 0.030 per second at voltage 900 V")
+
+
+def test_draws_that_stand_for_sobol_indices_alone_are_left_out_of_spreads_and_probabilities(monkeypatch):
+    """Of four draws two; the tolerances are made of all, for the indices need them."""
+    own = {
+        "status": ("draw", [1, 1, 1, 1]),
+        "outcome": ("draw", [0] * 4),
+        "stroke": ("draw", [2.0, 2.0, 7.0, 9.0], "mm"),
+    }
+    shown = made(own, totals=json.dumps(TOTALS)).assign_coords(drawn_prestretch=("draw", [1.0, 1.1, 1.2, 1.3]))
+    asked = record(
+        monkeypatch, tolerances_module, base_draws=lambda cells: cells.isel(draw=slice(2)), tolerances="the tolerances"
+    )
+    lines = after_heading(grids.sweep_words, shown, ["prestretch"])
+    assert "2 draws of prestretch, and 2 for Sobol indices" in lines
+    assert lines[-1] == "stroke: 2 mm, 95 % within 2 mm to 2 mm"
+    given = record(monkeypatch, uncertain_module, probability="the probability")
+    monkeypatch.setattr(grids, "result_json", lambda result: {"of": result} if isinstance(result, str) else {})
+    kinds = shown.assign(regime=("draw", [1, 2, 3, 3]))
+    found = grids.sweep_json(kinds)
+    assert found == {"probability": {"of": "the probability"}, "tolerances": {"of": "the tolerances"}}
+    assert given["probability"][0]["cells"].sizes["draw"] == 2
+    assert asked["tolerances"][0]["cells"].sizes["draw"] == 4
+    assert grids.sweep_json(shown) == {}

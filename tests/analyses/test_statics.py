@@ -1,0 +1,67 @@
+"""Constant voltages in words, of made-up numbers."""
+
+import pytest
+
+from gelcone import words
+from gelcone.analyses import (
+    statics,
+)  # fmt: skip
+from gelcone.codes import Outcome
+from gelcone.errors import InputError
+from gelcone.physics.balance import PullIn
+from tests.analyses.said import INF, NAN, SUBJECT, said
+from tests.edited import coded, edited, made
+
+
+def statics_of(**changes):
+    over = ("constant_voltage", "equilibrium")
+    own = {
+        "outcome": 0, "displacement": ("displacement", [0.0], "mm"), "pitchfork_voltage": (None, NAN, "V"),
+        "fold_voltage": ("fold", [NAN, 1300.0]), "fold_displacement": ("fold", [NAN, 16.0]),
+        "pull_in_kind": int(PullIn.FOLD), "pull_in_voltage": (None, 1300.0, "V"), "pull_in_from": (None, 16.0, "mm"),
+        "pull_in_to": (None, 22.0, "mm"), "equilibria": ("constant_voltage", [2, 0]),
+        "equilibrium_displacement": (over, [[13.0, 21.0], [NAN, NAN]], "mm"), "stable": (over, [[1, 0], [0, 0]]),
+        "film_state": coded(over, [[1, 0], [0, 0]], ("taut", "hoop_slack")),
+        "second_film_state": coded(over, [[0, 2], [0, 0]], ("taut", "hoop_slack", "crumpled")),
+        "stroke": ("constant_voltage", [3.0, NAN], "mm"), "blocked_force": ("constant_voltage", [0.5, NAN], "N"),
+        "cycle_work": ("constant_voltage", [NAN, NAN], "mJ"),
+        **{f"validity_{n}": (over, [[0.0, 1.0 * (n == "near_limit")]] * 2) for n in words.FAILINGS},
+    }  # fmt: skip
+    return edited(made(own, {"constant_voltage": ("constant_voltage", [800.0, 1400.0], "V")}), **changes)
+
+
+RAMP = f"slow voltage ramp from 0: at 1300 V the disc {PullIn.FOLD.meaning}"
+
+
+def test_equilibria_at_constant_voltages():
+    lines = [
+        "constant voltage:",
+        "  800 V: rests at 13 mm (stable, film hoop slack), 21 mm (unstable, second film crumpled, near the stretch "
+        "limit); stroke 3 mm, blocked force 0.5 N",
+        "  1400 V: rests at nothing; beyond pull-in",
+        "fold at 1300 V, displacement 16 mm",
+        f"{RAMP} (moves to 22 mm)",
+    ]
+    assert said(statics.static_words, statics_of()) == lines
+    never = statics_of(pull_in_voltage=NAN, fold_voltage=NAN, pitchfork_voltage=900.0)
+    assert said(statics.static_words, never)[2:] == [
+        "  1400 V: rests at nothing; no slow ramp from 0 leads there",
+        "pitchfork of the flat film at 900 V",
+        "slow voltage ramp from 0: no stable equilibrium to start from",
+    ]
+    stays = statics_of(pull_in_kind=int(PullIn.NEVER), pull_in_voltage=INF)
+    assert said(statics.static_words, stays)[-1] == f"slow voltage ramp from 0: {PullIn.NEVER.meaning}"
+    assert said(statics.static_words, statics_of(pull_in_to=16.0))[-1] == f"{RAMP} (it leaves it gradually)"
+    assert said(statics.static_words, statics_of(pull_in_to=INF))[-1] == RAMP
+    lost = statics_of(outcome=int(Outcome.OUTSIDE))
+    assert said(statics.static_words, lost) == [
+        f"1 of 1 run(s) failed: {Outcome.OUTSIDE.meaning}", "nothing can be reached inside the stretch limit",
+    ]  # fmt: skip
+
+
+def test_displacements_that_do_not_increase_are_refused():
+    found = statics.static_arguments(SUBJECT, {"displacements": [0.1, 0.2], "voltages": [0.5]})
+    assert found == {"displacements": [0.1, 0.2], "voltages": [0.5]}
+    for wrong in ([0.1, 0.1], [0.2, 0.1]):
+        with pytest.raises(InputError, match="--displacements: must increase"):
+            statics.static_arguments(SUBJECT, {"displacements": wrong})

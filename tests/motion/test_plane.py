@@ -1,0 +1,228 @@
+"""The plane of drive frequency and peak voltage: what it asks of its parts, and what it hands on."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gelcone.codes import Regime
+from gelcone.motion import plane as module
+from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.physics.model import ConeModel
+from tests.recorded import numbers, record
+
+FLAT = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5)
+
+
+def plane_of(model=FLAT, limits_from="rest", threads=5, membrane=None, bias=0.25):
+    return module.Plane(model, module.DriveShape(0.75, bias), 0.5, threads, membrane, limits_from)
+
+
+def test_a_plane_scales_amplitude_and_bias_with_the_peak(monkeypatch):
+    model = plane_of().at(np.array([0.5, 0.9]), np.array([0.4, 0.8]))
+    assert model.drive_frequency.tolist() == [0.5, 0.9]
+    np.testing.assert_allclose(model.voltage, [0.3, 0.6])
+    np.testing.assert_allclose(model.voltage_bias, [0.1, 0.2])
+    asked = record(monkeypatch, module, stiffness_under=4.0, drive_ramp="ramp")
+    assert plane_of().natural_frequency(0.8) == 2.0
+    drive = asked["stiffness_under"][0]["model"]
+    assert (drive.voltage, drive.voltage_bias) == pytest.approx((0.6, 0.2))
+    assert plane_of().ramp("levels") == "ramp"
+    assert asked["drive_ramp"] == [{"model": FLAT, "levels": "levels", "bias_share": 0.25}]
+
+
+@pytest.mark.parametrize("limits_from", ["rest", "settled", "both"])
+@pytest.mark.parametrize("with_lower", [False, True])
+def test_from_rest_and_from_lower_peaks_are_examined_as_the_limits_ask(monkeypatch, limits_from, with_lower):
+    """Of both the larger of each limit counts, the next peak starts from the motion that rose slowly, and the rest is
+    that of the motion from rest."""
+    calls, lower = [], numbers(3, 2, at=3.0) if with_lower else None
+    met = {"rest": [1.0, 0.0, 0.0], "slow": [0.0, 1.0, 0.0]}
+
+    def examine(plane, model, start, yields, transient=False):
+        rows = np.isin([0.5, 0.6, 0.7], np.ravel(model.drive_frequency))
+        from_rest = start[0, 0] == 0.5 + module.NUDGE
+        calls.append(("rest" if from_rest else "slow", start.tolist(), yields, transient))
+        own = np.array(met["rest" if from_rest else "slow"])[rows]
+        found = dict.fromkeys(DRIVEN_LIMITS[:-1], own)
+        return found | {"final": start + 10.0 * from_rest, "stroke": own + 5.0 + from_rest}
+
+    monkeypatch.setattr(module.Plane, "_examine", examine)
+    monkeypatch.setattr(module, "CHUNK", 2)
+    found = plane_of(limits_from=limits_from).examine(
+        np.array([0.5, 0.6, 0.7]), np.array([0.1, 0.2, 0.3]), lower, yields=False
+    )
+    slow, rest = limits_from != "rest" and with_lower, limits_from == "both" or limits_from == "rest" or not with_lower
+    starts = [[[0.5 + module.NUDGE, 0.0]] * 2, [[0.5 + module.NUDGE, 0.0]]]
+    expected = []
+    for part, rows in enumerate((slice(0, 2), slice(2, 3))):
+        expected += [("slow", lower[rows].tolist(), False, False)] if slow else []
+        expected += [("rest", starts[part], False, limits_from != "settled")] * rest
+    assert calls == expected
+    both = np.maximum(met["slow"], met["rest"])
+    for name in DRIVEN_LIMITS[:-1]:
+        np.testing.assert_array_equal(found[name], both if slow and rest else met["slow" if slow else "rest"], name)
+    at_rest = np.array([[10.5 + module.NUDGE, 10.0]] * 3)
+    np.testing.assert_array_equal(found["final"], lower if slow else at_rest)
+    np.testing.assert_array_equal(found["stroke"], np.array(met["rest"]) + 6.0 if rest else np.array(met["slow"]) + 5.0)
+
+
+class Found:
+    """A search whose motions are given."""
+
+    def __init__(self, **given):
+        self.given = given
+        self.cycles = SimpleNamespace(attracting=np.array(given["attracting"]), resting=np.array(given["resting"]))
+        self.starts = SimpleNamespace(
+            state=np.stack([given["state"], given["state"] + 50.0], axis=1), outcome=np.array([given["outcome"],
+            [9] * 5]).T,
+            period=np.array([given["period"], [0] * 5]).T, apart=np.array(given["apart"]),
+        )  # fmt: skip
+        self.courses, self.begun = ["course"], []
+
+    def begin(self, rows, durations, patience):
+        self.begun.append((rows.tolist(), durations.tolist(), patience))
+
+
+@pytest.mark.parametrize("classified", [False, True])
+def test_where_motions_settle_is_by_their_cycles_else_by_their_kind(monkeypatch, classified):
+    """A cycle, rest, a failure, a motion without a period, and one that returns but is slow: only what is unclear is
+    classified, the slow one from where it has come to, with no more patience than the disc needs."""
+    search = Found(
+        attracting=[True, True, False, False, False], resting=[False, True, False, False, False], state=numbers(5, 2,
+        at=4.0),
+        outcome=[0, 0, 3, 0, 0], period=[1, 1, 0, 0, 2], apart=[np.nan] * 5,
+    )  # fmt: skip
+    made = []
+
+    def classify(members, states, **options):
+        count = members.size
+        made.append((members.number("voltage").tolist(), states.tolist(), options))
+        return SimpleNamespace(
+            final=states + 100.0, regime=np.full(count, Regime.CHAOTIC), outcome=np.full(count, len(made))
+        )
+
+    slow = np.array([False, False, False, False, True])
+    asked = record(
+        monkeypatch, module, Search=lambda *given, **options: search, classify=classify, are_slow=slow,
+        transient_of_the_disc=np.array([10.0, 20.0, 30.0, 40.0, 50.0]), transient_of=numbers(5, at=1e4),
+    )  # fmt: skip
+    members = FLAT.replace(voltage=[0.1, 0.2, 0.3, 0.4, 0.5]).members()
+    start = numbers(5, 2)
+    final, regime, outcome, drifts = plane_of()._settle(members, start, classified)
+    flow = {"tolerance": module.TOLERANCE, "threads": 5}
+    (searched,) = asked["Search"]
+    assert {name: searched[name] for name in flow} == flow
+    ((rows, durations, patience),) = search.begun
+    assert rows == ([4] if classified else [0, 1, 2, 3, 4])
+    np.testing.assert_allclose(durations, [*numbers(5, at=1e4)[:4], module.LONGEST_WAIT * 50.0])
+    assert patience == 1.0
+    unsure = [0.4, 0.5] if classified else [0.4]
+    assert [voltage for call in made for voltage in call[0]] == unsure
+    assert made[0][1] == [start[3].tolist()]
+    assert made[0][2] == flow
+    if classified:
+        assert made[1][1] == [search.given["state"][4].tolist()]
+        assert made[1][2] == flow | {"transient": 50.0, "patience": module.PATIENCE}
+    ends = numbers(5, 2, at=4.0)
+    ends[3] = start[3] + 100.0
+    ends[4] += 100.0 * classified
+    np.testing.assert_allclose(final, ends)
+    kinds = [Regime.PERIODIC, Regime.REST, Regime.LEFT_THE_DOMAIN, Regime.CHAOTIC]
+    assert regime.tolist() == [*kinds, Regime.CHAOTIC if classified else Regime.PERIODIC]
+    assert outcome.tolist() == [0, 0, 3, 1, 2 * classified]
+    assert drifts.known.tolist() == [True, True, False, False, False]
+    assert drifts.courses == ["course"]
+
+
+def test_what_a_motion_fails_in_and_yields_is_sampled_over_enough_drive_periods(monkeypatch):
+    """16 samples of a period at least, 12 periods, and as many times 12 as last long enough; each group of equal
+    sampling is run by itself, in blocks."""
+    runs = []
+
+    def fails(plane, members, run):
+        return {"hoop_slack": members.number("voltage") + 1.0}
+
+    def yields_of(members, run, samples, **flow):
+        runs[-1]["yields"] = samples, flow
+        return {"stroke": members.number("voltage") + 2.0}
+
+    def ran(members, states, times, **options):
+        runs.append(options | {"states": states.tolist(), "times": times})
+        return "run"
+
+    record(monkeypatch, module, integrate=ran, _yields=yields_of)
+    monkeypatch.setattr(module.Plane, "_fails", fails)
+    monkeypatch.setattr(module, "BLOCK_SAMPLES", 16 * 12 * 2)
+    voltage, states = np.array([0.1, 0.2, 0.3, 0.4]), numbers(4, 2)
+    members = FLAT.replace(voltage=voltage, drive_frequency=2.0 * np.pi / np.array([1.0, 1.0, 2.0, 1.0])).members()
+    members.rate = np.array([1.0, 1.0, 1.0, 30.0])
+    period = np.ravel(members.drive_period)
+    found = plane_of()._look(members, states, np.array([0.0, 0.0, 60.0, 0.0]), yields=True)
+    np.testing.assert_allclose(found["hoop_slack"], voltage + 1.0)
+    np.testing.assert_allclose(found["stroke"], voltage + 2.0)
+    by_start = {row[0]: run for run in runs for row in run["states"]}
+    for k, (samples, turns) in enumerate(((16, 12), (16, 12), (16, 48), (64, 12))):
+        run = by_start[states[k, 0]]
+        row = [state[0] for state in run["states"]].index(states[k, 0])
+        np.testing.assert_allclose(run["times"][row], period[k] * np.arange(samples * turns + 1) / samples)
+        assert (run["keep"], run["tolerance"], run["threads"]) == ("work", module.TOLERANCE, 5)
+        assert run["yields"] == (samples, {"tolerance": module.TOLERANCE, "threads": 5})
+    runs.clear()
+    plane_of()._look(members, states, 0.0, yields=False)
+    assert {run["keep"] for run in runs} == {"states"}
+
+
+def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_plane(monkeypatch):
+    """The membrane is the first film's."""
+    first = {"hoop_slack": [[-1.0, 2.0, -1.0], [-1.0, -1.0, -1.0]], "beyond_membrane": [[9.0] * 3] * 2}
+    second = {"hoop_slack": [[-1.0, -1.0, -1.0], [-1.0, -1.0, 0.5]], "near_limit": [[-1.0] * 3, [-1.0, 1.0, -1.0]]}
+    films = [{name: np.array(values) for name, values in film.items()} for film in (first, second)]
+    record(monkeypatch, module, excesses=lambda members, states, voltages: [dict(film) for film in films])
+    members = SimpleNamespace(
+        size=2, system=SimpleNamespace(film=SimpleNamespace(kinds=())),
+        voltages=lambda times, states: [np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 1.0]]), np.full((2, 3), 9.0)],
+    )  # fmt: skip
+    run = SimpleNamespace(times=None, states=np.zeros((2, 3, 2)) + 0.5)
+    membrane = SimpleNamespace(voltage=lambda x: 1.0 + x)
+    found = plane_of(membrane=membrane)._fails(members, run)
+    assert found["hoop_slack"].tolist() == [1.0, 1.0]
+    assert found["near_limit"].tolist() == [0.0, 1.0]
+    assert found["beyond_membrane"].tolist() == [1.0, 0.0]
+    assert np.isnan(found["breakdown"]).all()
+    assert np.isnan(plane_of()._fails(members, run)["beyond_membrane"]).all()
+
+
+def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatch):
+    """The second motion's voltage jumps."""
+    times = np.tile(np.arange(0.0, 121.0), (2, 1)) * [[0.5], [0.25]]
+    states, work = numbers(2, 121, 2, at=3.0), numbers(2, 121, 3, at=4.0)
+    members = ConeModel(damping_ratio=0.1, voltage=[0.1, 0.2], second_film="taut", second_drive="opposite").members()
+    causes = list(members.system.causes)
+    work = numbers(2, 121, len(causes), at=4.0)
+    fields = [numbers(2, 121, at=6.0), numbers(2, 121, at=5.0)]
+    fields[1][1, 7] = 9.0
+    jumps, asked_fields = np.array([0.0, 0.5]), [SimpleNamespace(true_field=field) for field in fields]
+    monkeypatch.setattr(type(members), "film_states", lambda own, states, voltages: asked_fields)
+    asked = record(
+        monkeypatch, module, dissipated_energy=numbers(2, 121, at=7.0), heat_of=numbers(2, 121, at=8.0),
+        lost_in_jumps=jumps,
+        apparent_power=np.array([11.0, 12.0]), extent=(np.array([0.25, 0.5]), np.array([1.0, 1.75])),
+    )  # fmt: skip
+    charges = [numbers(2, 20), -numbers(2, 20, at=2.0)]
+    monkeypatch.setattr(type(members.system), "source_charges", lambda own, times, z, n: charges)
+    run = SimpleNamespace(times=times, states=states, work=work)
+    found = module._yields(members, run, 10, tolerance=2e-9, threads=5)
+    lasts = np.array([60.0, 30.0])
+    np.testing.assert_allclose(found["stroke"], [0.75, 1.25])
+    np.testing.assert_allclose(found["power"], (numbers(2, 121, at=7.0)[:, -1] + jumps) / lasts)
+    np.testing.assert_allclose(found["damper_power"], work[:, -1, causes.index("damper")] / lasts)
+    np.testing.assert_allclose(found["heating"], numbers(2, 121, at=8.0)[:, -1] / lasts)
+    np.testing.assert_array_equal(found["apparent_power"], [11.0, np.inf])
+    np.testing.assert_array_equal(found["field"], [fields[0][0].max(), 9.0])
+    np.testing.assert_array_equal(found["peak_charge"], numbers(2, 20, at=2.0).max(axis=1))
+    (jumped,) = asked["lost_in_jumps"]
+    np.testing.assert_array_equal(jumped["begin"], states[:, 0])
+    np.testing.assert_array_equal(jumped["spans"], lasts)
+    assert (jumped["tolerance"], jumped["threads"]) == (2e-9, 5)
+    assert asked["apparent_power"][0]["times"].shape == (2, 20)
