@@ -204,3 +204,11 @@ def test_a_variable_along_fields_of_its_own_has_their_scales(device):
     scales = [device.replace(film_thickness=value).scales.voltage for value in (2e-4, 1e-4)]
     np.testing.assert_allclose(found["volts"], scales)
     np.testing.assert_allclose(found["plain"], device.scales.voltage)
+
+
+def test_a_gel_whose_name_looks_like_several_is_one(device):
+    gel = gelcone.Material(name="a / b", shear_modulus=9e3, relative_permittivity=5.0)
+    several = device.replace(material=gel, film="taut", moving_mass=[1e-3, 2e-3, 3e-3])
+    shown = si._with_member_fields(xr.Dataset({"x": ("member", np.ones(3))}), several)
+    assert "material" not in shown.coords
+    np.testing.assert_array_equal(shown["moving_mass"], [1e-3, 2e-3, 3e-3])

@@ -100,6 +100,9 @@ def test_an_amplitude_and_a_phase_are_an_in_phase_and_a_quadrature_part(read):
 def test_tests_are_measured_once_all_readings_are_there(read):
     half = '[[test]]\nkind = "blocked force"\nheight = ["10 mm", "12 mm"]\nvoltage = "0 V"\nnoise = "1 mN"\n'
     assert not read(half).measured
+    ringing = RINGING.replace('file = "ringing.csv"', 'frequency = "9 Hz"')
+    assert not read(ringing).measured  # its decay is missing
+    assert read(ringing + 'decay = "1 1/s"\n').measured
     assert not read(half + 'force = ["1 mN", "2 mN"]\n' + STROKE).measured
     found = read(half + 'force = ["1 mN", "2 mN"]\n')
     assert found.measured

@@ -197,6 +197,9 @@ def test_a_fit_hands_tests_and_options_to_its_parts(monkeypatch, count, draws):
     if count == 3:
         np.testing.assert_array_equal(asked["left_out"], np.arange(6.0))
         assert asked["most"] == 3
+    spectra = (spectrum("eps", 293.15, [1.0, 100.0], [8.0, 6.0]),)
+    fit_material(Measured(measured.coupons, spectra, ("a.csv",)), laws=["gent"], branches=[1], draws=0)
+    assert asked["permittivity"] == pytest.approx(7.0)
     options = {"laws": ["gent"], "branches": [1], "flow": "log", "draws": 7, "seed": 4}
     assert json.loads(found.attrs["options"]) == options
     assert json.loads(found.attrs["files"]) == ["a.csv", "b.csv"]

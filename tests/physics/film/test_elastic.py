@@ -10,6 +10,7 @@ from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
 from gelcone.physics.trace import Graph
+from tests.physics.film.programs import in_program
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "wrinkling.json").read_text())
 
@@ -123,3 +124,20 @@ def test_a_film_pulls_in_by_whichever_comes_first(limit):
     np.testing.assert_array_equal(whole, np.minimum(ends, localises))
     assert (localises < ends).any()
     assert (localises > ends).any()
+
+
+def test_a_slack_film_comes_to_its_hoop_at_the_height_of_its_edge():
+    """Without tension its border is edge - A x^2; a film that has failed returns by one of two rules."""
+    given, x = {"meridional_prestretch": 0.8, "hoop_prestretch": 1.2}, np.array([0.2, 0.5, 1.1])
+    film = WrinklingCone()
+    n = film.numbers(film.complete(given))
+    slack = {"pulls": -1.0, "width_held": 1.0, "crumpled": -1.0, "long": 1.0, "below_hump": 1.0}
+    (value,) = in_program(film.elastic._width_border, n, slack, x, np.full(3, 0.3), [])
+    np.testing.assert_allclose(value, (1.44 - 0.64) - 0.64 * x**2)
+    failed = slack | {"whole": -1.0}
+    for pull_in, expected in (("memoryless", 0.3 - n["limit_squared"]), ("snap", None)):
+        own = WrinklingCone(pull_in=pull_in)
+        m = own.numbers(own.complete(given))
+        wanted = 0.3 - m["valley_squared"] if expected is None else expected
+        (value,) = in_program(own.elastic._failure_border, m, failed, x, np.full(3, 0.3), [])
+        np.testing.assert_allclose(value, np.full(3, float(wanted)))
