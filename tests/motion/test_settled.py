@@ -181,7 +181,7 @@ def test_a_swing_is_sampled_over_whole_turns_and_drive_periods(monkeypatch, only
         assert np.isnan(found.harmonics).all()
     else:
         np.testing.assert_array_equal(found.source, np.tile(np.arange(len(MEANINGS)) + 0.5, (4, 1)))
-        assert {call["samples"] for call in asked["harmonics_of"]} == {module.SAMPLES}
+        assert {call["samples"] for call in asked["harmonics_of"]} == {swing_module.SAMPLES}
 
 
 def test_every_integration_has_the_tolerance_and_the_threads_of_the_call(integrations):
