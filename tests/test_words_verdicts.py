@@ -302,7 +302,7 @@ def test_lists_are_cut_at_their_length_and_members_named_by_what_varies():
         "voltage 1.5 V, frequency 9 Hz",
         "voltage 2.5 V, frequency 8 Hz",
     ]
-    assert [float(one["frequency"]) for _, one in words.members_of(members, 1)] == [9.0]
+    assert [float(one["frequency"]) for _, one in words.members_of(members, [0])] == [9.0]
     assert [name for name, _ in words.members_of(made({"outcome": 0}))] == [""]
     gels = members.assign_coords({"material": ("k", ["a", "b"]), "material.law": ("k", [1.0, 2.0])})
     gels["material.law"].attrs["quantity"] = "parameter"

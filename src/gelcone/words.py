@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -394,9 +395,13 @@ def _how_often(failing: dict[str, Any], count: int) -> str:
 # --- members ----------------------------------------------------------------------------------------------------------
 
 
-def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, xr.Dataset]]:
-    """The first ``most`` members of an ensemble (default all), each named by its varied parameters; a single run has no
-    name."""
+def evenly(count: int, most: int) -> Any:
+    """Places of at most ``most`` of ``count`` things, evenly picked, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, most).astype(int))
+
+
+def members_of(result: xr.Dataset, picks: Iterable[int] | None = None) -> list[tuple[str, xr.Dataset]]:
+    """Members of an ensemble (default all), each named by its varied parameters; a single run has no name."""
     dims = list(result["outcome"].dims)
     if not dims:
         return [("", result)]
@@ -405,7 +410,7 @@ def members_of(result: xr.Dataset, most: int | None = None) -> list[tuple[str, x
     names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in varied]
     if "material" in result.coords:  # a gel has a name for its numbers
         names = ["material", *(name for name in names if not name.startswith("material."))]
-    chosen = [with_own_axes(stacked.isel(flat=i)) for i in range(stacked.sizes["flat"])[:most]]
+    chosen = [with_own_axes(stacked.isel(flat=i)) for i in (range(stacked.sizes["flat"]) if picks is None else picks)]
     return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in chosen]
 
 

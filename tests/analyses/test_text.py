@@ -514,7 +514,7 @@ def test_a_long_list_shows_its_beginning():
 def test_members_are_named_by_what_varies_in_their_order():
     found = gelcone.settled(BASE.replace(voltage=[0.5, 0.6, 0.7]))
     assert [name for name, _ in members_of(found)] == ["voltage 0.5", "voltage 0.6", "voltage 0.7"]
-    assert [name for name, _ in members_of(found, 2)] == ["voltage 0.5", "voltage 0.6"]
+    assert [name for name, _ in members_of(found, range(2))] == ["voltage 0.5", "voltage 0.6"]
 
 
 def cells(outcomes, regimes, doubtful):

@@ -142,7 +142,7 @@ def film_state_json(result: xr.Dataset) -> dict[str, Any] | None:
 
 def plain(value: Any) -> Any:
     """``value`` in the types of JSON; what is not a finite number becomes the words of its variable."""
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
         return [plain(v) for v in value]
@@ -311,8 +311,9 @@ def doubt_lines(result: xr.Dataset) -> list[str]:
 
 def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> list[str]:
     """One line for each of the first members of an ensemble, beginning with its varied parameters."""
-    lines = [f"  {name}: {describe(member)}" for name, member in members_of(result, MOST_PRINTED)]
-    return shortened(lines, result["outcome"].size)
+    count = result["outcome"].size
+    lines = [f"  {name}: {describe(one)}" for name, one in members_of(result, range(count)[:MOST_PRINTED])]
+    return shortened(lines, count)
 
 
 def grid_text(shown: xr.Dataset, names: Iterable[Any]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import ending_lines, film_state_json, heading
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import FAILINGS, film_state_in_words, lasting, measured, unit_of
+from gelcone.words import FAILINGS, evenly, film_state_in_words, lasting, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,7 +170,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     if late.sizes["held_voltage"]:
         lines.append("time to pull-in:")
         digits = telling_digits(late["held_voltage"].values)
-        for k in np.unique(np.linspace(0, late.sizes["held_voltage"] - 1, PRINTED_LINES).astype(int)):
+        for k in evenly(late.sizes["held_voltage"], PRINTED_LINES):
             one = late.isel(held_voltage=int(k))
             late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
             lines.append(f"  {measured(one['held_voltage'], digits)}: {late_by}")
@@ -200,7 +200,7 @@ def transfer_words(shown: xr.Dataset, subject: Subject) -> str:
         return "\n".join(lines)
     names = "".join(f"{measured(amplitude):>16s}" for amplitude in shown["amplitude"])
     lines.append(f"  gain at{'':9s}{'linear':>16s}{names}")
-    for k in np.unique(np.linspace(0, frequencies.size - 1, PRINTED_LINES).astype(int)):
+    for k in evenly(frequencies.size, PRINTED_LINES):
         one = shown.isel(measured_frequency=int(k))
         linear = np.interp(frequencies[k], shown["drive_frequency"].values, shown["gain"].values)
         gains = "".join(f"{measured(gain):>16s}" for gain in one["measured_gain"])

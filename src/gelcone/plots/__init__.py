@@ -73,7 +73,7 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
 
     Raises
     ------
-    InputError : for what is no result of gelcone, or a result that lacks a variable which its figure draws (written
+    InputError : for anything but a result of gelcone, or a result that lacks a variable which its figure draws (written
         by another version, or with variables removed).
 
     Examples
@@ -100,7 +100,7 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
 
 
 def figure_of(result: Any) -> Callable[..., Figure]:
-    """The function that draws a result; `InputError` for what is no result of gelcone."""
+    """The function that draws a result; `InputError` for anything but a result of gelcone."""
     attrs = getattr(result, "attrs", {})
     if not {"title", "gelcone_version"} <= set(attrs) or not hasattr(result, "data_vars"):
         raise InputError(

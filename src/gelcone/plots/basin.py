@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Regime
-from gelcone.plots.map import label_axes, marks
+from gelcone.plots.map import mark_cells, marks
 from gelcone.plots.regime import (
     REGIME_COLOURS,
     cell_legend,
     edges,
     invalid_cells,
     invalid_legend,
-    mark_failed,
-    mark_flagged,
-    mark_invalid,
     regime_cells,
 )
 from gelcone.plots.style import styled
@@ -60,7 +57,7 @@ def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     x, y = _axes(cells)
-    regime, failed, flagged = marks(cells)
+    regime = marks(cells)[0]
     borders = edges(cells[x]), edges(cells[y])
     regime_cells(axes, *borders, regime)
     number = cells["attractor"].values.T
@@ -69,10 +66,7 @@ def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
         norm = BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours))
         shown = np.ma.masked_less(np.minimum(number, len(colours) - 1), 0)
         axes.pcolormesh(*borders, shown, cmap=ListedColormap(colours), norm=norm, rasterized=True)
-    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
-    mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
-    label_axes(axes, cells)
+    mark_cells(cells, axes, regime != Regime.TRANSIENT)
     axes.set_xlabel(f"initial {axes.get_xlabel()}")
     axes.set_ylabel(f"initial {axes.get_ylabel()}")
 

@@ -172,7 +172,7 @@ def flags(result: xr.Dataset, axes: Axes) -> None:
 
 
 def legend(result: xr.Dataset) -> list[Any]:
-    """What the lines and markers mean."""
+    """The legend of lines and markers."""
     from matplotlib.lines import Line2D
 
     handles = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, say, styled
-from gelcone.words import measured, time_unit
+from gelcone.words import evenly, measured, time_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +24,7 @@ def creep_figure(result: xr.Dataset) -> Figure:
 
     def draw(figure: Figure) -> None:
         axes: Any = figure.subplot_mosaic([["place", "curve"], ["margin", "curve"]], width_ratios=[1.15, 1.0])
-        picks = np.unique(np.linspace(0, result.sizes["constant_voltage"] - 1, SHOWN).astype(int))
+        picks = evenly(result.sizes["constant_voltage"], SHOWN)
         for k, pick in enumerate(picks):
             one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
             time = one["time"].values[1:] / size

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, SKY, VERMILION, axis_label, log_ticks, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, SKY, VERMILION, axis_label, log_ticks, name_axes, styled
 from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
 
 if TYPE_CHECKING:
@@ -93,8 +93,7 @@ def over_displacement(result: xr.Dataset, axes: Axes) -> None:
     inside = (place >= rest) & (place <= end)
     axes.fill_between(place, 0.0, -own["force"].values, where=inside, color=SKY, alpha=0.3, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.6)
-    axes.set_xlabel(axis_label(result["displacement"], "height"))
-    axes.set_ylabel(axis_label(result["force"], "force on a load"))
+    name_axes(axes, result["displacement"], result["force"], "height", "force on a load")
     axes.legend(fontsize=7.0, loc="lower left")
     axes.set_title("dot: blocked force, diamond: free stroke", loc="left", fontsize=7.0)
     axes.margins(x=0)

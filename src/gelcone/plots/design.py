@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, GREY, VERMILION, axis_label, name_axes, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,6 +52,5 @@ def _front(result: xr.Dataset, axes: Axes) -> None:
     for k in range(x.size):
         place: Any = (float(x[k]), float(y[k]))
         axes.annotate(str(int(result["design"][k])), place, textcoords="offset points", xytext=(4, 4), fontsize=8.0)
-    axes.set_xlabel(axis_label(x, second))
-    axes.set_ylabel(axis_label(y, first))
+    name_axes(axes, x, y, second, first)
     axes.set_ylim(0.0, 1.15 * float(np.max(y.values)))

@@ -1,4 +1,4 @@
-"""Figures of a device and its tests: what they tell, and what was fitted."""
+"""Figures of a device and its tests: what they determine, and what was fitted."""
 
 from __future__ import annotations
 

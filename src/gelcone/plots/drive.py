@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, VERMILION, axis_label, log_ticks, styled
+from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, VERMILION, axis_label, log_ticks, name_axes, styled
 from gelcone.words import measured
 
 if TYPE_CHECKING:
@@ -51,13 +51,12 @@ def window_curve(result: xr.Dataset, axes: Axes) -> None:
 
 
 def value_curve(result: xr.Dataset, axes: Axes) -> None:
-    """What is to be largest, along the edge of the window."""
+    """The number that is to be largest, along the edge of the window."""
     largest = result.attrs["largest"]
     axes.plot(result["frequency"], result["window_value"], color=BLUE, marker=".", ms=3.0)
     axes.plot(result["drive_frequency"], result[largest], "*", color=BLACK, ms=9.0, ls="none")
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(axis_label(result["frequency"], "drive frequency"))
-    axes.set_ylabel(axis_label(result["window_value"], f"{largest} at the window's edge"))
+    name_axes(axes, result["frequency"], result["window_value"], "drive frequency", f"{largest} at the window's edge")
 
 
 def motion_curves(result: xr.Dataset, axes: Axes) -> None:

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREEN, GREY, VERMILION, axis_label, log_ticks, say, styled
+from gelcone.plots.style import (
+    BLACK,
+    BLUE,
+    CYCLE,
+    GREEN,
+    GREY,
+    VERMILION,
+    axis_label,
+    log_ticks,
+    name_axes,
+    say,
+    styled,
+)
 from gelcone.words import lasting, unit_of
 
 if TYPE_CHECKING:
@@ -123,8 +135,7 @@ def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
     axes.plot(envelope["peak_voltage"], envelope["natural_frequency"], color=BLUE)
     shade(envelope, axes)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(axis_label(envelope["peak_voltage"], "constant voltage"))
-    axes.set_ylabel(axis_label(envelope["natural_frequency"], "natural freq."))
+    name_axes(axes, envelope["peak_voltage"], envelope["natural_frequency"], "constant voltage", "natural freq.")
 
 
 def shade(envelope: xr.Dataset, axes: Axes) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.response import members
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
-from gelcone.words import measured, outcome_in_words, unit_of
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, name_axes, styled
+from gelcone.words import evenly, measured, outcome_in_words, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ def static_figure(result: xr.Dataset) -> Figure:
     """Force over displacement next to the equilibria over the voltage; a row for each of up to three members."""
     drawn = members(result)
     forces = force_curves if _option(result, "displacements") is None else delivered_force
-    drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
+    drawn = [drawn[i] for i in evenly(len(drawn), MOST_ROWS)]
 
     def draw(figure: Figure) -> None:
         grid = figure.subplots(len(drawn), 2, squeeze=False)
@@ -48,8 +48,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     """Force that holds the disc, at up to five of the voltages: dashed where its slope is negative (unstable); at zero
     force the equilibria, stable ones filled, unstable ones open."""
     axes.axhline(0.0, color=GREY, lw=0.8)
-    count = member.sizes["constant_voltage"]
-    chosen = np.unique(np.linspace(0, count - 1, MOST_CURVES).astype(int))
+    chosen = evenly(member.sizes["constant_voltage"], MOST_CURVES)
     for colour, size, i in zip(CYCLE, MARKER_SIZES, chosen, strict=False):
         one = member.isel(constant_voltage=i)
         voltage = one["constant_voltage"]
@@ -63,8 +62,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     if (where := invalid(member)) is not None and where.values.any():
         axes.plot([], [], "x", ms=4.0, color=BLACK, mew=0.8, ls="none", label="model does not hold")
     limit_forces(member, axes)
-    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
-    axes.set_ylabel(axis_label(member["force"], "force that holds the disc"))
+    name_axes(axes, member["displacement"], member["force"], y="force that holds the disc")
     axes.margins(x=0)
     note_failure(member, axes)
 
@@ -80,8 +78,7 @@ def delivered_force(member: xr.Dataset, axes: Axes) -> None:
     axes.axhline(0.0, color=GREY, lw=0.8)
     place = member["displacement"].values
     rest = float(member["rest_displacement"])
-    count = member.sizes["constant_voltage"]
-    chosen = np.unique(np.linspace(0, count - 1, MOST_CURVES).astype(int))
+    chosen = evenly(member.sizes["constant_voltage"], MOST_CURVES)
     for colour, i in zip(CYCLE, chosen, strict=False):
         one = member.isel(constant_voltage=i)
         named = f"{measured(one['constant_voltage'])}: " + ", ".join(
@@ -100,8 +97,7 @@ def delivered_force(member: xr.Dataset, axes: Axes) -> None:
         inside = (place - rest) * (place - end) <= 0.0
         low, high = -first["force"].values, -last["force"].values
         axes.fill_between(place, low, high, where=inside, color=CYCLE[0], alpha=0.12, lw=0, label="work of a cycle")
-    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
-    axes.set_ylabel(axis_label(member["force"], "force on a load"))
+    name_axes(axes, member["displacement"], member["force"], y="force on a load")
     axes.margins(x=0)
     note_failure(member, axes)
 
@@ -138,8 +134,7 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
     mark_jump(member, axes)
     mark_unheld(member, axes)
-    axes.set_xlabel(axis_label(voltage, "constant voltage"))
-    axes.set_ylabel(axis_label(place, "displacement"))
+    name_axes(axes, voltage, place, "constant voltage", "displacement")
     axes.set_xlim(0.0, float(np.nanmax(voltage)) if np.isfinite(voltage).any() else 1.0)
     note_failure(member, axes)
 

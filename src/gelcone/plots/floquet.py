@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, GREY, axis_label, styled
+from gelcone.plots.style import BLACK, BLUE, GREY, name_axes, styled
 from gelcone.words import rate_unit
 
 if TYPE_CHECKING:
@@ -44,8 +44,7 @@ def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:
     growth = result["growth_rate"].values.T
     margin = result["margin"].values.T
     unstable = margin > 0.0
-    axes.set_xlabel(axis_label(result["drive_frequency"], "drive frequency"))
-    axes.set_ylabel(axis_label(result["voltage"], "voltage amplitude"))
+    name_axes(axes, result["drive_frequency"], result["voltage"], "drive frequency", "voltage amplitude")
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
     if not unstable.any():
@@ -68,7 +67,7 @@ def onset_lines(result: xr.Dataset, axes: Axes) -> None:
     x, y = result["drive_frequency"].values, result["voltage"].values
     axes.contour(x, y, result["margin"].values.T, levels=[0.0], colors=BLACK, linewidths=0.8)
     onset = result["onset_voltage"].values
-    # A jump from one tongue to the next is no part of the line.
+    # A jump from one tongue to the next is not a part of the line.
     jumps = 1 + np.flatnonzero(np.abs(np.diff(onset)) > JUMP * (y[-1] - y[0]))
     axes.plot(np.insert(x, jumps, np.nan), np.insert(onset, jumps, np.nan), ".-", color=BLUE, ms=3.0, label="onset")
     static = float(result["pitchfork_amplitude"])

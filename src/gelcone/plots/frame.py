@@ -1,4 +1,4 @@
-"""What every figure has below it: the parameters that all of it shares."""
+"""The footnote of every figure: the parameters that all of it shares."""
 
 from __future__ import annotations
 

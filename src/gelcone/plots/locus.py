@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.devices.numbers import SHIPPED
 from gelcone.errors import InputError
 from gelcone.plots.branches import COLOURS, DASHED, MARKERS
-from gelcone.plots.style import BLACK, GREY, axis_label, styled
+from gelcone.plots.style import BLACK, GREY, name_axes, styled
 from gelcone.words import event_label
 
 if TYPE_CHECKING:
@@ -31,8 +31,7 @@ def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
         axes = figure.subplots()
         one, other = names_of(result)
         curves(result, axes)
-        axes.set_xlabel(axis_label(result[one], one))
-        axes.set_ylabel(axis_label(result[other], other))
+        name_axes(axes, result[one], result[other])
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0))
 
     return styled(7.2, 4.2, draw, result)

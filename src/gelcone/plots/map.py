@@ -90,6 +90,17 @@ def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
     return turned["regime"].values, failed, (turned["doubtful"].values > 0) & ~failed
 
 
+def mark_cells(cells: xr.Dataset, axes: Axes, shown: Any = True) -> None:
+    """Grey where the model does not hold, hatch failed cells, dot those that are doubtful and ``shown``; name axes."""
+    x, y = axes_names(cells)
+    borders = edges(cells[x]), edges(cells[y])
+    _, failed, flagged = marks(cells)
+    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
+    mark_failed(axes, *borders, failed)
+    mark_flagged(axes, *borders, flagged & shown)
+    label_axes(axes, cells)
+
+
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     """Largest exponent, blue below zero and red above; failed cells hatched.
 
@@ -107,11 +118,7 @@ def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     norm = FuncNorm((signed_root, signed_square), -bound, bound)
     borders = edges(cells[x]), edges(cells[y])
     mesh = axes.pcolormesh(*borders, exponent, cmap=colours, norm=norm, rasterized=True)
-    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
-    _, failed, flagged = marks(cells)
-    mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged)
-    label_axes(axes, cells)
+    mark_cells(cells, axes)
     axes.set_title(f"largest exponent ({rate_unit(cells['lyapunov'])})", loc="left")
     return mesh
 
@@ -132,12 +139,8 @@ def number_map(cells: xr.Dataset, values: xr.DataArray, title: str, axes: Axes) 
     root = values.attrs.get("quantity") == "power" and not signed
     norm = PowerNorm(0.5, 0.0, most) if root else Normalize(-most if signed else 0.0, most)
     mesh = axes.pcolormesh(*borders, number, cmap="RdBu" if signed else "viridis", norm=norm, rasterized=True)
-    _, failed, flagged = marks(cells)
-    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
-    mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged)
+    mark_cells(cells, axes)
     axes.figure.colorbar(mesh, ax=axes, pad=0.02)
-    label_axes(axes, cells)
     axes.set_title(axis_label(values, title), loc="left")
 
 
@@ -170,13 +173,9 @@ def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
     """Regimes; failed cells hatched, doubtful ones dotted unless their colour says that they have not settled."""
     x, y = axes_names(cells)
-    regime, failed, flagged = marks(cells)
-    borders = edges(cells[x]), edges(cells[y])
-    regime_cells(axes, *borders, regime)
-    mark_invalid(axes, *borders, invalid_cells(cells, y, x))
-    mark_failed(axes, *borders, failed)
-    mark_flagged(axes, *borders, flagged & (regime != Regime.TRANSIENT))
-    label_axes(axes, cells)
+    regime = marks(cells)[0]
+    regime_cells(axes, edges(cells[x]), edges(cells[y]), regime)
+    mark_cells(cells, axes, regime != Regime.TRANSIENT)
     axes.set_title("regime", loc="left")
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, name_axes, styled
 from gelcone.words import measured, members_of
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ WRINKLED = 1e-9
 
 def profile_figure(result: xr.Dataset) -> Figure:
     """The held states of the first actuator; with several heights and voltages the capacitance over both, too."""
-    member = members_of(result, 1)[0][1]
+    member = members_of(result, [0])[0][1]
     prefix = "" if "held" in member else "second_"
     sensing = min(member.sizes["height"], member.sizes["constant_voltage"]) > 1
 
@@ -92,8 +92,7 @@ def cone_profile(member: xr.Dataset, states: list[tuple[int, int]], prefix: str,
     axes.legend(loc="upper right", fontsize=7.0)
     axes.autoscale()
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(axis_label(member[f"{prefix}ring_radius"], "radius"))
-    axes.set_ylabel(axis_label(member["displacement"], "height"))
+    name_axes(axes, member[f"{prefix}ring_radius"], member["displacement"], "radius", "height")
 
 
 def stretches(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, axes: Axes) -> None:
@@ -120,8 +119,7 @@ def fields(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, axes:
         if strength < 2.0 * top:
             axes.axhline(strength, color=VERMILION, ls=":", lw=1.0)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(axis_label(member[f"{prefix}mounted_radius"], "mounted radius"))
-    axes.set_ylabel(axis_label(member[f"{prefix}true_field"], "true field"))
+    name_axes(axes, member[f"{prefix}mounted_radius"], member[f"{prefix}true_field"], "mounted radius", "true field")
 
 
 def capacitances(member: xr.Dataset, prefix: str, axes: Axes) -> None:
@@ -131,8 +129,7 @@ def capacitances(member: xr.Dataset, prefix: str, axes: Axes) -> None:
     for colour, k in zip(CYCLE, chosen, strict=False):
         label = measured(member["constant_voltage"][k], 3)
         axes.plot(member["height"], capacitance.isel(constant_voltage=k), color=colour, label=label, marker=".", ms=3.0)
-    axes.set_xlabel(axis_label(member["height"], "height"))
-    axes.set_ylabel(axis_label(capacitance, "capacitance"))
+    name_axes(axes, member["height"], capacitance, y="capacitance")
     axes.legend(fontsize=6.0, handlelength=1.0)
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, styled
-from gelcone.words import measured, outcome_in_words, with_own_axes
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, name_axes, styled
+from gelcone.words import evenly, members_of, outcome_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +82,7 @@ def ensemble_figure(response: xr.Dataset) -> Figure:
 
 
 def said(member: xr.Dataset) -> str:
-    """How the run of a member failed, or that the model did not hold in all of it; empty for one that is fine."""
+    """The failure of a member's run, or that the model did not hold in all of it; empty for one that is fine."""
     if int(member["outcome"]):
         return f": failed, {outcome_in_words(int(member['outcome']))}"
     unheld = [words for words, when in failings(member).items() if when.any()]
@@ -90,21 +90,15 @@ def said(member: xr.Dataset) -> str:
 
 
 def picked(response: xr.Dataset) -> str:
-    """How many of the members are drawn, where it is not all of them."""
+    """The number of members that are drawn, where it is not all of them."""
     count = response["outcome"].size
     return f"{len(members(response))} of {count} members, evenly picked" if count > MOST_LINES else ""
 
 
 def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """The members to draw, each with its label; evenly picked where there are more than `MOST_LINES`."""
-    dims = list(response["outcome"].dims)
-    if not dims:
-        return [("", response)]
-    stacked = response.stack(flat=dims)
-    picks = np.unique(np.linspace(0, stacked.sizes["flat"] - 1, MOST_LINES).astype(int))
-    names = [n for n, c in response.coords.items() if c.attrs.get("quantity") in ("parameter", "device field")]
-    chosen = [with_own_axes(stacked.isel(flat=i)) for i in picks]
-    return [(", ".join(f"{str(n).replace('_', ' ')} {measured(m[n])}" for n in names), m) for m in chosen]
+    chosen = members_of(response, evenly(response["outcome"].size, MOST_LINES))
+    return [(name.replace("_", " "), member) for name, member in chosen]
 
 
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
@@ -129,8 +123,7 @@ def time_response(response: xr.Dataset, axes: Axes) -> None:
         axes.plot(member["time"], member["displacement"], color=colour, label=name)
     if response["outcome"].ndim == 0 and int(response["outcome"]):
         mark_end(response, axes)
-    axes.set_xlabel(axis_label(response["time"], "time"))
-    axes.set_ylabel(axis_label(response["displacement"], "displacement"))
+    name_axes(axes, response["time"], response["displacement"])
     axes.margins(x=0)
 
 
@@ -184,8 +177,7 @@ def drive_voltage(response: xr.Dataset, axes: Axes) -> None:
         axes.plot(member["time"], member["drive_voltage"], color=colour)
         if "second_drive_voltage" in response:
             axes.plot(member["time"], member["second_drive_voltage"], color=colour, ls="--", lw=0.8)
-    axes.set_xlabel(axis_label(response["time"], "time"))
-    axes.set_ylabel(axis_label(response["drive_voltage"], "voltage"))
+    name_axes(axes, response["time"], response["drive_voltage"], y="voltage")
 
 
 def phase_portrait(response: xr.Dataset, axes: Axes) -> None:
@@ -197,5 +189,4 @@ def phase_portrait(response: xr.Dataset, axes: Axes) -> None:
         faint = GREY if colour == BLUE and len(lines) == 1 else colour
         axes.plot(x[: settled + 1], u[: settled + 1], color=faint, alpha=0.35, lw=0.5)
         axes.plot(x[settled:], u[settled:], color=colour, lw=0.9)
-    axes.set_xlabel(axis_label(response["displacement"], "displacement"))
-    axes.set_ylabel(axis_label(response["velocity"], "velocity"))
+    name_axes(axes, response["displacement"], response["velocity"])

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.plots.response import members, picked
-from gelcone.plots.style import CYCLE, REST_ROOM, axis_label, styled
+from gelcone.plots.style import CYCLE, REST_ROOM, axis_label, name_axes, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,8 +48,7 @@ def section_points(section: xr.Dataset, axes: Axes) -> None:
     set_room(axes, x, u)
     for i, (name, member) in enumerate(members(section)):
         scatter(axes, member["displacement"].values, member["velocity"].values, i, _label(name, member))
-    axes.set_xlabel(axis_label(section["displacement"], "displacement"))
-    axes.set_ylabel(axis_label(section["velocity"], "velocity"))
+    name_axes(axes, section["displacement"], section["velocity"])
 
 
 def extremum_points(extrema: xr.Dataset, axes: Axes) -> None:
@@ -75,7 +74,7 @@ def _label(name: str, member: xr.Dataset) -> str:
 
 
 def failure(member: xr.Dataset) -> str:
-    """How the run of a member failed, for a label; empty for one that did not."""
+    """The failure of a member's run, for a label; empty for one that did not fail."""
     code = int(member["outcome"])
     return f"failed: {Outcome(code).words}" if code else ""
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Outcome
-from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import measured
+from gelcone.plots.style import CYCLE, GREY, name_axes, styled
+from gelcone.words import evenly, measured
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ def step_figure(result: xr.Dataset) -> Figure:
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
-        picks = np.unique(np.linspace(0, result.sizes["constant_voltage"] - 1, SHOWN).astype(int))
+        picks = evenly(result.sizes["constant_voltage"], SHOWN)
         for k, pick in enumerate(picks):
             one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
             outcome = int(one["outcome"])
@@ -37,8 +37,7 @@ def step_figure(result: xr.Dataset) -> Figure:
                 axes.axvline(float(one["settling_time"]), color=colour, lw=0.8, ls=":")
         axes.axhline(float(result["begin"][0]), color=GREY, lw=0.6)
         axes.set_xlim(0.0, float(result["time"].max()))
-        axes.set_xlabel(axis_label(result["time"], "time after the step"))
-        axes.set_ylabel(axis_label(result["displacement"], "displacement"))
+        name_axes(axes, result["time"], result["displacement"], "time after the step")
         axes.set_title("dashed: where a slow ramp ends; dotted: settled", loc="left", fontsize=8.0)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 

@@ -69,7 +69,7 @@ def save_figure(figure: Figure, path: str | Path, *, force: bool = False) -> Non
 
 
 def draw_file(figure: Figure, path: Path) -> None:
-    """What `save_figure` writes, straight to ``path``.
+    """Write what `save_figure` does, straight to ``path``.
 
     PNG and SVG by their own canvases: ``Figure.savefig`` draws each figure twice.
     """
@@ -99,6 +99,12 @@ def axis_label(variable: xr.DataArray, name: str) -> str:
     """``name`` in words, with the unit of the variable, if it has one."""
     name, units = name.replace("_", " "), variable.attrs.get("units", "1")
     return name if units == "1" else f"{name} ({units})"
+
+
+def name_axes(axes: Axes, across: xr.DataArray, up: xr.DataArray, x: str = "", y: str = "") -> None:
+    """Label both axes with their variables, which are called by their own names unless others are given."""
+    axes.set_xlabel(axis_label(across, x or str(across.name)))
+    axes.set_ylabel(axis_label(up, y or str(up.name)))
 
 
 def log_ticks(axes: Axes) -> None:

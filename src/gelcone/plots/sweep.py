@@ -11,9 +11,9 @@ from gelcone.atlas.tolerances import base_draws
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
-from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, say, styled
+from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, name_axes, say, styled
 from gelcone.plots.values import values_figure
-from gelcone.words import missing, unit_of
+from gelcone.words import evenly, missing, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,8 +70,7 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
     if there.size <= FEW:
         bar.set_ticks(there.tolist())
     axes.set_title(str(values.attrs["long_name"]), loc="left")
-    axes.set_xlabel(axis_label(across, x))
-    axes.set_ylabel(axis_label(up, y))
+    name_axes(axes, across, up)
 
 
 def sweep_figure(result: xr.Dataset) -> Figure:
@@ -184,7 +183,7 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
     from gelcone.plots.regime import cell_legend, invalid_cells, invalid_legend
 
     x, y, third = map(str, result["status"].dims)
-    picks = np.unique(np.linspace(0, result.sizes[third] - 1, min(result.sizes[third], WIDEST)).astype(int))
+    picks = evenly(result.sizes[third], WIDEST)
     columns = 2 if picks.size in (2, 4) else min(3, picks.size)
     rows = -(-picks.size // columns)
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.continuum.path import Ending
-from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, styled
-from gelcone.words import unit_of
+from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, styled
+from gelcone.words import evenly, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +29,7 @@ _CONTINUUM = (
 def validation_figure(result: xr.Dataset) -> Figure:
     """Force, profiles and stretches side by side; a row for each of up to three members."""
     drawn = member_labels(result)
-    drawn = [drawn[i] for i in np.unique(np.linspace(0, len(drawn) - 1, min(len(drawn), MOST_ROWS)).astype(int))]
+    drawn = [drawn[i] for i in evenly(len(drawn), MOST_ROWS)]
 
     def draw(figure: Figure) -> None:
         grid = figure.subplots(len(drawn), 3, squeeze=False, width_ratios=[1.2, 1.0, 1.0])
@@ -69,11 +69,8 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
     """The cone as a line and the continuum as markers: filled where the film is taut, open where a stress is
     compressive, crossed where it has pulled in."""
     axes.axhline(0.0, color=GREY, lw=0.8)
-    count = member.sizes["constant_voltage"]
     seen: set[str] = set()
-    for colour, i in zip(
-        CYCLE, np.unique(np.linspace(0, count - 1, min(count, MOST_VOLTAGES)).astype(int)), strict=False
-    ):
+    for colour, i in zip(CYCLE, evenly(member.sizes["constant_voltage"], MOST_VOLTAGES), strict=False):
         one = member.isel(constant_voltage=i).sortby("displacement")
         voltage = one["constant_voltage"]
         label = f"cone, voltage {float(voltage):.4g}{unit_of(voltage)}"
@@ -92,8 +89,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
             fill = BLACK if filled else "white"
             axes.plot([], [], marker, ms=4.0, mec=BLACK, mfc=fill, mew=0.8, ls="none", label=label)
     limit_forces(member, axes)
-    axes.set_xlabel(axis_label(member["displacement"], "displacement"))
-    axes.set_ylabel(axis_label(member["cone_force"], "force on the disc, film and field"))
+    name_axes(axes, member["displacement"], member["cone_force"], y="force on the disc, film and field")
 
 
 def limit_forces(member: xr.Dataset, axes: Axes) -> None:
@@ -112,7 +108,7 @@ def shapes(member: xr.Dataset) -> xr.Dataset:
     if rows.size == 0:
         return member.isel(constant_voltage=0, displacement=[])
     columns = np.flatnonzero(found[rows[0]])
-    picks = columns[np.unique(np.linspace(0, columns.size - 1, min(columns.size, MOST_SHAPES)).astype(int))]
+    picks = columns[evenly(columns.size, MOST_SHAPES)]
     return member.isel(constant_voltage=rows[0], displacement=picks)
 
 
@@ -125,8 +121,7 @@ def profiles(member: xr.Dataset, axes: Axes) -> None:
         axes.plot(one["radius"], one["height"], color=colour, label=f"displacement {float(x):.3g}{unit_of(x)}")
         axes.plot([float(radius[0]), float(radius[-1])], [float(x), 0.0], color=colour, ls="--", lw=0.8)
     note_missing(shown, axes)
-    axes.set_xlabel(axis_label(member["radius"], "radius"))
-    axes.set_ylabel(axis_label(member["height"], "height"))
+    name_axes(axes, member["radius"], member["height"])
 
 
 def stretch_curves(member: xr.Dataset, axes: Axes) -> None:

@@ -51,7 +51,7 @@ def is_number(variable: xr.DataArray) -> bool:
 
 
 def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
-    """What a dim is drawn over: its coordinate, or the parameter that varies along it; None where it has neither."""
+    """The axis of a dim: its coordinate, or the parameter that varies along it; None where it has neither."""
     if dim in result.coords:
         return result[dim] if result[dim].dtype.kind in "fiu" else None
     along = (c for c in result.coords.values() if c.dims == (dim,) and c.attrs.get("quantity") == "parameter")

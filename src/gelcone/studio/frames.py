@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from gelcone.analyses.answer import plain
+
 TYPES = {"u": "u1", "i": "f4", "f": "f4", "b": "u1"}
 """Kind of a NumPy array -> how its values travel: bytes as they are, numbers in single precision, which a picture needs
 no more than."""
@@ -30,16 +32,6 @@ def pack(head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> by
         index.append([name, kind, at, array.size])
         parts.append(data + b"\0" * (-len(data) % 8))
         at += len(parts[-1])
-    text = json.dumps(_finite({**head, "arrays": index}), allow_nan=False).encode()
+    text = json.dumps(plain({**head, "arrays": index}), allow_nan=False).encode()
     text += b" " * (-(4 + len(text)) % 8)
     return b"".join([struct.pack("<I", len(text)), text, *parts])
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(name): _finite(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not np.isfinite(value) else value
