@@ -98,8 +98,8 @@ def test_a_frequency_response_of_draws():
 def test_the_own_drive_of_each_draw_is_held_against_its_own_window():
     """At 12 Hz, in the middle of windows of 7, 6.5 and 8 V; one draw outside the frequencies leaves all unsaid."""
     windows = [[8.0, 6.0], [7.0, 6.0], [9.0, 7.0], [NAN] * 2]
-    shown = drawn_window(recommended_peak=windows, own_peak=[6.75, 6.75, 7.75, 7.75])
-    assert drawn._own_line(shown) == "its own drive, 7.25 V at 12 Hz: inside the window in 2 of 4 draws"
+    shown = drawn_window(recommended_peak=windows, own_peak=[6.75, 6.75, 6.5, 7.75])
+    assert drawn._own_line(shown) == "its own drive, 6.75 V at 12 Hz: inside the window in 2 of 4 draws"
     lines = drawn._window_lines(shown)
     assert lines[-3].split()[1:5] == ["8", "7.05", "to", "8.95"]
     assert lines[-2].split()[1:5] == ["6", "6", "to", "6.95"]

@@ -118,6 +118,21 @@ def test_the_interval_of_the_smallest_kick_holds_that_between_the_phases_tried(v
     assert low <= 1.0 <= high < 1.5
 
 
+def test_a_kick_to_one_side_is_narrowed_down_on_that_side():
+    """Those to the other side lead nowhere, at no phase."""
+
+    class Kicks(MadeUpKicks):
+        def after(self, rows, phases, kicks):
+            return [motion(1.0 if leads else 0.1) for leads in -np.asarray(kicks) > self.least(phases)]
+
+    kicks, phases = Kicks(0.01), np.arange(6) / 6.0
+    found = [Motions([motion(0.1)], [(np.nan, np.nan)])]
+    sizes = -(2.0 ** np.ceil(np.log2(kicks.least(phases))))
+    _narrow(kicks, np.array([0]), found, {0: list(zip(phases, sizes, strict=True))})
+    low, high = found[0].smallest
+    assert low <= 1.0 <= high < 1.5
+
+
 def test_kicks_stay_within_what_a_disc_does_where_the_stretch_limit_is_far():
     model = ConeModel(stretch_limit=1e6, damping_ratio=0.1, voltage=0.3)
     assert module._farthest(model.members(), 0) == module.FARTHEST

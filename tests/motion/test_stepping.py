@@ -219,3 +219,19 @@ def test_a_motion_that_failed_twice_begins_anew_each_time(world):
     found = walk(members(1), np.array([[0.5, 0.68, 0.72, 0.9]]), np.array([[0.8, 0.0]]), None, {})
     assert found.reached.outcome[0].tolist() == [Outcome.OK, Outcome.PULLED_IN, Outcome.PULLED_IN, Outcome.OK]
     assert [state for omega, state in world if omega in (0.72, 0.9)] == [0.8, 0.8]
+
+
+def test_a_jump_is_judged_by_the_largest_amplitude_that_the_walk_has_met(monkeypatch):
+    """Of 3, 1 and 2, which a failure does not lessen."""
+    amplitudes, asked = iter([3.0, 1.0, np.nan, 2.0]), []
+
+    def tried(members, before, initial, fresh, largest, search):
+        size = next(amplitudes)
+        asked.append(float(largest[0]))
+        found = swings((-size, size, 1))
+        found.outcome[:] = Outcome.OK if np.isfinite(size) else Outcome.PULLED_IN
+        return found, np.zeros(1, dtype=bool)
+
+    monkeypatch.setattr(module, "_tried", tried)
+    walk(members(1), np.array([[0.5, 0.6, 0.7, 0.8]]), np.array([[0.8, 0.0]]), None, {})
+    assert asked == [0.0, 3.0, 3.0, 3.0]

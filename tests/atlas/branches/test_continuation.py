@@ -611,3 +611,31 @@ def test_brute_force_begins_as_in_the_middle_of_the_interval_with_the_threads_of
     assert calls["cover"][0]["runs"] == calls["_label"][0]["runs"] == "runs"
     assert calls["cover"][0]["tree"] is calls["run_perturbed"][0]["tree"] is tree
     np.testing.assert_allclose(calls["brute_force"][0]["starts"], [[0.5, 0.25], [0.025, 0.0125]])
+
+
+def test_a_response_begins_on_each_settled_orbit_that_is_stable_once(monkeypatch):
+    """Of five runs one has no cycle, one no orbit nearby, one an unstable orbit, and one an orbit that is known."""
+    varied = vary(gelcone.ConeModel(rest_height=0.8, damping_ratio=0.1), {"voltage": (0.2, 0.5)}, (1.0, 0.3))
+    world = World(Kind(1), 4)
+    section = np.arange(12.0).reshape(6, 1, 2)
+    periods, symmetric = np.array([0, 1, 2, 2, 1, 4]), np.array([False, False, False, True, False, False])
+    runs = check.Runs(np.arange(6.0), section, periods, symmetric, periods > 0)
+    points = {1: None, 2: SimpleNamespace(stable=False), **{k: SimpleNamespace(stable=True, name=k) for k in (3, 4, 5)}}
+    polished = []
+
+    def near(shooting, state, value, scale, **flow):
+        polished.append((shooting.kind, state.tolist(), value, scale, flow))
+        return points[int(value)]
+
+    monkeypatch.setattr(world, "of_kind", lambda kind: SimpleNamespace(kind=kind), raising=False)
+    asked = record(
+        monkeypatch, continuation, brute_force=runs, polished=near,
+        shortest=lambda own, point, scale: (own, point), follow=lambda own, point, walk: (own.kind, point.name),
+    )  # fmt: skip
+    monkeypatch.setattr(continuation.Tree, "holds", lambda tree, own, point: point.name == 4)
+    walk, flow = Walk(0.2, 0.5), {"tolerance": 2e-9, "threads": 5}
+    found = continuation._roots(world, varied, walk, "settled", np.array([[1.0, 0.3]]), flow)
+    assert found == [(Kind(1, True), 3), (Kind(4), 5)]
+    kinds = [Kind(1), Kind(2), Kind(1, True), Kind(1), Kind(4)]
+    assert polished == [(kind, section[k, 0].tolist(), float(k), walk.scale, flow) for k, kind in enumerate(kinds, 1)]
+    assert [call["walk"] is walk for call in asked["follow"]] == [True, True]
