@@ -1,5 +1,9 @@
 """Results: labelled, on disk, and read back as they were."""
 
+import ast
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -70,3 +74,18 @@ def test_outcomes_are_flags_with_meanings():
     array = outcome_array([0, 2], ("member",))
     assert array.dtype == np.int8
     assert len(array.attrs["flag_meanings"].split()) == array.attrs["flag_values"].size == len(gelcone.Outcome)
+
+
+def test_every_long_name_stands_alone():
+    """A table or a figure shows one variable without its neighbours. Long names stand in the values of dicts."""
+    source = Path(gelcone.__file__).parent
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in source.rglob("*.py")}
+    assert trees
+    dicts = [(path, node) for path, tree in trees.items() for node in ast.walk(tree) if isinstance(node, ast.Dict)]
+    values = [(path, value) for path, node in dicts for value in node.values]
+    parts = [(path, part) for path, value in values for part in (value, *getattr(value, "elts", ()))]
+    texts = [
+        (path, part.value) for path, part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)
+    ]
+    assert "period in forcing periods, 0 if none" in dict(map(reversed, texts))
+    assert [(path.name, text) for path, text in texts if re.match(r"(and|its|the same|that|of it)\b", text)] == []

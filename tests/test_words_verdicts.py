@@ -22,7 +22,10 @@ def test_chaos_that_ends_says_in_what(period, end):
 
 @pytest.mark.parametrize(
     ("starts", "text"),
-    [(16, "seen to last 700 time units; mean lifetime above 20 time units"), (1, "seen to last 700 time units")],
+    [
+        (16, "persisted for at least 700 time units; mean lifetime above 20 time units"),
+        (1, "persisted for at least 700 time units"),
+    ],
 )
 def test_chaos_that_did_not_end(starts, text):
     own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0}
@@ -44,9 +47,10 @@ def test_chaos_in_which_one_of_many_starts_ended_did_end():
 @pytest.mark.parametrize(
     ("regimes", "periods", "text"),
     [
-        ([1, 3, -1], [2, 0, 0], ["starts within 1e-9 part: periodic, period 2 75% [50%, 90%]; chaotic 25% [10%, 40%]"]),
+        ([1, 3, -1], [2, 0, 0],
+         ["starts within 1e-9 end as: periodic, period 2 75% [50%, 90%]; chaotic 25% [10%, 40%]"]),
         ([1, -1, -1], [2, 0, 0], []),
-        ([0, 1, 2], [0, 1, 0], ["starts within 1e-9 part: rest 75% [50%, 90%]; periodic, period 1 25% [10%, 40%]; "
+        ([0, 1, 2], [0, 1, 0], ["starts within 1e-9 end as: rest 75% [50%, 90%]; periodic, period 1 25% [10%, 40%]; "
                                "quasi-periodic 0% [0%, 5%]"]),
     ],
 )  # fmt: skip

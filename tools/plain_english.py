@@ -60,6 +60,7 @@ OBEYING = (
     "physics/trace.py",
     "physics/waveforms.py",
     "physics/film/pull_in.py",
+    "words.py",
 )
 """Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
 WORDS = {

@@ -67,7 +67,7 @@ def missing(value: float, variable: xr.DataArray) -> str:
 TIMES = (("ms", 1.0), ("s", 1e3), ("min", 6e4), ("h", 3.6e6), ("days", 8.64e7))
 """Units of a time and how many milliseconds each is."""
 FEWEST = 2.0
-"""A unit is used from so many of it on."""
+"""A unit is used from this number of it on."""
 
 
 def time_unit(value: float, variable: xr.DataArray) -> tuple[float, str]:
@@ -231,13 +231,13 @@ def motion_in_words(regime: int, period: int = 0, symmetric: bool = False) -> st
 
 
 def failed_in_words(outcomes: Any) -> str:
-    """What became of runs that did not go to their end, in two or three words: pulled in, where all did."""
+    """The ending of runs that did not reach their end, in two or three words: pulled in, where all did."""
     failed = np.unique(outcomes)
     return Outcome.PULLED_IN.words if set(failed) - {Outcome.OK} == {Outcome.PULLED_IN} else "run failed"
 
 
 def outcome_in_words(code: int) -> str:
-    """How a run ended, in two or three words."""
+    """The ending of a run, in two or three words."""
     return Outcome(code).words
 
 
@@ -269,14 +269,14 @@ def evidence_in_words(member: xr.Dataset) -> list[str]:
 
 
 def lasting_in_words(member: xr.Dataset) -> list[str]:
-    """How long the chaos of one motion lasts, and where nearby starts end."""
+    """The lifetime of the chaos of one motion, and where nearby starts end."""
     if "lifetime" not in member or np.isnan(member["lifetime"]):
         return []
     low, mean, high = (float(member[name]) for name in ("lifetime_low", "lifetime", "lifetime_high"))
     starts, of = int(member["starts"]), member["lifetime"]
     left = round(float(member["share_chaotic"]) * starts)
     if left == starts:
-        seen = f"seen to last {lasting(float(member['seen_until']), of, 4)}"
+        seen = f"persisted for at least {lasting(float(member['seen_until']), of, 4)}"
         return [f"{seen}; mean lifetime above {lasting(low, of)}" if starts > 1 else seen]
     size, unit = time_unit(mean, of)
     times = f"chaos lasts {mean / size:.2g} [{low / size:.2g}, {high / size:.2g}]{unit} in the mean"
@@ -292,7 +292,7 @@ def _fates_in_words(member: xr.Dataset) -> list[str]:
         for regime, period, (share, low, high) in zip(regimes, periods, shares, strict=True)
         if regime >= 0
     ]
-    return ["starts within 1e-9 part: " + "; ".join(fates)] if len(fates) > 1 else []
+    return ["starts within 1e-9 end as: " + "; ".join(fates)] if len(fates) > 1 else []
 
 
 def attractor_in_words(attractor: xr.Dataset) -> str:
@@ -309,7 +309,8 @@ def attractor_in_words(attractor: xr.Dataset) -> str:
 
 
 def kinds_of_motion(sweep: xr.Dataset) -> dict[str, xr.DataArray]:
-    """How the motion of one frequency sweep departs from the drive's period -> where; failed runs and rests do not."""
+    """Ways in which the motion of one frequency sweep departs from the drive's period -> where; not failed runs or
+    rests."""
     # files of earlier versions give a rest the period 1
     moving = ~sweep["resting"].astype(bool) if "resting" in sweep else True
     return {
@@ -341,7 +342,7 @@ UNKNOWN_STRENGTH = "breakdown unknown: the dielectric strength is not given"
 def validity_in_words(result: xr.Dataset) -> list[str]:
     """Where the model does not hold: for which share of the motion, or in how many of the motions; empty if unknown.
 
-    A film that wrinkles may be slack: of it the shares of its states are told first.
+    A film that wrinkles may be slack: of it the shares of its states come first.
     """
     states = film_state_in_words(result)
     shares = {
@@ -375,8 +376,8 @@ def film_state_in_words(result: xr.Dataset) -> list[str]:
         if not known or not all(share.size for share in known.values()):
             continue
         over = "share of the time" if max(share.size for share in known.values()) == 1 else "mean share of the time"
-        told = ", ".join(f"{name.replace('_', ' ')} {100.0 * share.mean():.1f} %" for name, share in known.items())
-        lines.append(f"{film} ({over}): {told}")
+        states = ", ".join(f"{name.replace('_', ' ')} {100.0 * share.mean():.1f} %" for name, share in known.items())
+        lines.append(f"{film} ({over}): {states}")
     return lines
 
 
@@ -435,7 +436,7 @@ def meaning_at(codes: xr.DataArray, code: int) -> str:
 
 
 def event_label(kind: xr.DataArray) -> str:
-    """What kind an event of a branch is."""
+    """The kind of an event of a branch."""
     return meaning_at(kind, int(kind)).replace("_", " ")
 
 

@@ -79,7 +79,7 @@ def test_the_regime_says_extent_evidence_and_times():
     assert lines[lines.index("periodic, period 2") + 1].startswith("largest exponent -0.01")
     extent = numbers(line_with(lines, "displacement"))
     assert extent == pytest.approx([float(found["lowest"]), float(found["highest"])], rel=1e-3)
-    assert numbers(line_with(lines, "settled for"))[0] == pytest.approx(float(found["settled_time"]), rel=1e-3)
+    assert numbers(line_with(lines, "examined after"))[0] == pytest.approx(float(found["settled_time"]), rel=1e-3)
     assert numbers(line_with(lines, "of its size"))[0] == pytest.approx(float(found["cycle_distance"]), rel=0.5)
     shares = numbers(line_with(lines, "the model does not hold"))
     own = [100.0 * float(found[f"validity_{name}"]) for name in ("hoop_slack", "meridional_slack")]

@@ -295,7 +295,7 @@ def test_exponents_of_one_run(sign, word):
         f"largest exponent +0.0400 ± 0.0020 per second (+0.500 ± 0.025 per forcing period), {word}",
         "second exponent -0.0600 ± 0.0030 per second; the sum of all is off the mean trace by 3e-09",
         "averaged over 4 min after the transient",
-        "over the first 5000 ms from the start: +0.0625 and -0.125 per second",
+        "over the first 5 s from the start: +0.0625 and -0.125 per second",
     ]
 
 
@@ -336,14 +336,14 @@ HOLDS = "the model holds: film taut, away from its limits"
 def test_the_kind_of_one_motion():
     base = [
         "periodic, period 2", "largest exponent -0.25 per second", "displacement 11 to 14 mm",
-        "settled (within 3e-09 of its size)", "settled for 9 s, exponents of the cycle", HOLDS,
+        "settled (within 3e-09 of its size)", "examined after 9 s; exponents of the cycle", HOLDS,
     ]  # fmt: skip
     assert said(motions.regime_words, motion()) == base
     assert said(motions.regime_words, motion(symmetric=1))[0] == "periodic, period 2, symmetric"
     near = motion(cycle_distance=NAN, doubtful=1)
     assert said(motions.regime_words, near) == [
         *base[:3], "points return to within 2e-07 of its size", "! the evidence disagrees",
-        "settled for 9 s, exponents averaged over 4 min", HOLDS,
+        "examined after 9 s; exponents averaged over 4 min", HOLDS,
     ]  # fmt: skip
     chaos = motion(regime=int(Regime.CHAOTIC), period=0, cycle_distance=NAN, zero_one=0.875, settled_time=NAN)
     assert said(motions.regime_words, chaos) == ["chaotic", base[1], base[2], "0-1 test 0.88", HOLDS]

@@ -31,11 +31,6 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 
-def _time(variable: xr.DataArray) -> str:
-    """The unit of a time."""
-    return unit_of(variable) or " time units"
-
-
 # --- exponents --------------------------------------------------------------------------------------------------------
 
 
@@ -67,8 +62,8 @@ def _exponents(member: xr.Dataset) -> list[str]:
     second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
     finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
-    unit, period = _time(member["averaged_time"]), int(member["cycle"])
-    source = f"averaged over {lasting(averaged, member['averaged_time'], 4)} after the transient"
+    time, period = member["averaged_time"], int(member["cycle"])
+    source = f"averaged over {lasting(averaged, time, 4)} after the transient"
     if period:
         cycle = "rest or a cycle of 1 forcing period" if period == 1 else f"a cycle of {period} forcing periods"
         source = f"from the multipliers of what it settles on, {cycle}"
@@ -76,7 +71,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
         f"largest exponent {_largest(member)}",
         f"second exponent {second} {at}; the sum of all is off the mean trace by {residual:.1g}",
         source,
-        f"over the first {window:.4g}{unit} from the start: {finite} {at}",
+        f"over the first {lasting(window, time, 4)} from the start: {finite} {at}",
     ]
 
 
@@ -106,5 +101,5 @@ def _evidence(member: xr.Dataset) -> list[str]:
     if np.isfinite(settled):
         of_cycle = np.isfinite(member["cycle_distance"])
         source = "of the cycle" if of_cycle else f"averaged over {lasting(averaged, time, 4)}"
-        lines.append(f"settled for {lasting(settled, time, 4)}, exponents {source}")
+        lines.append(f"examined after {lasting(settled, time, 4)}; exponents {source}")
     return lines

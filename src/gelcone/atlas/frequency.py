@@ -463,7 +463,11 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
             events[k], codes[k] = at[best], kinds[best]
     table: dataset.Table = {
         "jump_event": (events, "drive frequency of the bifurcation behind the jump", "frequency"),
-        "jump_event_kind": (codes, "its kind, -1 for none", followed["event_kind"].attrs),
+        "jump_event_kind": (
+            codes,
+            "kind of the bifurcation behind the jump, -1 for none",
+            followed["event_kind"].attrs,
+        ),
     }
     return dataset.columns("jump", table)
 
@@ -524,8 +528,8 @@ def _label(
 def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:
     table: dict[str, tuple[Any, str, dataset.Of]] = {
         "jump_branch": (np.array(BRANCHES)[jumps.branch], "sweep that jumps", "code"),
-        "jump_low": (jumps.low, "the jump lies above this frequency", "frequency"),
-        "jump_high": (jumps.high, "and at or below this one", "frequency"),
+        "jump_low": (jumps.low, "lower end of the interval of the frequency of the jump", "frequency"),
+        "jump_high": (jumps.high, "upper end of the interval of the frequency of the jump", "frequency"),
         "jump_from": (2.0 * jumps.before, "stroke before the jump, peak to peak", "length"),
         "jump_to": (2.0 * jumps.after, "stroke after the jump, peak to peak", "length"),
     }

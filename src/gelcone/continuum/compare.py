@@ -43,9 +43,9 @@ FORCE_ORDER, SHAPE_ORDER = 4, 3
 
 MESH_VARIABLES = {
     "force": ("force of the continuum on the disc", "force"),
-    "force_error": ("its distance from that of a mesh four times finer than the finest", "force"),
+    "force_error": ("distance of the force from that of a mesh four times finer than the finest", "force"),
     "force_order": (f"observed order of the force; {FORCE_ORDER} is expected", "count"),
-    "shape_error": ("root mean square distance of the rings from that mesh", "length"),
+    "shape_error": ("root mean square distance of the rings from those of that finer mesh", "length"),
     "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is expected", "count"),
 }
 """What a mesh-convergence table holds -> its meaning and scale."""
@@ -202,10 +202,20 @@ def _of_wrinkling(
     along, at = ("displacement",), ("constant_voltage", "displacement")
     return {
         "pull_in_voltage": (along, found, "voltage above which the continuum has pulled in", "voltage"),
-        "cone_pull_in_voltage": (along, np.sqrt(squared), "and the cone", "voltage"),
-        "membrane_pull_in_voltage": (along, limit, "and the film named membrane", "voltage"),
+        "cone_pull_in_voltage": (along, np.sqrt(squared), "voltage above which the cone has pulled in", "voltage"),
+        "membrane_pull_in_voltage": (
+            along,
+            limit,
+            "voltage above which the film named membrane has pulled in",
+            "voltage",
+        ),
         "membrane_force": (at, force, "static force of the film named membrane on the disc", "force"),
-        "membrane_deviation": (at, force / held - 1.0, "that force over that of the continuum, less 1", "ratio"),
+        "membrane_deviation": (
+            at,
+            force / held - 1.0,
+            "static force of the film named membrane over that of the continuum, less 1",
+            "ratio",
+        ),
     }
 
 

@@ -136,10 +136,10 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     return dataset.columns(_LEVELS, {
         "stiffness_at_rest": (stiffness, "slope of the force where it rests under the voltage", _of("stiffness")),
         "stroke_work": (work, "work of a stroke from a stop at rest", _of("energy")),
-        "load_work": (load, "largest work of it on a constant load", _of("energy")),
+        "load_work": (load, "largest work of a stroke on a constant load", _of("energy")),
         "volume_work": (work, "work of a stroke over the film's volume", _of("energy density")),
         "mass_work": (work, "work of a stroke over the mass that moves", _of("specific energy")),
-        "volume_power": (work * natural, "that at the natural frequency", _of("power density")),
+        "volume_power": (work * natural, "work over volume at the natural frequency", _of("power density")),
         "mass_power": (work * natural, "work over mass at the natural frequency", _of("specific power")),
         "capacitance": (capacitance, "charge over voltage", _charge("capacitance")),
         "field_energy": (0.5 * capacitance * squared, "energy of the field", _charge("energy")),

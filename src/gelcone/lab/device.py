@@ -520,7 +520,7 @@ def _predicted(problem: Problem, logs: Array, covariance: Array, asked: Sequence
         dataset.columns("prediction", {
             "predicted_value": (values[:, 0], "prediction in SI", "share"),
             "predicted_spread": (spread, "standard deviation of the prediction, in SI", "share"),
-            "predicted_prior": (prior, "that of the priors alone", "share"),
+            "predicted_prior": (prior, "standard deviation of the prediction from the priors alone, in SI", "share"),
         }),
         coords={"prediction": [one.text for one in asked]},
         attrs={"next": json.dumps([list(zip(w, r, strict=True)) for w, r in zip(words, ratios, strict=True)])},
@@ -556,7 +556,7 @@ def _readings(best: FittedDevice) -> xr.Dataset:
         "reading_test": (own, "number of its test", "count"),
         "reading_name": (names, "what is read", "code"),
         "reading_axis": (axes, "what it is drawn over", "code"),
-        "reading_unit": (units, "its unit", "code"),
+        "reading_unit": (units, "unit of the reading", "code"),
         "reading_along": (along, "voltage, height or frequency of the reading, in SI", "share"),
         "measured": (best.problem.values, "measured value in SI", "share"),
         "noise": (best.problem.noise, "standard deviation of its noise", "share"),

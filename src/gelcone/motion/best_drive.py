@@ -143,9 +143,9 @@ def drive(
     motion = settled_periods(chosen, threads)
     variables: dict[str, dataset.Variable] = {
         "drive_frequency": ((), omega, "frequency of the best drive", "frequency"),
-        "peak_voltage": ((), peak, "its peak voltage", "voltage"),
-        "voltage": ((), drives["voltage"], "its amplitude", "voltage"),
-        "voltage_bias": ((), drives["voltage_bias"], "its offset", "voltage"),
+        "peak_voltage": ((), peak, "peak voltage of the best drive", "voltage"),
+        "voltage": ((), drives["voltage"], "amplitude of the best drive", "voltage"),
+        "voltage_bias": ((), drives["voltage_bias"], "offset of the best drive", "voltage"),
         "stroke": ((), best.stroke, "stroke, peak to peak", "length"),
         "work": ((), best.value("work", zeta), "work on damper or load a drive period", "energy"),
         "speed": ((), best.value("speed", zeta), "root mean square speed", "velocity"),

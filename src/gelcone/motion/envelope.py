@@ -132,8 +132,8 @@ def envelope(
     rises as long as it gives no heat away; ``static_heating`` that at a constant voltage.
 
     At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
-    `gelcone.motion.coexisting`: ``coexisting``, how many motions
-    other than the window's were found; ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of
+    `gelcone.motion.coexisting`: ``coexisting``, the number of motions other than the window's that were found (in
+    `regime` and its sweeps it is 1 or 0); ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of
     the disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and
     over ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
     ``motion_period``, ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN
@@ -203,8 +203,8 @@ def envelope(
         | creeps
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
-            "limit_low": (of_limit, found["low"].T, "the limit lies above this peak voltage", _VOLTAGE),
-            "limit_high": (of_limit, found["high"].T, "and at or below this one", _VOLTAGE),
+            "limit_low": (of_limit, found["low"].T, "lower end of the interval of the limit's voltage", _VOLTAGE),
+            "limit_high": (of_limit, found["high"].T, "upper end of the interval of the limit's voltage", _VOLTAGE),
             "first_limit": (
                 of_frequency,
                 np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1),
@@ -407,13 +407,13 @@ def _of(model: ConeModel, meanings: Mapping[str, tuple[str, dataset.Of]]) -> lis
 
 _MOTIONS: dict[str, tuple[str, dataset.Of]] = {
     "stroke": ("stroke of a coexisting motion, peak to peak", "length"),
-    "lowest": ("lowest displacement of it", "length"),
-    "highest": ("highest displacement of it", "length"),
-    "period": ("its period in forcing periods, 0 if none", "count"),
-    "regime": ("its kind of motion", "code"),
-    "outcome": ("how its run ended", "code"),
-    "kick_low": ("the smallest kick to it lies above this velocity", dataset.absent("velocity")),
-    "kick_high": ("and at or below this one", dataset.absent("velocity")),
+    "lowest": ("lowest displacement of a coexisting motion", "length"),
+    "highest": ("highest displacement of a coexisting motion", "length"),
+    "period": ("period of a coexisting motion in forcing periods, 0 if none", "count"),
+    "regime": ("kind of a coexisting motion", "code"),
+    "outcome": ("how the run of a coexisting motion ended", "code"),
+    "kick_low": ("lower end of the interval of the smallest kick to a coexisting motion", dataset.absent("velocity")),
+    "kick_high": ("upper end of the interval of the smallest kick to a coexisting motion", dataset.absent("velocity")),
 }
 
 
@@ -433,8 +433,8 @@ def _coexisting(
         return spread
 
     kicks = {
-        "kick_low": "smallest kick that leads away from the window's motion: above this velocity",
-        "kick_high": "and at or below this one",
+        "kick_low": "lower end of the interval of the smallest kick that leads away from the window's motion",
+        "kick_high": "upper end of the interval of the smallest kick that leads away from the window's motion",
         "kick_tried": "largest kick that was tried",
     }
     of_ok = np.zeros(1, dtype=np.int8)

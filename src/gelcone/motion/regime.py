@@ -82,7 +82,7 @@ def regime(
     and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents are those of what
     most of the starts end in. Over ``fate``, the most frequent first, where the starts end: ``fate_regime`` (-1:
     none), ``fate_period`` and ``fate_share`` between ``fate_share_low`` and ``fate_share_high``; ``coexisting`` is 1
-    where some end and the others seem to last.
+    where some of the starts end soon on a cycle or rest and the others, against the odds, not at all.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "coexisting": (
             (),
             code(evidence.coexisting),
-            "1 if nearby starts end on a cycle or rest that others never reach",
+            "1 if some nearby starts end soon on a cycle or rest, and the others not at all",
             "code",
         ),
         "lowest": ((), evidence.lowest, "lowest displacement", "length"),
@@ -158,14 +158,19 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "seen_until": ((), evidence.seen_until, "time to which the motion was observed to be chaotic", "time"),
         "share_chaotic": ((), evidence.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
         "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", _UNSEEN),
-        "lifetime_low": ((), evidence.lifetime_low, "lower end of its 95 % interval", _UNSEEN),
-        "lifetime_high": ((), evidence.lifetime_high, "upper end of its 95 % interval", _UNSEEN),
+        "lifetime_low": ((), evidence.lifetime_low, "lower end of the 95 % interval of the mean lifetime", _UNSEEN),
+        "lifetime_high": ((), evidence.lifetime_high, "upper end of the 95 % interval of the mean lifetime", _UNSEEN),
         "starts": ((), evidence.followed, "nearby starts that were followed, the motion's own among them", "count"),
         "fate_regime": (("fate",), evidence.fate_regime, "where nearby starts end: the regime, -1 if none", "code"),
-        "fate_period": (("fate",), evidence.fate_period, "and its period in forcing periods", "count"),
-        "fate_share": (("fate",), evidence.fate_share, "and the share of the starts that do", "share"),
-        "fate_share_low": (("fate",), fate_low, "lower end of the share's 95 % interval", "share"),
-        "fate_share_high": (("fate",), fate_high, "upper end of the share's 95 % interval", "share"),
+        "fate_period": (
+            ("fate",),
+            evidence.fate_period,
+            "where nearby starts end: the period in forcing periods",
+            "count",
+        ),
+        "fate_share": (("fate",), evidence.fate_share, "where nearby starts end: the share of the starts", "share"),
+        "fate_share_low": (("fate",), fate_low, "lower end of the 95 % interval of the share of the starts", "share"),
+        "fate_share_high": (("fate",), fate_high, "upper end of the 95 % interval of the share of the starts", "share"),
     }
     return Findings(variables, evidence.outcome)
 

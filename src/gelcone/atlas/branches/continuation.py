@@ -339,8 +339,13 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
         "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
-        "flag_explanation": (("flag",), _of(checked.flags, "explanation", str), "its explanation", "code"),
-        "flag_branch": (("flag",), _of(checked.flags, "branch", int), "its branch", "count"),
+        "flag_explanation": (
+            ("flag",),
+            _of(checked.flags, "explanation", str),
+            "explanation of the contradiction",
+            "code",
+        ),
+        "flag_branch": (("flag",), _of(checked.flags, "branch", int), "branch of the contradiction", "count"),
         "flag_value": (("flag",), scale * _of(checked.flags, "value", float), "", along),
         "checked_cycles": (
             (),

@@ -268,7 +268,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
         "symmetric": (of, reflected.astype(np.int8), "own mirror image", "flag"),
         "ended": ((*of, "end"), np.array([c.ended for c in curves], dtype=np.int8), "why the curve ends", Ending),
         "event_kind": (at, kinds, "kind of point", EventKind),
-        "event_curve": (at, np.array([n for n, _, _ in special], dtype=int), "its curve", "count"),
+        "event_curve": (at, np.array([n for n, _, _ in special], dtype=int), "curve of the point", "count"),
         "event_point": (at, np.array([k for _, _, k in special], dtype=int), "point of the curve before it", "count"),
         "event_orbit": ((*at, "state"), states, "states at phase 0", "state"),
         "event_multiplier_real": ((*at, "multiplier"), multipliers.real, "real part", "multiplier"),

@@ -61,9 +61,9 @@ class Evidence(Columns):
     ``regime`` (a `Regime`), ``period`` in forcing periods (0: none), ``symmetric`` under x -> -x, ``return_distance``
     and ``cycle_distance`` over the motion's size, ``exponents`` and ``standard_error`` (members, N) with the
     ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
-    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (nearby starts end on a cycle or rest that
-    others never reach), ``under_way`` (the motion still leaves an unstable cycle, or has returned at last), ``lowest``
-    and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``,
+    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (some nearby starts end soon on a cycle or
+    rest, and the others not at all), ``under_way`` (the motion still leaves an unstable cycle, or has returned at
+    last), ``lowest`` and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``,
     see `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
     does not agree).
 

@@ -58,7 +58,7 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     film, force = unbiased.energy(spread), unbiased.force(spread)
     over = {
         "film_energy": (("displacement",), film, "strain energy of the film, NaN beyond the stretch limit", "energy"),
-        "film_force": (("displacement",), force, "its slope: the force of the film", "force"),
+        "film_force": (("displacement",), force, "force of the film: the slope of its strain energy", "force"),
         "reach": ((), reach, "displacement at which the film reaches its stretch limit", "length"),
     }
     coords = {"displacement": (("displacement",), x, "displacement x = h/(b-a)", "length")}
