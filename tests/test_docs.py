@@ -12,6 +12,8 @@ import xarray as xr
 import gelcone
 from gelcone.cli import COMMANDS, group
 from gelcone.lab.wish import FIRST_WISH
+from gelcone.motion.driven import DRIVEN_LIMITS
+from gelcone.motion.envelope import STATIC_LIMITS
 from gelcone.register.analyses import ANALYSES
 
 ROOT = Path(__file__).parents[1]
@@ -181,3 +183,11 @@ def test_what_a_page_says_is_printed_is_printed(command_line, undrawn):
 
 def test_there_are_pages_that_say_what_is_printed():
     assert [page.name for page, _, _ in PRINTED].count("maps.md") == 3
+
+
+def test_the_limits_that_safe_drive_explains_are_those_that_envelopes_name():
+    text = (ROOT / "docs" / "howto" / "safe-drive.md").read_text(encoding="utf-8")
+    table = text.partition("| limit | what happens beyond |")[2].partition("\n\n")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| ")]
+    named = {name.strip() for row in rows for name in row.split(",")}
+    assert named == {*DRIVEN_LIMITS, *STATIC_LIMITS}

@@ -84,7 +84,9 @@ def test_several_files_appear_together(tmp_path):
 def test_an_existing_file_is_kept_unless_forced(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
-    with pytest.raises(InputError, match="exists already; choose another folder or give --force to overwrite it"):
+    with pytest.raises(
+        InputError, match=r"exists already; choose another name, or overwrite it with force \(force=True, --force\)"
+    ):
         write_whole(path, write_text("new"))
     assert path.read_text() == "old"
     write_whole(path, write_text("new"), force=True)

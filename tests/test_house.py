@@ -4,6 +4,7 @@ All imports count, those inside functions and those for types too.
 """
 
 import ast
+import re
 from functools import cache
 from pathlib import Path
 
@@ -81,6 +82,15 @@ def imported(source, known=MODULES):
             if module is not None:
                 found.setdefault(module, node.lineno)
     return found
+
+
+def test_the_table_of_the_architecture_is_the_order_that_is_checked():
+    text = (PACKAGE.parents[1] / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| `")]
+    rows = rows[: next(n for n, row in enumerate(rows) if "`cli/`" in row) + 1]
+    written = [name for row in rows for name in re.findall(r"`(\w+)(?:\.py|/)`", row)]
+    assert sorted(written) == sorted(set(FLOOR) - {"_version", "accessor", "__main__"})
+    assert [FLOOR[name] for name in written] == sorted(FLOOR[name] for name in written)
 
 
 @cache

@@ -115,7 +115,9 @@ def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; choose another one to write to")
         if there and not force:
-            raise InputError(f"{path}: exists already; choose another folder or give --force to overwrite it")
+            raise InputError(
+                f"{path}: exists already; choose another name, or overwrite it with force (force=True, --force)"
+            )
         if not nearest.is_dir():
             raise _unwritable(path, NotADirectoryError(errno.ENOTDIR, f"{nearest} is a file"))
         if not os.access(nearest, os.W_OK | os.X_OK):

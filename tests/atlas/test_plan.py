@@ -72,7 +72,11 @@ def test_a_coordinate_says_what_it_is(model, name, quantity, units):
         ((ConeModel(), {}), "over: is empty"),
         ((ConeModel(voltage=[0.1, 0.2]), {"damping_ratio": [0.1, 0.2]}), "ensemble"),
         ((ConeModel(), {"voltage": [0.1]}), "at least 2 values"),
-        ((ConeModel(), {"voltage": [0.2, 0.1]}), "must increase"),
+        (
+            (ConeModel(), {"voltage": [0.1, 0.3, 0.2]}),
+            r"voltage: 0\.2 comes after 0\.3; the values of a sweep must increase",
+        ),
+        ((gelcone.find_device("biased-pump"), {"frequency": [10.0, 5.0]}), "frequency: 5 Hz comes after 10 Hz; the"),
         ((ConeModel(), {"voltage": [0.1, 0.1]}), "must increase"),
         ((ConeModel(), {"voltag": [0.1, 0.2]}), "did you mean 'voltage'"),
         ((ConeModel(), {"voltage": [-0.1, 0.2]}), "voltage"),

@@ -133,6 +133,10 @@ def test_a_device_is_uncertain_in_texts_with_units():
     ("make", "message"),
     [
         (lambda: Normal("0.25 mm", 1e-5), "mixes a number and a text"),
+        (
+            lambda: draw({"film_thickness": 3}, 8),
+            r"film_thickness = 3: must be a distribution, such as gelcone\.Uniform",
+        ),
         (lambda: Uniform(0.1, None), "None must be a number, or a text such as '0.25 mm'"),
         (lambda: draw({"film_thickness": Normal("0.25 V", "1 V")}, 4), "V is a unit of voltage, not of length"),
         (lambda: draw({"film_thickness": Normal("0.25 mm", "-1 um")}, 4), "must be positive"),

@@ -216,7 +216,8 @@ def test_out_writes_data_and_figure_and_never_twice(run, tmp_path, device):
 
     code, out, err = run(*arguments)
     assert (code, out) == (2, "")
-    assert err == "Error: results/simulate.nc: exists already; choose another folder or give --force to overwrite it\n"
+    said = "exists already; choose another name, or overwrite it with force (force=True, --force)"
+    assert err == f"Error: results/simulate.nc: {said}\n"
     assert before == (data.read_bytes(), picture.read_bytes())
 
     code, _, err = run(*arguments, "--force", "--set", "damping_ratio=0.3")

@@ -267,7 +267,9 @@ def test_options_reach_the_figure():
     "given", [xr.Dataset({"displacement": ("time", [1.0])}), np.zeros(3), xr.DataArray([1.0], attrs={"title": "sweep"})]
 )
 def test_what_is_no_result_is_refused_with_a_remedy(given):
-    with pytest.raises(InputError, match=f"a {type(given).__name__} .* is no result of gelcone; give a Dataset"):
+    with pytest.raises(
+        InputError, match=f"of type {type(given).__name__} .* is not a result of gelcone; give a Dataset"
+    ):
         gelcone.plot(given)
 
 

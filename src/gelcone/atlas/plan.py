@@ -17,7 +17,7 @@ import numpy.typing as npt
 from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_model, dimensionless
 from gelcone.devices.device import Device
-from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept
+from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept, shown_value
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
@@ -128,8 +128,11 @@ class Plan:
         array = np.atleast_1d(np.asarray(self._checked(name, values, "swept"), dtype=float))
         if array.ndim != 1 or array.size < 2:
             raise InputError(f"{name}: a sweep needs at least 2 values in one dimension, not shape {array.shape}")
-        if not (np.diff(array) > 0.0).all():
-            raise InputError(f"{name}: the values of a sweep must increase; sort them and remove duplicates")
+        falls = np.flatnonzero(~(np.diff(array) > 0.0))
+        if falls.size:
+            before, after = (shown_value(self.device, name, value) for value in array[falls[0] :][:2])
+            increase = "the values of a sweep must increase, sort them and leave out duplicates"
+            raise InputError(f"{name}: {after} comes after {before}; {increase}")
         return array
 
     def _drawn(self) -> dict[str, Array]:

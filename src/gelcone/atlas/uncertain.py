@@ -106,6 +106,8 @@ def _worded(given: Distribution) -> bool:
 
 def _in_numbers(name: str, given: Distribution) -> Distribution:
     """A distribution in SI numbers; texts are read as values of the device's field ``name``."""
+    if not isinstance(given, Distribution):
+        raise InputError(f"{name} = {given!r}: must be a distribution, such as gelcone.Uniform(low, high)")
     if not _worded(given):
         return given
     fields = {**SWEPT_FIELDS, **STATE_FIELDS}

@@ -11,7 +11,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.materials import find_material
 from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.scales import MEASURES
-from gelcone.devices.units import parse
+from gelcone.devices.units import format_si, parse
 from gelcone.errors import InputError
 from gelcone.physics.component import State
 from gelcone.physics.model import ConeModel
@@ -33,6 +33,11 @@ GELS = "material"
 def point_fields(device: Device) -> dict[str, Field]:
     """All that can be swept, mapped and uncertain with a device."""
     return {**device.swept_fields(), **STATE_FIELDS}
+
+
+def shown_value(device: Device | None, name: str, value: float) -> str:
+    """A value of what varies as a message shows it: of a device with the unit of its field."""
+    return f"{value:g}" if device is None else format_si(value, point_fields(device)[name].unit)
 
 
 def read_swept(device: Device, name: str, values: Any) -> Any:

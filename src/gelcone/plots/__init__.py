@@ -104,8 +104,8 @@ def figure_of(result: Any) -> Callable[..., Figure]:
     attrs = getattr(result, "attrs", {})
     if not {"title", "gelcone_version"} <= set(attrs) or not hasattr(result, "data_vars"):
         raise InputError(
-            f"plot: a {type(result).__name__} without gelcone's attributes is no result of gelcone; give a Dataset "
-            "that one of its analyses returned or gelcone.load read"
+            f"plot: an object of type {type(result).__name__} without gelcone's attributes is not a result of gelcone; "
+            "give a Dataset that one of its analyses returned or gelcone.load read"
         )
     return _function(FIGURES.get(attrs["title"].partition(":")[0], ANY))
 

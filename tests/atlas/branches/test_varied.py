@@ -114,7 +114,8 @@ def test_branches_beside_a_diagram_of_a_device_have_its_units():
     ("arguments", "message"),
     [
         (("film_thicknes", 1e-4, 2e-4), "did you mean 'film_thickness'"),
-        (("film_thickness", 2e-4, 1e-4), "swap the ends"),
+        (("film_thickness", 2e-4, 1e-4), "film_thickness from 200 um to 100 um: .*; swap the ends"),
+        (("frequency", 10.0, 5.0), "frequency from 10 Hz to 5 Hz: must be an interval"),
         (("displacement", 0.0, 1.0), "initial state"),
         (("film_thickness", -1e-4, 1e-4), "film_thickness"),
     ],

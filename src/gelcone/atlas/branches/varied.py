@@ -17,7 +17,7 @@ from gelcone.atlas.plan import STATES, Plan
 from gelcone.dataset import attributes
 from gelcone.devices.device import Device
 from gelcone.devices.numbers import SHIPPED
-from gelcone.devices.points import at, field_attributes, read_swept
+from gelcone.devices.points import at, field_attributes, read_swept, shown_value
 from gelcone.devices.si import STATE, device_attributes
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -184,7 +184,9 @@ def _interval(target: ConeModel | Device, name: str, low: Any, high: Any) -> tup
         for end in (low, high):
             target.replace(**{name: end})
     if not (np.isfinite([low, high]).all() and low < high):
-        raise InputError(f"{name} from {low:g} to {high:g}: must be an interval, its lower end first; swap the ends")
+        device = target if isinstance(target, Device) else None
+        ends = " to ".join(shown_value(device, name, end) for end in (low, high))
+        raise InputError(f"{name} from {ends}: must be an interval, its lower end first; swap the ends")
     return float(low), float(high)
 
 
