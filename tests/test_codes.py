@@ -1,11 +1,14 @@
 """Outcomes and regimes: their numbers are written to files, their words are shown."""
 
+import inspect
 import json
+import re
 
 import pytest
 
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import OUTCOME_ATTRIBUTES
+from gelcone.physics.balance import PullIn
 from tests.answers import SCHEMA
 
 
@@ -52,6 +55,12 @@ def test_an_outcome_has_one_name_in_json_tables_and_the_schema_and_the_same_with
     assert schema == f"How each run ended: {', '.join(labels)}."
     assert [outcome.words for outcome in Outcome] == [outcome.label.replace("_", " ") for outcome in Outcome]
     assert Outcome.PULLED_IN.words == "pulled in"
+
+
+@pytest.mark.parametrize("kinds", [Outcome, Regime, PullIn])
+def test_the_docstring_of_codes_lists_each_with_its_meaning(kinds):
+    listed = re.findall(r"\* ``(\w+)``: (.*?) (?=\*|Examples)", " ".join(inspect.getdoc(kinds).split()))
+    assert listed == [(kind.name, kind.meaning) for kind in kinds]
 
 
 def test_every_outcome_says_in_one_line_of_its_own_what_happened():

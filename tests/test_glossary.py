@@ -20,7 +20,7 @@ SHOWN = {
     *(name.replace("dielectric ", "") for name in (*DRIVEN_LIMITS, *STATIC_LIMITS) if name != "chaos"),
     *(words for name, words in FAILINGS.items() if name not in ("breakdown", "pulled_in")),
     *(kind.label for kind in FilmPullIn if kind),
-    *(kind.label for kind in gelcone.Regime if kind.label not in ("periodic", "transient", "left the domain")),
+    *(kind.label for kind in gelcone.Regime),
     *("stroke", "blocked force", "apparent power", "kick", "window", "pull-in at a constant voltage", "crumpled"),
 }
 """What envelopes, statics, runs and maps print."""

@@ -251,7 +251,6 @@ def devices() -> Pages:
 def codes() -> Pages:
     """Outcomes, regimes and the other codes of results."""
     from gelcone.codes import FilmPullIn
-    from gelcone.glossary import GLOSSARY
 
     text = [inspect.cleandoc(CODES), "", "## Outcomes", ""]
     text += [
@@ -263,7 +262,7 @@ def codes() -> Pages:
     text += [
         "## Regimes",
         "",
-        table(["code", "name", "meaning"], ((r.value, r.label, GLOSSARY.get(r.label, "")) for r in gelcone.Regime)),
+        table(["code", "name", "meaning"], ((r.value, r.label, r.meaning) for r in gelcone.Regime)),
     ]
     for kind in (gelcone.PullIn, FilmPullIn, gelcone.Onset):
         text += [f"## {kind.__name__}", "", (inspect.getdoc(kind) or "").partition("\n")[0], ""]

@@ -13,6 +13,19 @@ calls an interrupt is heard and a failing member is told apart from its neighbou
 class Outcome(IntEnum):
     """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened.
 
+    * ``OK``: ok
+    * ``OUTSIDE``: starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise
+      stretch_limit, or take film = wrinkling
+    * ``STRETCH_LIMIT``: came closer to the stretch limit than double precision resolves; raise stretch_limit, lower
+      the voltage or start with less energy
+    * ``STEP_LIMIT``: needed more than 800000 steps for 2000 time units; the model is too stiff, or its drive has
+      corners too often
+    * ``NOT_FINITE``: became infinite, because the energy has no bound there (a film without stretch limit, or
+      deviations sampled too rarely), or did not start from finite numbers
+    * ``ERROR``: the analysis raised an error there; run this point alone to see it
+    * ``PULLED_IN``: pulled in: the film lost its equilibrium under the voltage; lower the voltage or start with less
+      energy
+
     Examples
     --------
     >>> import gelcone
@@ -78,6 +91,17 @@ class FilmPullIn(IntEnum):
 class Regime(IntEnum):
     """Kinds of motion.
 
+    * ``REST``: The disc does not move.
+    * ``PERIODIC``: A motion that repeats after a whole number of forcing periods, which is its period.
+    * ``QUASI_PERIODIC``: A motion of two frequencies that have no common period.
+    * ``CHAOTIC``: Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part
+      exponentially.
+    * ``TRANSIENT``: Not settled when the patience ended, or stopped by the integrator before: where it leads is
+      unknown.
+    * ``LEFT_THE_DOMAIN``: The run ended where the model does: the film pulled in, or there is no state; the outcome
+      says why.
+    * ``TRANSIENT_CHAOS``: Chaos that ends by itself, after its lifetime in the mean.
+
     Examples
     --------
     >>> import gelcone
@@ -97,3 +121,22 @@ class Regime(IntEnum):
     def label(self) -> str:
         """The name in words, as printed and in JSON."""
         return "quasi-periodic" if self is Regime.QUASI_PERIODIC else self.name.lower().replace("_", " ")
+
+    @property
+    def meaning(self) -> str:
+        """One or two sentences: what the motion does."""
+        return _REGIMES[self]
+
+
+_REGIMES = {
+    Regime.REST: "The disc does not move.",
+    Regime.PERIODIC: "A motion that repeats after a whole number of forcing periods, which is its period.",
+    Regime.QUASI_PERIODIC: "A motion of two frequencies that have no common period.",
+    Regime.CHAOTIC: "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part "
+    "exponentially.",
+    Regime.TRANSIENT: "Not settled when the patience ended, or stopped by the integrator before: where it leads is "
+    "unknown.",
+    Regime.LEFT_THE_DOMAIN: "The run ended where the model does: the film pulled in, or there is no state; the outcome "
+    "says why.",
+    Regime.TRANSIENT_CHAOS: "Chaos that ends by itself, after its lifetime in the mean.",
+}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import textwrap
 
+from gelcone.codes import Regime
+
 WIDTH = 100
 """Columns of the text."""
 GLOSSARY: dict[str, str] = {
@@ -19,7 +21,7 @@ GLOSSARY: dict[str, str] = {
     "blocked force": "Force of the disc on a stop that holds it where it rests without voltage.",
     "branch": "A family of motions that changes continuously with a parameter, stable or not.",
     "breakdown": "The true electric field in the film exceeds its dielectric strength.",
-    "chaotic": "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part exponentially.",
+    "chaotic": Regime.CHAOTIC.meaning,
     "crumpled": "A film compressed along hoop and meridian: wrinkled in both directions, without tension.",
     "displacement": "Distance of the disc from the flat film along the axis, of either sign: with a device its height "
     "in mm, else divided by the width of the film from disc to rim, x = h/(b-a).",
@@ -36,6 +38,7 @@ GLOSSARY: dict[str, str] = {
     "hoop slack": "The film is compressed along the hoop, and wrinkles along the meridians. A taut film bears the "
     "compression, a real one does not.",
     "kick": "A sudden change of the disc's velocity, which may lead to another attractor.",
+    "left the domain": Regime.LEFT_THE_DOMAIN.meaning,
     "linear theory": "The response of the model linearised about its equilibrium under the mean square of the drive.",
     "localisation": "A way to pull in: the strain of a stretched film runs into one ring, which thins without limit, "
     "because the tension of the ring falls as it lengthens.",
@@ -51,21 +54,23 @@ GLOSSARY: dict[str, str] = {
     "outcome": "How the computation of a motion ended: ok, or the reason why it did not reach its end.",
     "peak voltage": "The largest absolute value of the voltage of a drive: |offset| + amplitude for a sine.",
     "period": "The number of forcing periods after which a motion repeats; more than 1 is subharmonic.",
+    "periodic": Regime.PERIODIC.meaning,
     "pitchfork": "The constant voltage at which the flat film loses its stability and buckles to either side.",
     "Poincare section": "Displacement and velocity once every forcing period; a periodic motion is a few points.",
     "pull-in": "The film loses its equilibrium under the voltage: it thins without limit, or the disc jumps to "
     "another equilibrium or away. A run ends there.",
     "pull-in at a constant voltage": "Pull-in on a slow ramp to a constant voltage; it bounds a window where no "
     "driven motion pulls in at a lower peak voltage.",
-    "quasi-periodic": "A motion of two frequencies that have no common period.",
+    "quasi-periodic": Regime.QUASI_PERIODIC.meaning,
     "regime": "The kind of a motion: rest, periodic, quasi-periodic, chaotic, transient, transient chaos, or one that "
     "left the domain of the model.",
-    "rest": "The disc does not move.",
+    "rest": Regime.REST.meaning,
     "settled": "After the transient: the motion that is approached.",
     "stretch limit": "The largest strain I1 - 3 that the law of the film allows (Gent's J).",
     "stroke": "Peak-to-peak displacement of a motion; in statics the displacement from the rest without voltage.",
     "taut": "In tension along hoop and meridian.",
-    "transient chaos": "Chaos that ends by itself, after its lifetime in the mean.",
+    "transient": Regime.TRANSIENT.meaning,
+    "transient chaos": Regime.TRANSIENT_CHAOS.meaning,
     "validity": "The share of a motion in which an assumption of the model does not hold.",
     "work of a cycle": "Largest work that a load can take up in a cycle that pushes it out under a constant voltage "
     "and back without one: the area between the two forces over the stroke.",

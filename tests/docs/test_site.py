@@ -110,6 +110,16 @@ def test_links_between_pages_lead_to_pages(every):
             assert known or (DOCS / name).parent.joinpath(link).exists(), f"{name}: {link}"
 
 
+def test_links_of_pages_by_hand_lead_to_files_or_into_the_folders_that_the_readme_names_as_generated():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for path in DOCS.rglob("*.md"):
+        text = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
+            target = (path.parent / link).resolve()
+            if not target.exists():
+                assert f"`{target.relative_to(DOCS).parts[0]}/`" in readme, f"{path.name}: {link}"
+
+
 def test_pages_written_by_hand_are_short():
     for path in DOCS.rglob("*.md"):
         text = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
