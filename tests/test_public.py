@@ -84,6 +84,14 @@ def explained(model, first, second=1.0, *, third=2.0):
     """
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_the_first_line_of_a_docstring_names_the_thing_or_says_what_it_does(name):
+    """Neither a question nor a subclause; a function in the imperative."""
+    first = (inspect.getdoc(public(name)) or "").partition("\n")[0]
+    assert not re.match(r"(What|Which|Where|How|Are|Is|That|Its|Names|Draws)\b", first), first
+    assert "?" not in first
+
+
 def test_what_is_missing_is_seen():
     assert missing(explained) == ["the parameter second", "the parameter third", "Raises", "an example with a number"]
 

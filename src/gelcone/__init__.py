@@ -91,7 +91,7 @@ if TYPE_CHECKING:
     """The membrane from disc to rim: shape, stretches, field, wrinkles, capacitance."""
     from gelcone.continuum.compare import validate as validate
 
-    """Are cone and membrane right? Their forces against finite elements."""
+    """Forces of cone and membrane compared with finite elements."""
     from gelcone.motion.limits import limits as limits
 
     """Voltages that bound the use: loss of stability of rest, pitchfork, pull-in."""

@@ -11,7 +11,7 @@ calls an interrupt is heard and a failing member is told apart from its neighbou
 
 
 class Outcome(IntEnum):
-    """How the run of one member ended; everything but ``OK`` leaves NaN from where it happened.
+    """The ending of the run of one member; everything but ``OK`` leaves NaN from where it happened.
 
     * ``OK``: ok
     * ``OUTSIDE``: starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise

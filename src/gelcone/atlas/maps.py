@@ -152,7 +152,7 @@ def basin(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Which regimes coexist: the attractor that each initial state ends on, and the attractors' shares.
+    """Find the regimes that coexist: the attractor that each initial state ends on, and the attractors' shares.
 
     Parameters
     ----------

@@ -125,7 +125,7 @@ def draw(
     seed: int = 0,
     indices: bool = False,
 ) -> dict[str, Array]:
-    """Draws of independent uncertain parameters that fill their ranges evenly: for `Plan`'s ``draws``.
+    """Draw independent uncertain parameters that fill their ranges evenly: for `Plan`'s ``draws``.
 
     Parameters
     ----------

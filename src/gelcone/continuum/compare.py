@@ -68,7 +68,7 @@ def validate(
     elements: int = DEFAULT_ELEMENTS,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Are cone and membrane right? Their forces over displacement against finite elements. Needs scikit-fem.
+    """Compare the forces of cone and membrane over displacement with finite elements. Needs scikit-fem.
 
     Parameters
     ----------

@@ -252,7 +252,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
 
 @for_devices
 def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset:
-    """Where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
+    """Compute where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
 """Stability of rest under the drive: Floquet multipliers of x = 0, the onset voltage and the instability tongues.
 
 Small motions about the flat film obey a damped Hill equation, x'' + 2 zeta x' + (k - v(tau)^2) x = 0 with the
-small-signal stiffness k. Over one repeat T of the drive a deviation is mapped linearly; the eigenvalues of the map are
+small-signal stiffness k. Over one forcing period T a deviation is mapped linearly; the eigenvalues of the map are
 the Floquet multipliers, and rest is stable while both lie inside the unit circle. Their product is exp(-2 zeta T), so
 that they leave it along the real axis: at +1 where the trace of the map passes 1 + exp(-2 zeta T) (a motion with the
-period of the repeat grows), at -1 where it passes the negative of that (a motion with twice that period). Magnus and
+period of the force grows), at -1 where it passes the negative of that (a motion with twice that period). Magnus and
 Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979), chapter 5.
 """
 
@@ -48,7 +48,7 @@ PEAK_ROUNDS = 4
 
 
 class Onset(IntEnum):
-    """Which multiplier leaves the unit circle where rest loses its stability.
+    """The multiplier that leaves the unit circle where rest loses its stability.
 
     Examples
     --------
@@ -85,7 +85,7 @@ def floquet_multipliers(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Floquet multipliers of rest over one repeat of the drive.
+    """Compute the Floquet multipliers of rest over one forcing period.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def floquet_multipliers(
             "growth_rate": ((), log_modulus[:, 0] / maps.repeat, *_GROWTH),
             "spectral_radius": ((), radius, *_RADIUS),
             "margin": ((), maps.margin(), *_MARGIN),
-            "forcing_period": ((), maps.repeat, "repeat of the drive", "time"),
+            "forcing_period": ((), maps.repeat, "forcing period", "time"),
             "product_error": ((), maps.product_error, "relative error of the product of the multipliers", "error"),
         },
         outcome=maps.outcome,
@@ -166,8 +166,8 @@ def onset_voltage(
     highest : amplitudes from 0 to this one are searched; a number or one a member. Default three times the static
         pitchfork voltage of each member (3 where it has none), but not up to where its flat film pulls in,
         the bias included.
-    steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a repeat, from 256 to 4096
-        and a power of 2.
+    steps : of the scan, at least 2. Default 12 for each half oscillation of the free disc in a forcing period, from 256
+        to 4096 and a power of 2.
     tolerance : relative error of one step of the integrator. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
@@ -244,7 +244,7 @@ def tongues(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Where rest is unstable over drive frequency and voltage amplitude: the instability tongues.
+    """Compute where rest is unstable over drive frequency and voltage amplitude: the instability tongues.
 
     Parameters
     ----------
@@ -458,7 +458,7 @@ def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
 
 
 def _scan_steps(members: Members, steps: int | None) -> npt.NDArray[np.int64]:
-    """Steps of the scan for each member: the trace swings about once for each half oscillation in a repeat."""
+    """Steps of the scan for each member: the trace swings about once for each half oscillation in a forcing period."""
     if steps is not None:
         if steps < 2:
             raise InputError(f"steps = {steps}: must be at least 2")

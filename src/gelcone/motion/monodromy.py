@@ -1,4 +1,4 @@
-"""The linear map of small motions about the flat film over one repeat of the drive, and its multipliers."""
+"""The linear map of small motions about the flat film over one forcing period, and its multipliers."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
 PIECE = 4.0
-"""Length of the pieces into which a repeat is cut, in units of the fastest linear time scale: so short that the
-determinant of a piece is sharp, and that no deviation overflows in a long repeat."""
+"""Length of the pieces into which a forcing period is cut, in units of the fastest linear time scale: so short that the
+determinant of a piece is sharp, and that no deviation overflows in a long one."""
 MOST_PIECES_AT_ONCE = 1_000_000
 STILL_STABLE = 1e-12
 """A margin below this without voltage is rounding."""
@@ -34,7 +34,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Monodromy:
-    """The linear map over one repeat for every member: its trace is ``trace`` exp(``log_scale``), with |trace| <= 2.
+    """The linear map over one forcing period for every member: its trace is ``trace`` exp(``log_scale``), |trace| <= 2.
 
     ``log_product`` is the logarithm of the product of the multipliers, -2 zeta T.
     """

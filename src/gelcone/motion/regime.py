@@ -51,7 +51,7 @@ def regime(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Names the motion of every member after a transient, with the evidence.
+    """Name the motion of every member after a transient, with the evidence.
 
     Parameters
     ----------

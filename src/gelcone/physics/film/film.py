@@ -68,7 +68,7 @@ class Border:
 
 
 class Film(Component):
-    """What film and electric field do to the disc, per mu Vol/(b-a), at the displacement x and squared voltage V.
+    """The action of film and electric field on the disc, per mu Vol/(b-a), at the displacement x and squared voltage V.
 
     A new one supplies `force`, and `rates` for the ``states`` that it adds. The rest follows numerically from the
     force, and is overridden where a closed form is known. The force must be odd in x unless ``odd`` is False, and must
