@@ -229,9 +229,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         "recommended_peak": (along, recommended, "recommended highest peak voltage", "voltage"),
         "first_limit": (along, first, "index of the limit that comes first, -1 if none", "code"),
         "limit_low": (each, low, "lower end of the interval of the limit's peak voltage", dataset.absent("voltage")),
-        "limit_high": (
-            each, high, "upper end of the interval of the limit's peak voltage", dataset.absent("voltage"),
-        ),
+        "limit_high": (each, high, "upper end of the interval of the limit's peak voltage", dataset.absent("voltage")),
         "static_limit_voltage": (
             ("static_limit",), static, "voltage of the quasi-static limit", dataset.absent("voltage"),
         ),

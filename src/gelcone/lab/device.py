@@ -81,7 +81,7 @@ def plan_device(
     film: str | None = None,
     loss: str | None = None,
 ) -> xr.Dataset:
-    """Predict what tests would determine of the fields of a device, before any of them is made.
+    """Compute how well tests would determine the fields of a device, before any of them is made.
 
     Parameters
     ----------

@@ -195,13 +195,8 @@ def envelope(
         | creeps
         | {
             "static_limit_voltage": (("static_limit",), static_limits, "voltage of the quasi-static limit", _VOLTAGE),
-            "limit_low": (of_limit, found["low"].T, "lower end of the interval of the limit's peak voltage", _VOLTAGE),
-            "limit_high": (
-                of_limit,
-                found["high"].T,
-                "upper end of the interval of the limit's peak voltage",
-                _VOLTAGE,
-            ),
+            "limit_low": (of_limit, found["low"].T, "lower end of the interval of the limit's voltage", _VOLTAGE),
+            "limit_high": (of_limit, found["high"].T, "upper end of the interval of the limit's voltage", _VOLTAGE),
             "first_limit": (
                 of_frequency,
                 np.where(np.isfinite(low.min(axis=1)), low.argmin(axis=1), -1),
