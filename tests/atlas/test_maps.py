@@ -307,7 +307,8 @@ def test_a_map_is_the_sweep_of_its_plan_and_what_is_asked_for_also_takes_half_of
     assert {name: options[name] for name in rest} == rest
     assert (dict(plan.options), plan.initial, plan.model) == (BUDGETS, (0.25, 0.5), FAST)
     assert more["threads"] == 5
-    assert (power.initial, power.model, power.options) == ((0.25, 0.5), FAST, {})
+    own = {name: value for name, value in BUDGETS.items() if name != "budget"}
+    assert (power.initial, power.model, dict(power.options)) == ((0.25, 0.5), FAST, own)
     for name, values in OVER.items():
         assert power.over[name].tolist() == values
     assert shares == [0.5, 0.5]

@@ -26,7 +26,7 @@ def test_the_settled_power_is_that_of_the_energy_balance_of_a_run(device):
     found = gelcone.settled(device)
     assert int(found["period"]) >= 1
     period = 1.0 / float(device.frequency)
-    run = gelcone.simulate(device, periods=400, times=np.linspace(0.0, 400.0 * period, 401))
+    run = gelcone.simulate(device, times=np.linspace(0.0, 400.0 * period, 401))
     supplied = run["supplied_energy"].values[-1] - run["supplied_energy"].values[-11]
     assert run["supplied_energy"].attrs["units"] == "mJ"
     assert found["power"].attrs["units"] == "mW"

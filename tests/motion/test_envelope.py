@@ -831,7 +831,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
 
     monkeypatch.setattr(envelope_module, "plane_of", plane)
     asked = record(
-        monkeypatch, envelope_module, _hold=held, held_limits=limits, _held_variables=scalar,
+        monkeypatch, envelope_module, hold=held, held_limits=limits, _held_variables=scalar,
         thresholds={"instant_voltage": scalar["instant_voltage"]},
     )  # fmt: skip
     shares = []
@@ -844,10 +844,10 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
     assert json.loads(found.attrs["options"]) == options
     assert float(found["instant_voltage"]) == 1.25
     if duration is None:
-        assert not asked["_hold"]
+        assert not asked["hold"]
         assert "held_voltage" not in found
         return
-    (call,), (of_limits,) = asked["_hold"], asked["held_limits"]
+    (call,), (of_limits,) = asked["hold"], asked["held_limits"]
     assert (call["duration"], call["up_to"]) == (30.0, 1.4)
     assert of_limits["held"] is asked["_held_variables"][0]["held"] is held
     assert of_limits["relaxed"][-1] == 1.2

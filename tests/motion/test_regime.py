@@ -306,7 +306,8 @@ def test_progress_comes_as_it_goes_and_adds_up_to_one(parameters):
 # --- from the evidence to the result ----------------------------------------------------------------------------------
 
 UNITS = {
-    "code": ("regime", "symmetric", "doubtful", "sign", "coexisting", "fate_regime"),
+    Regime: ("regime", "fate_regime"),
+    "code": ("symmetric", "doubtful", "sign", "coexisting"),
     "count": ("period", "starts", "fate_period"),
     "length": ("lowest", "highest"),
     "rate": ("lyapunov", "standard_error"),

@@ -544,7 +544,8 @@ def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, want
         validity_variables=lambda found, outcome, system, **more: {"found": (("all",), found, "", "share")},
     )  # fmt: skip
     options = {"tolerance": 2e-9, "threads": 5}
-    found = simulate(model, numbers(2, 2), periods=3.0, times=wanted, progress=shares.append, **options)
+    length = {"periods": 3.0} if wanted is None else {"times": wanted}
+    found = simulate(model, numbers(2, 2), **length, progress=shares.append, **options)
     even = np.linspace(0.0, 3.0, 6)
     every = np.union1d(even, wanted or [])
     (run,), (of_jumps,), (of_time,), (of_power,) = (asked[n] for n in ("integrate", "switched", "lasting", "delivered"))

@@ -201,7 +201,7 @@ def test_the_motion_is_that_of_an_independent_integration(drive):
 def test_the_energy_balance_closes_and_the_sources_supply_what_it_takes(drive, circuit):
     own = {"circuit": FilteredVoltage()} if circuit else {}
     model = double(drive, voltage=0.6, voltage_bias=0.2, second_prestretch=1.3, **own)
-    found = simulate(model, (0.8, 0.0), periods=3.0, times=np.linspace(0.0, 15.0, 6001))
+    found = simulate(model, (0.8, 0.0), times=np.linspace(0.0, 15.0, 6001))
     assert abs(found["energy_residual"]).max() < 1e-12
     time, power = found["time"].values, found["input_power"].values
     supplied = np.trapezoid(power, time)
