@@ -42,6 +42,8 @@ ENOUGH = 1e-9
 FARTHEST = 0.1
 """Longest step of Newton's method, of a squared length over itself: behind the end of the minimum a film near its
 stretch limit has a second one, at twice the length or more, to which a voltage that jumps does not lead."""
+MOST_HALVINGS, ROUNDING = 60, 1e-14
+"""Halvings of a step along which the energy does not fall, and the share of the energy that counts as rounding."""
 UNREACHED = 1e6
 """The V up to which a film that never pulls in is looked at."""
 LEVELS = 32
@@ -129,7 +131,9 @@ class Creeping:
     def solved(self, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Array, Array]:
         """m and n of the minimum that is followed from the held film, of arrays; NaN where there is none.
 
-        Newton's method, in whose form the residuals rise and bend down, comes to the minimum from below.
+        Newton's method, in whose form the residuals of the law rise and bend down, comes to the minimum from below.
+        Those of a branch next to its limit bend up: where a step leads beyond it, or the way is not convex, although
+        the film has not ended, its energy leads to the minimum.
         """
         q, squared, *y = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (q, squared, *y)))
         m, width, moving = q.copy(), np.ones(q.shape), np.ones(q.shape, dtype=bool)
@@ -155,8 +159,53 @@ class Creeping:
                 moving = moving & (change > ENOUGH)
                 if not moving.any():
                     break
-        gone = np.isnan(m) | np.isnan(width)
-        return np.where(gone, np.nan, m), np.where(gone, np.nan, width)
+            whole = self._whole(self.tension(m, squared, width, y, n), m, width, y, n)
+            missed = ~np.broadcast_to(whole, m.shape) | moving
+            m, width = np.where(missed, np.nan, m), np.where(missed, np.nan, width)
+            missed &= np.isfinite(sum((q, squared, *y)))
+            if missed.any():
+                found = _chosen(missed, q, squared, y, n)
+                highest = Creeping(self.film, localises=False).highest_squared(np.sqrt(found[0] - 1.0), *found[2:])
+                missed[missed] = (found[1] < highest) | (highest >= UNREACHED)
+                m[missed], width[missed] = self._descended(*_chosen(missed, q, squared, y, n))
+        return m, width
+
+    def _whole(self, own: Tension, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
+        """Whether neither the law nor a branch is at a stretch limit."""
+        return (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
+
+    def _descended(self, q: Array, squared: Array, y: list[Any], n: Numbers) -> tuple[Array, Array]:
+        """What `solved` gives of films that have a minimum, by Newton's method along which the energy falls."""
+
+        def energy(m: Any, width: Any) -> Any:
+            own = self.tension(m, squared, width, y, n)
+            found = self.film.law.energy(own.strain, n) + self.film.viscous.energy(m, width, y, n)
+            return np.where(self._whole(own, m, width, y, n), found - 0.5 * squared * m * width, np.inf)
+
+        m, width, least = q.copy(), np.ones(q.shape), NEARLY * (1.0 + self.film.viscous.modulus(n))
+        for _ in range(MOST_STEPS):
+            at = self.tension(m, squared, width, y, n)
+            h11, h12, h22 = (h / at.compliance for h in self.slopes(at, m, width, y, n))
+            s1, s2 = at.along / at.compliance, at.across / at.compliance
+            free1, free2 = (m > q) | (s1 < 0.0), (width > 1.0) | (s2 < 0.0)
+            h12 = np.where(free1 & free2, h12, 0.0)
+            lift = np.maximum(least - 0.5 * (h11 + h22) + np.hypot(0.5 * (h11 - h22), h12), 0.0)
+            h11, h22 = h11 + lift, h22 + lift
+            det = h11 * h22 - h12 * h12
+            step1 = np.where(free1, (h12 * s2 - h22 * s1) / det, 0.0)
+            step2 = np.where(free2, (h12 * s1 - h11 * s2) / det, 0.0)
+            before, share = energy(m, width), FARTHEST / np.maximum(np.fmax(np.abs(step1), np.abs(step2)), FARTHEST)
+            for _ in range(MOST_HALVINGS):
+                long, wide = np.maximum(m * np.exp(share * step1), q), np.maximum(width * np.exp(share * step2), 1.0)
+                falls = energy(long, wide) <= before + ROUNDING * (1.0 + np.abs(before))
+                if falls.all():
+                    break
+                share = np.where(falls, share, 0.5 * share)
+            change = np.maximum(np.abs(long - m) / m, np.abs(wide - width) / width)
+            m, width = long, wide
+            if not (change > ENOUGH).any():
+                break
+        return m, width
 
     # --- what a film gives -------------------------------------------------------------------------------------------
 
@@ -180,7 +229,7 @@ class Creeping:
     def _slack(self, q: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
         """V and s1 of a film of the length q with its hoop slack at a width; infinite V beyond a stretch limit."""
         own = self.tension(q, 0.0, width, y, n)
-        whole = (self.film.viscous.limit_share(q, width, y, n) < 1.0) & (own.compliance > 0.0)
+        whole = self._whole(own, q, width, y, n)
         squared, along = own.across / (own.compliance * q * width), (own.along - own.across) / own.compliance
         return np.where(whole, squared, np.inf), along
 
@@ -244,7 +293,7 @@ class Creeping:
 
         def slender(width: Any) -> Any:
             own = self.tension(m, 0.0, width, y, n)
-            whole = (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
+            whole = self._whole(own, m, width, y, n)
             more = own.across - own.along
             return np.where(whole & np.isfinite(more), more, np.inf)  # at the limit itself both may be infinite
 
@@ -255,7 +304,7 @@ class Creeping:
         has ended; and whether no stretch limit is reached."""
         width = self.free_width(m, y, n)
         own = self.tension(m, 0.0, width, y, n)
-        whole = (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
+        whole = self._whole(own, m, width, y, n)
         at = self.tension(m, own.along / (own.compliance * m * width), width, y, n)
         h11, h12, h22 = self.slopes(at, m, width, y, n)
         return -np.where(width > 1.0, h11 * h22 - h12 * h12, h11), np.broadcast_to(whole, np.shape(width))
@@ -331,6 +380,13 @@ class Creeping:
         stiff = 1.0 + self.film.viscous.modulus(n)
         slack = narrow * (h11 - NEARLY * stiff) + (1.0 - narrow) * (h11 * h22 - h12 * h12 - NEARLY * stiff * stiff)
         return held + (1.0 - held) * slack
+
+
+def _chosen(which: Any, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, list[Any], dict[str, Any]]:
+    """What formulas take, of some elements alone."""
+    own = {name: np.broadcast_to(v, which.shape)[which] if np.ndim(v) else v for name, v in n.items()}
+    q, squared, *y = (np.broadcast_to(value, which.shape)[which] for value in (q, squared, *y))
+    return q, squared, y, own
 
 
 @lru_cache(maxsize=256)
