@@ -34,7 +34,7 @@ def test_a_fault_is_seen(monkeypatch):
 
 @pytest.fixture(scope="module")
 def residuals():
-    return creeping.balance()
+    return creeping.balance(4)
 
 
 @pytest.mark.parametrize(

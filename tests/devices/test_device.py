@@ -235,9 +235,11 @@ def test_a_spring_free_at_zero_leaves_the_disc_flat(device):
 
 LAWS = ("gent", "neo-hookean", "yeoh")
 STRETCHES = ({}, {"hoop_prestretch": 1.4}, {"prestretch": 1.3, "prestretch_mode": "equibiaxial"})
+MADE = ({}, {"meridional_prestretch": 1.4}, STRETCHES[2])
+"""Membranes that are quickly made."""
 RESTS = [
     *((high, "wrinkling", stretches, law) for high in ("20 mm", "400 mm") for stretches in STRETCHES for law in LAWS),
-    *((high, "membrane", *pair) for high in ("20 mm", "-20 mm") for pair in zip(STRETCHES, LAWS, strict=True)),
+    *((high, "membrane", *pair) for high in ("20 mm", "-20 mm") for pair in zip(MADE, LAWS, strict=True)),
 ]
 
 
