@@ -146,6 +146,16 @@ def test_few_values_have_a_tick_each_on_the_bar_and_many_do_not():
     assert len(bar.get_yticks()) < 17
 
 
+def test_few_numbers_that_are_not_whole_have_no_ticks_of_their_own():
+    """They may be close to one another."""
+    dims, over = ("voltage", "damping_ratio"), {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y)}
+    data = swept(dims, (3, 2), over, close=(dims, [[12.8, 3.5], [12.81, 3.51], [12.82, 3.52]]))
+    axes = sweep_figure(data).axes
+    titles = [own.get_title(loc="left") for own in axes if own.get_label() != "<colorbar>"]
+    bar = [own for own in axes if own.get_label() == "<colorbar>"][titles.index("close")]
+    assert 12.81 not in bar.get_yticks()
+
+
 def test_each_gel_has_a_line_of_its_own():
     gels = ["PVC-DBA 4:1", "PVC-DBA 6:1"]
     data = swept(("material", "frequency"), (2, 3), {"material": ("material", gels), "frequency": ("frequency", X)})

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 WIDEST = 6
 """Most variables that are drawn."""
 FEW = 6
-"""A map with at most this many distinct values, such as periods, has a tick for each on its colour bar."""
+"""A map with at most this many distinct whole numbers, such as periods, has a tick for each on its colour bar."""
 _BOOKKEEPING = ("status", "source", "outcome")
 
 
@@ -67,7 +67,7 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
     )
     bar = axes.figure.colorbar(mesh, ax=axes, pad=0.02)
     there = np.unique(values.values[np.isfinite(values.values)])
-    if there.size <= FEW:
+    if there.size <= FEW and np.array_equal(there, np.round(there)):
         bar.set_ticks(there.tolist())
     axes.set_title(str(values.attrs["long_name"]), loc="left")
     name_axes(axes, across, up)
