@@ -497,15 +497,20 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"address": 5}', "[" * 100_000, '{"address": "tcp:'])
-def test_what_is_no_scheduler_file_is_refused(tmp_path, text):
+def test_what_is_no_scheduler_file_is_refused(monkeypatch, tmp_path, text):
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.1)  # an empty file may be one that is being written
     path = tmp_path / "scheduler.json"
     path.write_text(text)
     with pytest.raises(InputError, match="is not a scheduler file of dask; start one with"):
         cluster._address(str(path))
 
 
-def test_a_scheduler_file_is_waited_for_and_its_lack_is_said(tmp_path, monkeypatch):
+@pytest.mark.parametrize("begun", [False, True])
+def test_a_scheduler_file_is_waited_for_and_its_lack_is_said(tmp_path, monkeypatch, begun):
+    """Also one that is empty, as it is being written."""
     path = tmp_path / "scheduler.json"
+    if begun:
+        path.touch()
     timer = threading.Timer(0.2, path.write_text, ['{"address": "tcp://10.0.0.1:8786"}'])
     timer.start()
     assert cluster._address(str(path)) == "tcp://10.0.0.1:8786"

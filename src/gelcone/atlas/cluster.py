@@ -88,7 +88,8 @@ def _address(scheduler: str) -> str:
     if "://" in scheduler or not (path.suffix == ".json" or path.is_file()):
         return scheduler
     begun, remedy = time.monotonic(), f"start one with `dask scheduler --scheduler-file {scheduler}`"
-    while not path.is_file() and time.monotonic() - begun < CONNECT_SECONDS:
+    # a file that is being written is empty at first
+    while not (path.is_file() and path.stat().st_size) and time.monotonic() - begun < CONNECT_SECONDS:
         time.sleep(0.1)
     try:
         address = json.loads(read_text(path, remedy))["address"]
