@@ -184,8 +184,8 @@ def outcome_names(result: xr.Dataset) -> Any:
 
 
 _SIGNS = {-1: "negative", 0: "uncertain", 1: "positive"}
-_LABELS = {dataset.flags(own)["flag_meanings"]: {code.value: code.label for code in own} for own in (Regime, Outcome)}
-"""Of codes whose names in JSON are not those of their flags."""
+_REGIMES = dataset.flags(Regime)["flag_meanings"]
+"""Flags of regimes, whose names in JSON have blanks and hyphens."""
 _YES_OR_NO = ("symmetric", "doubtful", "coexisting", "stable", "resting", "resolved", "supercritical", "cascade")
 
 
@@ -217,7 +217,8 @@ def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
     """What the codes of a variable stand for; None for one that holds numbers."""
     if "flag_meanings" in variable.attrs:
         values, words = map(int, variable.attrs["flag_values"]), variable.attrs["flag_meanings"]
-        return _LABELS.get(words, dict(zip(values, words.split(), strict=True)))
+        names = [regime.label for regime in Regime] if words == _REGIMES else words.split()
+        return dict(zip(values, names, strict=True))
     if variable.attrs.get("quantity") not in ("code", "flag"):
         return None
     if name == "sign":

@@ -36,6 +36,7 @@ HIGHEST = 3.0
 """Largest height, in b - a, of states that are looked for."""
 TRIALS = np.geomspace(0.05, 2.0 * HIGHEST, 48)
 TRIALS = TRIALS[: np.searchsorted(TRIALS, HIGHEST) + 1]
+"""Heights at which it is tried whether a film reaches them: up to the first above the highest."""
 BRACKETS, ROUNDS, CUT_FINEST = 8, 3, 2e-3
 """Heights in a round of the search for where films localise before they fall slack, rounds, and the share of the
 voltage to which a column's end is known there."""
