@@ -58,3 +58,65 @@ def test_where_a_motion_has_ended_nothing_lasts(motion):
     found, _ = lasted(Path(motion.members, motion.times, states), 0.31)
     assert (found[:, 1, 49:] == 0.0).all()
     np.testing.assert_array_equal(found[:, 0], lasted(motion, 0.31)[0][:, 0])
+
+
+class Alone:
+    """Members of which nothing is known but what a path was given."""
+
+    def take(self, rows):
+        return self
+
+
+def sine(times, pace=1.0):
+    """x = cos(pace t) at ``times`` (samples,), with its rates."""
+    x, u, a = np.cos(pace * times), -pace * np.sin(pace * times), -(pace**2) * np.cos(pace * times)
+    path = Path(Alone(), times[None], np.stack([x, u], axis=-1)[None])
+    path.__dict__["rates"] = np.stack([u, a], axis=-1)[None]
+    return path
+
+
+@pytest.mark.parametrize("share", [0.15, 0.35, 0.65, 0.85])
+def test_a_sine_that_turns_between_two_samples_lasts_as_its_arc_cosine_says(share):
+    """Above and below of a level that it passes twice there, wherever in the interval it turns, before or behind the
+    sample that is closest; samples are not evenly apart."""
+    times = np.array([-1.1, -0.8, -0.4, 0.0, 0.4, 0.8, 1.1]) - 0.4 * share
+    for level in (0.9995, 0.995):
+        path = sine(times)
+        if path.states[0, :, 0].max() > level:
+            continue
+        found, error = lasted(path, level)
+        lasts = 2.0 * np.arccos(level)
+        assert found[0, 0].sum() == pytest.approx(lasts, rel=1e-4)
+        assert found[1, 0].sum() == pytest.approx(np.ptp(times) - lasts, rel=1e-5)
+        np.testing.assert_array_equal(np.flatnonzero(found[0, 0]), [3])
+        assert (error < 1e-2).all()
+
+
+def test_times_and_their_errors_scale_with_the_time():
+    """The same motion ten times as slow lasts ten times as long, and its error is ten times as large."""
+    times = np.array([-1.1, -0.8, -0.4, 0.0, 0.4, 0.8, 1.1]) - 0.1
+    for level in (0.5, 0.996):
+        (found, error), (slow, slower) = lasted(sine(times), level), lasted(sine(10.0 * times, 0.1), level)
+        np.testing.assert_allclose(slow, 10.0 * found, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(slower, 10.0 * error, rtol=1e-6)
+        assert (error > 0.0).all()
+
+
+def test_the_rates_along_a_path_are_those_of_the_motion_also_where_a_switch_has_changed_its_law():
+    """Of an amplifier at its limit of current: differences of samples that are close."""
+    model = ConeModel(
+        series_resistance=0.5,
+        current_limit=0.1,
+        voltage=0.4,
+        rest_height=0.3,
+        spring_stiffness=2.0,
+        drive_frequency=0.7,
+    )
+    times = np.linspace(0.0, 10.0, 5001)[None]
+    run = integrate(model, (0.6, 0.0), times)
+    free = integrate(model.replace(current_limit=10.0), (0.6, 0.0), times)
+    assert np.abs(free.states - run.states).max() > 0.05
+    path = Path(model.members(), run.times, run.states)
+    differences = (run.states[:, 2:] - run.states[:, :-2]) / (times[0, 2] - times[0, 0])
+    off = np.abs(path.rates[0, 1:-1] - differences[0]).max(axis=1)
+    assert np.quantile(off, 0.995) < 1e-5  # but where the law changes between two of them

@@ -45,7 +45,6 @@ class Path:
         """Rates of change of the states, (members, samples, N)."""
         n, z = self.members.numbers(trailing=1), list(np.moveaxis(self.states, -1, 0))
         with np.errstate(all="ignore"):
-            n = {**n, **self.members.system.switches(self.times, z, n)}
             found = self.members.system.rates(self.times, z, n)
         return np.stack([np.broadcast_to(rate, self.times.shape) for rate in found], axis=-1)
 

@@ -1,0 +1,172 @@
+"""Limits on a slow ramp and of a voltage that is held: where formulas pass them, of made-up planes and of runs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.errors import InputError
+from gelcone.motion import static_limits
+from gelcone.motion.creep import Holding
+from gelcone.motion.plane import Plane
+from gelcone.motion.static_limits import STATIC_LIMITS
+from gelcone.physics.model import ConeModel
+from tests.motion.planes import BEAM, FLAT, TAUT, WRINKLING, Curve, passes, straight
+from tests.recorded import record
+
+
+def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
+    membrane = Curve((0.0, 2.0), (0.45, 0.45), 0.01)
+    curves, limits = static_limits._static(Plane.of(WRINKLING, None, membrane), 0.2)
+    assert curves["peak_voltage"][-1] == 0.2
+    assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
+
+
+@pytest.mark.parametrize(("voltages", "expected"), [((np.inf, np.inf), np.inf), ((np.inf, 0.9), None)])
+def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_limit(voltages, expected):
+    """Of a film with a low stretch limit, whose cone never pulls in."""
+    model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
+    membrane = Curve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
+    _, limits = static_limits._static(Plane.of(model, None, membrane), 0.2)
+    found = limits[STATIC_LIMITS.index("pull-in")]
+    assert found == expected if expected is not None else 0.9 <= found <= 1.8
+
+
+def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
+    """At each constant peak both films have their share of it: the disc is where their forces balance there, whatever
+    the device's own amplitude; breakdown is that of either film, the natural frequency that of small motions."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "second_prestretch": 1.3}
+    films |= {"stretch_limit": 9.0, "dielectric_strength": 0.9}
+    model = ConeModel(damping_ratio=0.1, voltage=0.1, voltage_bias=0.3, **films)
+    plane = Plane.of(model, None)
+    assert plane.shape.bias == pytest.approx(0.75)
+    curves, limits = static_limits._static(plane, 1.2)
+    doubled, same = static_limits._static(Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None), 1.2)
+    for name, values in curves.items():
+        np.testing.assert_allclose(values, doubled[name], rtol=1e-12, err_msg=name)
+    np.testing.assert_allclose(limits, same)
+    peak, x, n = curves["peak_voltage"], curves["static_displacement"], model.own_numbers
+    force, slope = model.system.force_under(x, [peak**2, (0.5 * peak) ** 2], n)
+    np.testing.assert_allclose(force, 0.0, atol=1e-12)
+    np.testing.assert_allclose(curves["natural_frequency"], np.sqrt(slope), rtol=1e-12)
+    first, second = (peak * np.sqrt(1.0 + x**2), 0.5 * peak * np.sqrt(1.0 + (0.8 - x) ** 2))
+    expected = np.interp(0.9, np.maximum(first, second), peak)
+    assert limits[STATIC_LIMITS.index("dielectric breakdown")] == pytest.approx(expected, rel=1e-9)
+    level, omega = 0.4, plane.natural_frequency(0.4)
+    drive = model.replace(voltage=0.25 * level, voltage_bias=0.75 * level, damping_ratio=1e-3, drive_frequency=omega)
+    response = gelcone.motion.linear.linear_response(drive, omega * np.array([0.97, 1.0, 1.03])).stroke
+    assert response.argmax() == 1
+
+
+def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
+    """Breakdown between the thresholds, where the relaxed film has no state: that of the run at the end of the time."""
+    model = BEAM.replace(dielectric_strength=1.45)
+    plane = Plane.of(model, None)
+    static, relaxed = static_limits.static_limits_of(plane, np.array([0.6, 1.0]))
+    held = static_limits.hold(plane, 60.0, float(static["peak_voltage"][-1]), None)
+    found = dict(zip(STATIC_LIMITS, static_limits.held_limits(plane, held, relaxed), strict=True))
+    volts = found["dielectric breakdown"]
+    assert np.isinf(relaxed[0]) or relaxed[0] < volts
+    end = float(gelcone.creep(model, [volts], duration=60.0)["end"].item())
+    assert volts * np.sqrt(1.0 + end * end) == pytest.approx(1.45, rel=2e-3)
+    assert found["pitchfork"] != found["pitchfork"]
+
+
+def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
+    """Of a disc that rises in proportion to the voltage, by the formulas of the taut cone."""
+    lm, lh, strength = 1.2, 1.5, 1.3
+    plane = straight(TAUT.replace(dielectric_strength=strength, stretch_limit=6.0), jump=3.3)
+    curves, limits = static_limits._static(plane, 4.0)
+
+    def q(v):
+        return 1.0 + (0.1 + 0.5 * v) ** 2
+
+    def strain(v):
+        return lm**2 * q(v) + lh**2 + 1.0 / (lm**2 * lh**2 * q(v)) - 3.0
+
+    def slack(flat):
+        return lambda v: v * v * q(v) - (flat(v) - 1.0 / (lm**2 * lh**2 * q(v))) / (1.0 - strain(v) / 6.0)
+
+    expected = (
+        passes(lambda v: v * np.sqrt(q(v)) - strength, 0.1, 3.0),
+        passes(slack(lambda v: lh**2), 0.1, 3.0),
+        passes(slack(lambda v: lm**2 * q(v)), 0.1, 3.0),
+        passes(lambda v: strain(v) - 0.99 * 6.0, 0.1, 4.0),
+        np.nan,
+        3.3,
+    )
+    np.testing.assert_allclose(limits, expected, rtol=1e-4)
+    levels = np.linspace(0.0, 4.0, 401)
+    for name, values in {
+        "peak_voltage": levels,
+        "static_displacement": 0.1 + 0.5 * levels,
+        "stroke": 2.0 * levels,
+        "blocked_force": 3.0 * levels,
+        "natural_frequency": np.sqrt(1.0 - 0.25 * levels),
+        "static_field": levels * np.sqrt(q(levels)),
+    }.items():
+        np.testing.assert_allclose(curves[name], values, rtol=1e-12, err_msg=name)
+    assert "static_heating" not in curves
+    unknown = static_limits._static(straight(TAUT, jump=3.3), 4.0)[1]
+    assert np.isnan(unknown[0])
+
+
+@pytest.mark.parametrize("share", [0.3, 2.5])
+def test_the_first_film_to_meet_a_limit_counts(share):
+    """Field and heat of either film, at its own voltage and from its own flat height."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "leakage_time": 7.0}
+    plane = straight(TAUT.replace(**films, dielectric_strength=0.9), share=share)
+    curves, limits = static_limits._static(plane, 2.0)
+    first = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - 0.9, 0.0, 2.0)
+    second = passes(lambda v: share * v * np.sqrt(1.0 + (0.7 - 0.5 * v) ** 2) - 0.9, 0.0, 4.0)
+    assert limits[0] == pytest.approx(min(first, second), rel=1e-4)
+    v, x = curves["peak_voltage"], curves["static_displacement"]
+    squares = v**2 * (1.0 + x**2), (share * v) ** 2 * (1.0 + (0.8 - x) ** 2)
+    np.testing.assert_allclose(curves["static_heating"], (squares[0] + squares[1]) / 2.0 / 7.0, rtol=1e-12)
+    np.testing.assert_allclose(curves["static_field"], np.sqrt(squares[0]), rtol=1e-12)
+
+
+def test_a_flat_film_alone_has_a_pitchfork():
+    for model, expected in ((FLAT, 0.7), (TAUT, np.nan)):
+        limits = static_limits._static(straight(model, pitchfork=0.7), 2.0)[1]
+        np.testing.assert_array_equal(limits[STATIC_LIMITS.index("pitchfork")], expected)
+
+
+def test_quasi_static_limits_are_known_to_twice_the_own_peak_and_to_the_largest_one():
+    for peaks, highest in (([0.1, 0.9], 1.2), ([0.1, 2.9], 2.9)):
+        curves, _ = static_limits.static_limits_of(straight(TAUT), np.array(peaks))
+        assert curves["peak_voltage"][-1] == pytest.approx(highest)
+
+
+def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_time():
+    """The disc rises and sinks again while the voltage is held."""
+    levels, times = np.linspace(0.0, 2.0, 201), np.linspace(0.0, 1.0, 11)
+    x = levels[:, None] * 4.0 * times * (1.0 - times) * 0.5
+    model = TAUT.replace(dielectric_strength=1.3, voltage=0.0, voltage_bias=levels)
+    run = SimpleNamespace(times=np.tile(times, (201, 1)), states=np.stack([x, 0.0 * x], axis=-1))
+    held = Holding(1.8, levels, model.members(), run, {})
+    relaxed = np.array([0.1, 0.2, 0.3, 0.4, 0.77, 0.5])
+    plane = straight(TAUT.replace(dielectric_strength=1.3))
+    found = static_limits.held_limits(plane, held, relaxed)
+    breakdown = passes(lambda v: v * np.sqrt(1.0 + (0.5 * v) ** 2) - 1.3, 0.1, 2.0)
+    hoop = static_limits._static(straight(plane.model, rest=0.0), 2.0)[1][1]
+    thin = 1.0 / (1.2**2 * 1.5**2)
+    low = np.sqrt((1.2**2 - thin) / (1.0 - (1.2**2 + 1.5**2 + thin - 3.0) / 50.0))  # flat, before the disc has risen
+    np.testing.assert_allclose(found, [breakdown, hoop, low, np.inf, 0.77, 1.8], rtol=2e-4)
+    assert np.isnan(static_limits.held_limits(straight(TAUT), held, relaxed)[0])
+    curve = Curve((0.0, 2.0), (1.5, 0.5), 0.01)  # at 0.5 v: 1.5 - 0.25 v = v
+    over = static_limits.held_limits(straight(TAUT, membrane=curve), held, relaxed)
+    assert over[-1] == pytest.approx(1.2, rel=1e-3)
+    none = static_limits.held_limits(plane, held._replace(highest=0.0), relaxed)
+    np.testing.assert_array_equal(none, relaxed)
+
+
+def test_films_in_opposite_phase_hold_no_voltage_and_others_are_held_with_what_the_plane_has(monkeypatch):
+    asked = record(monkeypatch, static_limits, holding="held")
+    assert static_limits.hold(straight(TAUT), 3.0, 1.5, "progress") == "held"
+    ((call),) = asked["holding"]
+    assert (call["model"], call["duration"], call["up_to"], call["progress"]) == (TAUT, 3.0, 1.5, "progress")
+    assert (call["count"], call["threads"]) == (static_limits.HELD_LEVELS, None)
+    with pytest.raises(InputError, match="duration: films in opposite phase hold no constant voltage; leave it out"):
+        static_limits.hold(straight(TAUT.replace(second_film="taut", second_drive="opposite")), 3.0, 1.5, None)
