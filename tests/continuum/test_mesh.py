@@ -5,8 +5,9 @@ import pytest
 
 pytest.importorskip("skfem")
 
-from gelcone.continuum.mesh import electric_forces, energy, forces, mesh_film, reachable, tangent
+from gelcone.continuum.mesh import check_radius_ratio, electric_forces, energy, forces, mesh_film, reachable, tangent
 from gelcone.continuum.path import cone
+from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import MODELS, alone, dense, some_position
@@ -75,3 +76,34 @@ def test_a_state_is_reachable_within_the_stretch_limit_and_with_no_ring_turned_i
     lower = cone(free, 8.0)
     lower[2] = -2.0 * free.radius[1]  # some rings alone, of a film without limit
     assert not reachable(free, lower)
+
+
+def test_the_meridional_force_of_a_cone_is_that_of_its_stretches_everywhere():
+    """Least and most are the extremes along the meridian, whatever the hoop bears; a film that is bulged has two."""
+    model = ConeModel(law="neo-hookean", meridional_prestretch=1.3, hoop_prestretch=0.8)
+    film, squared = mesh_film(model, 0.2, 6), 0.2
+    a, g, m = 1.3**2, 1.0 / (1.3**2 * 0.8**2), 1.0 + 0.5**2
+    now = forces(film, cone(film, 0.5), squared)
+    pull = 0.5 * (a - g / m**2) - 0.5 * squared
+    assert (now.least, now.most) == (pytest.approx(pull), pytest.approx(pull))
+    assert 0.5 * (0.8**2 - g / m) < 0.0  # the hoop is compressed
+    bulged = forces(film, some_position(film), squared)
+    assert bulged.least == bulged.density.m.min() < bulged.density.m.max() == bulged.most
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1.0, 1e-10, 1.0 - 1e-10, -0.2, 1.2, np.nan])
+def test_a_disc_without_a_size_or_a_film_without_width_is_refused(ratio):
+    with pytest.raises(InputError, match=r"radius_ratio = .*: must lie between 0 and 1"):
+        check_radius_ratio(ratio)
+
+
+@pytest.mark.parametrize("ratio", ["0.2", True, [0.2], None, 0.2j])
+def test_a_radius_ratio_is_one_number(ratio):
+    with pytest.raises(InputError, match="must be one number, the disc's radius over the film's"):
+        check_radius_ratio(ratio)
+
+
+def test_the_radii_of_a_narrow_film_stay_apart():
+    for ratio in (1e-8, np.float32(0.5), 1.0 - 1e-8):
+        assert check_radius_ratio(ratio) == ratio
+        assert (np.diff(mesh_film(ConeModel(), ratio, 4).place) > 0.0).all()

@@ -140,3 +140,14 @@ def test_lengths_are_shown_of_four_vectors(tmp_path):
     savemat(tmp_path / "own.mat", columns)
     with pytest.raises(InputError, match=r"several lengths \(a 2, b 3, c 4, d 5\); store one test in a file"):
         read_table(tmp_path / "own.mat")
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "unit"),
+    [("stress_kPa", "stress", "kPa"), ("wet_stress_kPa", "wet_stress", "kPa"), ("_mm", "_mm", None),
+     ("stress_wet", "stress_wet", None), ("mm", "mm", None)],
+)  # fmt: skip
+def test_a_unit_is_what_follows_the_last_underscore_of_a_name_that_is_left(name, column, unit):
+    values = np.array([1.0, 2.0])
+    assert binary._unit_of(name, values, "") == (column, (values, unit))
+    assert binary._unit_of(name, values, "N") == (name, (values, "N"))

@@ -1,5 +1,7 @@
 """Designs by closed forms, against the analyses of the devices that they stand for."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -141,3 +143,64 @@ def test_a_ramp_rises_in_equal_ratios_from_the_rest_to_the_stretch_limit(limit):
     np.testing.assert_allclose(x[0, 1:] / x[0, :-1], (highest[0, 0] / rest[0, 0]) ** (1.0 / 39.0))
     assert (x[0, 0], squared[0, 0]) == (rest[0, 0], 0.0)
     np.testing.assert_allclose(system.static_force(x, squared, n)[0][0], 0.0, atol=1e-9)
+
+
+def spectral(values, times):
+    """The derivative of a periodic function over the phase, ``times`` over."""
+    count = np.arange(candidates.PHASES // 2 + 1)
+    return np.fft.irfft(np.fft.rfft(values) * (1j * count) ** times, candidates.PHASES)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.7, -0.7])
+def test_a_motion_obeys_its_equation_and_its_current_is_the_rate_of_the_charge(offset):
+    """Of constant stiffness, with a capacitance C = c + 2 g x: x'' + 2 d x' + k (x - x0) = g V^2, whose two harmonics
+    the phases resolve, and I = d(C V)/dt."""
+    k, x0, g, c, d, omega, amplitude = 3.0, 0.4, 0.2, 1.5, 0.15, 0.9, 0.3
+    film = SimpleNamespace(
+        voltage_gain=lambda x, squared, n: g + 0.0 * x, capacitance=lambda x, squared, y, n: c + 2.0 * g * x
+    )
+    system = SimpleNamespace(film=film, static_force=lambda x, squared, n: (k * (x - x0) - g * squared, k + 0.0 * x))
+    own = {"voltage_bias": offset, "voltage": amplitude, "drive_frequency": omega, "damping_ratio": d}
+    own = {name: np.full((1, 1), value) for name, value in own.items()}
+    heights = np.linspace(x0, 2.0, 8)[None]
+    for share in (1.0, 1.25):
+        motion = candidates._motion(system, None, own, heights, k * (heights - x0) / g, share)
+        x, volts = motion.x[0], motion.voltage[0]
+        phases = 2.0 * np.pi * np.arange(candidates.PHASES) / candidates.PHASES
+        np.testing.assert_allclose(volts, share * (offset + amplitude * np.sin(phases)), atol=1e-15)
+        pull = omega**2 * spectral(x, 2) + 2.0 * d * omega * spectral(x, 1) + k * (x - x0)
+        np.testing.assert_allclose(pull, g * volts**2, atol=1e-13)
+        np.testing.assert_allclose(motion.current[0], omega * spectral((c + 2.0 * g * x) * volts, 1), atol=1e-13)
+        assert motion.natural[0] == np.sqrt(k)
+
+
+def beyond_by(x=(0.5, 0.6), hoop=(0.1, 0.2), meridional=(0.3, 0.2), field=(1.0, 1.5), share=(0.2, 0.4), **own):
+    """`_failing` of a motion with these states at two phases."""
+    at = lambda values: np.array([values])  # noqa: E731
+    state = SimpleNamespace(
+        hoop_stress=at(hoop), meridional_stress=at(meridional), true_field=at(field), limit_share=at(share)
+    )
+    film = SimpleNamespace(state=lambda x, voltage, y, n: state)
+    motion = candidates.Motion(at(x), at((0.0, 0.0)), at((0.0, 0.0)), np.ones(1))
+    with np.errstate(all="ignore"):
+        return float(candidates._failing(SimpleNamespace(film=film), None, own, motion)[0])
+
+
+def test_a_motion_fails_by_the_largest_of_its_shares_at_any_phase():
+    """Of compression, of the field over its strength, of the stretch limit, and of falling below the flat film."""
+    assert beyond_by() == pytest.approx(-0.1)
+    assert beyond_by(hoop=(0.5, -0.3)) == pytest.approx(0.3)
+    assert beyond_by(meridional=(-0.4, 0.5)) == pytest.approx(0.4)
+    assert beyond_by(share=(1.2, 0.1)) == pytest.approx(0.2)
+    assert beyond_by(x=(0.4, -0.7)) == pytest.approx(0.7)
+    assert beyond_by(dielectric_strength=np.array([[1.25]])) == pytest.approx(0.2)
+    assert beyond_by(dielectric_strength=np.array([[np.nan]])) == pytest.approx(-0.1)
+
+
+def test_a_drive_of_the_opposite_sign_does_the_same():
+    """The film sees the square of its voltage: peak, power and limits are those of the mirrored drive."""
+    mirrored = [examine(PUMP, {"voltage_offset": np.array([[volts]])}, 1.2) for volts in (900.0, -900.0)]
+    for name, values in mirrored[0].values.items():
+        np.testing.assert_allclose(mirrored[1].values[name], values, rtol=1e-9, err_msg=name)
+    np.testing.assert_allclose(mirrored[1].limits, mirrored[0].limits, rtol=1e-9)
+    assert float(mirrored[1].values["peak_voltage"][0, 0]) == pytest.approx(930.0)

@@ -3,6 +3,7 @@
 import random
 import time
 import warnings
+import zlib
 
 import netCDF4
 import numpy as np
@@ -202,3 +203,19 @@ def test_a_hard_link_has_its_name_behind_what_its_flags_say(flags):
                 _hard_link(body)
         else:
             assert _hard_link(body) == ("stress", 800)
+
+
+@pytest.mark.parametrize("skipped", range(8))
+def test_a_chunk_is_unpacked_by_the_filters_that_it_was_packed_with(skipped):
+    """Shuffled, deflated, with a checksum behind; each but for those of the mask."""
+    filters, content = [hdf5.SHUFFLE, hdf5.DEFLATE, hdf5.CHECKSUM], VOLTS.tobytes()
+    packed = content
+    if not skipped & 1:
+        packed = np.frombuffer(packed, np.uint8).reshape(-1, 8).T.tobytes()
+    if not skipped & 2:
+        packed = zlib.compress(packed)
+    if not skipped & 4:
+        packed += b"sum!"
+    assert hdf5._unpacked(packed, filters, skipped, 8, len(content)) == content
+    with pytest.raises(ValueError, match="shorter than its values"):
+        hdf5._unpacked(packed, filters, skipped, 8, len(content) + 8)

@@ -127,3 +127,30 @@ def test_a_field_is_uncertain_by_a_tolerance_or_by_draws(wish, name):
         with_samples(wish(), {"spring_rate": np.array([2.0, 3.0]), name: np.array([1.4, 1.5])})
     own = with_samples(wish(), {"moving_mass": np.array([4e-3, 5e-3, 9e-3])})
     assert (own.uncertain, own.device.moving_mass) == (3, pytest.approx(5e-3))
+
+
+def test_draws_that_are_uncertain_together_are_reproduced_by_their_root(wish):
+    """Its square is the covariance of the logarithms; a free field stays in the middle of its bounds."""
+    rng = np.random.default_rng(2)
+    stiff = rng.normal(size=200)
+    draws = {
+        "moving_mass": 5e-3 * np.exp(0.1 * stiff + 0.05 * rng.normal(size=200)),
+        "spring_rate": 8.0 * np.exp(0.3 * stiff),
+    }
+    own = with_samples(wish(), draws)
+    logs = np.log(list(draws.values()))
+    np.testing.assert_allclose(own.samples.root @ own.samples.root.T, np.cov(logs), rtol=1e-10, atol=1e-15)
+    assert own.samples.names == tuple(draws)
+    np.testing.assert_allclose(own.samples.medians, np.median(list(draws.values()), axis=1), rtol=1e-3)
+    assert own.device.moving_mass == pytest.approx(own.samples.medians[0])
+    assert own.device.spring_rate == wish().device.spring_rate
+
+
+@pytest.mark.parametrize(("text", "least"), [("<= 70 mm", False), (">=50 mm", True)])
+def test_a_footprint_is_a_size_or_a_bound(wish, text, least):
+    """As a bound it is required of a ring whose radius is given or free."""
+    found = wish('footprint = "60 mm"', f'footprint = "{text}"\nfilm_radius = "31 mm"')
+    assert found.requirements[-1] == Requirement("footprint", least, 0.05 if least else 0.07)
+    assert found.device.film_radius == 0.031
+    with pytest.raises(InputError, match="footprint and film_radius are both given; give one"):
+        wish('footprint = "60 mm"', 'footprint = "60 mm"\nfilm_radius = "31 mm"')

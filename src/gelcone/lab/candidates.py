@@ -123,8 +123,7 @@ def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
     squared = np.where(column <= fold[:, None], squared, np.nan)
     voltage = np.sqrt(np.maximum(squared, 0.0))
     state = system.film.state(x, voltage, [], n)
-    strength = own.get("dielectric_strength", np.full((len(x), 1), np.inf))
-    strength = np.where(np.isnan(strength), np.inf, strength)
+    strength = own.get("dielectric_strength", np.inf)
     beyond = (-state.hoop_stress, -state.meridional_stress, state.true_field / strength - 1.0, state.limit_share - 1.0)
     top = np.take_along_axis(voltage, fold[:, None], axis=1)[:, 0]
     found = [np.where(falls.any(axis=1), top, np.inf)]
