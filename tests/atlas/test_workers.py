@@ -5,9 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from gelcone.atlas.processes import processes
 from gelcone.atlas.workers import AHEAD, as_they_come, threads, watched
 from gelcone.errors import InputError
-from gelcone.progress import current_watch
+from gelcone.progress import Stopped, current_watch
 
 
 @pytest.mark.parametrize("size", [1, 3])
@@ -22,22 +23,38 @@ def test_tasks_are_taken_a_little_ahead_and_each_is_answered_once(size):
 
     with ThreadPoolExecutor(size) as pool:
         answers = []
-        for answer in as_they_come(pool, size, lambda k: k * k, tasks()):
+        for answer in as_they_come(pool, size, lambda k: k * k, tasks(), threading.Event()):
             most.append(len(taken) - len(answers))
             answers.append(answer)
     assert sorted(answers) == [k * k for k in range(60)]
     assert AHEAD * size < most[0]
-    assert max(most) <= 2 * AHEAD * size
+    assert max(most) == AHEAD * size + 1
 
 
 def test_an_answer_comes_as_soon_as_it_is_there():
     """Not after a slower one that was given before."""
     wait = threading.Event()
     with ThreadPoolExecutor(2) as pool:
-        found = as_they_come(pool, 2, lambda k: wait.wait(10.0) if k == 0 else k, iter([0, 1]))
+        found = as_they_come(pool, 2, lambda k: wait.wait(10.0) if k == 0 else k, iter([0, 1]), threading.Event())
         assert next(found) == 1
         wait.set()
         assert next(found) is True
+
+
+def outcome(answers):
+    """The next answer, or what it is refused with; it does not wait for ever."""
+    found = []
+
+    def ask():
+        try:
+            found.append(next(answers))
+        except (Stopped, StopIteration) as error:
+            found.append(type(error))
+
+    thread = threading.Thread(target=ask, daemon=True)
+    thread.start()
+    thread.join(10.0)
+    return found[0] if found else "waits"
 
 
 def counted(steps):
@@ -58,11 +75,33 @@ def test_a_team_has_the_threads_that_it_is_asked_for_and_stops_when_it_is_left()
         assert team.size == 1
         assert sorted(team.run(counted, [1, 2, 3])) == [(-3, 3), (-2, 2), (-1, 1)]
         pending = team.run(long, ["a", "b", "c"])
-        thread = threading.Thread(target=next, args=(pending,))
+        found = []
+        thread = threading.Thread(target=lambda: found.append(outcome(pending)))
         thread.start()
         assert begun.wait(10.0)
     thread.join()
+    assert found in ([(None, 0)], [Stopped])  # by whichever comes first, its own end or that of the next
     assert seen == [("a", True)]
+
+
+@pytest.mark.parametrize("given", [0, 1, 4])
+@pytest.mark.parametrize("workers", [threads, processes])
+def test_a_team_that_was_left_gives_no_further_answers(workers, given):
+    """Whether it has been asked for some before or not; what is asked then ends at once."""
+    with workers(1)() as team:
+        answers = team.run(counted, range(9))
+        early = [next(answers) for _ in range(given)]
+    assert len(early) == given
+    found = [outcome(answers) for _ in range(9 - given)]
+    assert Stopped in found
+    assert outcome(team.run(counted, [1])) is Stopped
+
+
+def test_a_pool_that_takes_no_task_for_another_reason_says_so():
+    with ThreadPoolExecutor(1) as pool:
+        pass
+    with pytest.raises(RuntimeError, match="shutdown"):
+        next(as_they_come(pool, 1, counted, [1], threading.Event()))
 
 
 def test_steps_of_a_task_are_its_own():

@@ -86,7 +86,7 @@ def processes(count: int | None = None) -> Workers:
                 answer: tuple[Answer, int] = pool.do(content, task)
                 return answer
 
-            return as_they_come(pool.threads, pool.size, work, tasks)
+            return as_they_come(pool.threads, pool.size, work, tasks, stop)
 
         try:
             yield Team(pool.size, run)

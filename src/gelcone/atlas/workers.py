@@ -6,9 +6,10 @@ numbers do not depend on who computes them.
 
 from __future__ import annotations
 
+import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -16,7 +17,7 @@ from typing import Protocol, TypeVar
 
 from gelcone.errors import InputError
 from gelcone.motion.flow import available_threads
-from gelcone.progress import Watch, watching
+from gelcone.progress import Stopped, Watch, watching
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -52,7 +53,7 @@ def threads(count: int | None = None) -> Workers:
         pool = ThreadPoolExecutor(size)
 
         def run(function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]:
-            return as_they_come(pool, size, lambda task: watched(function, task, stop), tasks)
+            return as_they_come(pool, size, lambda task: watched(function, task, stop), tasks, stop)
 
         try:
             yield Team(size, run)
@@ -64,16 +65,45 @@ def threads(count: int | None = None) -> Workers:
 
 
 def as_they_come(
-    pool: ThreadPoolExecutor, size: int, function: Callable[[Task], Answer], tasks: Iterable[Task]
+    pool: ThreadPoolExecutor,
+    size: int,
+    function: Callable[[Task], Answer],
+    tasks: Iterable[Task],
+    left: threading.Event,
 ) -> Iterator[Answer]:
-    """The answers of ``size`` threads, each as soon as it is there; tasks are taken a little ahead."""
-    futures = (pool.submit(function, task) for task in tasks)
-    given = set(islice(futures, AHEAD * size))
-    while given:
-        done, given = wait(given, return_when=FIRST_COMPLETED)
-        given.update(islice(futures, len(done)))
-        while done:
-            yield done.pop().result()
+    """The answers of ``size`` threads, each as soon as it is there; tasks are taken a little ahead.
+
+    Raises `Stopped` for a pool that was ``left``, which is set before it shuts down.
+    """
+    ended: queue.SimpleQueue[Future[Answer]] = queue.SimpleQueue()
+    ahead = iter(tasks)
+
+    def give(most: int) -> int:
+        futures = [_given(pool, function, task, left) for task in islice(ahead, most)]
+        for future in futures:
+            future.add_done_callback(ended.put)
+        return len(futures)
+
+    waiting = give(AHEAD * size)
+    while waiting:
+        future = ended.get()  # `concurrent.futures.wait` would wait for ever for those that the pool has cancelled
+        waiting += give(1) - 1
+        try:
+            answer = future.result()
+        except CancelledError:
+            raise Stopped from None
+        yield answer
+
+
+def _given(
+    pool: ThreadPoolExecutor, function: Callable[[Task], Answer], task: Task, left: threading.Event
+) -> Future[Answer]:
+    try:
+        return pool.submit(function, task)
+    except RuntimeError:
+        if left.is_set():
+            raise Stopped from None
+        raise
 
 
 def watched(function: Callable[[Task], Answer], task: Task, stop: threading.Event | None = None) -> tuple[Answer, int]:
