@@ -113,3 +113,23 @@ def test_a_cluster_has_the_threads_of_all_its_workers_and_tasks_ahead(monkeypatc
         client.handler((0.0, {"worker": "third", "action": "add-worker"}))
     with pytest.warns(LostWorker, match="worker third is lost; none is left"):
         client.handler((0.0, {"worker": "third", "action": "remove-worker"}))
+
+
+@pytest.mark.parametrize("versions", [["0.1.0"], [None, "0.1.0"], [None, "no gelcone"], []])
+def test_workers_of_a_scheduler_have_the_same_version_all_of_them(versions):
+    """None here stands for this one; a scheduler without workers yet may get the right ones."""
+    own = [module.__version__ if version is None else version for version in versions]
+
+    def run(function):
+        assert function() == module.__version__
+        if "no gelcone" in own:
+            raise ModuleNotFoundError
+        return dict(enumerate(own))
+
+    client = SimpleNamespace(run=run)
+    if not versions:
+        module._check_versions(client, "tcp://one:1")
+        return
+    shown = "no gelcone" if "no gelcone" in own else ", ".join(sorted(own))
+    with pytest.raises(InputError, match=f"scheduler tcp://one:1: its workers have {shown}, here is "):
+        module._check_versions(client, "tcp://one:1")

@@ -130,3 +130,19 @@ def test_cells_that_differ_in_their_start_alone_are_as_many_of_the_own_model():
     model, states = plan.at(plan.grid)
     assert model.damping_ratio.tolist() == [0.37] * 3
     assert states.tolist() == [[0.1, 0.25], [0.2, 0.25], [0.3, 0.25]]
+
+
+def test_values_that_the_model_refuses_together_are_refused_by_the_plan():
+    """A bound that belongs to no single parameter: of a permittivity only a part follows late."""
+    model = ConeModel(dielectric_share=0.3, dielectric_time=2.0)
+    for given in ({"over": {"dielectric_share": [0.5, 1.0]}}, {"over": {}, "draws": {"dielectric_share": [0.5, 1.2]}}):
+        with pytest.raises(InputError, match=r"dielectric_share = 1(\.2)?: must be below 1"):
+            Plan(model, **given)
+
+
+def test_coordinates_say_what_begins_there():
+    plan = Plan(FILTERED, {"film_voltage": [0.1, 0.2], "displacement": [0.5, 0.6], "velocity": [0.0, 0.1]})
+    (state,) = FILTERED.system.states[2:]
+    assert about(plan, "film_voltage")["long_name"] == f"initial {state.meaning}"
+    assert about(plan, "displacement")["long_name"] == "initial displacement"
+    assert about(plan, "velocity")["long_name"] == "initial velocity"

@@ -1,8 +1,10 @@
 """Processes of this machine: the same bits, errors that come back, nobody left behind, no guard around the script."""
 
+import io
 import json
 import math
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -85,6 +87,49 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
         with pytest.warns(LostWorker, match=r"process \d+ ended"), ended:
             next(one.run(os._exit, [3]))
     assert len(team) == 3
+
+
+class Unreadable(Exception):
+    """An error that another process cannot make."""
+
+    def __init__(self, one, other):
+        super().__init__(f"{one} and {other}")
+
+
+def unreadable(task):
+    raise Unreadable(task, "more")
+
+
+def test_an_error_comes_back_with_its_traceback_and_in_words_where_it_cannot_be_read():
+    def answered(function, task):
+        return pickle.loads(module._answer(pickle.dumps((pickle.dumps(function), task))))
+
+    error, answer = answered(math.sqrt, -1.0)
+    assert (type(error), answer) == (ValueError, None)
+    assert "Traceback" in error.__notes__[0]
+    assert "math domain error" in error.__notes__[0]
+    error, answer = answered(unreadable, 3)
+    assert (type(error), str(error), answer) == (RuntimeError, "Unreadable('3 and more')", None)
+    assert answered(math.sqrt, 4.0) == (None, (2.0, 0))
+
+
+def test_shares_of_work_are_summed_up_between_two_reports(monkeypatch):
+    """Not more often than a bar can show; the last one always, unless nothing is left to say."""
+    sent, now = io.BytesIO(), [100.0]
+    monkeypatch.setattr(module, "_answers", sent, raising=False)
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(module, "_pending", 0.0)
+    monkeypatch.setattr(module, "_told", 0.0)
+    for passed, share in ((0.0, 0.25), (0.05, 0.125), (0.04, 0.0625), (0.02, 0.25), (0.01, 0.03125)):
+        now[0] += passed
+        module.report(share)
+    module.report(0.0, last=True)
+    module.report(0.0, last=True)
+    sent.seek(0)
+    found = []
+    while sent.tell() < len(sent.getvalue()):
+        found.append(pickle.load(sent))
+    assert found == [0.25, 0.125 + 0.0625 + 0.25, 0.03125]
 
 
 def inside():

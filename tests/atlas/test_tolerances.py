@@ -49,21 +49,6 @@ def test_arranged_draws_are_recognised_and_others_are_not():
     assert base_draws(cells(draw(THREE, 30), 1.0)).sizes["draw"] == 30
 
 
-def test_the_first_draws_are_independent_and_follow_their_distributions():
-    draws = draw(THREE, 2048, indices=True)
-    table = np.array([values[:2048] for values in draws.values()])
-    assert np.abs(np.corrcoef(table) - np.eye(3)).max() < 0.05
-    assert table[1].mean() == pytest.approx(0.0, abs=0.02)
-    assert table[1].std() == pytest.approx(1.0, abs=0.02)
-    assert abs(np.corrcoef(table[:, :1024], table[:, 1024:])[0, 3]) < 0.08
-
-
-@pytest.mark.parametrize(("given", "count"), [({"a": Uniform(0.0, 1.0)}, 64), (THREE, 48)])
-def test_indices_need_two_parameters_and_a_power_of_two(given, count):
-    with pytest.raises(InputError, match="a power of 2"):
-        draw(given, count, indices=True)
-
-
 def test_sobol_indices_are_those_of_the_ishigami_function():
     """Ishigami and Homma (1990): f = sin x + 7 sin^2 y + 0.1 z^4 sin x over (-pi, pi)."""
     ends = Uniform(-np.pi, np.pi)

@@ -150,3 +150,32 @@ def test_texts_that_are_no_distribution_are_refused(make, message):
 
 def test_shares_of_a_normal_distribution_lie_below_its_values():
     np.testing.assert_allclose(Normal(1.0, 2.0).at(np.array([0.5, 0.8413447460685429])), [1.0, 3.0], rtol=1e-12)
+
+
+THREE = {"a": Uniform(0.0, 1.0), "b": Normal(0.0, 1.0), "c": Uniform(0.0, 1.0)}
+
+
+def test_the_first_draws_are_independent_and_follow_their_distributions():
+    draws = draw(THREE, 2048, indices=True)
+    table = np.array([values[:2048] for values in draws.values()])
+    assert np.abs(np.corrcoef(table) - np.eye(3)).max() < 0.05
+    assert table[1].mean() == pytest.approx(0.0, abs=0.02)
+    assert table[1].std() == pytest.approx(1.0, abs=0.02)
+    assert abs(np.corrcoef(table[:, :1024], table[:, 1024:])[0, 3]) < 0.08
+
+
+@pytest.mark.parametrize(("given", "count"), [({"a": Uniform(0.0, 1.0)}, 64), (THREE, 48)])
+def test_indices_need_two_parameters_and_a_power_of_two(given, count):
+    with pytest.raises(InputError, match="a power of 2"):
+        draw(given, count, indices=True)
+
+
+def test_indices_add_half_of_the_draws_for_each_parameter():
+    """Two halves, and the first with one parameter from the second; a device's two fields alike."""
+    for given in (THREE, {"voltage_offset": Normal("1 kV", "10 V"), "film_thickness": Uniform("0.1 mm", "0.2 mm")}):
+        draws = draw(given, 16, indices=True)
+        table = np.array(list(draws.values())).reshape(len(given), len(given) + 2, 8)
+        for k, own in enumerate(table):
+            assert not np.intersect1d(own[0], own[1]).size
+            for j in range(len(given)):
+                np.testing.assert_array_equal(own[2 + j], own[1 if j == k else 0])
