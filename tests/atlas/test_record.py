@@ -2,9 +2,11 @@
 
 import pytest
 
+from gelcone.atlas import record as module
 from gelcone.atlas.plan import Plan
-from gelcone.atlas.record import Tally, coordinates, plan_record
+from gelcone.atlas.record import Tally, coordinates, plan_record, stored_sweep
 from gelcone.devices.device import find_device
+from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import find_analysis
 
@@ -49,3 +51,35 @@ def test_draws_lie_along_their_own_axis(model, quantity):
     assert found[f"drawn_{name}"].dims == ("draw",)
     assert found[f"drawn_{name}"].values.tolist() == drawn
     assert found[f"drawn_{name}"].attributes["quantity"] == quantity
+
+
+@pytest.mark.parametrize("model", [ConeModel(damping_ratio=0.07), PUMP])
+def test_a_plan_read_back_from_its_record_has_the_same_record(monkeypatch, model):
+    """Options of a device stand there without units, and are not scaled once more."""
+    over = {"voltage": [0.1, 0.2]} if model is not PUMP else {"frequency": [8.0, 9.0]}
+    draws = {"damping_ratio" if model is not PUMP else "spring_rate": [1.0, 2.0, 3.0]}
+    options = {"budget": 900.0, "patience": 250.0} if model is not PUMP else {"budget": "40 s", "patience": "9 s"}
+    record = plan_record(Plan(model, over, (0.2, 0.1), draws, options), REGIME, None, ("section",))
+    monkeypatch.setattr(module, "read_plan", lambda path: record)
+    stored = stored_sweep("map.zarr")
+    assert (stored.analysis, stored.coarsest, stored.keep) == ("regime", None, ("section",))
+    assert plan_record(stored.plan, REGIME, stored.coarsest, stored.keep) == record
+    if model is PUMP:
+        assert stored.plan.options["budget"] == pytest.approx(40.0 / PUMP.scales.time)
+
+
+def test_a_record_of_branches_or_of_another_version_is_no_sweep(monkeypatch):
+    record = plan_record(Plan(ConeModel(), OVER), REGIME, None)
+    for changed, message in (
+        (
+            record | {"analysis": "continue_branch"},
+            "holds branches, no sweep; continue with the same `gelcone continue`",
+        ),
+        (
+            {name: value for name, value in record.items() if name != "keep"},
+            "its plan lacks keep; it was made by another",
+        ),
+    ):
+        monkeypatch.setattr(module, "read_plan", lambda path, changed=changed: changed)
+        with pytest.raises(InputError, match=message):
+            stored_sweep("map.zarr")

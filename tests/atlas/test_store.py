@@ -197,3 +197,26 @@ def test_what_stands_for_nothing():
 def test_a_tile_is_as_wide_along_each_axis_and_holds_a_bounded_number_of_cells(shape, tile):
     assert store._tile(shape) == tile
     assert np.prod(tile) <= store.TILE_CELLS
+
+
+def test_a_folder_is_empty_but_for_what_a_run_left_that_was_killed_before_it_wrote(tmp_path):
+    """Halves of files are removed, in subfolders too; anything else is somebody's."""
+    place = tmp_path / "store"
+    place.mkdir()
+    for name in ("zarr.json.4711.partial", store.LOCK):
+        (place / name).write_bytes(b"{")
+    with open_store(place, STORED, DIMS, SHAPE, resume=False) as made:
+        made.begin(fields(), {})
+        (place / "lowest" / "half.partial").write_bytes(b"1")
+    assert not [path for path in place.iterdir() if path.suffix == ".partial"]
+    with open_store(place, STORED, DIMS, SHAPE, resume=True):
+        assert not list(place.rglob("*.partial"))
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "notes.txt").write_text("mine")
+    with (
+        pytest.raises(InputError, match="is not empty; resume it with --resume"),
+        open_store(other, STORED, DIMS, SHAPE, resume=False),
+    ):
+        pass
+    assert (other / "notes.txt").read_text() == "mine"

@@ -429,3 +429,15 @@ test("names in an envelope stand apart and inside of it, with limits beyond its 
   names.forEach(([text, x, y], k) => { for (const [other, u, v] of names.slice(0, k)) assert.ok(Math.abs(y - v) > 10 || x !== u, `${text}, ${other}`); });
   assert.equal(p.context.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.edge && c.dash.length).length, 2);
 });
+
+test("a parameter is on one axis of a map: where both are the same, the second takes another", () => {
+  const { panel, state, asked } = setUp();
+  panel.x.value = "frequency"; panel.x.onchange();
+  assert.deepEqual([state.x, state.y], [["frequency", 0.1, 20], ["voltage_amplitude", 0, 1600]]);
+  panel.y.value = "film_thickness"; panel.y.onchange();
+  assert.deepEqual([state.x, state.y], [["frequency", 0.1, 20], ["film_thickness", 0.01, 0.4]]);
+  state.x = ["frequency", 5, 9]; panel.prepare(); // what is zoomed stays so while the other axis changes
+  panel.y.value = "voltage_offset"; panel.y.onchange();
+  assert.deepEqual([state.x, state.y], [["frequency", 5, 9], ["voltage_offset", 0, 2]]);
+  assert.deepEqual([asked.at(-1)[0], asked.at(-1)[1].x, asked.at(-1)[1].y], ["map", state.x, state.y]);
+});

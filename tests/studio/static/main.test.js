@@ -266,6 +266,16 @@ test("a motion that pulls in plays once, holds at its end, and offers a lower vo
   $("scrub").value = "500"; $("scrub").oninput();
 });
 
+test("where a motion ends though its peak is below pull-in, the voltage is lowered by itself", () => {
+  answer({}, { ...RUN(), x: Float32Array.of(10, 5, 1) }, { ended: "pulled in", seems: "the film pulls in after 100 ms" });
+  socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: [{ name: "pull-in of the cone, slowly", place: 6, text: "2 kV", value: 2000, peak: 0.4 }] } });
+  $("badges").querySelectorAll(".numbers button").find((own) => own.textContent === "lower the voltage").click();
+  assert.deepEqual(last("look").setting.values, { voltage_amplitude: "680 V" }); // 0.85 of its own 800 V
+  answer();
+  $("reset-all").click(); answer();
+  $("scrub").value = "500"; $("scrub").oninput();
+});
+
 test("evidence that takes too long is given up in words, and the first impression stays", () => {
   answer();
   studio.looks.a.numbers.set("stroke", { name: "stroke", place: 0, text: "9 mm", value: 9, old: true }); // of the setting before
