@@ -157,13 +157,13 @@ test("answers of long work that nobody waits for any more are taken and dropped,
   for (const kind of ["look", "response", "file", "code", "glance"]) assert.equal(grids.message({ kind, id: 99 }, {}), false, kind);
   assert.equal(grids.failed({ id: 99, message: "no" }), false);
   for (const right of ["map", "strip", "envelope"]) { state.right = right; assert.equal(grids.open, grids.panels[right]); }
-  for (const panel of Object.values(grids.panels)) { panel.running = true; panel.stale = null; }
+  for (const panel of Object.values(grids.panels)) { panel.running = true; panel.stale = false; }
   grids.applied(false);
-  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [null, null, null]);
+  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [false, false, false]);
   grids.applied(true);
-  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), ["now", "now", "now"]);
+  assert.deepEqual(Object.values(grids.panels).map((p) => p.stale), [true, true, true]);
   grids.lost();
-  assert.deepEqual(Object.values(grids.panels).map((p) => [p.running, p.stale]), [[false, "now"], [false, "now"], [false, "now"]]);
+  assert.deepEqual(Object.values(grids.panels).map((p) => [p.running, p.stale]), [[false, true], [false, true], [false, true]]);
 });
 
 test("kinds, labels and choices of panels", () => {

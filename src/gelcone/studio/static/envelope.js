@@ -23,7 +23,7 @@ export class EnvelopePanel extends Panel {
     };
   }
 
-  prepare() { const key = this.basis(); if (key !== this.key) { this.key = key; this.stale = "now"; } }
+  prepare() { const key = this.basis(); if (key !== this.key) { this.key = key; this.stale = true; } }
 
   // All that the envelope depends on: not the frequency, and of the voltages only their proportion.
   basis() {

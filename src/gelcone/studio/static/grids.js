@@ -13,7 +13,7 @@ export class GridPanels {
   get open() { return this.panels[this.page.state()?.right]; }
 
   // Another device or preset, or one read from the address.
-  applied(other) { for (const panel of Object.values(this.panels)) panel.stale = panel.stale || other ? "now" : panel.stale; }
+  applied(other) { if (other) for (const panel of Object.values(this.panels)) panel.stale = true; }
 
   // The server has said which controls there are: only now is it known what there is to sweep.
   controlsChanged() { for (const panel of Object.values(this.panels)) panel.prepare(); this.opened(); }
@@ -34,7 +34,7 @@ export class GridPanels {
 
   moved() { for (const panel of Object.values(this.panels)) panel.redrawOver(); }
   redraw() { for (const panel of Object.values(this.panels)) panel.plot.redraw(); }
-  lost() { for (const panel of Object.values(this.panels)) { panel.running = false; panel.stale = "now"; } }
+  lost() { for (const panel of Object.values(this.panels)) { panel.running = false; panel.stale = true; } }
   say(text) { say(this.share, text); }
 
   message(head, arrays) {

@@ -51,7 +51,7 @@ export class MapPanel extends Panel {
     fill(this.x, list, state.x[0]); fill(this.y, list, state.y[0]);
     this.view.value = state.view;
     const key = JSON.stringify([state.x, state.y]);
-    if (key !== this.key) { this.key = key; this.stale = "now"; this.plot.redraw(); }
+    if (key !== this.key) { this.key = key; this.stale = true; this.plot.redraw(); }
   }
 
   axes() {

@@ -18,7 +18,7 @@ function mark(g, shape, x, y) {
 export class StripPanel extends Panel {
   constructor(host, grids) {
     super(grids, "strip");
-    this.over = picker("Parameter of the sweep", () => { const c = this.control(this.over.value); this.page.state().over = [c.name, c.low, c.high]; this.page.keep(true); this.blank(); this.stale = "now"; this.grids.opened(); });
+    this.over = picker("Parameter of the sweep", () => { const c = this.control(this.over.value); this.page.state().over = [c.name, c.low, c.high]; this.page.keep(true); this.blank(); this.stale = true; this.grids.opened(); });
     this.names = make("ul", { className: "legend" });
     host.append(make("div", { className: "bar" }, this.over, this.said = make("span", { textContent: "each value from the same start", className: "right" })));
     this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
@@ -69,7 +69,7 @@ export class StripPanel extends Panel {
     if (!state.over || !list.some((c) => c.name === state.over[0])) { const c = list.find((d) => DRIVE.includes(d.name)) ?? list.find((d) => d.kind === "number"); state.over = [c.name, c.low, c.high]; }
     fill(this.over, list, state.over[0]);
     const key = JSON.stringify(state.over);
-    if (key !== this.key) { this.key = key; this.stale = "now"; this.blank(); }
+    if (key !== this.key) { this.key = key; this.stale = true; this.blank(); }
   }
 
   dependsOn(names) { const { over } = this.page.state(); return names.some((name) => name !== over?.[0]); }

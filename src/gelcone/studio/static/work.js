@@ -59,10 +59,10 @@ export function fill(select, list, chosen) {
 
 export class Panel {
   /** @type {any} */ grids; kind = ""; /** @type {import("./plot.js").Plot} */ plot;
-  /** @type {number | null} */ id; /** @type {string | null} */ stale; running = false; filled = false; problem = "";
+  /** @type {number | null} */ id; stale = true; running = false; filled = false; problem = "";
   /** @type {any} */ timer; /** @type {string | undefined} */ key;
 
-  constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: "now", running: false, filled: false, problem: "" }); }
+  constructor(grids, kind) { Object.assign(this, { grids, kind, id: null, stale: true, running: false, filled: false, problem: "" }); }
   get page() { return this.grids.page; }
   control(name) { return this.page.controls().list.find((c) => c.name === name); }
   value(name) { return this.page.controls().value(name, this.page.setting().values); }
@@ -82,10 +82,10 @@ export class Panel {
     const content = this.request();
     if (!content) return;
     this.problem = "";
-    this.stale = null; this.filled = false;
+    this.stale = false; this.filled = false;
     this.id = this.page.ask(this.kind, { setting: this.page.setting(), ...content });
     this.running = this.id !== null;
-    if (!this.running) this.stale = "now";
+    if (!this.running) this.stale = true;
     this.grids.say(this.running ? "0 %" : "");
   }
 
@@ -93,7 +93,7 @@ export class Panel {
   outdated() {
     if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.id = null; }
     const before = this.stale;
-    this.stale = "later";
+    this.stale = true;
     clearTimeout(this.timer);
     if (this.grids.open === this) {
       this.grids.say("settings changed");
@@ -106,7 +106,7 @@ export class Panel {
     clearTimeout(this.timer);
     if (!this.running) return;
     this.page.ask("cancel", { grid: this.kind });
-    Object.assign(this, { running: false, id: null, stale: this.filled ? this.stale : "now" }); // without what was followed
+    Object.assign(this, { running: false, id: null, stale: !this.filled || this.stale }); // without what was followed
   }
 
   progress(share) { this.grids.say(share < 1 ? `${Math.round(100 * share)} %` : ""); }
