@@ -205,6 +205,19 @@ test("the cone in section: film from rim to disc at its height and in the colour
   }
 });
 
+test("a cone is as large as its canvas allows, whichever side is the narrow one", () => {
+  for (const [low, high, rim] of [[0, 20, 30], [0, 400, 30], [-300, 100, 30], [0, 5, 300], [0, 0, 30]]) {
+    const about = { ...ABOUT, rim, disc: rim / 4 }, side = { about, low, high };
+    for (const [height, other] of [[high, 0], [low, 0], [high, high || null]]) {
+      const { own, g } = cone([{ about: { ...about, second: other || null }, low, high, height }]);
+      const shown = g.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle === FILM[0] && c.lineWidth > 2).map((c) => [c.args[0] + c.shift[0], c.args[1] + c.shift[1]]);
+      assert.ok(shown.length > 0 && shown.every(([x, y]) => x >= 0 && x <= 640 && y >= 0 && y <= 480), `${low} ${high} ${rim}`);
+    }
+    const { own } = cone([side]), [most, least] = own.reach(side), scale = own.scale(side);
+    assert.ok(near(Math.max((2.28 * rim * scale) / (0.5 * (640 - 46)), ((most - least + 0.75 * rim) * scale) / (480 - 54)), 1, 1e-9));
+  }
+});
+
 test("a membrane is drawn along its own profile, wrinkled rings dashed and in their colour; a slack one as it was", () => {
   const shape = [{ radius: 8, rise: 1, stretch: 2, wrinkled: false }, { radius: 15, rise: 0.3, stretch: 1.5, wrinkled: true }, { radius: 30, rise: 0, stretch: 1, wrinkled: true }];
   const { own, g } = cone([{ films: [1, 0], shapes: [shape, null], thin: [0.5, NaN], field: [0, 0] }]), side = { about: ABOUT, low: 0, high: 20 };

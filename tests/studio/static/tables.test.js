@@ -149,6 +149,16 @@ test("a file is asked for with what it is of, in every format", () => {
   assert.deepEqual([saver.failed({ id: 3, message: "no" }), saver.failed({ id: 5, message: "odd" }), saver.said.textContent], [false, true, "odd"]);
 });
 
+test("a file is handed over under its name, with the type of its ending", async () => {
+  browser();
+  const saver = new Saver(document.createElement("dialog"), { ask: () => 3, state: () => ({}), setting: () => ({}) }), given = [];
+  saver.give = (name, data) => given.push([name, data]);
+  for (const name of ["pump.nc", "map.2.png", "map.svg", "pump.toml"]) assert.equal(saver.message({ kind: "file", name }, { data: Uint8Array.of(1, 2, 3) }), true);
+  assert.deepEqual(given.map(([name, data]) => [name, data.type]), [["pump.nc", "application/x-netcdf"], ["map.2.png", "image/png"], ["map.svg", "image/svg+xml"], ["pump.toml", "application/toml"]]);
+  assert.deepEqual([...new Uint8Array(await given[0][1].arrayBuffer())], [1, 2, 3]);
+  assert.equal(saver.message({ kind: "look" }, {}), false);
+});
+
 test("answers of long work that nobody waits for any more are taken and dropped, others are left to others", () => {
   browser();
   const state = { right: "map" }, page = { ask: () => 7, state: () => state, setting: () => ({ values: {} }), legend: () => null, controls: () => ({ list: [], value: () => null }), look: () => null, keep() {}, go() {} };
