@@ -13,3 +13,44 @@ def test_whole_numbers_have_whole_ticks_and_labels_fit_their_panel():
     ticks = axes.get_xticks()
     np.testing.assert_array_equal(ticks, np.round(ticks))
     assert axes.get_ylabel() == "harmonic amplitude\n(mm)"
+
+
+def varied(**axes):
+    """Two numbers of an ensemble of three members, whose parameters are along one dim."""
+    coords = {
+        name: ("member", values, {"quantity": "parameter", "units": unit}) for name, (values, unit) in axes.items()
+    }
+    return xr.Dataset(
+        {
+            "stroke": ("member", [1.0, 2.0, 4.0], {"units": "mm"}),
+            "code": ("member", [0, 1, 2], {"flag_values": [0, 1, 2]}),
+        },
+        coords=coords,
+    )
+
+
+def test_members_are_drawn_over_the_parameter_that_varies():
+    """Not over one that all of them share; and over none where none varies."""
+    result = varied(voltage=([300.0] * 3, "V"), frequency=([5.0, 6.0, 8.0], "Hz"))
+    (axes,) = values_figure(result).axes
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_xydata(), [[5.0, 1.0], [6.0, 2.0], [8.0, 4.0]])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("frequency (Hz)", "stroke (mm)")
+    alone = values_figure(varied(voltage=([300.0] * 3, "V")))
+    assert [text.get_text() for text in alone.axes[0].texts] == ["stroke: 1, 2, 4 mm"]
+
+
+def test_a_number_that_is_missing_has_no_unit():
+    attrs = {"units": "V", "long_name": "pull-in", "nan_means": "not searched", "infinite_means": "not reached"}
+    numbers = {"one": np.nan, "two": np.inf, "three": [np.inf, 2.5], "four": 1234.5678}
+    result = xr.Dataset(
+        {name: (("k",) * np.ndim(value), value, attrs) for name, value in numbers.items() if name != "three"}
+    )
+    result["three"] = ("k", numbers["three"], attrs)
+    texts = [text.get_text() for text in values_figure(result).axes[0].texts]
+    assert texts == [
+        "pull-in: not searched",
+        "pull-in: not reached",
+        "pull-in: 1234.6 V",
+        "pull-in: not reached, 2.5 V",
+    ]

@@ -57,7 +57,6 @@ export class MapPanel extends Panel {
   axes() {
     const state = this.page.state(), pick = (select, axis) => (select.value === axis[0] ? axis : [select.value, this.control(select.value).low, this.control(select.value).high]);
     state.x = pick(this.x, state.x); state.y = pick(this.y, state.y);
-    if (state.x[0] === state.y[0]) { const other = [...this.y.options].find((o) => o.value !== state.x[0]).value; state.y = [other, this.control(other).low, this.control(other).high]; }
     this.zoomed();
   }
 
