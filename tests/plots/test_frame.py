@@ -1,6 +1,9 @@
 """What every figure has: axes in the units of the device, and the parameters that it shares."""
 
+import json
+
 import pytest
+import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gelcone
@@ -20,6 +23,46 @@ def test_a_figure_says_which_parameters_all_of_it_shares():
     figure = gelcone.plot(response)
     assert told.split(",")[0] in texts(figure)
     assert gelcone.plot(response).get_size_inches()[1] > gelcone.plots.response_figure(response).get_size_inches()[1]
+
+
+def note(coords=(), **attrs):
+    """The note of a result without numbers."""
+    return fixed_parameters(xr.Dataset({}, {name: ("k", [0.0, 1.0]) for name in coords}, attrs))
+
+
+def test_what_is_swept_or_drawn_is_not_fixed_nor_is_the_usual_mentioned():
+    own = {
+        "voltage": 0.3,
+        "damping_ratio": 0.123456,
+        "rest_height": 0.5,
+        "law": "gent",
+        "film": "wrinkling",
+        "count": 3,
+    }
+    own |= {"prestretch_mode": "radial", "bias": "beam", "circuit": "ideal", "waveform": "a description of a waveform"}
+    own |= {"prestretch": [1.0, 1.2]}
+    model = json.dumps(own)
+    whole = ["voltage 0.3", "damping ratio 0.1235", "rest height 0.5", "film wrinkling", "count 3", "bias beam"]
+    for given, gone in (
+        ({}, ()), ({"coords": ["voltage"]}, (0,)), ({"coords": ["drawn_damping_ratio"]}, (1,)),
+        ({"parameter": "rest_height"}, (2,)), ({"parameters": "voltage,rest_height"}, (0, 2)),
+        ({"coords": ["film"]}, (3,)),
+    ):  # fmt: skip
+        left = [words for k, words in enumerate(whole) if k not in gone]
+        assert note(model=model, **given) == "fixed (dimensionless): " + ", ".join(left), given
+    assert note(model=json.dumps({"law": "gent"})) == ""
+    assert note() == ""
+
+
+@pytest.mark.parametrize("name", ["film_thickness", "drawn_film_thickness"])
+def test_what_is_swept_or_drawn_of_a_device_is_not_fixed(name):
+    device = gelcone.find_device("biased-pump")
+    response = gelcone.simulate(device.replace(film="taut"), periods=1)
+    assert "film_thickness 200 um" in fixed_parameters(response)
+    assert fixed_parameters(response).endswith("film taut")
+    told = fixed_parameters(response.assign_coords({name: ("k", [1.0, 2.0])}))
+    assert "film_thickness" not in told
+    assert "disc_radius" in told
 
 
 @pytest.mark.parametrize("kind", ["frequency", "static"])
