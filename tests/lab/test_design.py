@@ -80,25 +80,6 @@ def test_a_motion_at_twice_the_drive_is_damped_as_at_any_frequency(pump):
     assert 1e3 * stroke == pytest.approx(float(gelcone.settled(device)["stroke"]), rel=0.03)
 
 
-def test_a_footprint_is_that_of_each_design(wish):
-    """Where the ring is free, it is not that of the middle of its bounds."""
-    text = WISH.replace('footprint = "60 mm"', 'footprint = "<= 60 mm"').replace(
-        "[free]", '[free]\nfilm_radius = "20 mm:60 mm"'
-    )
-    problem = fronts.Problem(wish(text), 1)
-    at = problem.names.index("film_radius")
-    unit = np.full((2, len(problem.names)), 0.5)
-    unit[:, at] = [0.05, 0.95]
-    rows = problem.designs(unit)
-    found = problem.found(rows, np.zeros((1, len(problem.wish.tolerances))))
-    np.testing.assert_allclose(
-        problem.margins(found)["footprint"][:, 0], np.minimum(2.0 * rows[:, at] / 0.06 - 1.0, 1.0)
-    )
-    assert wish(WISH).device.film_radius == pytest.approx(0.03)  # a size is twice the radius
-    smallest = Objective("footprint", False)
-    np.testing.assert_allclose(problem.objective(rows, found, np.zeros(2), smallest), 2.0 * rows[:, at])
-
-
 def test_a_check_lowers_the_limit_by_what_the_envelope_found(wish, monkeypatch):
     """The next search has the lowest limit at the voltage that the envelope recommends, without its margin."""
     problem, looked = fronts.Problem(wish(WISH), 1), []
@@ -285,20 +266,6 @@ def test_what_is_said_of_a_design_is_in_its_file_table_and_figure(small, tmp_pat
         gelcone.designed_devices(found.drop_attrs())
 
 
-def test_margins_are_signed_and_a_relaxed_requirement_is_weaker(wish):
-    problem = fronts.Problem(wish(WISH), 1)
-    unit = problem.designs(np.full((1, len(problem.names)), 0.5))
-    found = problem.found(unit, np.zeros((1, len(problem.wish.tolerances))))
-    margins = problem.margins(found)
-    stroke, peak = (float(found.values[name][0, 0]) for name in ("stroke", "peak_voltage"))
-    assert margins["stroke"][0, 0] == pytest.approx(1.0 - stroke / 5e-3)
-    assert margins["peak_voltage"][0, 0] == pytest.approx(peak / 2e3 - 1.0)
-    assert margins["hoop slack"][0, 0] == pytest.approx(min(peak / (0.8 * found.limits[1, 0, 0]) - 1.0, 1.0))
-    weaker = replace(problem, relaxed="stroke").margins(found)
-    assert weaker["stroke"][0, 0] == pytest.approx(1.0 - stroke / 4.5e-3)
-    np.testing.assert_array_equal(weaker["hoop slack"], margins["hoop slack"])
-
-
 def test_the_design_of_the_smallest_voltage_sits_on_its_resonance_where_nothing_is_uncertain(wish):
     """And few of the devices within the tolerances meet what it just meets: the certified case has 9 to 14 %."""
     alone = fronts.Problem(wish(WISH), 1)
@@ -314,42 +281,11 @@ def test_the_design_of_the_smallest_voltage_sits_on_its_resonance_where_nothing_
     assert 0.09 <= share <= 0.2
 
 
-def test_rows_that_another_beats_in_all_are_dominated():
-    assert fronts.dominated(np.array([[1.0, 5.0], [2.0, 4.0], [2.0, 5.0], [3.0, 1.0]])).tolist() == [
-        False,
-        False,
-        True,
-        False,
-    ]
-
-
 def test_a_file_of_designs_is_shown_in_the_words_of_its_command(small, tmp_path, command_line):
     gelcone.save(small[1], tmp_path / "design.nc")
     code, out, err = command_line("show", str(tmp_path / "design.nc"))
     assert (code, err) == (0, "")
     assert out.rstrip("\n") == design_words(small[1])
-
-
-def test_draws_change_fields_by_their_tolerances_under_a_drive_harder_by_the_margin(wish, monkeypatch):
-    """Relative deviations in the logarithm, absolute ones over the value."""
-    asked = []
-    monkeypatch.setattr(fronts, "examine", lambda device, fields, share: asked.append((device, fields, share)))
-    problem = fronts.Problem(wish(WISH), 1)
-    unit = np.array([[0.0] * len(problem.names), [0.5] * len(problem.names), [1.0] * len(problem.names)])
-    rows = problem.designs(unit)
-    bounds = np.array(list(problem.wish.free.values()))
-    np.testing.assert_allclose(rows[[0, 2]], bounds.T)
-    tolerances = problem.wish.tolerances
-    normal = np.array([[0.0] * len(tolerances), [1.0] * len(tolerances)])
-    problem.found(rows, normal)
-    ((device, fields, share),) = asked
-    assert share == pytest.approx(1.0 / (1.0 - problem.wish.margin), rel=1e-12)
-    for name, deviation, relative in tolerances:
-        values = np.broadcast_to(fields[name], (3, 2))
-        usual = rows[:, problem.names.index(name)] if name in problem.names else np.full(3, float(device.get(name)))
-        np.testing.assert_allclose(values[:, 0], usual)
-        np.testing.assert_allclose(np.log(values[:, 1] / usual), deviation / (1.0 if relative else usual), rtol=1e-9)
-    assert set(fields) == {*problem.names, *(one.name for one in tolerances)}
 
 
 # --- made-up answers of the analyses ----------------------------------------------------------------------------------
