@@ -125,7 +125,7 @@ def test_draws_are_normal_with_each_spread_and_repeat_with_their_seed():
     assert draws_of([], 8, 3).shape == (1, 0)
 
 
-@pytest.mark.parametrize("limit", [np.inf, 12.0, 3.0])
+@pytest.mark.parametrize("limit", [np.inf, 300.0, 12.0, 3.0])
 def test_a_ramp_rises_in_equal_ratios_from_the_rest_to_the_stretch_limit(limit):
     """At each of its heights its voltage holds the disc; where nothing lifts the disc there is no rest."""
     model = PUMP.replace(film_thickness="0.2 mm").to_model().replace(stretch_limit=limit)
@@ -135,7 +135,7 @@ def test_a_ramp_rises_in_equal_ratios_from_the_rest_to_the_stretch_limit(limit):
     rest, highest = candidates._rest(system, n, 2)
     assert float(system.static_force(rest, 0.0, n)[0][0, 0]) == pytest.approx(0.0, abs=1e-9)
     assert np.isnan(rest[1, 0])
-    if np.isfinite(limit):
+    if limit < 100.0:
         np.testing.assert_allclose(system.film.strain(highest, n), np.full((2, 1), limit), rtol=2e-6)
     else:
         np.testing.assert_array_equal(highest, candidates.FARTHEST)
@@ -204,3 +204,23 @@ def test_a_drive_of_the_opposite_sign_does_the_same():
         np.testing.assert_allclose(mirrored[1].values[name], values, rtol=1e-9, err_msg=name)
     np.testing.assert_allclose(mirrored[1].limits, mirrored[0].limits, rtol=1e-9)
     assert float(mirrored[1].values["peak_voltage"][0, 0]) == pytest.approx(930.0)
+
+
+def test_beyond_the_fold_of_a_ramp_no_limit_is_met():
+    """A voltage that falls behind its fold meets a limit there at once by the film's state, and not on the ramp."""
+    x = np.linspace(0.5, 2.0, candidates.HEIGHTS)[None]
+    squared = np.where(x < 1.2, x - 0.5, 1.9 - x)
+    film = SimpleNamespace(
+        state=lambda x, voltage, y, n: SimpleNamespace(
+            hoop_stress=1.0 + 0.0 * x, meridional_stress=1.5 - x, true_field=x * voltage, limit_share=0.6 * x
+        )
+    )
+    with np.errstate(all="ignore"):
+        found = candidates._limits(
+            SimpleNamespace(film=film), None, {"dielectric_strength": np.array([[0.7]])}, x, squared
+        )
+    limits = dict(zip(LIMITS, found[:, 0], strict=True))
+    assert limits["pull-in"] == np.sqrt(squared.max())
+    assert np.isinf([limits["hoop slack"], limits["meridional slack"], limits["stretch limit"]]).all()
+    fields = x[0] * np.sqrt(np.maximum(x[0] - 0.5, 0.0))
+    assert limits["dielectric breakdown"] == pytest.approx(0.7 / np.interp(0.7, fields, x[0]), rel=1e-2)

@@ -5,7 +5,10 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.lab.wish import (
+    FIRST_WISH,
+    MOST_FREE,
     MOST_OBJECTIVES,
+    MOST_TOLERANCES,
     Objective,
     Requirement,
     Tolerance,
@@ -14,6 +17,7 @@ from gelcone.lab.wish import (
     _objectives,
     _requirement,
     _share,
+    _table,
     read_wish,
     with_samples,
 )  # fmt: skip
@@ -40,6 +44,9 @@ initial_height = "5 mm:40 mm"
 film_thickness = "5 %"
 hoop_prestretch = 0.02
 """
+
+
+FIRST = FIRST_WISH.replace("{file}", "wish.toml")
 
 
 @pytest.fixture
@@ -154,3 +161,65 @@ def test_a_footprint_is_a_size_or_a_bound(wish, text, least):
     assert found.device.film_radius == 0.031
     with pytest.raises(InputError, match="footprint and film_radius are both given; give one"):
         wish('footprint = "60 mm"', 'footprint = "60 mm"\nfilm_radius = "31 mm"')
+
+
+def test_a_first_wish_reads_back(wish):
+    found = wish(text=FIRST)
+    assert [one.name for one in found.requirements] == ["stroke", "peak_voltage"]
+    assert (found.margin, found.confidence, found.device.film_radius) == (0.2, 0.95, 0.03)
+    assert found.free["disc_radius"] == (0.004, 0.015)
+    assert ("material.shear_modulus", 0.1, True) in found.tolerances
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('stroke = ">= 5 mm"', 'stroke = "5 mm"', r'stroke = \'5 mm\': must be a bound, such as stroke = ">= 5 mm"'),
+        ('stroke = ">= 5 mm"', 'stroke = ">= 5 kV"', "kV is a unit of voltage, not of length"),
+        (
+            'stroke = ">= 5 mm"',
+            'strok = ">= 5 mm"',
+            "'strok' is not a field, requirement or setting; did you mean 'stroke'",
+        ),
+        ("margin = 0.2", "margin = 2", "margin = 2: must be a share from 0 to 0.9"),
+        ("margin = 0.2", "margin = true", "margin = True: must be a share"),
+        ('"4 mm:15 mm"', '"15 mm:4 mm"', "the first bound must be the smaller one"),
+        ('"4 mm:15 mm"', '"4 mm"', 'must be two bounds, such as "4 mm:15 mm"'),
+        ('disc_radius = "4', 'disk_radius = "4', "did you mean 'disc_radius'"),
+        ('"apparent_power"', '"aparent_power"', "did you mean 'apparent_power'"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nspring_rate = "5 N/m"', "spring_rate: is given and free"),
+        (
+            'frequency = "10 Hz"',
+            'frequency = "10 Hz"\nfilm_radius = "30 mm"',
+            "footprint and film_radius are both given",
+        ),
+        ('spring_rate = "3 %"', 'spring_rat = "3 %"', "did you mean 'spring_rate'"),
+        ('spring_rate = "3 %"', 'spring_rate = "-3 %"', "must be greater than 0"),
+        ('material = "PVC-DBA 6:1"', 'material = "VHB 4910"', "takes a gel that does not creep"),
+        ('material = "PVC-DBA 6:1"', 'material = "os:system"', "'os:system' is not a material"),
+        ('damping_coefficient = "10 mN s/m"', "quality_factor = 12", "give damping_coefficient in place of"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nwaveform = "square"', "takes a sine; leave waveform out"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nbeam_rate = "-1 N/m"', "leave beam_rate out"),
+        ('frequency = "10 Hz"', 'frequency = "10 Hz"\nfilm = "os:path"', "'os:path' is not a film of a design"),
+        ("[free]", "[free", "broken TOML"),
+    ],
+)
+def test_a_wish_that_cannot_be_used_is_refused_in_one_line(wish, old, new, message):
+    assert old in FIRST
+    with pytest.raises(InputError, match=message) as caught:
+        wish(text=FIRST.replace(old, new, 1))
+    assert "\n" not in str(caught.value)
+
+
+def test_fields_of_a_material_stand_under_dotted_names_as_deep_as_they_may(wish):
+    found = wish("hoop_prestretch = 0.02", '[tolerances.material]\nshear_modulus = "10 %"')
+    assert Tolerance("material.shear_modulus", 0.1, True) in found.tolerances
+    assert _table({"free": {"a": 1, "b": {"c": 2, "d": 3}}}, "free") == {"a": 1, "b.c": 2, "b.d": 3}
+    assert _table({}, "free") == {}
+    for key, most in (("free", MOST_FREE), ("tolerances", MOST_TOLERANCES)):
+        many = {f"f{k}": 1 for k in range(most)}
+        assert _table({key: many}, key) == many
+        with pytest.raises(InputError, match=rf"\[{key}\]: has {most + 1} fields; give at most {most}"):
+            _table({key: {"one": {"more": 1}} | many}, key)
+    with pytest.raises(InputError, match=r"free = '3': must be a table, \[free\]"):
+        _table({"free": "3"}, "free")

@@ -183,12 +183,12 @@ def test_a_map_may_show_the_stroke():
 
 def test_a_map_shows_a_margin_in_two_colours_and_a_power_by_its_root():
     data = cells()
-    for name, quantity, least in (("margin", "share", -0.4), ("power", "power", 0.0)):
+    for name, quantity, least in (("margin", "share", -0.4), ("power", "power", 0.0), ("power", "power", -0.4)):
         values = 0.0 * data["regime"] + np.linspace(least, 0.8, data["regime"].size).reshape(data["regime"].shape)
         shown = data.assign({name: values.assign_attrs(units="mW", quantity=quantity, long_name=name)})
         mesh = map_figure(shown, colour=name).axes[0].collections[0]
         assert sorted(np.ravel(mesh.get_array())) == pytest.approx(np.linspace(least, 0.8, values.size))
         assert (mesh.norm.vmin, mesh.norm.vmax) == pytest.approx((-0.8 if least else 0.0, 0.8))
-        assert mesh.norm(0.2) == pytest.approx(0.5 if name == "power" else 0.625)
+        assert mesh.norm(0.2) == pytest.approx(0.625 if least else 0.5)
     with pytest.raises(InputError, match="the map does not hold it"):
         map_figure(data, colour="power")

@@ -178,6 +178,37 @@ def test_over_three_parameters_each_panel_is_the_slice_that_its_title_names():
         np.testing.assert_array_equal(values[known], data["stroke"].values[:, :, k].T[known])
 
 
+def test_of_many_values_of_a_third_parameter_some_are_drawn_and_the_title_says_how_many():
+    for count, said in ((3, "pump"), (9, "pump, 6 of 9 values of mass")):
+        coords = {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y), "mass": ("mass", np.arange(count))}
+        data = swept(("voltage", "damping_ratio", "mass"), (3, 2, count), coords).assign_attrs(device="pump")
+        figure = sweep_figure(data)
+        panels = [axes.get_title(loc="left") for axes in figure.axes if axes.get_label() != "<colorbar>"]
+        assert len(panels) == min(count, 6)
+        assert (panels[0], panels[-1]) == ("mass 0", f"mass {count - 1}")
+        assert figure.get_suptitle() == said
+
+
+def test_a_map_says_where_no_value_is_and_which_cells_failed():
+    """What failed is hatched and named; white is a cell without a value that did not fail."""
+    coords = {"voltage": ("voltage", X), "damping_ratio": ("damping_ratio", Y)}
+    data = swept(("voltage", "damping_ratio"), (3, 2), coords)
+    data["status"][:] = 1
+    data["outcome"][:] = 0
+
+    def named():
+        return [text.get_text() for legend in sweep_figure(data).legends for text in legend.get_texts()]
+
+    assert named() == []
+    data["stroke"][0, 0] = np.nan
+    assert named() == ["white: no value"]
+    data["outcome"][0, 0] = 1
+    (failed,) = named()
+    assert "failed" in failed
+    data["peak"][2, 1] = np.nan
+    assert set(named()) == {failed, "white: no value"}
+
+
 def test_maps_of_regimes_over_three_parameters_are_those_of_their_slices():
     """Panels, and the legend, which names what is drawn in any of them and nothing else."""
     own = [cells(), cells(regime=np.zeros((3, 2), int), doubtful=np.array([[0, 0], [0, 0], [0, 1]]))]

@@ -119,8 +119,6 @@ def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
     """The voltage at which each of `LIMITS` is first met on the ramp, (limits, members); infinite: not met."""
     falls = np.diff(squared, axis=1) <= 0.0
     fold = np.where(falls.any(axis=1), falls.argmax(axis=1), HEIGHTS - 1)
-    column = np.arange(HEIGHTS)
-    squared = np.where(column <= fold[:, None], squared, np.nan)
     voltage = np.sqrt(np.maximum(squared, 0.0))
     state = system.film.state(x, voltage, [], n)
     strength = own.get("dielectric_strength", np.inf)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, styled
 from gelcone.quantity import Array
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Which = npt.NDArray[np.bool_]
+"""Which points of a line."""
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 LIGHTER = 0.35
 """How much of its colour the mirror image of a branch keeps."""
@@ -75,11 +78,18 @@ def sections_of(branch: xr.Dataset) -> Array:
     return np.asarray(branch["orbit"].values[:, : per * period : per, 0])
 
 
-def stability_parts(stable: Array) -> tuple[Array, Array]:
+def stability_parts(stable: Array) -> tuple[Which, Which]:
     """Points to draw as stable and as unstable: both lines reach the point where stability changes."""
     inside, outside = stable == 1, stable == 0
-    outside = outside | (inside & (np.roll(outside, -1) | np.roll(outside, 1)))
-    return inside, outside
+    return inside, outside | (inside & with_neighbours(outside))
+
+
+def with_neighbours(which: Which) -> Which:
+    """Points along a line, with those next to them."""
+    found = which.copy()
+    found[1:] |= which[:-1]
+    found[:-1] |= which[1:]
+    return found
 
 
 def orbits(result: xr.Dataset, axes: Axes, *, mirrored: bool = True) -> None:

@@ -17,6 +17,7 @@ from gelcone.plots.branches import (
     event_marks,
     flags,
     stability_parts,
+    with_neighbours,
 )
 from gelcone.plots.style import BLACK, BLUE, GREY, REST_ROOM, VERMILION, axis_label, log_ticks, say, styled
 from gelcone.words import event_label, failed_in_words, kinds_of_motion
@@ -141,8 +142,7 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
                 label=name if which.any() and name not in shown_words else None,
             )
             # faint lines reach the next points that hold
-            reach = ~held | (held & (np.roll(~held, 1) | np.roll(~held, -1)))
-            axes.plot(value, np.where(which & reach, height, np.nan), **look | {"alpha": FAINT})
+            axes.plot(value, np.where(which & with_neighbours(~held), height, np.nan), **look | {"alpha": FAINT})
             if which.any():
                 shown_words.add(name)
         if not held[np.isfinite(value)].all() and UNHELD not in shown_words:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.devices.numbers import SHIPPED
 from gelcone.errors import InputError
-from gelcone.plots.branches import COLOURS, DASHED, MARKERS
+from gelcone.plots.branches import COLOURS, DASHED, MARKERS, with_neighbours
 from gelcone.plots.style import BLACK, GREY, name_axes, styled
 from gelcone.words import event_label
 
@@ -104,8 +104,7 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
         look: dict[str, Any] = {"color": colour, "path_effects": effects}
         axes.plot(at, np.where(below, np.nan, up), lw=1.2, label="" if label in named else label, **look)
         if below.any():
-            reach = below | np.roll(below, 1) | np.roll(below, -1)
-            axes.plot(at, np.where(reach, up, np.nan), lw=0.9, ls=DASHED, **look)
+            axes.plot(at, np.where(with_neighbours(below), up, np.nan), lw=0.9, ls=DASHED, **look)
         named.add(label)
     for e in range(result.sizes["event"]):
         own = result.isel(event=e)

@@ -11,6 +11,7 @@ from gelcone.paper.figures.figure import paper_figure
 from gelcone.paper.figures.marks import SYMBOLS, fixed_parameters
 from gelcone.paper.figures.triptych import from_the_start, in_the_long_run
 from gelcone.paper.studies.resonance import RESPONSE_STIFFNESS, STIFFNESSES
+from gelcone.plots.branches import with_neighbours
 from gelcone.plots.style import BLACK, GREY, VERMILION, styled
 
 if TYPE_CHECKING:
@@ -87,8 +88,7 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
 def _branches(own: xr.Dataset, axes: Axes) -> None:
     """What no sweep shows: the unstable orbits between the jumps."""
     unstable = own["branch_stable"].values == 0.0
-    reach = unstable | np.roll(unstable, 1) | np.roll(unstable, -1)
-    amplitude = np.where(reach, own["branch_amplitude"].values, np.nan)
+    amplitude = np.where(with_neighbours(unstable), own["branch_amplitude"].values, np.nan)
     axes.plot(own["branch_frequency"], amplitude, color=VERMILION, lw=0.9, ls=UNSTABLE, zorder=3.0)
 
 
