@@ -367,6 +367,10 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
         assert float(result[name][0]) == pytest.approx(float(device.get(name)))
     assert (result["binds"][0], result["first_limit"][0]) == ("stroke", "chaos under the drive")
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
+    several = designs._labelled(own, [rows[1], rows[0], rows[1]], 4, {})
+    assert [one.name for one in gelcone.designed_devices(several)] == [f"{own.name} 1", f"{own.name} 2"]
+    assert several["design"].values.tolist() == [1, 2]
+    assert np.isnan(several.attrs["nominal_probability"])
     with pytest.raises(InputError, match="every design found fails its check, the first since it burns"):
         designs._labelled(own, rows[:1], 4, {})
 
@@ -396,4 +400,8 @@ def test_a_table_of_designs_has_those_that_no_other_beats_by_their_last_objectiv
     rows, seed, trap = unwrap(gelcone.design)(own, seed=5, progress=told.append)
     assert checked == ["d", "b", "a"]
     assert (rows, seed, trap) == (["A", "B"], 5, {"seed": 5})
+    certain = replace(own, tolerances=())
+    assert unwrap(gelcone.design)(certain, nominal=True, seed=5) == (["A", "B"], 5, {})
+    with pytest.raises(InputError, match="design: nothing is uncertain"):
+        unwrap(gelcone.design)(certain, seed=5)
     assert sum(told) == pytest.approx(1.0)

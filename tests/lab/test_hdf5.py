@@ -219,3 +219,33 @@ def test_a_chunk_is_unpacked_by_the_filters_that_it_was_packed_with(skipped):
     assert hdf5._unpacked(packed, filters, skipped, 8, len(content)) == content
     with pytest.raises(ValueError, match="shorter than its values"):
         hdf5._unpacked(packed, filters, skipped, 8, len(content) + 8)
+
+
+@pytest.mark.parametrize("size", [1, 2, 4, 8])
+@pytest.mark.parametrize(("flags", "order", "kind"), [(0, "<", "u"), (8, "<", "i"), (1, ">", "u"), (9, ">", "i")])
+def test_whole_numbers_have_their_sign_order_and_size(size, flags, order, kind):
+    body = bytes([0x10, flags, 0, 0]) + size.to_bytes(4, "little") + bytes([0, 0]) + (8 * size).to_bytes(2, "little")
+    assert hdf5._datatype(body).number == np.dtype(f"{order}{kind}{size}")
+    few = body[:10] + (8 * size - 1).to_bytes(2, "little")
+    assert hdf5._datatype(few) == hdf5.Datatype(0, size, None)  # of some bits
+
+
+def header(*messages):
+    """A file that is nothing but the header of an object, of the first version: kind, flags and content of messages."""
+    parts = [
+        kind.to_bytes(2, "little") + len(body).to_bytes(2, "little") + bytes([flag, 0, 0, 0]) + body
+        for kind, flag, body in messages
+    ]
+    size = sum(map(len, parts))
+    file = object.__new__(hdf5.File)
+    file.data = bytes([1, 0, len(parts), 0, 1, 0, 0, 0]) + size.to_bytes(4, "little") + bytes(4) + b"".join(parts)
+    file.base = file.parts = file.unpacked = 0
+    return file
+
+
+@pytest.mark.parametrize("kind", [hdf5.SPACE, hdf5.TYPE, hdf5.LAYOUT, hdf5.FILTERS])
+def test_what_datasets_share_is_refused_and_shared_attributes_are_passed_over(kind):
+    own = [(kind, 0, b"12345678"), (hdf5.ATTRIBUTE, 2, b"87654321")]
+    assert list(header(*own).messages(0)) == [(kind, b"12345678"), (hdf5.ATTRIBUTE, b"87654321")]
+    with pytest.raises(InputError, match="shares a type among datasets; save it anew, or as CSV"):
+        list(header((kind, 2, b"12345678")).messages(0))

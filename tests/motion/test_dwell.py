@@ -75,21 +75,24 @@ def sine(times, pace=1.0):
     return path
 
 
-@pytest.mark.parametrize("share", [0.15, 0.35, 0.65, 0.85])
+@pytest.mark.parametrize("share", [0.15, 0.35, 0.5, 0.65, 0.85])
 def test_a_sine_that_turns_between_two_samples_lasts_as_its_arc_cosine_says(share):
     """Above and below of a level that it passes twice there, wherever in the interval it turns, before or behind the
     sample that is closest; samples are not evenly apart."""
     times = np.array([-1.1, -0.8, -0.4, 0.0, 0.4, 0.8, 1.1]) - 0.4 * share
-    for level in (0.9995, 0.995):
+    for level in (0.9998, 0.9995, 0.995):
         path = sine(times)
         if path.states[0, :, 0].max() > level:
             continue
         found, error = lasted(path, level)
         lasts = 2.0 * np.arccos(level)
-        assert found[0, 0].sum() == pytest.approx(lasts, rel=1e-4)
+        assert found[0, 0].sum() == pytest.approx(lasts, rel=1e-3)
         assert found[1, 0].sum() == pytest.approx(np.ptp(times) - lasts, rel=1e-5)
         np.testing.assert_array_equal(np.flatnonzero(found[0, 0]), [3])
-        assert (error < 1e-2).all()
+        assert (
+            error < (0.05 if share != 0.5 else 0.41)
+        ).all()  # of samples that are equal nothing says how steep it is
+        assert (np.abs(found[:, 0].sum(axis=1) - [lasts, np.ptp(times) - lasts]) <= error[:, 0]).all()
 
 
 def test_times_and_their_errors_scale_with_the_time():

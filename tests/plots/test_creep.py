@@ -49,3 +49,9 @@ def test_times_are_in_seconds_where_a_run_lasts_some_and_margins_in_percent():
 
 def test_a_film_that_never_pulls_in_says_so():
     assert "no voltage pulls it in" in texts(creep_figure(creep(long_time_voltage=np.inf)))
+
+
+def test_what_pulls_in_at_once_has_no_time_on_a_log_axis():
+    curve = creep_figure(creep(time_to_pull_in=[np.inf, 8000.0, 0.0])).axes[1]
+    np.testing.assert_allclose(curve.lines[0].get_xydata(), [[600.0, 8.0]])
+    assert (np.array(curve.lines[0].get_ydata()) > 0.0).all()

@@ -36,7 +36,7 @@ from gelcone.studio import exports, look
 from gelcone.studio.asked import MAP_CELLS, STRIP_VALUES
 from gelcone.studio.page import Page
 from gelcone.studio.pool import LANES
-from gelcone.studio.server import LARGEST_MESSAGE, Studio
+from gelcone.studio.server import LARGEST_MESSAGE, MOST_PAGES, Studio
 from gelcone.studio.setting import Setting, Shelf
 from gelcone.studio.slot import GRACE
 from tests.studio.test_frames import unpack
@@ -99,6 +99,54 @@ def answer(page, kind, seconds=PATIENCE):
         if head["kind"] in (kind, "error"):
             assert head["kind"] == kind, head
             return head, arrays
+
+
+class Caller:
+    """A connection of a page with the right origin and token, as far as the server asks it."""
+
+    def __init__(self, studio):
+        self.scope = {"server": ("127.0.0.1", studio.port)}
+        self.headers = {"origin": f"http://127.0.0.1:{studio.port}"}
+        self.query_params, self.said = {"token": studio.token}, []
+
+    async def accept(self):
+        self.said.append("accepted")
+
+    async def close(self, code, reason):
+        self.said.append((code, reason))
+
+
+@pytest.mark.parametrize("already", [MOST_PAGES - 1, MOST_PAGES])
+def test_as_many_pages_as_are_allowed_are_served_and_each_gives_its_place_back(already, monkeypatch):
+    class Shown:
+        def __init__(self, *given):
+            pages.append(self)
+
+        async def run(self):
+            assert self in studio.pages
+            raise RuntimeError("gone")
+
+        def end(self):
+            pages.append("ended")
+
+    pages, studio = [], Studio(Shelf())
+    monkeypatch.setattr(gelcone.studio.server, "Page", Shown)
+    studio.pages |= set(range(already))
+    caller = Caller(studio)
+    try:
+        if already < MOST_PAGES:
+            with pytest.raises(RuntimeError, match="gone"):
+                asyncio.run(studio._talk(caller))
+            assert caller.said == ["accepted"]
+            assert pages[1:] == ["ended"]
+        else:
+            asyncio.run(studio._talk(caller))
+            assert caller.said == ["accepted", (1013, "too many pages")]
+            assert pages == []
+        assert studio.pages == set(range(already))
+    finally:
+        studio.pages.clear()
+        studio.stop()
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,7 @@ def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cr
     with np.errstate(all="ignore"):  # infinite where a film does not know an assumption
         bend = before + after - 2.0 * here
         nearest = here - (after - before) ** 2 / (8.0 * bend)
-        close = (here <= before) & (here <= after) & (nearest < 0.1 * bend)
+        close = (here < before) & (here <= after) & (nearest < 0.1 * bend)  # of two that are as near one alone
     same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
     function, rows, sample = np.nonzero(same & close)
     own = sign[function, rows, sample + 1]
