@@ -7,6 +7,7 @@ from matplotlib.colors import to_rgb
 
 from gelcone.plots.datasheet import (
     MOST_COLUMNS,
+    _columns,
     limit_bars,
     over_displacement,
     over_frequency,
@@ -135,3 +136,19 @@ def test_the_first_limit_is_red_and_the_longest_bar_lowest():
     assert names == ["pull in", "drive: hoop slack"]
     assert bars == [(3000.0, to_rgb(BLUE)), (900.0, to_rgb(VERMILION))]
     assert axes.get_xlabel() == "peak voltage (V)"
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 9])
+def test_intervals_stand_in_a_column_of_their_own_behind_the_voltages(count):
+    """The last column, at the right edge; of many voltages the first and the last are among those that are shown."""
+    for toleranced in (False, True):
+        chosen, places = _columns(count, toleranced)
+        assert chosen.size == places.size == min(count, MOST_COLUMNS)
+        assert (np.diff(chosen) > 0).all()
+        assert (np.diff(places) > 0.0).all()
+        assert places[-1] == pytest.approx(1.0)
+        last = chosen[-2] if toleranced else chosen[-1]
+        assert (chosen[0], last) == (0, count - 1 - toleranced)
+        if toleranced:
+            assert chosen[-1] == count - 1
+            assert places[-2] == pytest.approx(0.7)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from gelcone.plots.device_fit import device_fit_figure
+from gelcone.plots.device_fit import device_fit_figure, draw_row, left_bars
 from gelcone.plots.style import BLUE, GREY, VERMILION
-from tests.plots.made_up import corners, result
+from tests.plots.made_up import blank, corners, data_of, result
 
 
 def test_readings_have_their_noise_and_bars_their_names():
@@ -44,3 +44,31 @@ def test_readings_have_their_noise_and_bars_their_names():
     assert [bar.get_facecolor()[:3] for bar in bars.patches] == [to_rgb(BLUE), to_rgb(GREY), to_rgb(GREY)]
     (far,) = (text for text in bars.texts if text.get_text() == "far from its prior")
     assert (names[far.get_position()[1]], far.get_color()) == ("shear_modulus", VERMILION)
+
+
+def test_an_unknown_is_far_from_its_prior_on_either_side():
+    for moved, said in ((0.25, 1), (-0.25, 1), (0.19, 0), (-0.19, 0)):
+        fit = result(
+            {name: ("unknown", [value]) for name, value in (("left", 0.02), ("prior", 0.1), ("deviation", moved))},
+            {"unknown": ("unknown", ["spring_rate"])},
+        )
+        axes = blank()
+        left_bars(fit, axes)
+        assert len(axes.texts) == said
+
+
+def test_readings_of_a_single_row_are_shares_of_the_fitted_ones():
+    """Their noise too, whichever the sign; each with its name and number."""
+    row = result(
+        {
+            "reading_name": ("reading", ["rest_height", "force"]), "reading_unit": ("reading", ["mm", "N"]),
+            "measured": ("reading", [3.0, -1.0]), "predicted": ("reading", [2.0, -4.0]),
+            "noise": ("reading", [0.1, 0.2]),
+        }
+    )  # fmt: skip
+    axes = blank()
+    draw_row(row, "weight", axes)
+    np.testing.assert_allclose(data_of(axes.lines[0]), [[0.0, 1.0], [1.5, 0.25]])
+    np.testing.assert_allclose(corners(axes.collections[0]), [[0.0, 0.0, 1.45, 1.55], [1.0, 1.0, 0.2, 0.3]])
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["rest height\n3 mm", "force\n-1 N"]
+    assert axes.get_title() == "weight"

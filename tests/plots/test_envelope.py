@@ -78,6 +78,9 @@ def test_a_line_parts_where_a_limit_jumps():
     x, y = broken_at_jumps(OMEGA, np.array([2.1, 2.2, 3.0]))
     np.testing.assert_array_equal(x, [1.0, 2.0, 4.0, 4.0])
     np.testing.assert_array_equal(y, [2.1, 2.2, np.nan, 3.0])
+    x, y = broken_at_jumps(OMEGA, np.array([3.0, 2.2, 2.1]))  # falling, too
+    np.testing.assert_array_equal(x, [1.0, 2.0, 2.0, 4.0])
+    np.testing.assert_array_equal(y, [3.0, np.nan, 2.2, 2.1])
 
 
 def test_where_another_motion_coexists_a_ring_says_how_small_a_kick_leads_there():
@@ -89,6 +92,13 @@ def test_where_another_motion_coexists_a_ring_says_how_small_a_kick_leads_there(
     pulled_in = blank()
     driven_limits(envelope(motion_outcome=[[np.nan], [float(Outcome.PULLED_IN)], [np.nan]]), pulled_in)
     line(pulled_in, "a kick from 0.7 on\nleads to pull-in")
+    mixed = blank()
+    both = {"coexisting": [0, 1, 1], "kick_high": [np.inf, 0.7, 0.5], "motion_regime": [[np.nan], [1.0], [1.0]]}
+    ends = [[np.nan], [float(Outcome.PULLED_IN)], [0.0]]
+    driven_limits(envelope(motion_outcome=ends, **both), mixed)
+    np.testing.assert_array_equal(
+        data_of(line(mixed, "a kick from 0.5 on\nleads to another motion")), [[2.0, 4.0], [0.8, 1.2]]
+    )
     driven_limits(envelope(coexisting=[0, 0, np.nan]), alone)
     assert not [one for one in alone.lines if "kick" in str(one.get_label())]
 

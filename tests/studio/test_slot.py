@@ -3,6 +3,7 @@ clock of the loop goes on by itself wherever all wait."""
 
 import asyncio
 
+import numpy as np
 import pytest
 
 from gelcone.studio import slot as slots
@@ -97,6 +98,22 @@ def test_what_has_had_its_grace_is_stopped_at_once(ran):
     assert moments[0] == pytest.approx(2.5 * GRACE, abs=2e-3)
 
 
+def test_the_grace_is_that_of_what_runs_and_not_of_what_ran_before(ran):
+    """What came while the first ran would have stopped it at the end of its grace, but it ended before."""
+
+    async def story(own):
+        own.give("a", 1)
+        await asyncio.sleep(0.4 * GRACE)
+        own.give("a", "long")
+        await asyncio.sleep(0.3 * GRACE)
+        own.give("a", 3)
+        await asyncio.sleep(4.0 * GRACE)
+
+    found, moments = ran(story, seconds=0.6 * GRACE)
+    assert found == [("a", 1, "done"), ("a", "long", "stopped"), ("a", 3, "done")]
+    np.testing.assert_allclose(moments, np.array([0.6, 1.6, 2.2]) * GRACE, atol=5e-3)
+
+
 def test_another_side_waits_for_what_runs(ran):
     async def story(own):
         own.give("a", 1)
@@ -119,6 +136,17 @@ def test_a_patient_slot_lets_what_follows_a_stopped_one_end(patient, ends, ran):
 
     found = ran(story, patient=patient, seconds=2.0 * GRACE)[0]
     assert found == [("a", request, end) for request, end in zip((1, 2, 3), ends, strict=True)]
+
+
+def test_once_a_side_is_answered_a_patient_slot_stops_what_runs_again(ran):
+    async def story(own):
+        for request in (1, 2, 3, 4, 5):
+            own.give("a", request)
+            await asyncio.sleep(1.6 * GRACE)
+        await asyncio.sleep(5.0 * GRACE)
+
+    found = ran(story, patient=True, seconds=2.0 * GRACE)[0]
+    assert [end for *_, end in found[:4]] == ["stopped", "done", "stopped", "done"]
 
 
 @pytest.mark.parametrize(("refines", "side", "stopped"), [(True, "a", True), (False, "a", False), (True, "b", False)])
