@@ -7,9 +7,9 @@ from matplotlib.colors import to_rgb
 import gelcone
 from gelcone import Outcome
 from gelcone.physics.balance import PullIn
-from gelcone.plots.equilibrium import MARKER_SIZES, equilibrium_branches, force_curves, static_figure
+from gelcone.plots.equilibrium import MARKER_SIZES, delivered_force, equilibrium_branches, force_curves, static_figure
 from gelcone.plots.style import BLUE, CYCLE, VERMILION
-from tests.plots.made_up import blank, data_of, line, parameter, result, texts
+from tests.plots.made_up import blank, corners, data_of, line, parameter, result, texts
 
 X = np.linspace(-2.0, 2.0, 41)
 LEVELS = np.linspace(0.0, 1.6, 9)
@@ -171,3 +171,26 @@ def test_displacements_that_are_given_show_what_a_load_feels():
     assert labels[2] == "2200 V: 0.0563 N, 2.71 mm, 0.17 mJ"
     assert "work of a cycle" in labels
     assert gelcone.plot(gelcone.static(device)).axes[0].get_ylabel() == "force that holds the disc (N)"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_work_of_a_cycle_lies_between_the_forces_from_rest_to_the_stroke_on_either_side(way):
+    place = way * np.array([0.5, 1.0, 2.0, 3.0, 4.0])
+    force = way * np.array([[-1.0, 0.0, 1.0, 2.0, 3.0], [-4.0, -3.0, -2.0, 0.0, 1.0]])
+    member = result(
+        {
+            "force": (("constant_voltage", "displacement"), force),
+            "blocked_force": ("constant_voltage", [0.0, way * 3.0]), "stroke": ("constant_voltage", [0.0, way * 2.0]),
+            "cycle_work": ("constant_voltage", [0.0, 1.5]), "rest_displacement": ((), way), "outcome": ((), 0),
+        },
+        {"constant_voltage": ("constant_voltage", [0.0, 2.0]), "displacement": ("displacement", place)},
+    )  # fmt: skip
+    axes = blank()
+    delivered_force(member, axes)
+    (area,) = axes.collections
+    (x0, x1, *_), *more = corners(area)
+    assert not more
+    assert sorted((x0, x1)) == sorted((way * 1.0, way * 3.0))
+    between = {(x, y) for x, y in area.get_paths()[0].vertices.tolist()}
+    assert {(way * 2.0, -way), (way * 2.0, 2.0 * way)} <= between
+    assert (float(way), way * 3.0) in {tuple(one.get_xydata()[0]) for one in axes.lines if len(one.get_xdata()) == 1}

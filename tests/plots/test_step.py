@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.codes import Outcome
 from gelcone.plots.step import step_figure
 from gelcone.plots.style import CYCLE
 from tests.plots.made_up import line, result
@@ -27,6 +28,7 @@ def test_lines_stand_at_the_equilibrium_and_at_the_settling_time():
     assert line(axes, "300 V").get_xdata().tolist() == [0.0, 10.0, 20.0]
     ended = next(one for one in axes.lines if one.get_label().startswith("600 V, "))
     assert ended.get_color() == CYCLE[1]
+    assert ended.get_label() == f"600 V, {Outcome(4).words}"
     dashed = [one for one in axes.lines if one.get_linestyle() == "--"]
     assert [(one.get_ydata()[0], one.get_color()) for one in dashed] == [(2.2, CYCLE[0]), (3.3, CYCLE[1])]
     (dotted,) = (one for one in axes.lines if one.get_linestyle() == ":")
