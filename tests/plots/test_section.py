@@ -110,6 +110,13 @@ def test_extrema_of_one_run_stand_over_the_phase_maxima_and_minima_apart():
     assert "filled" not in texts(figure)
 
 
+def test_extrema_of_a_run_that_failed_say_so():
+    own = extrema().isel(member=0)
+    own["outcome"] = own["outcome"] * 0 + int(Outcome.STEP_LIMIT)
+    labels = [text.get_text() for text in section_figure(own).axes[0].get_legend().get_texts()]
+    assert labels == ["failed: step limit"] * 2
+
+
 def test_extrema_of_an_ensemble_are_filled_maxima_and_open_minima():
     figure = section_figure(extrema())
     drawn = figure.axes[0].collections[:4]
