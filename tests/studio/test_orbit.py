@@ -46,7 +46,8 @@ def asked(monkeypatch):
     ("regime", "period", "repeat", "repeats"),
     [
         (Regime.PERIODIC, 3, 2.0, 3), (Regime.PERIODIC, 3, 1.0, 6), (Regime.PERIODIC, 4, 1.0, 4),
-        (Regime.REST, 0, 1.0, 2), (Regime.REST, 0, 2.0, 1), (Regime.CHAOTIC, 0, 2.0, 64), (Regime.QUASI_PERIODIC, 0, 1.0, 64),
+        (Regime.REST, 0, 1.0, 2), (Regime.REST, 0, 2.0, 1),
+        (Regime.CHAOTIC, 0, 2.0, 64), (Regime.QUASI_PERIODIC, 0, 1.0, 64),
     ],
 )  # fmt: skip
 def test_an_orbit_lasts_whole_turns_and_whole_periods_of_the_drive(asked, regime, period, repeat, repeats):

@@ -1,10 +1,13 @@
 """The numbers of the first line are those of the analyses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.analyses.answer import in_si
+from gelcone.codes import Regime
 from gelcone.studio import look, performance
 from gelcone.studio.performance import QUANTITIES
 from gelcone.studio.setting import Setting, Shelf
@@ -161,3 +164,25 @@ def test_a_motion_that_ends_has_no_numbers(shelf):
     found = look.kind(gone)
     assert found.words["numbers"] == []
     assert found.run is None
+
+
+@pytest.mark.parametrize(
+    ("half", "turns", "k"), [(True, 1, 2), (True, 2, 1), (True, 2, 2), (True, 3, 2), (False, 1, 1), (False, 2, 2)]
+)
+def test_the_lag_is_that_of_the_largest_harmonic_whatever_the_mean_height(half, turns, k, monkeypatch):
+    """Of x = 5 + sin(k omega t - 0.4) sampled over forcing periods, which without an offset are half of the drive's;
+    there a motion of the drive's own frequency takes two."""
+    omega, samples = 0.7, 64
+    period = (np.pi if half else 2.0 * np.pi) / omega
+    times = period * np.arange(turns * samples + 1) / samples
+    x = 5.0 + np.sin(k * omega * times - 0.4)
+    members = SimpleNamespace(
+        drive_frequency=np.array([omega]), forcing_period=np.array([period]), shape=(1,), values={}
+    )
+    run = SimpleNamespace(times=times[None], states=np.stack([x, 0.0 * x], axis=-1)[None])
+    monkeypatch.setattr(performance, "extent", lambda members, times, states: (np.array([4.0]), np.array([6.0])))
+    found = performance.motion(members, run, Regime.PERIODIC, turns)
+    assert (found["stroke"], found["harmonic"]) == (2.0, k)
+    assert found["mean height"] == pytest.approx(5.0)
+    assert found["lag"] == pytest.approx(np.degrees(0.4), abs=1e-9)
+    assert "lag" not in performance.motion(members, run, Regime.CHAOTIC, turns)
