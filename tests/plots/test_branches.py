@@ -89,6 +89,9 @@ def test_events_lie_at_their_orbits_open_where_subcritical_and_end_a_stable_part
     module.events(branches(), axes)
     ends = [module.ends_stability(branches().isel(branch=b), branches().isel(event=k)) for k, b in enumerate((1, 1, 0))]
     assert ends == [True, False, True]
+    begins = branches(stable=[np.ones(4, dtype=int), 1 - STABLE])
+    for k, ended in enumerate((True, True)):  # between the second point and the third stability begins
+        assert module.ends_stability(begins.isel(branch=1), begins.isel(event=k)) == ended
     assert [one.get_xydata().tolist() for one in axes.lines] == [
         [[2.5, 20.0], [2.5, 40.0]], [[3.5, 30.0], [3.5, 60.0]], [[4.0, 0.0]],
     ]  # fmt: skip

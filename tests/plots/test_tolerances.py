@@ -89,6 +89,20 @@ def test_rest_is_named_and_not_drawn_as_a_density():
     assert not any(len(line.get_xdata()) == 200 for line in figure.axes[0].lines)
 
 
+def test_draws_at_rest_are_no_part_of_the_density_of_motions():
+    """Every second one rests: the ticks and the curve are those of the others, and the title has both shares."""
+    count = len(TWO["a"])
+    rests = np.arange(count) % 2 == 0
+    figure = tolerances_figure(made_up(regime=np.where(rests, int(Regime.REST), int(Regime.PERIODIC))))
+    top = figure.axes[0]
+    ticks = next(line for line in top.lines if line.get_marker() == "|")
+    own = (1.0 + TWO["a"] + 0.1 * TWO["b"])[:64][~rests[:64]]
+    np.testing.assert_allclose(sorted(ticks.get_xdata()), np.sort(own))
+    curve = next(line for line in top.lines if len(line.get_xdata()) == 200)
+    assert curve.get_xdata().min() == pytest.approx(own.min())
+    assert "at rest 50 %, without a long run 0 %" in top.get_title(loc="left")
+
+
 def test_along_a_parameter_quantiles_are_a_band_and_risks_are_lines():
     stroke = np.stack([TWO["a"], 2.0 * TWO["a"], 3.0 * TWO["a"]])
     study = cells(TWO, stroke, over=[1.0, 2.0, 3.0])
