@@ -22,6 +22,8 @@ RISKS = ("pull-in", "breakdown", "chaos")
 QUANTILES = (0.05, 0.5, 0.95)
 RESAMPLES = 400
 """Bootstrapped samples behind the ends of Sobol indices (Archer et al., J. Stat. Comput. Simul. 58 (1997) 99)."""
+AT_ONCE = 2**20
+"""Strokes of all samples that are computed at once."""
 UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR)
 Kinds = npt.NDArray[np.bool_]
 
@@ -159,16 +161,21 @@ def sobol(strokes: Array, parameters: int) -> Array:
     if not np.isfinite(strokes).all() or np.ptp(strokes) <= 1e-9 * np.abs(strokes).max():
         return np.full((2, parameters, 3), np.nan)
     blocks = strokes.reshape(parameters + 2, -1)
+    count, rng = blocks.shape[1], np.random.default_rng(0)
 
     def indices(rows: Any) -> Array:
+        """Of samples (samples, draws), as (2, parameters, samples)."""
         first, second, *mixed = blocks[:, rows]
-        known = {"f_A": first[None], "f_B": second[None], "f_AB": np.array(mixed)[:, None]}
+        known = {"f_A": first, "f_B": second, "f_AB": np.array(mixed)}
         with np.errstate(invalid="ignore", divide="ignore"):  # rows that are all the same have no variance
-            found = sobol_indices(func=known, n=first.size)
-        return np.stack([np.ravel(found.first_order), np.ravel(found.total_order)])
+            found = sobol_indices(func=known, n=count)
+        return np.stack([np.atleast_2d(found.first_order).T, np.atleast_2d(found.total_order).T])
 
-    count = blocks.shape[1]
-    rng = np.random.default_rng(0)
-    resampled = [indices(rng.integers(count, size=count)) for _ in range(RESAMPLES)]
+    parts, left = [], RESAMPLES
+    while left:
+        size = min(left, max(1, AT_ONCE // strokes.size))
+        parts.append(indices(rng.integers(count, size=(size, count))))
+        left -= size
     tail = 50.0 * (1.0 - CONFIDENCE)
-    return np.stack([indices(slice(None)), *np.nanpercentile(resampled, [tail, 100.0 - tail], axis=0)], axis=-1)
+    ends = np.nanpercentile(np.concatenate(parts, axis=-1), [tail, 100.0 - tail], axis=-1)
+    return np.stack([indices(np.arange(count)[None])[..., 0], *ends], axis=-1)
