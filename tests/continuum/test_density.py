@@ -89,6 +89,9 @@ def test_a_film_that_rests_only_shorter_than_its_gap_has_pulled_in(squared):
     assert 10 < kept.sum() < 50
     assert (m[kept] >= (1.0 + x * x)[kept]).all()
     assert (n[kept] >= 1.0).all()
+    lost = density.relaxed_derivatives(law, c, 1.0 + x * x, np.ones(60), squared, 1e-6)
+    for part in lost:
+        np.testing.assert_array_equal(np.isnan(part), ~kept)
 
 
 @pytest.mark.parametrize("name", MODELS)

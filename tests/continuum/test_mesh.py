@@ -5,7 +5,16 @@ import pytest
 
 pytest.importorskip("skfem")
 
-from gelcone.continuum.mesh import check_radius_ratio, electric_forces, energy, forces, mesh_film, reachable, tangent
+from gelcone.continuum.mesh import (
+    check_radius_ratio,
+    electric_forces,
+    energy,
+    forces,
+    interpolated,
+    mesh_film,
+    reachable,
+    tangent,
+)
 from gelcone.continuum.path import cone
 from gelcone.errors import InputError
 from gelcone.physics.laws import LAWS
@@ -107,3 +116,17 @@ def test_the_radii_of_a_narrow_film_stay_apart():
     for ratio in (1e-8, np.float32(0.5), 1.0 - 1e-8):
         assert check_radius_ratio(ratio) == ratio
         assert (np.diff(mesh_film(ConeModel(), ratio, 4).place) > 0.0).all()
+
+
+def test_between_nodes_values_are_those_of_the_parabola_through_them():
+    film = mesh_film(ConeModel(), 0.2, 5)
+    places = np.linspace(0.0, 1.0, 41)
+    for coefficients in ([1.0, -2.0, 0.5], [0.0, 1.0, 0.0], [0.3, 0.0, 0.0]):
+        of = np.polynomial.Polynomial(coefficients)
+        np.testing.assert_allclose(interpolated(film, of(film.place), places), of(places), atol=1e-14)
+    bump = np.zeros(film.place.size)
+    bump[3] = 1.0  # the middle of the second element
+    low, high = film.place[2], film.place[4]
+    share = (places - low) / (high - low)
+    expected = np.where((share > 0.0) & (share < 1.0), 4.0 * share * (1.0 - share), 0.0)
+    np.testing.assert_allclose(interpolated(film, bump, places), expected, atol=1e-14)

@@ -199,6 +199,9 @@ def test_a_search_minimises_its_objective_below_levels_and_counts_what_misses_by
     worst = small.robust(small.margins(small.found(small.designs(weak[None]), small.normal)))[0]
     assert found[1] == pytest.approx(fronts.MISSED * (1.0 + worst))
     assert worst > 0.0
+    for spring, near in ((1e-5 * 1000.0 / 1e-3 / 0.71, True), (1e-5 * 1000.0 / 1e-3 / 0.69, False)):
+        (own,) = small.fitness(unit_of(spring, 1000.0)[None], POWER)  # misses by less than 0.3 without tolerances
+        assert (own < 2.0 * fronts.MISSED) == near
     assert found[2] == pytest.approx(fronts.WORSE * (1.0 + 1.0 - 1e-5 * 500.0 / 90.0 / 1e-3))
     assert small.fitness(cube, Objective("stroke", True))[0] == pytest.approx(-2e-3)
     assert small.fitness(cube, Objective("spring_rate", False))[0] == pytest.approx(5.0)

@@ -4,10 +4,12 @@ import subprocess
 import sys
 import urllib.error
 import urllib.request
+from types import SimpleNamespace
 
 import pytest
 
 import gelcone
+from gelcone.studio import notebook
 from gelcone.studio.notebook import elsewhere
 
 
@@ -54,6 +56,27 @@ def test_a_notebook_has_one_server_however_often_it_asks_until_it_is_closed():
             assert answer.status == 200
     finally:
         third.close()
+
+
+def test_pages_that_may_follow_other_names_have_a_server_of_their_own(monkeypatch):
+    made = []
+
+    class Running:
+        def __init__(self, names):
+            made.append(names)
+            self.studio, self.thread = object(), SimpleNamespace(is_alive=lambda: self.lives)
+            self.lives = True
+
+    monkeypatch.setattr(notebook, "_Running", Running)
+    monkeypatch.setattr(notebook, "_running", {})
+    own = frozenset({"mine:Law"})
+    frames = [notebook.StudioFrame({}, 700, names) for names in (frozenset(), own, own, frozenset())]
+    assert made == [frozenset(), own]
+    assert [frame._studio is frames[0]._studio for frame in frames] == [True, False, False, True]
+    assert frames[1]._studio is frames[2]._studio
+    frames[1]._own.lives = False
+    assert notebook.StudioFrame({}, 700, own)._studio is not frames[1]._studio
+    assert made == [frozenset(), own, own]
 
 
 @pytest.mark.parametrize(

@@ -61,3 +61,19 @@ def test_films_of_one_gel_and_ring_share_a_table_whatever_their_drive():
     double = SUBJECT.model.replace(second_film="membrane")
     assert profiles.names(double) == [name, name]
     assert profiles.names(double.replace(second_drive="opposite")) == [name, ""]
+
+
+def test_tables_are_made_once_and_only_so_many_are_held(monkeypatch):
+    """Each by its name alone; with one more all of the older ones go."""
+    made = []
+    monkeypatch.setattr(profiles, "_tables", {})
+    monkeypatch.setattr(profiles, "MOST", 3)
+    monkeypatch.setattr(profiles, "_profiles", lambda film, n, ratio: made.append(ratio) or (len(made),))
+    model = gelcone.ConeModel(film="membrane", radius_ratio=0.3)
+    for name in ("a", "b", "a", "c", "b"):
+        profiles._made(name, model, 0)
+    assert len(made) == len(profiles._tables) == 3
+    assert profiles._made("d", model, 0) == (4,)
+    assert list(profiles._tables) == ["d"]
+    assert profiles._made("a", model, 0) == (5,)
+    assert made == [0.3] * 5
