@@ -335,7 +335,7 @@ def test_a_basin_has_one_line_for_each_attractor_and_chaos_that_ends_is_what_it_
     over, asked = {"displacement": [0.1, 0.2], "velocity": [0.0, 0.5, 1.0]}, {}
     ends = Regime.TRANSIENT_CHAOS
     kinds = [[Regime.REST, ends, Regime.REST], [Regime.PERIODIC, ends, Regime.TRANSIENT]]
-    period = [[0, 0, 0], [2, 2, 0]]
+    period = [[0, 0, 0], [1, 1, 0]]
     lowest, highest = ([[low, low, low], [high, high, 9.0]] for low, high in ((0.25, 0.5), (0.25, 0.75)))
     growth = np.stack([numbers(2, 3, at=-1.0), numbers(2, 3, at=-2.0)], axis=-1)
 
@@ -361,7 +361,7 @@ def test_a_basin_has_one_line_for_each_attractor_and_chaos_that_ends_is_what_it_
     assert found["attractor"].values.tolist() == [[0, 0, 0], [1, 1, -1]]
     np.testing.assert_allclose(found["attractor_share"], [0.5, 1.0 / 3.0])
     assert found["attractor_regime"].values.tolist() == [Regime.REST, Regime.PERIODIC]
-    assert found["attractor_period"].values.tolist() == [0, 2]
+    assert found["attractor_period"].values.tolist() == [0, 1]
     assert found["attractor_lowest"].values.tolist() == [0.25, 0.5]
     assert found["attractor_highest"].values.tolist() == [0.25, 0.75]
     np.testing.assert_array_equal(found["attractor_lyapunov"], growth[[0, 1], 0, 0])

@@ -174,6 +174,21 @@ def test_a_motion_obeys_its_equation_and_its_current_is_the_rate_of_the_charge(o
         assert motion.natural[0] == np.sqrt(k)
 
 
+def test_where_nothing_holds_the_disc_there_is_no_motion():
+    """A stiffness that is negative at the height of the ramp."""
+    film = SimpleNamespace(
+        voltage_gain=lambda x, squared, n: 0.2 + 0.0 * x, capacitance=lambda x, squared, y, n: 1.0 + 0.0 * x
+    )
+    system = SimpleNamespace(film=film, static_force=lambda x, squared, n: (0.1 - x, -1.0 + 0.0 * x))
+    own = {"voltage_bias": 0.3, "voltage": 0.1, "drive_frequency": 0.9, "damping_ratio": 0.1}
+    own = {name: np.full((1, 1), value) for name, value in own.items()}
+    heights = np.linspace(0.4, 2.0, 8)[None]
+    with np.errstate(all="ignore"):
+        motion = candidates._motion(system, None, own, heights, heights - 0.4, 1.0)
+    assert np.isnan(motion.x).all()
+    assert np.isnan(motion.natural).all()
+
+
 def beyond_by(x=(0.5, 0.6), hoop=(0.1, 0.2), meridional=(0.3, 0.2), field=(1.0, 1.5), share=(0.2, 0.4), **own):
     """`_failing` of a motion with these states at two phases."""
     at = lambda values: np.array([values])  # noqa: E731

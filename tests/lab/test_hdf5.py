@@ -243,6 +243,19 @@ def header(*messages):
     return file
 
 
+def test_nothing_is_read_before_or_behind_a_file():
+    file = header((hdf5.TYPE, 0, b"12345678"))
+    size = len(file.data)
+    assert (file.read(size - 3, 3), file.read(0, 1), file.read(size, 0)) == (b"678", b"\1", b"")
+    for at, count in ((size - 3, 4), (size, 1), (-1, 1), (0, -1), (2**63, 8)):
+        with pytest.raises(ValueError, match="an address outside the file"):
+            file.read(at, count)
+    file.base = 4  # addresses count from there
+    assert file.read(size - 7, 3) == b"678"
+    with pytest.raises(ValueError, match="outside"):
+        file.read(size - 7, 4)
+
+
 @pytest.mark.parametrize("kind", [hdf5.SPACE, hdf5.TYPE, hdf5.LAYOUT, hdf5.FILTERS])
 def test_what_datasets_share_is_refused_and_shared_attributes_are_passed_over(kind):
     own = [(kind, 0, b"12345678"), (hdf5.ATTRIBUTE, 2, b"87654321")]

@@ -116,6 +116,7 @@ def test_shares_out_of_bounds_are_refused(value):
     [
         ('">= 2 mm"', '"2 mm"', "must be a bound"), ('">= 2 mm"', '">= 0 mm"', "stroke"),
         ('"1 N/m:100 N/m"', '"100 N/m:1 N/m"', "first bound must be the smaller"),
+        ('"1 N/m:100 N/m"', '"5 N/m:5 N/m"', "first bound must be the smaller"),
         ('"1 N/m:100 N/m"', '"100 N/m"', "must be two bounds"),
         ("hoop_prestretch = 0.02", "beam_rate = 0.02", "not set"),
         ('film = "taut"', 'film = "tau"', "did you mean 'taut'"), ("moving_mass", "moving_mas", "did you mean"),

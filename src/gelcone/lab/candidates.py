@@ -161,8 +161,7 @@ def _motion(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
     height, volts = at + moved, offset + wave
     current = omega * (system.film.capacitance(height, mean, [], n) * amplitude * np.cos(theta))
     current = current + 2.0 * omega * speed * volts * system.film.voltage_gain(height, mean, n)
-    natural = np.where(slope[:, 0] > 0.0, np.sqrt(slope[:, 0]), np.nan)
-    return Motion(height, volts, current, natural)
+    return Motion(height, volts, current, np.sqrt(slope[:, 0]))
 
 
 def _on_ramp(x: Array, squared: Array, mean: Array) -> Array:
