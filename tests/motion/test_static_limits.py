@@ -107,6 +107,10 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
         "static_field": levels * np.sqrt(q(levels)),
     }.items():
         np.testing.assert_allclose(curves[name], values, rtol=1e-12, err_msg=name)
+    for name, flat in (("hoop", lambda v: lh**2), ("meridional", lambda v: lm**2 * q(v))):
+        inside = strain(levels) < 6.0
+        stress = -slack(flat)(levels)
+        np.testing.assert_allclose(curves[f"static_{name}_stress"][inside], stress[inside], rtol=1e-9, err_msg=name)
     assert "static_heating" not in curves
     unknown = static_limits._static(straight(TAUT, jump=3.3), 4.0)[1]
     assert np.isnan(unknown[0])
