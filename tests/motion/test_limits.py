@@ -1,9 +1,12 @@
 """Where rest loses its stability: what each member of an ensemble takes from which search."""
 
+import json
+
 import numpy as np
 import pytest
 
 from gelcone.codes import Outcome
+from gelcone.errors import InputError
 from gelcone.motion import limits as module
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import FilmAtOnce
@@ -89,3 +92,13 @@ def test_at_once_the_branches_of_pitchfork_and_pull_in_are_held_and_those_of_the
     assert [isinstance(film, FilmAtOnce) for film in seen] == [at_once] * 2
     np.testing.assert_array_equal(found.variables["onset_voltage"][1], [0.5, np.nan, np.nan, 0.6])
     np.testing.assert_array_equal(found.variables["pitchfork_voltage"][1], [0.0, 0.0, np.nan, 0.0])
+
+
+def test_limits_are_those_of_the_cells_labelled_and_refused_where_no_film_lies_flat(searches):
+    found = module.limits(MIXED, tolerance=1e-9, threads=3, progress=lambda share: None)
+    np.testing.assert_array_equal(found["pitchfork_voltage"], [5.0, 5.0, np.nan, 2.0])
+    assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.OK, Outcome.OUTSIDE, Outcome.STEP_LIMIT]
+    assert found.attrs["title"] == "limits"
+    assert json.loads(found.attrs["options"]) == {"at_once": False, "tolerance": 1e-9}
+    with pytest.raises(InputError, match="stretch_limit = 0.01: must exceed"):
+        module.limits(MIXED.replace(stretch_limit=0.01))

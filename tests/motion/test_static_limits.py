@@ -174,3 +174,22 @@ def test_films_in_opposite_phase_hold_no_voltage_and_others_are_held_with_what_t
     assert (call["count"], call["threads"]) == (static_limits.HELD_LEVELS, None)
     with pytest.raises(InputError, match="duration: films in opposite phase hold no constant voltage; leave it out"):
         static_limits.hold(straight(TAUT.replace(second_film="taut", second_drive="opposite")), 3.0, 1.5, None)
+
+
+@pytest.mark.parametrize("flat", [0.3, 0.9])
+def test_the_first_film_to_meet_a_limit_counts_while_a_voltage_is_held_too(flat):
+    """Both at one voltage: of the field it is the film that is farther from its flat height."""
+    levels = np.linspace(0.0, 1.2, 241)
+    films = {"second_film": "taut", "second_drive": "same", "second_flat_height": flat, "dielectric_strength": 0.9}
+    model = TAUT.replace(**films)
+    x = np.tile(0.2 + 0.1 * levels[:, None], (1, 3))
+    run = SimpleNamespace(times=np.tile([0.0, 1.0, 2.0], (241, 1)), states=np.stack([x, 0.0 * x], axis=-1))
+    members = model.replace(voltage=0.0, voltage_bias=levels).members()
+    held = Holding(1.1, levels, members, run, {})
+    found = static_limits.held_limits(straight(model), held, np.full(len(STATIC_LIMITS), 9.0))
+    first, second = (
+        passes(lambda v, own=own: v * np.sqrt(1.0 + own(0.2 + 0.1 * v) ** 2) - 0.9, 0.0, 2.0)
+        for own in (lambda x: x, lambda x: flat - x)
+    )
+    assert abs(first - second) > 0.01
+    assert found[0] == pytest.approx(min(first, second), rel=1e-4)
