@@ -1,10 +1,14 @@
 """The record of a sweep: all that decides its numbers, and its totals."""
 
+import json
+
+import numpy as np
 import pytest
 
 from gelcone.atlas import record as module
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, coordinates, plan_record, stored_sweep
+from gelcone.atlas.store import Field, Status
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
@@ -83,3 +87,21 @@ def test_a_record_of_branches_or_of_another_version_is_no_sweep(monkeypatch):
         monkeypatch.setattr(module, "read_plan", lambda path, changed=changed: changed)
         with pytest.raises(InputError, match=message):
             stored_sweep("map.zarr")
+
+
+def test_what_a_store_holds_is_counted_by_where_it_comes_from(monkeypatch):
+    """Computed, inferred and not there yet; a store without any cell is not shown."""
+    plan = Plan(ConeModel(), {"voltage": [0.1, 0.2, 0.3]})
+    monkeypatch.setattr(module, "read_plan", lambda path: plan_record(plan, REGIME, None))
+    status = np.array([Status.COMPUTED, Status.MISSING, Status.INFERRED], dtype=np.uint8)
+    held = {"status": Field((), status, {}), "lowest": Field((), np.array([1.0, np.nan, 3.0]), {"units": "1"})}
+    monkeypatch.setattr(module.Store, "read", lambda self: held)
+    found = module.show("map.zarr")
+    totals = json.loads(found.attrs["totals"])
+    assert (totals["cells"], totals["computed"], totals["inferred"]) == (3, 1, 1)
+    np.testing.assert_array_equal(found["lowest"], [1.0, np.nan, 3.0])
+    assert found["voltage"].values.tolist() == [0.1, 0.2, 0.3]
+    assert (found.attrs["title"], found.attrs["analysis"]) == ("sweep: regime", "regime")
+    held.clear()
+    with pytest.raises(InputError, match="holds no cell yet; try again when its run has computed some"):
+        module.show("map.zarr")

@@ -220,3 +220,14 @@ def test_a_folder_is_empty_but_for_what_a_run_left_that_was_killed_before_it_wro
     ):
         pass
     assert (other / "notes.txt").read_text() == "mine"
+
+
+def test_a_store_of_another_version_says_which_one_resumes_it_whatever_else_differs():
+    plans = [{store.VERSION: version, "analysis": analysis} for version, analysis in (("0.1.0", "a"), ("0.3.0", "b"))]
+    said = str(store._another("map.zarr", *plans))
+    assert said.startswith("map.zarr: gelcone_version is 0.1.0 there and 0.3.0 here, so that its cells would not match")
+    assert "resume it with gelcone 0.1.0" in said
+    plans[0][store.VERSION] = "0.3.0"
+    assert str(store._another("map.zarr", *plans)) == (
+        "map.zarr: holds another run: analysis is a there and b here; choose another store"
+    )

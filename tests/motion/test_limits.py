@@ -100,5 +100,5 @@ def test_limits_are_those_of_the_cells_labelled_and_refused_where_no_film_lies_f
     assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.OK, Outcome.OUTSIDE, Outcome.STEP_LIMIT]
     assert found.attrs["title"] == "limits"
     assert json.loads(found.attrs["options"]) == {"at_once": False, "tolerance": 1e-9}
-    with pytest.raises(InputError, match="stretch_limit = 0.01: must exceed"):
+    with pytest.raises(InputError, match=r"stretch_limit = 0\.01: must exceed"):
         module.limits(MIXED.replace(stretch_limit=0.01))

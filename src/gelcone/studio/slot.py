@@ -61,7 +61,7 @@ class Slot:
             self.watch.stop.set()
 
     def _overtake(self, watch: Watch) -> None:
-        if self._gives_way and self.watch is watch:
+        if self._gives_way:
             watch.stop.set()
 
     async def run(self) -> None:
