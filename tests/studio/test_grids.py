@@ -51,6 +51,19 @@ def test_cells_of_a_preset_take_starts_too():
     assert found["regime"].tolist() == [gelcone.Regime.REST] * 2
 
 
+def test_cells_of_a_preset_begin_where_their_axes_say_and_else_where_the_preset_does():
+    subject = read_subject(None, preset="base", settings=[])
+    axes = {"velocity": ["0.5", "-0.25"], "voltage": ["0.3", "0.4"]}
+    found = grids.cells_of(subject, axes)
+    np.testing.assert_array_equal(found.states[:, 1], [0.5, -0.25])
+    np.testing.assert_array_equal(found.states[:, 0], [subject.initial[0]] * 2)
+    assert found.members.number("voltage").tolist() == [0.3, 0.4]
+    both = grids.cells_of(subject, {"displacement": ["0.5", "0.6"], "velocity": ["0.1", "0.2"]})
+    np.testing.assert_array_equal(both.states, [[0.5, 0.1], [0.6, 0.2]])
+    for scale in (found.length, found.rate, found.voltage):
+        np.testing.assert_array_equal(scale, [1.0, 1.0])
+
+
 def test_an_axis_holds_numbers_of_a_control():
     controls = controls_of(read_subject("biased-pump"))
     found = axis(controls, ["frequency", 5, 15], 11)
