@@ -262,3 +262,14 @@ def test_what_datasets_share_is_refused_and_shared_attributes_are_passed_over(ki
     assert list(header(*own).messages(0)) == [(kind, b"12345678"), (hdf5.ATTRIBUTE, b"87654321")]
     with pytest.raises(InputError, match="shares a type among datasets; save it anew, or as CSV"):
         list(header((kind, 2, b"12345678")).messages(0))
+
+
+def test_values_in_the_header_itself_stand_behind_their_size():
+    """The compact layout; of another version or kind a dataset is refused."""
+    content = VOLTS.tobytes()
+    layout = bytes([3, 0]) + len(content).to_bytes(2, "little") + content + b"more"
+    file = header()
+    assert file._content("x", {hdf5.LAYOUT: layout}, 8, [5]) == content
+    for other in (bytes([2, 0]), bytes([4, 2]), bytes([3, 3])):
+        with pytest.raises(InputError, match="'x' is stored in a way that is not read; save it for an early version"):
+            file._content("x", {hdf5.LAYOUT: other + layout[2:]}, 8, [5])
