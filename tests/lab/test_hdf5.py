@@ -273,3 +273,22 @@ def test_values_in_the_header_itself_stand_behind_their_size():
     for other in (bytes([2, 0]), bytes([4, 2]), bytes([3, 3])):
         with pytest.raises(InputError, match="'x' is stored in a way that is not read; save it for an early version"):
             file._content("x", {hdf5.LAYOUT: other + layout[2:]}, 8, [5])
+
+
+@pytest.mark.parametrize("flags", [0, 1])
+@pytest.mark.parametrize("version", [1, 2])
+def test_filters_are_read_behind_one_another_in_either_version(version, flags):
+    """The first gives each a name, padded, and pads an odd number of values; the second neither to those of HDF5."""
+    body = bytes([version, 3]) + (bytes(6) if version == 1 else b"")
+    for kind, values in ((hdf5.SHUFFLE, 1), (hdf5.DEFLATE, 2), (hdf5.CHECKSUM, 0)):
+        name = b"shuffle\0more\0" if kind == hdf5.SHUFFLE else b""
+        body += kind.to_bytes(2, "little") + (len(name).to_bytes(2, "little") if version == 1 else b"")
+        body += flags.to_bytes(2, "little") + values.to_bytes(2, "little")
+        if version == 1:
+            body += name + bytes(-len(name) % 8)
+        body += bytes(4 * values) + bytes(4 * (version == 1 and values % 2))
+    assert hdf5._filters("x", body) == [hdf5.SHUFFLE, hdf5.DEFLATE, hdf5.CHECKSUM]
+    assert hdf5._filters("x", b"") == []
+    other = bytes([2, 1]) + (32000).to_bytes(2, "little") + bytes(6)
+    with pytest.raises(InputError, match="'x' is packed by filter 32000, which is not read"):
+        hdf5._filters("x", other)

@@ -105,6 +105,16 @@ def test_times_and_their_errors_scale_with_the_time():
         assert (error > 0.0).all()
 
 
+def test_a_crossing_next_to_a_sample_is_known_as_well_as_any_other():
+    """By how steep the function is between both samples, not by its value at one of them."""
+    times = np.array([0.3, 0.7, 1.1, 1.5])
+    for near in (1e-7, -1e-7):
+        _, error = lasted(sine(times), np.cos(1.1) + near)
+        _, usual = lasted(sine(times), 0.5 * (np.cos(0.7) + np.cos(1.1)))
+        assert (error > 0.0).all()
+        assert (error < usual).all()
+
+
 def test_the_rates_along_a_path_are_those_of_the_motion_also_where_a_switch_has_changed_its_law():
     """Of an amplifier at its limit of current: differences of samples that are close."""
     model = ConeModel(

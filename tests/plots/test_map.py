@@ -192,3 +192,12 @@ def test_a_map_shows_a_margin_in_two_colours_and_a_power_by_its_root():
         assert mesh.norm(0.2) == pytest.approx(0.625 if least else 0.5)
     with pytest.raises(InputError, match="the map does not hold it"):
         map_figure(data, colour="power")
+
+
+@pytest.mark.parametrize("largest", [0.1, 0.9, -0.2])
+def test_the_colours_of_exponents_reach_to_the_largest_of_either_sign(largest):
+    data = cells()
+    values = np.linspace(-0.5, largest, data[EXPONENT].size).reshape(data[EXPONENT].shape)
+    mesh = exponent_map(data.assign({EXPONENT: (data[EXPONENT].dims, values, data[EXPONENT].attrs)}), blank())
+    most = np.abs(values[..., 0]).max()
+    assert (mesh.norm.vmin, mesh.norm.vmax) == pytest.approx((-most, most))
