@@ -196,3 +196,21 @@ def test_a_guess_is_the_cone_with_the_radii_of_another_state():
     np.testing.assert_array_equal(found[0::2], below.position[0::2])
     np.testing.assert_array_equal(found[1::2], plain[1::2])
     assert below.position[1] == 1.0  # the state itself stays
+
+
+@pytest.mark.parametrize("relaxed", [False, True])
+def test_a_lower_energy_will_do_for_a_film_that_may_wrinkle_alone(monkeypatch, relaxed):
+    """Of a world in which no step lessens the forces, and the energy is lower within a quarter of the step."""
+    monkeypatch.setattr(path, "reachable", lambda film, position: bool(position[0] < 0.9))
+    monkeypatch.setattr(path, "forces", lambda film, position, squared: ("forces", float(position[0])))
+    monkeypatch.setattr(path, "_residual", lambda now: 3.0)
+    monkeypatch.setattr(path, "energy", lambda film, position, squared: 0.0 if 0.0 < position[0] <= 0.25 else 1.0)
+    film, step = SimpleNamespace(relaxed=relaxed), np.ones(4)
+    found = path._damped(film, np.zeros(4), step, 0.1, 2.0, 6)
+    if relaxed:
+        np.testing.assert_array_equal(found[0], 0.25)
+        assert found[1] == ("forces", 0.25)
+    else:
+        assert found is None
+    assert path._damped(film, np.zeros(4), step, 0.1, 2.0, 2) is None
+    np.testing.assert_array_equal(path._damped(film, np.zeros(4), step, 0.1, 3.1, 6)[0], 0.5)  # less than allowed

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import gelcone
 from gelcone.motion.natural import ROUNDING, frequency_of, natural_frequency
@@ -27,3 +28,17 @@ def test_a_flat_film_softens_with_the_square_of_the_voltage_until_its_pitchfork(
     assert np.isnan(natural_frequency(model, 1.01 * np.sqrt(stiffness), 0.0))
     both = natural_frequency(model, np.array([0.0, 0.1]))
     np.testing.assert_allclose(both, np.sqrt(stiffness - np.array([0.0, 0.01])), rtol=1e-6)
+
+
+def test_a_raised_disc_oscillates_about_where_the_voltage_holds_it():
+    """By differences of the force at its root, which the voltage moves."""
+    model = gelcone.ConeModel(spring_stiffness=2.0, rest_height=0.6, hoop_prestretch=1.3, stretch_limit=8.0)
+    volts, step = np.array([0.0, 0.3, 0.5, -0.5]), 1e-5
+    found = natural_frequency(model, volts)
+    assert found.shape == volts.shape
+    for own, v in zip(found, volts, strict=True):
+        x = brentq(lambda x, v=v: float(model.force(x, v)), 0.1, 1.5, xtol=1e-13)
+        slope = (float(model.force(x + step, v)) - float(model.force(x - step, v))) / (2.0 * step)
+        assert own == pytest.approx(np.sqrt(slope), rel=1e-5)
+        assert natural_frequency(model, v, x) == pytest.approx(np.sqrt(slope), rel=1e-6)
+    assert found[0] > found[1] > found[2] == found[3]

@@ -5,10 +5,11 @@ import json
 import pytest
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 import gelcone
 from gelcone import ConeModel
-from gelcone.plots.frame import fixed_parameters
+from gelcone.plots.frame import LINE, TERMS, add_footnote, fixed_parameters
 from tests.plots.made_up import texts
 
 MODEL = ConeModel(damping_ratio=0.3, voltage=[0.2, 0.4], dielectric_strength=1.5)
@@ -101,3 +102,21 @@ def test_a_sweep_of_three_parameters_is_a_row_of_maps():
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["drive frequency 0.8", "drive frequency 0.9", "drive frequency 1"]
     assert all(axes.collections for axes in figure.axes)
+
+
+@pytest.mark.parametrize(("text", "said"), [("", TERMS), ("fixed: voltage 0.3", f"fixed: voltage 0.3. {TERMS}")])
+def test_the_note_ends_with_where_terms_are_explained(text, said):
+    figure = Figure(figsize=(6.0, 3.0), layout="constrained")
+    add_footnote(figure, text)
+    assert [one.get_text() for one in figure.texts] == [said]
+    assert figure.get_size_inches() == pytest.approx((6.0, 3.0 + LINE + 0.06))
+
+
+def test_no_line_of_the_note_parts_a_name_from_its_value():
+    pairs = [f"parameter {k} is" for k in range(30)]
+    figure = Figure(figsize=(3.0, 3.0), layout="constrained")
+    add_footnote(figure, ", ".join(pairs))
+    lines = figure.texts[0].get_text().split("\n")
+    assert len(lines) > 5
+    assert all(line.startswith(("parameter", "terms", "help", "glossary", "gelcone")) for line in lines)
+    assert figure.get_size_inches()[1] == pytest.approx(3.0 + LINE * len(lines) + 0.06)
