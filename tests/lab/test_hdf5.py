@@ -106,6 +106,20 @@ def test_chunks_that_unpack_to_too_much_are_refused(stored, monkeypatch):
         read_table(stored("chunks.h5"))
 
 
+def test_a_chunk_that_reaches_beyond_the_values_adds_none(stored, monkeypatch):
+    """Of five values in chunks of two: what a file can take is bounded by what it says that it holds."""
+    read, lengths = hdf5.File._content, []
+
+    def measured(file, name, parts, width, shape):
+        content = read(file, name, parts, width, shape)
+        lengths.append(len(content) == width * max(shape))
+        return content
+
+    monkeypatch.setattr(hdf5.File, "_content", measured)
+    read_table(stored("chunks.h5"))
+    assert lengths == [True] * 3
+
+
 def test_a_dataset_without_values_is_zero(stored):
     assert read_table(stored("filled.h5")).columns["empty"].values.tolist() == [0.0] * 5
 

@@ -105,14 +105,17 @@ def test_times_and_their_errors_scale_with_the_time():
         assert (error > 0.0).all()
 
 
-def test_a_crossing_next_to_a_sample_is_known_as_well_as_any_other():
-    """By how steep the function is between both samples, not by its value at one of them."""
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_the_error_of_a_crossing_is_what_two_polynomials_differ_by_over_how_steep_it_is(share):
     times = np.array([0.3, 0.7, 1.1, 1.5])
-    for near in (1e-7, -1e-7):
-        _, error = lasted(sine(times), np.cos(1.1) + near)
-        _, usual = lasted(sine(times), 0.5 * (np.cos(0.7) + np.cos(1.1)))
-        assert (error > 0.0).all()
-        assert (error < usual).all()
+    level = (1.0 - share) * np.cos(0.7) + share * np.cos(1.1)
+    path = sine(times)
+    found, error = lasted(path, level)
+    at = found[0, 0, 1] / 0.4
+    rough = path.at(np.array([0]), np.array([1]), np.array([at]), cubic=True)[1][0, 0]
+    expected = abs(rough - level) / (np.cos(0.7) - np.cos(1.1)) * 0.4
+    np.testing.assert_allclose(error[:, 0], expected, rtol=0.3)  # and what the interpolation leaves
+    assert expected > 1e-6
 
 
 def test_the_rates_along_a_path_are_those_of_the_motion_also_where_a_switch_has_changed_its_law():
