@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from gelcone.plots.device_fit import device_fit_figure, draw_row, left_bars
+from gelcone.plots.device_fit import device_fit_figure, draw_row, in_prefixes, left_bars
 from gelcone.plots.style import BLUE, GREY, VERMILION
 from tests.plots.made_up import blank, corners, data_of, result
 
@@ -72,3 +72,19 @@ def test_readings_of_a_single_row_are_shares_of_the_fitted_ones():
     np.testing.assert_allclose(corners(axes.collections[0]), [[0.0, 0.0, 1.45, 1.55], [1.0, 1.0, 0.2, 0.3]])
     assert [text.get_text() for text in axes.get_xticklabels()] == ["rest height\n3 mm", "force\n-1 N"]
     assert axes.get_title() == "weight"
+
+
+@pytest.mark.parametrize(
+    ("unit", "tick", "label"),
+    [("m", "2 mm", "height"), ("N", "2 mN", "height"), ("V", "2 mV", "height"), ("F", "2 mF", "height"),
+     ("s", None, "height (s)"), ("", None, "height")],
+)  # fmt: skip
+def test_lengths_forces_voltages_and_capacitances_have_ticks_with_prefixes(unit, tick, label):
+    axis = blank().xaxis
+    in_prefixes(axis, "height", unit)
+    assert axis.get_label_text() == label
+    if tick:
+        assert axis.get_major_formatter()(0.002) == tick
+    axis = blank().yaxis
+    in_prefixes(axis, "", unit)
+    assert axis.get_label_text() == ("" if tick else unit)

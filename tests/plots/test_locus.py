@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel, InputError, plot, tongues
-from tests.plots.made_up import result
+from gelcone.plots import locus
+from tests.plots.made_up import blank, result
 
 MODEL = ConeModel(damping_ratio=0.3, stretch_limit=5.0)
 
@@ -56,3 +57,33 @@ def test_axes_of_curves_alone_have_the_units_of_their_parameters():
     made["voltage"].attrs["units"], made["drive_frequency"].attrs["units"] = "V", "Hz"
     axes = plot(made).axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("voltage (V)", "drive frequency (Hz)")
+
+
+def test_a_name_stands_once_in_the_legend_however_many_curves_and_points_have_it():
+    """Dashed where the branch that is born lies below, up to the points where that changes."""
+    at, kinds = ("curve", "point"), {"flag_values": [0, 1], "flag_meanings": "cusp fold"}
+    made = result(
+        {
+            "voltage": (at, np.arange(12.0).reshape(3, 4)), "damping_ratio": (at, np.arange(12.0).reshape(3, 4) / 10.0),
+            "curvature": (at, [[-1.0, 1.0, 1.0, -1.0], [1.0] * 4, [1.0] * 4]), "period": ("curve", [2, 2, 4]),
+            "event_kind": ("event", [0, 0]),
+            "event_first": ("event", [3.0, 7.0]), "event_second": ("event", [0.3, 0.7]),
+        }
+    )  # fmt: skip
+    made["event_kind"].attrs = kinds
+    made.attrs |= {"parameters": "voltage,damping_ratio", "event": "fold"}
+    axes = blank()
+    locus.curves(made, axes)
+    named = [line.get_label() for line in axes.lines if not line.get_label().startswith("_") and line.get_label()]
+    assert named == ["fold, period 2", "fold, period 4", "cusp", locus.BELOW]
+    solid, dashed = axes.lines[:2]
+    np.testing.assert_array_equal(solid.get_ydata(), [np.nan, 0.1, 0.2, np.nan])
+    np.testing.assert_array_equal(dashed.get_ydata(), [0.0, 0.1, 0.2, 0.3])
+    dots = [line.get_xydata()[0].tolist() for line in axes.lines if len(line.get_xdata()) == 1]
+    assert dots == [[3.0, 0.3], [7.0, 0.7]]
+    turned = blank()
+    locus.curves(made, turned, "damping_ratio")
+    assert [line.get_xydata()[0].tolist() for line in turned.lines if len(line.get_xdata()) == 1] == [
+        [0.3, 3.0],
+        [0.7, 7.0],
+    ]

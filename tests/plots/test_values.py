@@ -54,3 +54,14 @@ def test_a_number_that_is_missing_has_no_unit():
         "pull-in: 1234.6 V",
         "pull-in: not reached, 2.5 V",
     ]
+
+
+def test_each_other_entry_of_a_number_is_a_curve_over_the_axis():
+    """Also where the axis is the last dim; up to six of them."""
+    values = np.arange(24.0).reshape(8, 3)
+    coords = {"time": ("time", [1.0, 2.0, 4.0], {"units": "s"})}
+    for dims, own in ((("state", "time"), values), (("time", "state"), values.T)):
+        (axes,) = values_figure(xr.Dataset({"stroke": (dims, own)}, coords)).axes
+        found = [line.get_xydata().tolist() for line in axes.lines]
+        assert found == [[[x, y] for x, y in zip((1.0, 2.0, 4.0), row, strict=True)] for row in values[:6]]
+        assert axes.get_xlabel() == "time (s)"
