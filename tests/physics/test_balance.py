@@ -1,7 +1,7 @@
 """Static balance of one actuator: the cone's closed forms, wells of a cubic bias by hand, and each kind of pull-in."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -201,7 +201,7 @@ def test_a_fold_by_hand():
 
 def test_a_ramp_jumps_to_the_nearest_stable_stretch_beyond():
     """Of three stable stretches the first loses its stability; there are equilibria on both of the others."""
-    balance = one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Wavy()))
+    balance = replace(one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Wavy())), highest=3.0)
     rest = rest_of(balance, None)
     voltage, kind, before, beyond = balance.losses(rest)[0]
 
@@ -365,3 +365,16 @@ def test_a_film_that_fails_ends_with_the_outermost_stretch_of_its_side_and_no_ot
     assert _film_lost(balance, balance.segments[side][0], 0.45 * side) == 0.45 * side
     balance.film_fails = False
     assert _film_lost(balance, balance.segments[side][-1], None) is None
+
+
+def test_a_flat_film_that_pulls_in_before_its_pitchfork_ends_there():
+    """The pitchfork is at V = k1, the film has no state from V = 2 on."""
+    balance = one(ConeModel(film=NoStateAbove(), bias=CubicBias(), bias_stiffness=3.0))
+    assert balance.pitchfork() == pytest.approx(3.0, rel=1e-9)
+    x, voltage, slope = balance.curves(5.0)[-1]
+    assert not x.any()
+    np.testing.assert_allclose(voltage, [0.0, math.sqrt(2.0)], rtol=1e-14)
+    assert slope[0] == pytest.approx(3.0, rel=1e-9)
+    x, voltage, slope = one(ConeModel(film=NoStateAbove(), bias=CubicBias(), bias_stiffness=1.5)).curves(5.0)[-1]
+    np.testing.assert_allclose(voltage, np.sqrt([0.0, 1.5, 2.0]), rtol=1e-9)
+    np.testing.assert_allclose(slope, [1.5, 0.0, -0.5], rtol=1e-9)

@@ -78,6 +78,12 @@ def test_a_cubic_bias_by_hand():
     assert bias.states == ()
 
 
+def test_the_stiffness_scale_of_a_buckled_beam_adds_what_buckling_takes():
+    bias = BIASES["beam"]
+    n = {"beam_stiffness": -0.5, "beam_cubic": 0.8, "beam_height": 0.3}
+    assert float(bias.stiffness_scale(n)) == pytest.approx(0.5 + 3.0 * 0.8 * 0.7**2, rel=1e-14)
+
+
 @pytest.mark.parametrize("height", [0.2, 0.7, -0.4])
 def test_the_stiffness_scale_of_a_beam_covers_its_slope_over_the_width_and_is_met_at_its_end(height):
     bias = BIASES["beam"]

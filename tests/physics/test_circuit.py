@@ -516,3 +516,16 @@ def test_an_amplifier_is_as_slow_as_its_slowest_state_and_jumps_where_nothing_fi
         Amplifier(TAKEN[4]).complete({**ELECTRIC, "dielectric_share": np.array([0.2, 1.0])})
     with pytest.raises(InputError, match=r"series_resistance = 0.02 \(times C0 Omega0\): without a state"):
         Amplifier(reduced=True).complete({"series_resistance": np.array([0.001, 0.02])})
+
+
+def test_switches_do_not_depend_on_what_they_were():
+    circuit, n = amplifier(("filter_time", "slew_rate"))
+    for command, sides in ((9.0, [-1.0, 1.0]), (-9.0, [1.0, -1.0]), (0.0, [1.0, 1.0])):
+        found = circuit.switches(port_of(command), [0.0], n)
+        assert list(found.values()) == sides
+        assert circuit.switches(port_of(command), [0.0], {**n, **found}) == found
+
+
+def test_a_circuit_with_powers_of_its_own_loses_in_its_resistor_and_by_leaking():
+    assert SeriesResistor().losses == ("resistor", "leak")
+    assert FilteredVoltage().losses == ()

@@ -9,7 +9,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.physics.drive import PIECE, VOLTAGE, Pieced, Pieces, Waveform
+from gelcone.physics.drive import PHASE_SPEED, PIECE, VOLTAGE, Pieced, Pieces, Waveform
 from gelcone.physics.waveforms import WAVEFORMS, Sine, Triangle
 from gelcone.quantity import Quantity
 
@@ -346,3 +346,15 @@ def test_each_member_gets_the_corners_between_its_own_two_times(repeat):
         assert found.passed[k, 0] == pytest.approx(every[passed])
         np.testing.assert_array_equal(found.passed[k, 1:], waveform.terms[passed % 5])
         assert found.first[k] == (passed + 1) % 5
+
+
+@pytest.mark.parametrize("name", ["sine", "triangle", "chirp", "harmonics"])
+def test_over_the_phase_the_rate_of_the_voltage_is_that_by_time(name):
+    waveform, times = WAVEFORMS[name], np.array([0.3, 1.1, 2.6])
+    n = waveform.numbers(waveform.complete({"voltage": 0.7, "voltage_bias": 0.2, "drive_frequency": 0.8}))
+    by_phase = {**n, "drive_frequency": 1.0, PHASE_SPEED: 0.8}
+    np.testing.assert_allclose(waveform.voltage(0.8 * times, by_phase), waveform.voltage(times, n), rtol=1e-13)
+    rates = [waveform.voltage(times + s * 1e-6, n) for s in (1.0, -1.0)]
+    rates = (rates[0] - rates[1]) / 2e-6
+    np.testing.assert_allclose(waveform.voltage_rate(times, n), rates, rtol=1e-8)
+    np.testing.assert_allclose(waveform.voltage_rate(0.8 * times, by_phase), rates, rtol=1e-8)

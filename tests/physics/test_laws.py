@@ -409,6 +409,13 @@ class NotQuite(Fung):
         return 1.0001 * super().response_slope(strain, n, xp)
 
 
+class WrongFarOut(Fung):
+    """Its slope is right but for a term that only large strains show."""
+
+    def response_slope(self, strain, n, xp=np):
+        return super().response_slope(strain, n, xp) + 1e-6 * strain**8
+
+
 class StifferFromTheStart(Fung):
     def energy(self, strain, n, xp=np):
         return 1.5 * super().energy(strain, n, xp)
@@ -436,6 +443,7 @@ class Hyperbolic(Fung):
         (TwiceAsStiff(), "fung: response, twice .* it is 2 at 0, and must be 1; correct"),
         (WrongSlope(), "response_slope, .* it is 1 at 0, and must be 0.4"),
         (NotQuite(), "response_slope, .* and must be 0.4"),
+        (WrongFarOut(), r"response_slope, .* at 1\.\d+, and must be"),
         (StifferFromTheStart(), "response at zero strain, .* it is 1.5 at 0, and must be 1"),
         (OfNumPy(), "cannot be differentiated and compiled .*; take .* xp.exp, .* not those of NumPy"),
         (Hyperbolic(), "cannot be differentiated and compiled .*sinh"),

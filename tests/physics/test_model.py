@@ -19,7 +19,7 @@ from gelcone.physics import model
 from gelcone.physics.amplifier import ELECTRICS, NEEDS
 from gelcone.physics.bias import BIASES
 from gelcone.physics.drive import VOLTAGE
-from gelcone.physics.laws import LAWS
+from gelcone.physics.laws import LAWS, Gent
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.physics.waveforms import WAVEFORMS
 
@@ -754,3 +754,28 @@ def test_a_second_film_takes_what_the_first_one_chose():
     assert (second.branches, second.flow, second.rested) == (1, "linear", "raised")
     other = ConeModel(film="taut", second_film="wrinkling", **viscous).system.films[1].film
     assert (other.name, other.branches, other.flow, other.pull_in) == ("wrinkling", 1, "linear", "first")
+    fast = {"viscous_modulus_1": 0.5, "relaxation_time_1": 0.01, "reduced": "relaxation_time_1"}
+    first, second = (placed.film for placed in ConeModel(film="taut", second_film="taut", **fast).system.films)
+    assert second == first
+    assert second.reduced == (1,)
+
+
+def test_a_double_cone_without_its_second_film_lacks_that_films_drive_too():
+    pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", voltage=0.3)
+    for none in ("none", None):
+        assert_same(pair.replace(second_film=none).parameters(), ConeModel(film="taut", voltage=0.3).parameters())
+    with pytest.raises(InputError, match="second_drive = opposite: there is no second film"):
+        pair.replace(second_film="none", second_drive="opposite")
+
+
+class OtherGent(Gent):
+    name = "other gent"
+
+
+def test_another_law_starts_from_its_own_defaults_on_both_films():
+    """Though it takes a parameter of the same name."""
+    pair = ConeModel(film="taut", second_film="taut", stretch_limit=9.0, second_stretch_limit=7.0, voltage=0.3)
+    other = pair.replace(law=OtherGent())
+    assert (other.stretch_limit, other.second_stretch_limit, other.voltage) == (50.0, 50.0, 0.3)
+    same = pair.replace(law="gent")
+    assert (same.stretch_limit, same.second_stretch_limit) == (9.0, 7.0)

@@ -46,3 +46,17 @@ def test_a_branch_without_states_takes_power_like_a_damper():
     assert damper == pytest.approx(0.6 * z[1] ** 2, rel=1e-14)
     bias = system.bias.force(z[0], [], n)[0]
     assert system.rates(tau, z, n)[1] == pytest.approx(-(force + bias + (drag + 0.6) * z[1]), rel=1e-12)
+
+
+def test_both_films_behind_one_resistance_have_one_voltage_whose_rate_stands_once_among_the_rates():
+    """(C1 + C2) v' + C' v = (v_s - v)/rho of two taut films, C = (1 + (place)^2) each."""
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.5, circuit="amplifier", series_resistance=0.4,
+        filter_time=0.3, voltage=0.7,
+    )  # fmt: skip
+    system, n, tau, z = pair.system, pair.own_numbers, 0.8, [0.3, -0.6, 0.5, 0.2]
+    rates = system.rates(tau, z, n)
+    assert len(rates) == len(system.states) == 4
+    area, by_x = 2.0 + 0.3**2 + 0.2**2, 2.0 * 0.3 - 2.0 * 0.2
+    assert rates[2] == pytest.approx((0.7 * np.sin(0.8) - 0.5) / 0.3, rel=1e-13)
+    assert area * rates[3] + by_x * -0.6 * 0.2 == pytest.approx((0.5 - 0.2) / 0.4, rel=1e-12)

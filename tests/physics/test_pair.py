@@ -1,6 +1,7 @@
 """Double cones whose films have no limit, against what far displacements leave of the balance."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import gelcone
 from gelcone.physics.balance import SEARCH_RANGE, PullIn
 from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, rest_displacements
+from tests.toys import CubicBias, PowerFilm
 
 PAIR = gelcone.ConeModel(
     law="neo-hookean", film="taut", second_film="taut", second_flat_height=0.5, spring_stiffness=0.3
@@ -108,3 +110,42 @@ def test_a_ramp_rests_where_forces_balance_up_to_its_first_loss_and_beyond(drive
         assert min(abs(x - other) for other in stable) < 1e-9
         assert abs(float(balance.force(x, level**2))) < 1e-12
     assert abs(place[2] - place[1]) < 0.05
+
+
+@dataclass(frozen=True)
+class NoStateAbove(PowerFilm):
+    """A power film that pulls in at V = 2, at every displacement."""
+
+    def highest_squared(self, x, n):
+        return np.full(np.shape(x), 2.0)[()]
+
+
+@pytest.mark.parametrize("drive", ["same", "constant"])
+def test_where_a_film_has_pulled_in_there_is_no_equilibrium(drive):
+    """Also where that is the second one."""
+    model = gelcone.ConeModel(film=PowerFilm(), second_film=NoStateAbove(), second_drive=drive)
+    for level, found in ((1.39, True), (1.42, False), (3.0, False)):
+        own = {"second_voltage": level} if drive == "constant" else {}
+        (balance,) = balances_of(model.replace(**own).members())
+        at = balance.equilibria(np.array([level**2 if drive == "same" else 0.1]))[0]
+        assert bool(at) == found
+        assert all(abs(e.displacement) < 1.0 for e in at if e.stable)
+
+
+class Softening(CubicBias):
+    """k1 x + k3 x^3, of which k3 may be negative."""
+
+    name = "softening"
+    parameters = CubicBias.parameters | {"bias_cubic": gelcone.Quantity("k3", "cubic stiffness", -0.8)}
+
+
+def test_a_pitchfork_that_does_not_continue_smoothly_throws_the_disc_where_it_throws_a_single_film():
+    single = gelcone.ConeModel(film=PowerFilm(), bias=Softening(), film_modulus=0.5, bias_cubic=-1.0)
+    pair = single.replace(second_film=PowerFilm(), bias_stiffness=2.4, bias_cubic=-2.0)
+    (one,), (two,) = (balances_of(model.members()) for model in (single, pair))
+    lost, same = one.losses(0.0)[0], two.losses(0.0)[0]
+    assert (lost.kind, same.kind) == (PullIn.PITCHFORK, PullIn.PITCHFORK)
+    assert same.voltage == pytest.approx(math.sqrt(1.2), rel=1e-6)
+    assert same.before == pytest.approx(0.0, abs=1e-6)
+    assert abs(same.after) > 0.3
+    assert abs(same.after) == pytest.approx(abs(lost.after), rel=1e-4)

@@ -5,6 +5,7 @@ import pytest
 
 from gelcone.errors import InputError
 from gelcone.physics import statics
+from gelcone.physics.bias import Bias
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import (
     balances_of,
@@ -15,6 +16,7 @@ from gelcone.physics.statics import (
     rest_displacements,
     switched_off,
 )  # fmt: skip
+from gelcone.quantity import Quantity
 
 MODEL = ConeModel(
     rest_height=[0.5, 0.2, 0.5, 0.2],
@@ -123,3 +125,30 @@ def test_under_the_hand_the_last_member_is_continued():
         rests = rest_displacements(ConeModel(rest_height=[0.4, 0.9]))
     assert rests[0] != rests[1]
     assert list(places.values()) == [rests[1]]
+
+
+class Exponential(Bias):
+    """F = exp(20 x) - exp(20 xr): Newton's method comes down to xr by steps of 1/20."""
+
+    name = "exponential"
+    parameters = {"free_place": Quantity("xr", "where it does not pull", 0.0)}
+
+    def force(self, x, y, n, xp=np):
+        rising = xp.exp(20.0 * x)
+        return rising - xp.exp(20.0 * n["free_place"]), 20.0 * rising
+
+    def free_height(self, n):
+        return n["free_place"]
+
+
+def test_a_rest_far_from_the_last_one_is_searched_for_however_short_the_steps_to_it():
+    statics._rests.clear()
+    model = ConeModel(bias=Exponential())
+    with continuing({}) as guessed:
+        first = rest_displacements(model.replace(free_place=0.6))
+        near = rest_displacements(model.replace(free_place=0.53))
+        assert list(guessed.values()) == [near]
+        far = rest_displacements(model.replace(free_place=0.2))
+        assert list(guessed.values()) == [near]
+    assert first - near == pytest.approx(0.07, abs=0.001)
+    assert far == pytest.approx(0.2, abs=0.002)

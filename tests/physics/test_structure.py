@@ -127,3 +127,17 @@ def test_a_resistance_without_a_state_needs_films_whose_capacitance_the_voltage_
     assert ConeModel(film="taut", second_film="taut", **reduced).system.circuit.reduced
     with pytest.raises(InputError, match="reduced: the voltage of the waveform 'triangle' has corners"):
         ConeModel(film="taut", waveform="triangle", **reduced)
+
+
+@pytest.mark.parametrize(
+    ("drive", "lines"),
+    [
+        ("same", [("amplifier", (0, 1), None, "")]),
+        ("opposite", [("amplifier", (0,), None, ""), ("amplifier", (1,), "opposite", "second_")]),
+        ("constant", [("amplifier", (0,), None, ""), ("ideal", (1,), "constant", "second_")]),
+    ],
+)
+def test_films_of_the_same_voltage_share_a_line_and_others_have_their_own(drive, lines):
+    pair = ConeModel(film="taut", second_film="taut", second_drive=drive, circuit="amplifier").system
+    assert [(line.circuit.name, line.films, line.drive, line.prefix) for line in pair.lines] == lines
+    assert [pair.line_of(k) for k in (0, 1)] == [pair.lines[0], pair.lines[-1]]

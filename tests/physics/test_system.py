@@ -9,8 +9,9 @@ import pytest
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.model import ConeModel
+from gelcone.physics.system import BIAS_SHARE
 from gelcone.quantity import Quantity
-from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
+from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SaturatingAmplifier, ThreeHarmonics
 
 
 @dataclass(frozen=True)
@@ -161,3 +162,52 @@ def test_a_double_cone_is_overstretched_where_one_of_its_films_is():
         each = q + 1.0 / q - 2.0 >= 0.5
         assert bool(pair.system.overstretched(z, n)) == each.any()
     assert each.tolist() == [True, False]
+
+
+def test_at_rest_films_in_opposite_phase_share_twice_the_bias_that_comes_through_the_circuit():
+    """Behind a resistance that leaks, a flat film has 1/(1 + rho/te) of the command: the rates of both are at rest."""
+    pair = ConeModel(
+        film="taut", second_film="taut", second_drive="opposite", voltage_bias=0.6, rest_height=0.0,
+        series_resistance=0.5, leakage_time=4.0,
+    )  # fmt: skip
+    system, n, command = pair.system, pair.own_numbers, 0.3
+    gain = 1.0 / (1.0 + 0.5 / 4.0)
+    on = [gain * command, gain * (1.2 - command)]
+    assert max(map(abs, system.rates_under(command, [0.0, 0.0, *on], n)[2:])) < 1e-14
+    assert system.squares_at_rest(on[0] ** 2, n)[1] == pytest.approx(on[1] ** 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
+@pytest.mark.parametrize("drive", ["same", "opposite", "constant"])
+def test_the_squares_at_rest_change_with_the_voltage_as_their_differences_do(drive, share):
+    pair = ConeModel(film="taut", second_film="taut", second_drive=drive, voltage_bias=0.4)
+    if drive == "constant":
+        pair = pair.replace(second_voltage=0.7)
+    n = pair.own_numbers | ({} if share is None else {BIAS_SHARE: share})
+    h, voltage = 1e-6, 0.9
+    ahead, behind = (pair.system.squares_at_rest(np.float64(voltage + s * h) ** 2, n) for s in (1.0, -1.0))
+    slopes = [(a - b) / (2.0 * h) for a, b in zip(ahead, behind, strict=True)]
+    np.testing.assert_allclose(pair.system.square_rates_at_rest(voltage, n), slopes, rtol=1e-8, atol=1e-9)
+    second = {"same": voltage, "constant": 0.7, "opposite": (0.8 if share is None else 2.0 * share * voltage) - voltage}
+    assert pair.system.squares_at_rest(voltage**2, n)[1] == pytest.approx(second[drive] ** 2, rel=1e-14, abs=1e-30)
+
+
+def test_what_leaks_at_rest_is_the_square_of_the_voltage_over_the_resistance_of_each_film():
+    """C v^2/te, C = 1 + x^2 of a taut film whose pre-stretches are 1, at each film's own displacement."""
+    pair = ConeModel(
+        film="taut", second_film="taut", second_drive="constant", second_voltage=0.4, second_flat_height=0.9,
+        series_resistance=0.5, leakage_time=4.0,
+    )  # fmt: skip
+    x = np.array([0.2, 0.7])
+    found = pair.system.leaking_at_rest(x, [0.6, 0.4], pair.own_numbers)
+    for k, (place, voltage) in enumerate([(x, 0.6), (0.9 - x, 0.4)]):
+        np.testing.assert_allclose(found[k], voltage**2 * (1.0 + place**2) / 4.0, rtol=1e-12)
+
+
+def test_a_circuit_with_borders_has_the_period_of_the_voltage_itself():
+    """Where it saturates on one side alone the square of its voltage differs from half to half."""
+    model = ConeModel(circuit=SaturatingAmplifier(), drive_frequency=0.8)
+    assert model.system.forcing_period(model.own_numbers) == pytest.approx(2.0 * np.pi / 0.8, rel=1e-15)
+    assert ConeModel(drive_frequency=0.8).system.forcing_period(ConeModel(drive_frequency=0.8).own_numbers) == (
+        pytest.approx(np.pi / 0.8, rel=1e-15)
+    )

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError, unknown_name
-from gelcone.physics.amplifier import ELECTRICS, REDUCED_RESISTANCE, with_electrics
+from gelcone.physics.amplifier import ELECTRICS, with_electrics
 from gelcone.physics.bias import BIASES
 from gelcone.physics.component import Component, find_component
-from gelcone.physics.film.branches import MOST_BRANCHES, REDUCED_TIME, branches_of
+from gelcone.physics.film.branches import MOST_BRANCHES, branches_of
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_prestretch_mode
 from gelcone.physics.film.taut import TautCone
@@ -210,11 +210,9 @@ class ConeModel(Ensemble):
     @property
     def stiff(self) -> tuple[str, ...]:
         """Names that ``reduced`` takes, of what has states and could do without."""
-        bounds = {"series_resistance": REDUCED_RESISTANCE}
-        bounds |= {f"relaxation_time_{k}": REDUCED_TIME for k in range(1, MOST_BRANCHES + 1)}
         found, reduced = [], self.reduced
-        for name, bound in bounds.items():
-            if name in reduced or name not in self.values or np.max(self.values[name]) >= bound:
+        for name in ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1))):
+            if name in reduced or name not in self.values:
                 continue
             try:
                 self.replace(reduced="+".join((*reduced, name)))
