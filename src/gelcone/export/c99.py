@@ -283,7 +283,7 @@ def _call(f: _Function, own: _Instruction, names: dict[str, str]) -> tuple[str, 
 
 
 def _taken(own: _Instruction, pattern: str) -> Sequence[str]:
-    found = re.fullmatch(pattern, own.rest.replace("splat (i1 true)", "true"))
+    found = re.fullmatch(pattern, own.rest)
     return found.groups() if found else _refused(own)
 
 
@@ -292,7 +292,7 @@ def _refused(own: _Instruction) -> NoReturn:
 
 
 def _values(f: _Function, text: str) -> list[str]:
-    return [_value(f, part) for part in text.replace("splat (i1 true)", "true").split(", ")]
+    return [_value(f, part) for part in text.split(", ")]
 
 
 def _value(f: _Function, text: str) -> str:

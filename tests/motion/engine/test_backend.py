@@ -356,3 +356,33 @@ def test_a_film_that_creeps_and_has_no_state_at_its_start_has_pulled_in_there_an
     np.testing.assert_array_equal(run.end_states[0], starts[0])
     assert np.isnan(run.states[0]).all()
     assert np.isfinite(run.states[1]).all()
+
+
+# --- deviations behind a resistance, and the shortest steps -----------------------------------------------------------
+
+
+def test_behind_a_resistance_the_divergence_is_that_of_the_voltages_map():
+    model = ConeModel(film="taut", series_resistance=0.4, voltage=0.7, rest_height=0.5, drive_frequency=0.8)
+    run = integrate(model, (0.5, 0.1, 0.2), [0.7, 2.0, 4.0], keep="tangents", tolerance=1e-12)
+    volumes = np.log(np.abs(np.linalg.det(run.tangents[0])))
+    np.testing.assert_allclose(run.divergence[0], volumes, rtol=1e-8)
+    h, whole = 1e-5, run.tangents[0, 2] @ run.tangents[0, 1] @ run.tangents[0, 0]
+    for j, step in enumerate(h * np.eye(3)):
+        ends = [
+            integrate(model, np.array([0.5, 0.1, 0.2]) + s * step, [4.0], tolerance=1e-12).states[0, 0]
+            for s in (1.0, -1.0)
+        ]
+        np.testing.assert_allclose(whole[:, j], (ends[0] - ends[1]) / (2.0 * h), rtol=1e-6, atol=1e-7)
+
+
+def test_the_shortest_step_shrinks_with_the_time_scale_of_stiff_members_and_is_none_without_a_limit():
+    members = ConeModel(spring_stiffness=[1.0, 1e4, 1e8]).members()
+    shortest = backend.smallest_step(members)
+    np.testing.assert_allclose(shortest, 2e-8 * np.minimum(1.0, 10.0 / members.rate), rtol=1e-14)
+    assert shortest[0] == 2e-8
+    assert shortest[1] == pytest.approx(100.0 * shortest[2], rel=0.05)  # the rate is as the root of the stiffness
+    assert not backend.smallest_step(ConeModel(law="neo-hookean", spring_stiffness=[1.0, 2.0]).members()).any()
+    creeping = ConeModel(film="wrinkling", viscous_modulus_1=0.5, relaxation_time_1=10.0).members()
+    assert backend.smallest_step(creeping)[0] == pytest.approx(
+        2e-8 * backend.RUNAWAY * min(1.0, 10.0 / creeping.rate[0])
+    )

@@ -184,3 +184,14 @@ def test_a_law_is_compiled_when_a_member_first_comes_to_it(folder, compilations)
     run = integrate(model, (1.0, 0.0), [6.0], tolerance=tolerance, threads=1)
     assert run.film_times[0, 0, 2:].sum() > 0.0
     assert len(compilations) > 2
+
+
+def test_a_register_holds_eight_numbers_where_the_processor_says_that_it_has_avx_512():
+    for triple, features, count in (
+        ("x86_64-unknown-linux-gnu", "+avx2,+avx512f,-avx512bw", 8),
+        ("x86_64-unknown-linux-gnu", "+avx2,-avx512f", 4),
+        ("x86_64-pc-windows-msvc", "", 4),
+        ("i686-unknown-linux-gnu", "+avx512f", 8),
+        ("arm64-apple-macosx11.0.0", "+avx512f", 2),
+    ):
+        assert compiler.Machine(triple, "generic", features).vector == count

@@ -1,12 +1,16 @@
 """A system as laws: one for each side of the borders that tell laws apart, and what restarts at samples."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from engine_systems import Cone
 
 import gelcone
+from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
-from gelcone.motion.engine.laws import traced_plan
+from gelcone.motion.engine.laws import MOST_TELLING, traced_plan
+from gelcone.physics.trace import ordered
 
 WRINKLING = gelcone.ConeModel(film="wrinkling", viscous_modulus_1=0.5, relaxation_time_1=3.0).system
 
@@ -46,3 +50,36 @@ def test_a_switch_that_is_no_number_is_refused():
     (event, *_) = border_events(WRINKLING)
     with pytest.raises(ValueError, match="switch = 'width_held': is not among the numbers"):
         traced_plan(Cone(), "states", (event,), ())
+
+
+def test_of_many_borders_that_divide_laws_the_first_few_do():
+    """The others switch within the laws."""
+    events = [Event(lambda t, z, n, xp, name=name: n[name] * (1.0 - z[0]), -1, name, divides=True) for name in "abcdef"]
+
+    @dataclass(frozen=True)
+    class Six:
+        states = ("x",)
+        numbers = tuple("abcdef")
+
+        def rates(self, time, state, n, xp):
+            return [n["a"] + n["f"] + 0.0 * state[0]]
+
+    plan = traced_plan(Six(), "states", events, ())
+    assert plan["telling"] == tuple(range(MOST_TELLING))
+    assert len(plan["laws"]) == 2**MOST_TELLING
+    assert len(plan["switches"]) == 6
+    for k, law in enumerate(plan["laws"]):
+        first = [node for node in ordered(law.rates) if node.operation in ("constant", "switch")]
+        assert "f" in [node.value for node in first]
+        assert "a" not in [node.value for node in first]
+        assert (-1.0 if k & 1 else 1.0) in [node.value for node in first]
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_border_has_a_side_where_members_belong_if_it_says_so_or_contains_its_switch(inside):
+    plain = Event(lambda t, z, n, xp: 1.0 - z[0], -1, "zeta", inside=inside)
+    own = Event(lambda t, z, n, xp: n["kappa"] * (1.0 - z[0]), -1, "kappa", inside=inside)
+    ends = Event(lambda t, z, n, xp: 1.0 - z[0], -1, inside=inside)
+    borders = traced_plan(Cone(), "states", [plain, own, ends], ())["borders"]
+    assert [border.sided for border in borders] == [inside, True, inside]
+    assert [border.switch for border in borders] == [0, 1, None]

@@ -4,9 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from engine_systems import Cone, cone_numbers
 
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
 from gelcone.motion.engine.machine_code import aligned, content_of
+from gelcone.motion.engine.plan import Job
 from gelcone.motion.engine.program import Program
 from gelcone.presets import find_preset
 
@@ -46,3 +48,36 @@ def test_arrays_begin_where_the_largest_vector_may(shape):
         assert zeros.ctypes.data % 128 == 0
         assert zeros.flags.c_contiguous
         np.testing.assert_array_equal(zeros, 0.0)
+
+
+def test_corners_after_each_start_stand_in_their_order_with_infinity_behind():
+    compiled = Program(Cone(), "states", 1e-6)._compile(2)
+    given = cone_numbers(), np.zeros((3, 2)), np.array([0.0, 1.0, 2.5]), np.full((3, 1), 9.0), 0.0, 1e9
+    rows = compiled.job(*given, np.array([3.0, 1.0, 2.0])).corners
+    np.testing.assert_array_equal(rows[0], [1.0, 2.0, 3.0, np.inf])
+    np.testing.assert_array_equal(rows[1], [2.0, 3.0, np.inf, np.inf])  # the one at its start has been passed
+    np.testing.assert_array_equal(rows[2], [3.0, np.inf, np.inf, np.inf])
+    np.testing.assert_array_equal(compiled.job(*given, None).corners, np.full((3, 1), np.inf))
+
+
+def test_a_job_begins_with_what_its_members_are_given():
+    compiled = Program(Cone(), "tangents", 1e-6)._compile(2)
+    states, times = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]), np.array([[1.0, 2.0]] * 3)
+    arrays = compiled.job(cone_numbers(), states, 0.5, times, [1e-9, 1e-8, 1e-7], 77.0, None)
+    np.testing.assert_array_equal(arrays.states, np.hstack([states, np.tile([1.0, 0.0, 0.0, 1.0], (3, 1))]))
+    np.testing.assert_array_equal(arrays.end_state, arrays.states)
+    assert arrays.end_state is not arrays.states
+    np.testing.assert_array_equal(
+        [arrays.start, arrays.end_time, arrays.most_steps], [[0.5] * 3, [0.5] * 3, [77.0] * 3]
+    )
+    np.testing.assert_array_equal(arrays.smallest, [1e-9, 1e-8, 1e-7])
+    assert (arrays.status == -1).all()
+    assert np.isnan(arrays.result).all()
+    assert arrays.result.shape == (3, 2, 6)
+    assert np.isinf(arrays.least).all()
+    assert arrays.padded == 4
+    fields = arrays.fields(5)
+    numbers = {Job.MEMBERS: 3, Job.SAMPLES: 2, Job.CORNER_COUNT: 1, Job.PADDED: 4, Job.SLOTS: 5, Job.PIECE_COUNT: 1}
+    assert {field: fields[field] for field in numbers} == numbers
+    for field in (Job.TABLE, Job.STATES, Job.RESULT, Job.DWELL, Job.PIECES, Job.MOST_STEPS, Job.SMALLEST):
+        assert fields[field] == getattr(arrays, field.name.lower()).ctypes.data

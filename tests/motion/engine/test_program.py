@@ -354,3 +354,11 @@ def test_rerun_gives_the_bits_of_run():
         np.testing.assert_array_equal(found, raw.states[:, 0])
     found, arrived = again.run(values, states * 1e200, 0.0)
     assert not arrived.any()
+
+
+def test_the_divergence_is_known_of_a_planar_system_and_integrated_of_another():
+    flat = Program(Cone(), "tangents", 1e-10).run(cone_numbers(), [[0.6, 0.1]], 0.0, [[1.0, 3.0]])
+    assert flat.divergence is None
+    raw = Program(Chain(), "tangents", 1e-12).run({"rate": 0.7}, [[0.3, -0.1, 0.4]], 0.0, [[0.5, 2.0]])
+    np.testing.assert_allclose(raw.divergence, [[-0.8 * 0.5, -0.8 * 1.5]], rtol=1e-10)  # the trace is -0.1 - 0.7
+    np.testing.assert_allclose(np.log(np.linalg.det(raw.tangents)), raw.divergence, rtol=1e-9)

@@ -2,13 +2,15 @@
 
 import threading
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from engine_systems import Cone, cone_numbers
 
 from gelcone.motion.engine import run as runs
-from gelcone.motion.engine.program import Program
+from gelcone.motion.engine.events import Event
+from gelcone.motion.engine.program import ARRIVED, Program
 
 
 def test_progress_adds_up_to_one(monkeypatch):
@@ -82,3 +84,57 @@ def test_an_interrupt_gets_through(threads):
     assert time.perf_counter() - before < 0.2 + 0.25
     time.sleep(0.05)
     assert threading.active_count() <= alive
+
+
+def started(count, start, end):
+    """A run of one thread on members that it has not finished, and its work."""
+    program = Program(Cone(), "states", 1e-10, width=2)
+    compiled = program._compile(2)
+    numbers = cone_numbers(voltage=np.linspace(0.5, 1.0, count))
+    arrays = compiled.job(numbers, np.tile([0.7, 0.0], (count, 1)), start, np.full((count, 1), end), 0.0, 1e9, None)
+    run = runs.Run(compiled, arrays, 1, None, None)
+    run._works[0].start()
+    return run, run._works[0], arrays
+
+
+def test_the_share_that_is_done_is_the_mean_of_the_members_shares_of_their_time():
+    run, work, arrays = started(5, 1000.0, 1040.0)
+    assert run._share_done() == pytest.approx(0.0, abs=1e-12)
+    seen = []
+    while work.going:
+        work.advance(5)
+        shares = np.where(arrays.status >= 0, 1.0, 0.0)
+        for member, moment in work.under_way():
+            assert arrays.status[member] < 0
+            shares[member] = (moment - 1000.0) / 40.0
+        assert run._share_done() == pytest.approx(shares.mean(), abs=1e-12)
+        seen.append(shares.mean())
+    assert seen == sorted(seen)
+    assert 0.0 < seen[0] < 0.5
+    assert seen[-1] == 1.0
+
+
+@dataclass(frozen=True)
+class Sided:
+    """x' = 1 on either side of a border that is far away."""
+
+    states = ("x",)
+    numbers = ("s",)
+
+    def rates(self, time, state, n, xp):
+        return [1.5 - 0.5 * n["s"] + 0.0 * state[0] + 1e-6 * xp.sin(50.0 * time)]
+
+
+def test_those_under_way_are_those_in_lanes_and_those_that_wait_for_one():
+    event = Event(lambda t, z, n, xp: n["s"] * (1e6 - z[0]), -1, "s", divides=True)
+    program = Program(Sided(), "states", 1e-6, [event], width=2)
+    compiled, ends = program._compile(2), np.array([[9.0], [1.0], [2.0], [3.0], [9.0], [9.0]])
+    arrays = compiled.job({"s": np.ones(6)}, np.zeros((6, 1)), 0.0, ends, 0.0, 1e9, None)
+    compiled.compile_step(0)
+    work = runs.Work(compiled, arrays.fields(6))
+    work.start()
+    while work.going:
+        under = sorted(member for member, _ in work.under_way())
+        np.testing.assert_array_equal(under, np.flatnonzero(arrays.status < 0))
+        work.advance(3)
+    assert (arrays.status == ARRIVED).all()

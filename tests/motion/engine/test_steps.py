@@ -36,7 +36,9 @@ def made():
     return steps, right
 
 
-@pytest.mark.parametrize("name", ["input_voltage", "input_force", "damping_ratio", "spring_stiffness"])
+@pytest.mark.parametrize(
+    "name", ["input_voltage", "input_force", "damping_ratio", "spring_stiffness", "inverse_stretch_limit"]
+)
 def test_a_number_counts_from_the_step_after_it_was_set(made, name):
     steps, right = made
     steps.step()
@@ -80,6 +82,8 @@ def test_a_member_that_ends_stays_where_it_did(made):
     assert outcome.tolist() == [Outcome.OK, Outcome.NOT_FINITE, Outcome.OK]
     assert not steps.broke_down.any()
     assert np.isfinite(steps.states).all()
+    steps.states[1], steps.smallest_step[1] = [np.inf, 0.0], 2e-8  # of a member that may come to a wall it is the wall
+    assert steps.step().tolist() == [Outcome.OK, Outcome.STRETCH_LIMIT, Outcome.OK]
 
 
 def test_a_film_that_creeps_pulls_in_where_its_voltage_is_set_beyond_the_end_of_its_minimum():

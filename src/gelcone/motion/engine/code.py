@@ -157,6 +157,10 @@ class Function:
         """a or b."""
         return self.new(f"or {self.truth_type} {a}, {b}")
 
+    def opposite(self, a: Value) -> Value:
+        """Not a."""
+        return self.new(f"xor {self.truth_type} {a}, {'true' if self.width == 1 else 'splat (i1 true)'}")
+
     def choose(self, condition: Value, a: Value, b: Value) -> Value:
         """a where the condition holds, else b."""
         return self.new(f"select {self.truth_type} {condition}, {self.real_type} {a}, {self.real_type} {b}")

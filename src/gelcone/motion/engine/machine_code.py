@@ -75,7 +75,6 @@ class Compiled:
         padded = -(-max(members, 1) // width) * width
         values = aligned(len(plan.numbers), padded)
         own.fill(plan.numbers, values[:, :members])
-        values[:, members:] = values[:, :1] if members else 0.0
         table = aligned(max(len(self.layout.held), 1), padded)
         self.prepare(values.ctypes.data, table.ctypes.data, padded)
 

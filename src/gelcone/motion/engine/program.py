@@ -260,11 +260,7 @@ class Rerun:
         ``corners`` their times, the terms of the pieces and the piece that begins at the first, as `Program.run` takes.
         """
         compiled, arrays = self._compiled, self._arrays
-        if numbers.ndim == 1:
-            self._values[:] = numbers[:, None]
-        else:
-            self._values[:] = numbers[:, -1:]
-            self._values[:, : self._members] = numbers
+        self._values[:, : self._members] = numbers[:, None] if numbers.ndim == 1 else numbers
         compiled.prepare(*self._table)
         arrays.states[:] = states0
         arrays.smallest[:] = smallest_step

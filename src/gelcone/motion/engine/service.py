@@ -209,7 +209,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
     f.store_whole("-1", event)
     f.store(lane.step(layout.step), reach)
 
-    failed = f.new("or i1 %small, " + f.new("xor i1 %finite, true"))
+    failed = f.either("%small", f.opposite("%finite"))
     with f.when(failed):  # the step does not count: the member ended where it began
         total = f.real(0.0)
         for k in range(layout.states):
@@ -222,7 +222,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
             lane.set(k, lane.step(k * layout.terms))
         lane.set(layout.time, start)
         lane.set(layout.time_low, low)
-    with f.when(f.new(f"xor i1 {failed}, true")):
+    with f.when(f.opposite(failed)):
         for k, flag in enumerate(near):
             with f.when(flag):
                 _find_crossing(f, lane, plan, layout, k, reach, event)

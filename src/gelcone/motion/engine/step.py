@@ -80,7 +80,7 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     _bound_seldom(f, followed, sides, step)
     near = {part.place: _near(f, part.coefficients, sides[part.place], step) for part in followed}
     due = f.either(f.either(ends, sampled), f.either(small, spent))
-    due = f.either(due, f.new(f"xor {f.truth_type} {finite}, splat (i1 true)"))
+    due = f.either(due, f.opposite(finite))
     due = reduce(f.either, near.values(), due)
     for k, value in enumerate(new_states):
         f.store(value, row(k))

@@ -65,7 +65,6 @@ class Steps(Rerun):
         """Move all members on by their lengths; how each ended, an `Outcome`. One that ended stays where it did."""
         arrays = self._arrays
         if self._stale:
-            self._values[:, self._members :] = self._values[:, :1]
             self._compiled.prepare(*self._table)
             self._stale = False
         self._run_again()
