@@ -378,3 +378,29 @@ def test_a_flat_film_that_pulls_in_before_its_pitchfork_ends_there():
     x, voltage, slope = one(ConeModel(film=NoStateAbove(), bias=CubicBias(), bias_stiffness=1.5)).curves(5.0)[-1]
     np.testing.assert_allclose(voltage, np.sqrt([0.0, 1.5, 2.0]), rtol=1e-9)
     np.testing.assert_allclose(slope, [1.5, 0.0, -0.5], rtol=1e-9)
+
+
+@pytest.mark.parametrize("off", [0.0, -5e-15, 5e-15])
+def test_at_a_fold_up_to_rounding_both_equilibria_are_one_that_is_not_stable_and_a_ramp_is_there(off):
+    balance = one(quintic())
+    rest = 0.0
+    fold = balance.segments[1][0][1]
+    level = float(balance.squared(fold)) * (1.0 + off)
+    at = [e for e in balance.equilibria(np.array([level]))[0] if e.displacement > 0.5]
+    assert [(e.displacement, e.stable) for e in at] == [(fold, False)]
+    place, losses = balance.along_ramp(rest, np.array([level]))
+    assert losses[0] == 1  # the pitchfork
+    assert abs(place[0]) == pytest.approx(fold, rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_disc_that_leaves_all_displacements_does_so_on_its_own_side(side):
+    balance = one(ConeModel(law="neo-hookean", film="taut", rest_height=side * 0.5))
+    last = balance.losses(rest_of(balance, None))[-1]
+    assert (last.kind, last.after) == (PullIn.SEARCH_RANGE, side * math.inf)
+
+
+def test_a_film_that_only_stiffens_loses_nothing_however_high_the_voltage():
+    balance = one(ConeModel(film="taut", rest_height=0.5))
+    _, losses = balance.along_ramp(rest_of(balance, None), np.array([1.0, 1e15, 1e40]))
+    np.testing.assert_array_equal(losses, 0)

@@ -308,3 +308,15 @@ def test_three_biases_take_one_another_s_states_in_turn():
     force = (0.9 + 0.8) + 2.0 * 0.7 + 3.0 * (0.6 + 0.5) + 0.7 * 0.6
     assert both.force(1.0, y, n)[0] == pytest.approx(force)
     assert both.rates(1.0, 0.0, y, n) == pytest.approx([0.09, 0.08, 0.14, 0.18, 0.15])
+
+
+class Following(Lagging):
+    """The mass point begins half as high as the disc."""
+
+    def starts(self, x, n):
+        return [0.5 * x]
+
+
+def test_several_biases_begin_each_where_it_would_alone():
+    both = Together((TurningBias(), Following()))
+    assert both.starts(0.8, {}) == [0.0, 0.0, 0.4]

@@ -529,3 +529,8 @@ def test_switches_do_not_depend_on_what_they_were():
 def test_a_circuit_with_powers_of_its_own_loses_in_its_resistor_and_by_leaking():
     assert SeriesResistor().losses == ("resistor", "leak")
     assert FilteredVoltage().losses == ()
+
+
+def test_a_circuit_without_leaks_has_none_through_each_film():
+    port = Port(0.7, 0.2, 0.1, lambda: 0.0, ((Plain(), []), (Plain(), [])), {}, np)
+    assert IdealSource().leaks(port, [], {}) == [0.0, 0.0]

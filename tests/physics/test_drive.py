@@ -358,3 +358,22 @@ def test_over_the_phase_the_rate_of_the_voltage_is_that_by_time(name):
     rates = (rates[0] - rates[1]) / 2e-6
     np.testing.assert_allclose(waveform.voltage_rate(times, n), rates, rtol=1e-8)
     np.testing.assert_allclose(waveform.voltage_rate(0.8 * times, by_phase), rates, rtol=1e-8)
+
+
+def test_a_gate_that_opens_where_its_carrier_vanishes_does_not_make_the_voltage_jump():
+    for name, jumps in (("burst", False), ("half_wave", False), ("triangle", False), ("square", False)):
+        waveform = WAVEFORMS[name]
+        n = waveform.numbers(waveform.complete({"voltage_bias": 0.0} if name == "half_wave" else {}))
+        assert waveform.jumps(n) == jumps, name
+    square = WAVEFORMS["square"]
+    assert square.jumps(square.numbers(square.complete({"rise": 0.0})))
+
+
+def test_at_a_corner_the_piece_that_begins_there_has_been_passed():
+    waveform = WAVEFORMS["triangle"]
+    n = {name: np.ones(1) * value for name, value in waveform.numbers(waveform.complete({})).items()}
+    corner = waveform.corners_between(np.zeros(1), np.full(1, 9.0), n).later[:, 0]
+    found = waveform.corners_between(corner, np.full(1, 9.0), n)
+    assert found.passed[0, 0] == corner[0]
+    np.testing.assert_allclose(found.passed[0, 1:3], [1.0, -2.0 / np.pi], rtol=1e-14)  # it falls from its top
+    assert found.later[0, 0] == pytest.approx(corner[0] + np.pi, rel=1e-14)

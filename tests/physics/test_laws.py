@@ -83,6 +83,19 @@ def test_numpy_energy_response_and_slope_follow_one_another_by_complex_step(law)
 
 
 @every_law
+def test_compliance_is_one_over_the_response_and_stiffening_how_fast_it_falls(law):
+    """Of the closed forms and of the defaults that they stand for."""
+    n = law.numbers(law.complete({}) | ({"yeoh_c2": 0.1, "yeoh_c3": 0.02} if law.name == "yeoh" else {}))
+    strain, h = np.array([0.0, 0.7, 3.0, 9.0]), 1e-5
+    compliance = [1.0 / law.response(strain + s * h, n) for s in (1.0, -1.0, 0.0)]
+    falls = (compliance[1] - compliance[0]) / (2.0 * h)
+    for own in (law.compliance, lambda *at: StrainEnergyLaw.compliance(law, *at)):
+        assert_close(own(strain, n) + 0.0 * strain, compliance[2])
+    for own in (law.stiffening, lambda *at: StrainEnergyLaw.stiffening(law, *at)):
+        np.testing.assert_allclose(own(strain, n) + 0.0 * strain, falls, rtol=1e-8, atol=1e-10)
+
+
+@every_law
 def test_the_film_starts_with_the_shear_modulus_and_no_energy(law):
     c = symbols(law)
     assert exact(law.response(sympy.Integer(0), c) - 1) == 0

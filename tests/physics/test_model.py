@@ -22,6 +22,7 @@ from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.laws import LAWS, Gent
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.physics.waveforms import WAVEFORMS
+from tests.toys import PowerFilm
 
 SYMBOLIC = SimpleNamespace(log1p=lambda z: sympy.log(1 + z), sqrt=sympy.sqrt, sin=sympy.sin, cos=sympy.cos)
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "trajectories.json").read_text())
@@ -779,3 +780,27 @@ def test_another_law_starts_from_its_own_defaults_on_both_films():
     assert (other.stretch_limit, other.second_stretch_limit, other.voltage) == (50.0, 50.0, 0.3)
     same = pair.replace(law="gent")
     assert (same.stretch_limit, same.second_stretch_limit) == (9.0, 7.0)
+
+
+def test_nothing_is_reduced_of_a_film_that_knows_of_no_such_choice():
+    model = ConeModel(film=PowerFilm(), reduced="none")
+    assert (model.reduced, model.film) == ((), PowerFilm())
+    with pytest.raises(InputError, match="reduced: the film 'power film' does not take it; take the film taut"):
+        ConeModel(film=PowerFilm(), reduced="relaxation_time_1")
+
+
+def test_what_is_reduced_is_listed_the_resistance_first():
+    fast = {"viscous_modulus_1": 0.5, "relaxation_time_1": 0.01, "series_resistance": 0.003}
+    for names in ((), ("series_resistance",), ("relaxation_time_1",), ("series_resistance", "relaxation_time_1")):
+        assert ConeModel(film="taut", reduced="+".join(names[::-1]) or "none", **fast).reduced == names
+
+
+def test_a_whole_number_of_branches_may_come_as_a_float():
+    found = ConeModel(film="taut", branches=2.0).film.branches
+    assert (found, type(found)) == (2, int)
+
+
+def test_a_second_film_that_does_not_ship_stays_where_something_else_changes():
+    pair = ConeModel(film="taut", second_film=PowerFilm(1.3), second_drive="opposite")
+    assert pair.replace(voltage=0.2).system.films == pair.system.films
+    assert pair.take([0]).system.films == pair.system.films

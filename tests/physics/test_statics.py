@@ -152,3 +152,21 @@ def test_a_rest_far_from_the_last_one_is_searched_for_however_short_the_steps_to
         assert list(guessed.values()) == [near]
     assert first - near == pytest.approx(0.07, abs=0.001)
     assert far == pytest.approx(0.2, abs=0.002)
+
+
+def test_balances_of_films_in_opposite_phase_take_the_share_of_the_voltage_that_is_the_bias():
+    """With all of it the second film has the first's voltage, with half of it none."""
+    pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", voltage_bias=0.2)
+    for share, second in ((None, 0.4 - 0.9), (0.5, 0.0), (1.0, 0.9)):
+        (balance,) = every_balance(pair, share)
+        assert balance.system.squares_at_rest(0.81, balance.n)[1] == pytest.approx(second**2, rel=1e-14, abs=1e-30)
+
+
+def test_no_more_rests_are_held_than_there_is_room_for(monkeypatch):
+    monkeypatch.setattr(statics, "MOST_RESTS", 5)
+    statics._rests.clear()
+    system = ConeModel().system
+    for k in range(20):
+        statics.keep_rests({(system, bytes([k])): float(k)})
+        assert len(statics._rests) <= 6
+        assert statics.kept_rests([(system, bytes([k])), (system, b"other")]) == {(system, bytes([k])): float(k)}

@@ -15,7 +15,7 @@ from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.structure import Structure
 from gelcone.physics.waveforms import Sine
 from gelcone.quantity import Quantity
-from tests.physics.test_system import MODELS
+from tests.physics.test_system import MODELS, Lagging, ViscousFilm
 from tests.toys import FilteredVoltage, PowerFilm
 
 
@@ -141,3 +141,36 @@ def test_films_of_the_same_voltage_share_a_line_and_others_have_their_own(drive,
     pair = ConeModel(film="taut", second_film="taut", second_drive=drive, circuit="amplifier").system
     assert [(line.circuit.name, line.films, line.drive, line.prefix) for line in pair.lines] == lines
     assert [pair.line_of(k) for k in (0, 1)] == [pair.lines[0], pair.lines[-1]]
+
+
+def test_a_permittivity_that_follows_late_takes_a_single_taut_film():
+    late = {"dielectric_share": 0.3, "dielectric_time": 2.0, "series_resistance": 0.1}
+    assert ConeModel(film="taut", **late).system.circuit.delays
+    for films in ({"film": "taut", "second_film": "taut"}, {"film": "wrinkling"}):
+        with pytest.raises(InputError, match=r"^dielectric_share: only a single taut film takes one"):
+            ConeModel(**films, **late)
+
+
+def test_a_line_of_its_own_has_its_own_switches_and_the_first_has_those_without_a_prefix():
+    limits = {"series_resistance": 0.3, "current_limit": 0.5}
+    first, second = ConeModel(film="taut", second_film="taut", second_drive="opposite", **limits).system.lines
+    n = {"current_limit": 0.5, "current_limit_above": 1.0, "current_limit_below": -1.0}
+    n |= {"second_current_limit_above": -1.0, "second_current_limit_below": 2.0}
+    assert first.own(n) is n
+    assert second.own(n) == n | {"current_limit_above": -1.0, "current_limit_below": 2.0}
+
+
+class Charging(FilteredVoltage):
+    """It begins at its own number times the displacement."""
+
+    name = "charging"
+
+    def starts(self, x, n):
+        return [n["filter_time"] * x]
+
+
+def test_each_component_says_where_its_states_begin():
+    model = ConeModel(film=ViscousFilm(), bias=Lagging(), circuit=Charging(), filter_time=0.25)
+    assert model.system.starts(0.8, model.own_numbers) == [0.1, 0.2, 0.2]
+    pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", circuit=Charging(), filter_time=0.25)
+    assert pair.system.starts(0.8, pair.own_numbers) == [0.2, 0.2]

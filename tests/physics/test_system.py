@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from gelcone.physics.component import State
-from gelcone.physics.differentiate import gradients
+from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import BIAS_SHARE
+from gelcone.physics.trace import Graph
 from gelcone.quantity import Quantity
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SaturatingAmplifier, ThreeHarmonics
 
@@ -211,3 +212,60 @@ def test_a_circuit_with_borders_has_the_period_of_the_voltage_itself():
     assert ConeModel(drive_frequency=0.8).system.forcing_period(ConeModel(drive_frequency=0.8).own_numbers) == (
         pytest.approx(np.pi / 0.8, rel=1e-15)
     )
+
+
+@pytest.mark.parametrize(("drive", "sign"), [("same", 1.0), ("opposite", -1.0), ("constant", 0.0)])
+def test_the_rate_of_a_second_films_voltage_is_that_of_its_drive(drive, sign):
+    pair = ConeModel(film="taut", second_film="taut", second_drive=drive, voltage=0.7, drive_frequency=0.8)
+    rate = 0.7 * 0.8 * np.cos(0.8 * 1.3)
+    found = pair.system.voltage_rates(1.3, [0.2, 0.1], pair.own_numbers)
+    np.testing.assert_allclose(found, [rate, sign * rate], rtol=1e-13, atol=1e-15)
+
+
+def test_a_current_charges_the_film_and_what_leaks_through_it():
+    """(C v)' + C v/te, C = 1 + x^2; and each line's charge is that of its own film."""
+    x, u, tau = np.array([0.3, -0.6]), np.array([0.5, 0.2]), 1.3
+    model = ConeModel(film="taut", voltage=0.7, drive_frequency=0.8, leakage_time=4.0)
+    v, rate, area = 0.7 * np.sin(0.8 * tau), 0.7 * 0.8 * np.cos(0.8 * tau), 1.0 + x**2
+    (found,) = model.system.currents(tau, [x, u], model.own_numbers)
+    np.testing.assert_allclose(found, area * rate + 2.0 * x * u * v + area * v / 4.0, rtol=1e-12)
+    pair = model.replace(second_film="taut", second_drive="opposite", second_flat_height=0.9, voltage_bias=0.2)
+    found = pair.system.source_charges(tau, [x, u], pair.own_numbers)
+    expected = [(0.2 + v) * area, (0.2 - v) * (1.0 + (0.9 - x) ** 2)]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_mechanical_states_are_those_of_disc_film_and_bias_and_move_at_held_voltages():
+    model = MODELS["five"]
+    system, n, z = model.system, model.own_numbers, [0.3, -0.2, 0.1, 0.25, 0.6]
+    assert system.mechanical == [0, 1, 2, 3]
+    assert MODELS["filter"].system.mechanical == [0, 1]
+    rates = system.rates(0.7, z, n)
+    np.testing.assert_allclose(system.rates_held([0.36], z, n), rates[:4], rtol=1e-14)
+
+
+def test_deviations_behind_a_resistance_are_those_of_a_system_of_charges():
+    """x' = u, u' = ..., Q' = (v_s - v)/rho with v = Q/(1 + x^2): the Jacobian by x, u and Q, from differences."""
+    model = ConeModel(film="taut", series_resistance=0.4, voltage=0.7, rest_height=0.3, prestretch=1.1)
+    system, n, tau, z = model.system, model.own_numbers, 1.1, np.array([0.4, -0.3, 0.5])
+    assert list(system.charged) == [2]
+    graph = Graph()
+    leaves = [graph.state(k) for k in range(3)]
+    numbers = {name: graph.number(name) for name in system.numbers}
+    rates, slopes = system.flow(graph.time, leaves, numbers, graph)
+    known = {leaf.index: value for leaf, value in zip(leaves, z, strict=True)} | {graph.time.index: tau}
+    known |= {numbers[name].index: n[name] for name in system.numbers}
+    found = evaluated([graph.node(value) for row in (rates, *slopes) for value in row], known)
+    np.testing.assert_allclose(found[:3], system.rates(tau, list(z), n), rtol=1e-12)
+
+    def area(x):
+        return system.films[0].capacitance(x, 0.0, [], n)
+
+    def flow(x, u, charge):
+        v = charge / area(x)
+        acceleration = system.rates(tau, [x, u, v], n)[1]
+        return np.array([u, acceleration, (0.7 * np.sin(tau) - v) / 0.4])
+
+    at, h = np.array([z[0], z[1], z[2] * area(z[0])]), 1e-6
+    columns = [(flow(*(at + step)) - flow(*(at - step))) / (2.0 * h) for step in h * np.eye(3)]
+    np.testing.assert_allclose(np.reshape(found[3:], (3, 3)), np.transpose(columns), rtol=1e-7, atol=1e-9)
