@@ -1,5 +1,7 @@
 """The amplifier that ships, and films that leak: certified motions, powers, exponents; tangents; limits; SI fields."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -13,8 +15,8 @@ from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import small_signal_response, state_space
-from gelcone.physics.amplifier import ABSENT, ELECTRICS, Amplifier
-from gelcone.physics.circuit import IdealSource
+from gelcone.physics.amplifier import ABSENT, ELECTRICS, Amplifier, with_electrics
+from gelcone.physics.circuit import IdealSource, Port
 from gelcone.physics.model import ConeModel
 from tests.physics.film.test_branches import CERTIFIED, model_of
 
@@ -392,3 +394,178 @@ def test_a_late_permittivity_has_si_fields():
 def test_a_late_permittivity_that_cannot_be_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         ConeModel(**given)
+
+
+# --- the amplifier by its formulas ------------------------------------------------------------------------------------
+
+ELECTRIC = {
+    "filter_time": 0.4, "slew_rate": 1.5, "series_resistance": 0.3, "current_limit": 0.8, "leakage_time": 5.0,
+    "leakage_field": 0.9, "dielectric_share": 0.35, "dielectric_time": 2.5,
+}  # fmt: skip
+TAKEN = [
+    ("series_resistance",),
+    ("filter_time",),
+    ("filter_time", "series_resistance", "leakage_time"),
+    ("filter_time", "slew_rate", "series_resistance", "current_limit", "leakage_time"),
+    ("series_resistance", "dielectric_share", "dielectric_time"),
+    ("filter_time", "series_resistance", "leakage_time", "dielectric_share", "dielectric_time"),
+    ("leakage_time", "leakage_field"),
+    tuple(ELECTRIC),
+]
+
+
+class Plain:
+    """A film of the capacitance 1 + x^2."""
+
+    film, words = SimpleNamespace(linear_charge=True, borders=(), name="plain"), "the film"
+
+    def capacitance(self, x, squared, y, n, xp):
+        return 1.0 + x * x + 0.0 * squared
+
+    def rates(self, x, velocity, squared, y, n, xp):
+        return []
+
+
+def port_of(command=0.7, x=0.0, u=0.0, rate=0.0):
+    return Port(command, np.asarray(x), np.asarray(u), lambda: rate, ((Plain(), []),), {}, np)
+
+
+def amplifier(takes, reduced=False):
+    """It, and its numbers for values of `ELECTRIC`; what is within its limits has its switches at 1."""
+    circuit = Amplifier(takes, reduced)
+    given = {name: ELECTRIC[name] for name in takes} | ({"series_resistance": 0.004} if reduced else {})
+    return circuit, circuit.numbers(circuit.complete(given))
+
+
+@pytest.mark.parametrize("takes", TAKEN, ids="+".join)
+def test_rates_of_an_amplifier_are_those_of_its_parts(takes):
+    """v' follows from (1 - chi) (C v)' + chi (C w)' = i - leak with i and y' within their limits, by hand."""
+    circuit, n = amplifier(takes)
+    x, u, command = 0.6, 0.4, 1.3
+    area, by_x = 1.0 + x * x, 2.0 * x
+    y = [0.5, 0.25, 0.9][: len(circuit.states)]
+    known = dict(zip([state.name for state in circuit.states], y, strict=True))
+    port = port_of(command, x, u)
+    own = {**n, **circuit.switches(port, y, n)}
+    source = known.get("amplifier_voltage", command)
+    v = known.get("film_voltage", source)
+    assert circuit.source_voltage(port, y, own) == source
+    assert circuit.voltage(port, y, own) == v
+    wanted = {}
+    if "filter_time" in takes:
+        wanted["amplifier_voltage"] = (command - source) / 0.4
+        if "slew_rate" in takes:
+            wanted["amplifier_voltage"] = np.clip(wanted["amplifier_voltage"], -1.5, 1.5)
+    leak = 0.0
+    if "leakage_time" in takes:
+        field = v * np.sqrt(area)
+        volts = 0.9 * np.sinh(field / 0.9) / np.sqrt(area) if "leakage_field" in takes else v
+        leak = area * volts / 5.0
+    assert circuit.leaks(port, y, own) == [pytest.approx(leak)]
+    slow = (area * v - known["slow_charge"]) / 2.5 if circuit.delays else 0.0
+    share = 0.35 if circuit.delays else 0.0
+    if circuit.delays:
+        wanted["slow_charge"] = slow
+        late = known["slow_charge"] / area
+        assert circuit.squared(port, v, y, own) == pytest.approx((1.0 - share) * v * v + share * late * late)
+        assert circuit.stored(port, v, y, own) == pytest.approx((1.0 - share) * area * v + share * known["slow_charge"])
+    through = (source - v) / 0.3
+    if "current_limit" in takes:
+        through = np.clip(through, -0.8, 0.8)
+    if circuit.carries_voltage:
+        at_once = (through - leak - share * slow) / (1.0 - share)
+        wanted["film_voltage"] = (at_once - by_x * u * v) / area
+    rates = dict(zip(known, circuit.rates(port, y, own), strict=True))
+    assert {name: float(rate) for name, rate in rates.items()} == {k: pytest.approx(w) for k, w in wanted.items()}
+    current = through - leak if circuit.carries_voltage else 0.2
+    through = through if circuit.carries_voltage else 0.2 + leak
+    lost = {"resistor": (source - v) * through, "leak": v * leak, "dielectric": share * 2.5 * slow**2 / area}
+    powers = circuit.powers(port, current, y, own)
+    assert {k: float(p) for k, p in powers.items()} == {
+        "source": pytest.approx(source * through), **{k: pytest.approx(lost[k]) for k in circuit.losses}
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("takes", "reduced"), [*((takes, False) for takes in TAKEN[:-2]), *((TAKEN[k], True) for k in (0, 2))]
+)
+def test_the_gain_of_an_amplifier_is_that_of_its_linear_rates(takes, reduced):
+    """H = c (i w - A)^-1 (b + i w b') + d + i w d' of a flat film within the limits."""
+    takes = tuple(name for name in takes if name not in ("slew_rate", "current_limit"))
+    circuit, n = amplifier(takes, reduced)
+    size = len(circuit.states)
+
+    def at(command, rate, y):
+        port = port_of(command, rate=rate)
+        return np.array([float(value) for value in [*circuit.rates(port, y, n), circuit.voltage(port, y, n)]])
+
+    unit = np.eye(size)
+    by_command, by_rate = at(1.0, 0.0, [0.0] * size), at(0.0, 1.0, [0.0] * size)
+    by_states = np.array([at(0.0, 0.0, list(row)) for row in unit]).reshape(size, size + 1).T
+    for w in (0.0, 0.3, 2.0):
+        states = np.linalg.solve(1j * w * unit - by_states[:size], by_command[:size] + 1j * w * by_rate[:size])
+        exact = by_states[size] @ states + by_command[size] + 1j * w * by_rate[size]
+        assert complex(circuit.gain(w, n)) == pytest.approx(exact, rel=1e-12)
+
+
+def test_borders_and_excess_of_an_amplifier_say_on_which_side_of_its_limits_it_is():
+    circuit, n = amplifier(TAKEN[3])
+    sides = {"slew_rate_above": 1.0, "slew_rate_below": 1.0, "current_limit_above": 1.0, "current_limit_below": 1.0}
+    rows = [
+        (1.3, [0.9, 0.8], {}),
+        (1.6, [0.9, 0.8], {"slew_rate_above": -1.0}),
+        (0.2, [0.9, 0.8], {"slew_rate_below": -1.0}),
+    ]
+    rows += [(0.9, [0.9, 0.6], {"current_limit_above": -1.0}), (0.9, [0.9, 1.2], {"current_limit_below": -1.0})]
+    for command, y, changed in rows:
+        port = port_of(command)
+        assert circuit.switches(port, y, n) == sides | changed
+        own = {**n, **sides, **changed}
+        values = {str(border.switch): border.value(port, y, own, np) for border in circuit.borders}
+        assert all(value > 0.0 for value in values.values())
+        wanted = {"slew_rate": (command - y[0]) / 0.4, "current_limit": (y[0] - y[1]) / 0.3}
+        limits = {"slew_rate": 1.5, "current_limit": 0.8}
+        excess = {name: pytest.approx(abs(wanted[name]) - limits[name]) for name in limits}
+        assert dict(circuit.saturations(port, y, own)) == excess
+        scale = {"slew_rate": 0.4, "current_limit": 0.3}
+        for name in limits:
+            assert abs(values[f"{name}_above"]) == pytest.approx(scale[name] * abs(limits[name] - wanted[name]))
+            assert abs(values[f"{name}_below"]) == pytest.approx(scale[name] * abs(limits[name] + wanted[name]))
+
+
+def test_an_amplifier_is_as_slow_as_its_slowest_state_and_jumps_where_nothing_filters():
+    for takes, slowest, jumps in [
+        (TAKEN[0], 0.3, False), (TAKEN[1], 0.4, False), (TAKEN[4], 2.5, False), (TAKEN[6], 0.0, True),
+    ]:  # fmt: skip
+        circuit, n = amplifier(takes)
+        assert (float(circuit.time_constant(n)), circuit.jumps) == (slowest, jumps)
+    reduced, n = amplifier(("series_resistance",), reduced=True)
+    assert (float(reduced.time_constant(n)), reduced.jumps, reduced.states) == (0.0, True, ())
+    assert Amplifier(tuple(ELECTRIC)).held == Amplifier(("leakage_time", "leakage_field"))
+    assert Amplifier(("series_resistance",)).held == IdealSource()
+    with pytest.raises(InputError, match=r"dielectric_share = 1: must be below 1"):
+        Amplifier(TAKEN[4]).complete({**ELECTRIC, "dielectric_share": np.array([0.2, 1.0])})
+    with pytest.raises(InputError, match=r"series_resistance = 0.02 \(times C0 Omega0\): without a state"):
+        Amplifier(reduced=True).complete({"series_resistance": np.array([0.001, 0.02])})
+
+
+def test_what_stands_for_none_takes_the_parameter_away_and_with_it_what_is_reduced():
+    """A number of an array that stands for none does not: the others are a value of each member."""
+    given = {"series_resistance": 0.0, "voltage": 0.3}
+    assert with_electrics("ideal", given, True) == (IdealSource(), {"voltage": 0.3})
+    assert with_electrics("amplifier", given) == (IdealSource(), {"voltage": 0.3})
+    assert with_electrics("amplifier", {"voltage": 0.3}) == (Amplifier(), {"voltage": 0.3})
+    assert with_electrics("ideal", {"voltage": 0.3}) == (IdealSource(), {"voltage": 0.3})
+    circuit, rest = with_electrics("ideal", {"leakage_time": np.array([np.inf, 3.0])})
+    assert circuit == Amplifier(("leakage_time",))
+    np.testing.assert_array_equal(rest["leakage_time"], [np.inf, 3.0])
+    given = Amplifier(("series_resistance", "leakage_time"))
+    assert with_electrics(given, {"series_resistance": 0.0}) == (Amplifier(("leakage_time",)), {})
+    assert with_electrics(given, {}) == (given, {})
+    small = Amplifier(reduced=True)
+    assert with_electrics(small, {"leakage_time": 3.0})[0] == Amplifier(("series_resistance", "leakage_time"), True)
+    assert with_electrics(small, {"series_resistance": 0.001}, False)[0] == Amplifier()
+    table = {"component": "amplifier", "takes": ["filter_time"]}
+    assert with_electrics(table, {"series_resistance": 0.2})[0] == Amplifier(("filter_time", "series_resistance"))
+    with pytest.raises(InputError, match="reduced: the circuit 'charge' has no series_resistance"):
+        with_electrics("charge", {}, True)

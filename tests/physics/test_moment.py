@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from gelcone.physics.amplifier import Amplifier
 from gelcone.physics.model import ConeModel
 from tests.physics.test_system import MODELS, every_model, points
+from tests.toys import SaturatingAmplifier
 
 
 @pytest.mark.parametrize("name", ["gent", "yeoh", "toys", "filter"])
@@ -60,3 +62,37 @@ def test_both_films_behind_one_resistance_have_one_voltage_whose_rate_stands_onc
     area, by_x = 2.0 + 0.3**2 + 0.2**2, 2.0 * 0.3 - 2.0 * 0.2
     assert rates[2] == pytest.approx((0.7 * np.sin(0.8) - 0.5) / 0.3, rel=1e-13)
     assert area * rates[3] + by_x * -0.6 * 0.2 == pytest.approx((0.5 - 0.2) / 0.4, rel=1e-12)
+
+
+def test_a_circuit_is_on_the_side_of_its_border_that_the_command_says():
+    model = ConeModel(circuit=SaturatingAmplifier(), voltage=0.9, voltage_limit=0.5)
+    system, n, tau = model.system, model.own_numbers, np.linspace(0.0, 6.0, 25)
+    (voltage,) = system.voltages(tau, [0.0 * tau, 0.0 * tau], n)
+    np.testing.assert_allclose(voltage, np.clip(0.9 * np.sin(tau), -0.5, 0.5), rtol=1e-14, atol=1e-15)
+
+
+def test_the_sources_of_two_lines_supply_and_lose_together():
+    """Each (v_s - v)/rho through its resistance, of which v_s of that pays, and rho i^2 is lost."""
+    pair = ConeModel(
+        film="taut", second_film="taut", second_drive="opposite", series_resistance=0.4, voltage=0.7, voltage_bias=0.3
+    )
+    system, n, tau, z = pair.system, pair.own_numbers, 0.8, [0.3, -0.6, 0.2, 0.5]
+    powers = dict(zip(system.causes, system.powers(tau, z, n), strict=True))
+    commands = 0.3 + 0.7 * np.sin(0.8), 0.3 - 0.7 * np.sin(0.8)
+    currents = [(command - v) / 0.4 for command, v in zip(commands, z[2:], strict=True)]
+    assert powers["source"] == pytest.approx(sum(c * i for c, i in zip(commands, currents, strict=True)), rel=1e-12)
+    assert powers["resistor"] == pytest.approx(0.4 * sum(i * i for i in currents), rel=1e-12)
+
+
+def test_the_rate_of_a_voltage_that_time_and_states_make_is_its_difference_along_the_motion():
+    """Of a resistance without a state, and a film with states of its own."""
+    model = ConeModel(
+        film="taut", circuit=Amplifier(reduced=True), series_resistance=0.005, viscous_modulus_1=0.5,
+        relaxation_time_1=3.0, voltage=0.7,
+    )  # fmt: skip
+    system, n, tau, z, h = model.system, model.own_numbers, 1.1, np.array([0.4, -0.5, 1.1, 0.95]), 1e-5
+    rates = np.array(system.rates(tau, z, n), dtype=float)
+    ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
+    (found,) = system.voltage_rates(tau, z, n)
+    assert found == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-6)
+    assert found == pytest.approx(0.7 * np.cos(1.1), rel=0.05)

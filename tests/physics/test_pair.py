@@ -149,3 +149,31 @@ def test_a_pitchfork_that_does_not_continue_smoothly_throws_the_disc_where_it_th
     assert same.before == pytest.approx(0.0, abs=1e-6)
     assert abs(same.after) > 0.3
     assert abs(same.after) == pytest.approx(abs(lost.after), rel=1e-4)
+
+
+def test_a_pair_loses_its_flat_state_at_the_square_of_the_voltage_that_takes_its_stiffness():
+    """k1 - 2 V = 0 of two power films; none where no voltage that is searched takes it, or where none is left."""
+    model = gelcone.ConeModel(film=PowerFilm(), second_film=PowerFilm(), bias=CubicBias(), bias_stiffness=0.9)
+    (balance,) = balances_of(model.members())
+    assert balance.pitchfork() == pytest.approx(0.45, rel=1e-9)
+    (stiff,) = balances_of(model.replace(bias_stiffness=2.0 * 21.0**2).members())
+    assert math.isnan(stiff.pitchfork())
+    (lost,) = balances_of(model.replace(bias_stiffness=-0.3).members())
+    assert math.isnan(lost.pitchfork())
+
+
+def test_each_curve_of_equilibria_is_followed_once():
+    """The flat one, and the one that is born from it to both sides."""
+    model = gelcone.ConeModel(film="taut", second_film="taut", hoop_prestretch=1.2)
+    (balance,) = balances_of(model.members())
+    highest = 1.3 * math.sqrt(balance.pitchfork())
+    curves = balance.curves(highest)
+    assert len(curves) == 2
+    (flat,) = (curve for curve in curves if np.abs(curve[0]).max() < 1e-6)
+    assert sorted([flat[1].min(), flat[1].max()]) == pytest.approx([0.0, highest], abs=1e-6)
+    born = next(curve for curve in curves if curve is not flat)
+    assert born[0].min() == pytest.approx(-born[0].max(), rel=1e-6)
+    assert born[0].max() > 0.1
+    for x, voltage, slope in curves:
+        np.testing.assert_allclose(balance.force(x, voltage**2), 0.0, atol=1e-8)
+        np.testing.assert_allclose(slope, balance.slope(x, voltage**2), rtol=1e-12, atol=1e-14)

@@ -392,3 +392,16 @@ def test_a_ramp_rises_for_all_but_the_share_in_which_it_falls():
     expected = [0.0, 0.98, 1.0, 1.0, 0.0, -1.0, -1.0]  # from 0.45 on it falls for a fifth of the repeat
     found = voltages("trapezoid", at, rise=0.1, high=0.4, fall=0.2)
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("values", [(0.0, 1.0, 0.5), (0.5, 1.0, 0.0)])
+def test_samples_that_would_jump_where_they_repeat_are_refused_whichever_end_is_higher(values):
+    with pytest.raises(InputError, match="repeated they would jump; add a last sample, or jump = true"):
+        Samples(values=values, repeat=True)
+    assert Samples(values=values, repeat=True, jump=True).values == Samples(values=values).values == values
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.5, 6.0), (6.0, 0.5)])
+def test_the_detail_of_a_chirp_is_that_of_its_fastest_swing(first, last):
+    n = {"start_frequency": np.array([first, 0.5]), "end_frequency": np.array([last, 0.5]), "drive_frequency": 0.5}
+    assert Chirp().detail(n) == pytest.approx(12.0, rel=1e-15)
