@@ -246,11 +246,19 @@ def test_a_root_that_has_a_value_follows_it_and_one_without_begins_at_the_guess(
 
 
 def test_a_root_has_the_same_bits_however_long_its_neighbours_take():
-    far, near = 1e6, np.sqrt(2.0 + STATES[0]) + 1e-6
-    _, _, together, _ = compiled([of_two_values], found=np.array([near]))
+    """Of (y - 1)^3 multiplied out, whose rounding moves a root by more than its last digits with each correction."""
+
+    def noisy(x, u, t, n, xp):
+        return xp.root(
+            "y", lambda y, x, xp: ((y - 3.0) * y + 3.0) * y - 1.0 - 0.001 * (2.0 + x), [x], lambda x, xp: 1.2 + 0.0 * x
+        )
+
+    far, near = 1e6, 1.0 + np.cbrt(0.001 * (2.0 + STATES[0])) + 1e-7
+    _, _, together, _ = compiled([noisy], found=np.array([near]))
+    np.testing.assert_allclose(together[0], near, atol=1e-6)
     for lane in range(WIDTH):
         others = np.array([np.where(np.arange(WIDTH) == lane, near, far)])
-        _, _, last, _ = compiled([of_two_values], found=others)
+        _, _, last, _ = compiled([noisy], found=others)
         assert last[0, lane] == together[0, lane]
 
 
