@@ -320,3 +320,14 @@ class Following(Lagging):
 def test_several_biases_begin_each_where_it_would_alone():
     both = Together((TurningBias(), Following()))
     assert both.starts(0.8, {}) == [0.0, 0.0, 0.4]
+
+
+def test_several_are_free_where_the_first_is_unless_it_is_stable_there():
+    """From there as far as the other's pull shifts it: -(w)/k1."""
+    both = Together((CubicBias(), Weight()))
+    n = {"bias_stiffness": 2.0, "bias_cubic": 0.3, "weight": 0.1}
+    assert both.free_height(n) == pytest.approx(-0.05, rel=1e-14)
+    for stiffness in (-2.0, 0.0):
+        assert both.free_height(n | {"bias_stiffness": stiffness}) == 0.0
+    assert bool(Together((CubicBias(), BuckledBeam())).odd(n | {"beam_height": 0.0}))
+    assert not Together((CubicBias(), BuckledBeam())).odd(n | {"beam_height": 0.2})

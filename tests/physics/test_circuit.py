@@ -381,3 +381,11 @@ def test_a_circuit_with_powers_of_its_own_loses_in_its_resistor_and_by_leaking()
 
 def test_a_circuit_without_leaks_has_none_through_each_film():
     assert IdealSource().leaks(SimpleNamespace(films=("first", "second")), [], {}) == [0.0, 0.0]
+
+
+def test_a_voltage_jumps_with_the_command_where_no_state_follows_it():
+    assert IdealSource().jumps
+    assert SaturatingAmplifier().jumps
+    assert not FilteredVoltage().jumps
+    with pytest.raises(InputError, match="film 'wrinkling': its voltage does not follow from its charge"):
+        integrate(ConeModel(film="wrinkling", circuit="charge"), (0.3, 0.0), [1.0])

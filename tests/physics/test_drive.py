@@ -9,7 +9,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.physics.drive import PHASE_SPEED, PIECE, VOLTAGE, Pieced, Pieces, Waveform
+from gelcone.physics.drive import PHASE_SPEED, PHASES, PIECE, VOLTAGE, Pieced, Pieces, Waveform
 from gelcone.physics.waveforms import WAVEFORMS, Sine, Triangle
 from gelcone.quantity import Quantity
 
@@ -377,3 +377,30 @@ def test_at_a_corner_the_piece_that_begins_there_has_been_passed():
     assert found.passed[0, 0] == corner[0]
     np.testing.assert_allclose(found.passed[0, 1:3], [1.0, -2.0 / np.pi], rtol=1e-14)  # it falls from its top
     assert found.later[0, 0] == pytest.approx(corner[0] + np.pi, rel=1e-14)
+
+
+def test_a_corner_at_the_very_end_is_one_of_those_up_to_it():
+    waveform = WAVEFORMS["triangle"]
+    n = {name: np.ones(1) * value for name, value in waveform.numbers(waveform.complete({})).items()}
+    later = waveform.corners_between(np.zeros(1), np.full(1, 9.0), n).later[0]
+    again = waveform.corners_between(np.zeros(1), later[1:2], n).later[0]
+    np.testing.assert_array_equal(again[np.isfinite(again)], later[:2])
+
+
+def test_samples_of_members_stand_in_rows_and_the_detail_counts_pieces_by_four():
+    n = {
+        "voltage": np.array([0.5, 0.7, 0.2]),
+        "voltage_bias": np.array([0.1, -0.3, 0.0]),
+        "drive_frequency": np.ones(3),
+    }
+    for waveform in (SINE, WAVEFORMS["harmonics"]):
+        rows = waveform.samples(n)
+        assert rows.shape == (3, PHASES)
+        for k in range(3):
+            own = {name: value[k] for name, value in n.items()}
+            np.testing.assert_allclose(rows[k], waveform.samples(own), rtol=1e-14)
+            np.testing.assert_allclose(
+                rows[k], waveform.voltage(2.0 * np.pi * np.arange(PHASES) / PHASES, own), atol=1e-14
+            )
+    assert WAVEFORMS["triangle"].detail({}) == 1.0
+    assert WAVEFORMS["staircase"].detail({}) == 2.0

@@ -804,3 +804,12 @@ def test_a_second_film_that_does_not_ship_stays_where_something_else_changes():
     pair = ConeModel(film="taut", second_film=PowerFilm(1.3), second_drive="opposite")
     assert pair.replace(voltage=0.2).system.films == pair.system.films
     assert pair.take([0]).system.films == pair.system.films
+
+
+def test_what_was_reduced_has_states_again_where_nothing_is_to_be():
+    small = ConeModel(film="taut", circuit="amplifier", series_resistance=0.003, reduced="series_resistance")
+    assert small.system.states == ConeModel().system.states
+    again = small.replace(reduced="none")
+    assert (again.reduced, again.series_resistance) == ((), 0.003)
+    assert [state.name for state in again.system.states[2:]] == ["film_voltage"]
+    assert small.replace(voltage=0.2).reduced == ("series_resistance",)

@@ -5,7 +5,7 @@ import pytest
 
 from gelcone.physics.amplifier import Amplifier
 from gelcone.physics.model import ConeModel
-from tests.physics.test_system import MODELS, every_model, points
+from tests.physics.test_system import MODELS, ViscousFilm, every_model, points
 from tests.toys import SaturatingAmplifier
 
 
@@ -96,3 +96,12 @@ def test_the_rate_of_a_voltage_that_time_and_states_make_is_its_difference_along
     (found,) = system.voltage_rates(tau, z, n)
     assert found == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-6)
     assert found == pytest.approx(0.7 * np.cos(1.1), rel=0.05)
+
+
+def test_each_films_states_move_under_its_own_voltage():
+    pair = ConeModel(film=ViscousFilm(), second_film=ViscousFilm(), second_drive="constant", second_voltage=1.3)
+    system, n, z = pair.system, pair.own_numbers, [0.4, 0.2, 0.1, -0.3]
+    volts = 0.5 * np.sin(0.7)
+    rates = system.rates(0.7, z, n)
+    assert rates[2] == pytest.approx((0.4 - 0.1) * (1.0 + volts**2) + 0.2 * np.sin(0.2), rel=1e-13)
+    assert rates[3] == pytest.approx((-0.4 + 0.3) * (1.0 + 1.3**2) - 0.2 * np.sin(0.2), rel=1e-13)

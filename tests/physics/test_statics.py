@@ -58,6 +58,7 @@ def test_a_rest_under_the_hand_continues_the_last_one_and_is_not_stored():
         assert not guessed
         second = rest_displacements(ConeModel(rest_height=0.51))
         assert list(guessed.values()) == [second]
+        assert not guessed.keys() & statics._rests.keys()
         far = rest_displacements(ConeModel(rest_height=1.5))
         assert len(guessed) == 1
     assert list(places.values()) == [far]

@@ -174,3 +174,11 @@ def test_each_component_says_where_its_states_begin():
     assert model.system.starts(0.8, model.own_numbers) == [0.1, 0.2, 0.2]
     pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", circuit=Charging(), filter_time=0.25)
     assert pair.system.starts(0.8, pair.own_numbers) == [0.2, 0.2]
+
+
+def test_behind_a_filter_a_resistance_without_a_state_takes_corners_but_no_jumps():
+    reduced = {"circuit": Amplifier(("filter_time", "series_resistance"), True), "film": "taut"}
+    assert ConeModel(**reduced, waveform="triangle").system.circuit.reduced
+    assert ConeModel(**reduced, waveform="square").system.circuit.reduced
+    with pytest.raises(InputError, match="reduced: the voltage of the waveform 'square' jumps, and behind a filter"):
+        ConeModel(**reduced, waveform="square", rise=0.0)

@@ -8,6 +8,7 @@ import pytest
 
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import evaluated, gradients
+from gelcone.physics.drive import PIECE
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import BIAS_SHARE
 from gelcone.physics.trace import Graph
@@ -269,3 +270,84 @@ def test_deviations_behind_a_resistance_are_those_of_a_system_of_charges():
     at, h = np.array([z[0], z[1], z[2] * area(z[0])]), 1e-6
     columns = [(flow(*(at + step)) - flow(*(at - step))) / (2.0 * h) for step in h * np.eye(3)]
     np.testing.assert_allclose(np.reshape(found[3:], (3, 3)), np.transpose(columns), rtol=1e-7, atol=1e-9)
+
+
+def test_a_voltage_that_follows_the_disc_leaves_no_plane():
+    assert not ConeModel(film="taut", circuit="charge").system.planar
+    assert not ConeModel(film="taut", circuit="amplifier", series_resistance=0.3).system.planar
+    fast = {"viscous_modulus_1": 0.5, "relaxation_time_1": 0.01, "reduced": "relaxation_time_1"}
+    assert not ConeModel(film="taut", **fast).system.planar
+    assert ConeModel(film="taut", second_film="taut", second_drive="opposite").system.planar
+
+
+def test_where_a_minimum_ends_at_a_held_voltage_a_film_behind_a_resistance_has_a_border_of_its_charge():
+    creeping = {"film": "wrinkling", "viscous_modulus_1": 0.5, "relaxation_time_1": 3.0}
+    held, behind = ConeModel(**creeping).system, ConeModel(**creeping, series_resistance=0.4).system
+    folds = [border for border in held.films[0].borders if border.folds]
+    assert folds
+    assert len(held.borders) == len(held.films[0].borders)
+    assert len(behind.borders) == len(held.borders) - len(folds) + 1
+    assert (behind.borders[-1][0], behind.borders[-1][1].seldom, behind.borders[-1][1].switch) == (0, True, None)
+
+
+def test_of_two_films_behind_one_resistance_each_has_the_end_of_its_own_minimum():
+    """At states of its own it is where the film alone would have it."""
+    creeping = {"film": "wrinkling", "viscous_modulus_1": 0.5, "relaxation_time_1": 3.0, "series_resistance": 0.4}
+    single, pair = ConeModel(**creeping), ConeModel(**creeping, second_film="taut", second_flat_height=0.6)
+    z = dict.fromkeys([state.name for state in pair.system.states], 1.0)
+    z |= {"displacement": 0.4, "velocity": 0.1, "film_voltage": 0.3}
+    values = []
+    for model in (single, pair):
+        own = [np.asarray(z[state.name]) for state in model.system.states]
+        n = model.own_numbers
+        n = n | model.system.switches(0.0, own, n)
+        border = [border for k, border in model.system.borders if k == 0][-1]
+        values.append(float(border.value(0.0, own, n, np)))
+    assert values[0] == pytest.approx(values[1], rel=1e-12)
+    assert 0.0 < values[0] < 2.0
+
+
+class Fitted(PowerFilm):
+    """A film whose charge is known to a program by a fit alone."""
+
+    name, linear_charge, traced_charge, fitted_charge = "fitted", True, True, True
+
+    def capacitance(self, x, squared, y, n, xp=np):
+        return 1.0 + x * x
+
+
+class Known(Fitted):
+    name, fitted_charge = "known", False
+
+
+def test_the_source_of_a_charge_that_is_fitted_counts_only_where_the_circuit_loses_power():
+    assert ConeModel(film=Known()).system.causes == ("motion", "damper", "source")
+    assert ConeModel(film=Fitted()).system.causes == ("motion", "damper")
+    lossy = ConeModel(film=Fitted(), series_resistance=0.3).system
+    assert lossy.causes == ("motion", "damper", "source", "resistor")
+    assert ConeModel(film=PowerFilm(), filter_time=0.3).system.causes == ("motion", "damper")
+    assert lossy.bounding_powers == 2
+
+
+def test_switches_of_the_drive_are_among_those_of_the_system():
+    model = ConeModel(waveform="triangle", drive_frequency=0.8)
+    found = model.system.switches(np.array([3.0]), [np.zeros(1), np.zeros(1)], model.members().numbers())
+    assert list(found) == list(PIECE)
+    assert found["piece_1"] == pytest.approx(-2.0 / np.pi, rel=1e-14)
+
+
+class NoStateAbove(PowerFilm):
+    """A power film that pulls in at V = 2."""
+
+    name = "no state above"
+
+    def highest_squared(self, x, n):
+        return np.full(np.shape(x), 2.0)[()]
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_pair_has_pulled_in_where_either_film_has(first):
+    films = (NoStateAbove(), PowerFilm()) if first else (PowerFilm(), NoStateAbove())
+    model = ConeModel(film=films[0], second_film=films[1])
+    found = model.system.pulled_in(np.array([0.1, 0.2]), np.array([1.9, 2.1]), model.own_numbers)
+    assert found.tolist() == [False, True]

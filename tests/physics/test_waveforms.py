@@ -405,3 +405,17 @@ def test_samples_that_would_jump_where_they_repeat_are_refused_whichever_end_is_
 def test_the_detail_of_a_chirp_is_that_of_its_fastest_swing(first, last):
     n = {"start_frequency": np.array([first, 0.5]), "end_frequency": np.array([last, 0.5]), "drive_frequency": 0.5}
     assert Chirp().detail(n) == pytest.approx(12.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("rise", [-0.1, 1.1])
+def test_a_staircase_rises_in_a_share_of_a_levels_time(rise):
+    with pytest.raises(InputError, match="a rise from 0 to 1, a share of a level's time"):
+        Staircase(rise=rise)
+    assert Staircase(rise=1.0).rise == 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_multisine_reaches_1_and_no_more_between_all_samples(seed):
+    wave = multisine(3, 9, seed)
+    top = np.abs(wave.shape(np.linspace(0.0, 2.0 * np.pi, 20_001), {})).max()
+    assert 1.0 - 1e-12 < top < 1.004

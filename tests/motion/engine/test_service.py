@@ -244,27 +244,35 @@ def test_a_border_in_the_direction_that_does_not_count_is_passed(direction, ends
     assert raw.end_state[0, 0] == pytest.approx(math.exp(-0.1 * ends), rel=1e-10)
 
 
-def test_a_border_whose_root_is_lost_ends_the_member_where_it_was():
-    """y with y^2 = 1 - t: no root beyond t = 1, and steps that grow ever shorter towards it."""
+@dataclass(frozen=True)
+class Rooted:
+    """x' = y with y = sqrt(1 - t): no root beyond t = 1."""
 
-    def border(time, state, n, xp):
-        return 1.0 + xp.root("y", lambda y, t, xp: y * y - 1.0 + t, [time], lambda t, xp: 1.0 + 0.0 * t)
+    states = ("x",)
+    numbers = ()
 
-    event = Event(border, -1, inside=True)
-    raw = Program(Decay(), "states", 1e-10, [event]).run({"rate": 0.1}, [[1.0]], 0.0, [[5.0]], smallest_step=1e-9)
-    assert raw.status[0] in (TERMINAL_EVENT, STEP_TOO_SMALL)
+    def root(self, time, xp, name="y"):
+        return xp.root(name, lambda y, t, xp: y - xp.sqrt(1.0 - t), [time], lambda t, xp: 1.0 + 0.0 * t)
+
+    def rates(self, time, state, n, xp):
+        return [self.root(time, xp) + 0.0 * state[0]]
+
+
+def test_a_member_whose_rates_are_lost_with_a_root_ends_by_the_first_border_that_is_made_of_it():
+    """Before it, steps grow ever shorter; where it is lost from the start on, the member stays there."""
+    system = Rooted()
+    far = Event(lambda t, z, n, xp: 9.0 + z[0], -1, inside=True)
+    borders = [Event(lambda t, z, n, xp, k=k: k + system.root(t, xp), -1, inside=True) for k in (1.0, 2.0)]
+    for events, status in (([far, *borders], TERMINAL_EVENT + 1), ([borders[1], far], TERMINAL_EVENT)):
+        raw = Program(system, "states", 1e-10, events).run({}, [[1.0]], 2.0, [[5.0]])
+        assert raw.status[0] == status
+        assert (raw.end_time[0], raw.end_state[0, 0]) == (2.0, 1.0)
+    raw = Program(system, "states", 1e-10, [far]).run({}, [[1.0]], 2.0, [[5.0]])
+    assert raw.status[0] == NOT_FINITE
+    raw = Program(system, "states", 1e-10, borders).run({}, [[1.0]], 0.0, [[5.0]], smallest_step=1e-9)
+    assert raw.status[0] == STEP_TOO_SMALL
     assert raw.end_time[0] == pytest.approx(1.0, abs=1e-6)
-    start = Program(Decay(), "states", 1e-10, [event]).run({"rate": 0.1}, [[1.0]], 2.0, [[5.0]])
-    assert start.status[0] == TERMINAL_EVENT
-    assert (start.end_time[0], start.end_state[0, 0]) == (2.0, 1.0)
-
-    def other(time, state, n, xp):
-        return 2.0 + xp.root("z", lambda z, t, xp: z * z - 1.0 + t, [time], lambda t, xp: 1.0 + 0.0 * t)
-
-    far = Event(lambda t, z, n, xp: 9.0 + z[0], -1)
-    events = [far, Event(other, -1, inside=True), event]  # of two that are lost the first counts
-    start = Program(Decay(), "states", 1e-10, events).run({"rate": 0.1}, [[1.0]], 2.0, [[5.0]])
-    assert start.status[0] == TERMINAL_EVENT + 1
+    assert raw.end_state[0, 0] == pytest.approx(1.0 + 2.0 / 3.0, abs=1e-6)
 
 
 # --- how members end --------------------------------------------------------------------------------------------------
@@ -310,7 +318,7 @@ def test_roots_begin_anew_under_another_law():
     """Beyond x = 1 the root of another equation counts, which has no value near the last one's."""
 
     @dataclass(frozen=True)
-    class Rooted:
+    class Sided:
         states = ("x",)
         numbers = ("s",)
 
@@ -327,7 +335,7 @@ def test_roots_begin_anew_under_another_law():
 
     event = Event(lambda t, z, n, xp: n["s"] * (1.0 - z[0]), -1, "s", inside=True)
     for divides in (False, True):
-        program = Program(Rooted(), "states", 1e-10, [replace(event, divides=divides)])
+        program = Program(Sided(), "states", 1e-10, [replace(event, divides=divides)])
         raw = program.run({"s": 1.0}, [[0.1]], 0.0, [[2.0]])
         meets = math.log(3.0 / 2.1)  # x' = x + 2
         # then x' = x^(1/3): x^(2/3) = 1 + 2 (t - meets)/3

@@ -266,6 +266,7 @@ def test_a_border_within_a_step_is_found_also_where_tangents_begin_anew_at_sampl
     raw = Program(Decay(), "tangents", 1e-12, [event]).run({"rate": 2.0}, [[1.0]], 0.0, [[0.1, 3.0]])
     assert raw.status[0] == TERMINAL_EVENT
     assert raw.end_time[0] == pytest.approx(0.5 * math.log(2.0), rel=1e-12)
+    assert raw.end_state[0, 0] == pytest.approx(0.5, rel=1e-12)
     assert raw.tangents[0, 0, 0, 0] == pytest.approx(math.exp(-0.2), rel=1e-11)
 
 
