@@ -238,6 +238,8 @@ def test_a_border_without_its_switch_flips_only_where_it_counts():
 def test_events_that_cannot_be_used_are_refused():
     with pytest.raises(ValueError, match="direction = 2"):
         Event(level, 2)
+    with pytest.raises(ValueError, match="direction = 0: a border with a side where members belong takes -1 or 1"):
+        Event(level, 0, inside=True)
     with pytest.raises(ValueError, match="inside=True"):
         Event(level, -1, seldom=True)
     with pytest.raises(ValueError, match="switch = 'side'"):

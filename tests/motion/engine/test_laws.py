@@ -83,3 +83,11 @@ def test_a_border_has_a_side_where_members_belong_if_it_says_so_or_contains_its_
     borders = traced_plan(Cone(), "states", [plain, own, ends], ())["borders"]
     assert [border.sided for border in borders] == [inside, True, inside]
     assert [border.switch for border in borders] == [0, 1, None]
+
+
+def test_a_system_of_two_states_that_is_not_planar_has_its_divergence_integrated():
+    """Where the charge is commanded the voltage follows the disc."""
+    for circuit, count in (("ideal", 6), ("charge", 7)):
+        plan = traced_plan(gelcone.ConeModel(film="taut", circuit=circuit).system, "tangents", (), ())
+        assert len(plan["laws"][0].rates) == count
+        assert plan["passengers"] == count - 6

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from engine_systems import Cone, cone_numbers
+from engine_systems import Cone, Oscillator, cone_numbers
 
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
 from gelcone.motion.engine.machine_code import aligned, content_of
@@ -81,3 +81,14 @@ def test_a_job_begins_with_what_its_members_are_given():
     assert {field: fields[field] for field in numbers} == numbers
     for field in (Job.TABLE, Job.STATES, Job.RESULT, Job.DWELL, Job.PIECES, Job.MOST_STEPS, Job.SMALLEST):
         assert fields[field] == getattr(arrays, field.name.lower()).ctypes.data
+
+
+def test_a_job_holds_the_pieces_of_each_member():
+    compiled = Program(Oscillator(), "states", 1e-6, pieces=("begin", "sign"))._compile(2)
+    pieces, first = np.array([[[1.0], [-1.0], [0.5]]]), [1, 2]
+    numbers = {"begin": 0.0, "sign": 1.0}
+    arrays = compiled.job(numbers, np.zeros((2, 2)), 0.0, np.ones((2, 1)), 0.0, 1e9, [0.5, 0.7], (pieces, first))
+    assert arrays.fields(2)[Job.PIECE_COUNT] == 3
+    np.testing.assert_array_equal(arrays.pieces, np.repeat(pieces, 2, axis=0))
+    np.testing.assert_array_equal(arrays.first_piece, first)
+    np.testing.assert_array_equal(arrays.switches, [[0.0, 1.0]] * 2)

@@ -362,3 +362,34 @@ def test_the_divergence_is_known_of_a_planar_system_and_integrated_of_another():
     raw = Program(Chain(), "tangents", 1e-12).run({"rate": 0.7}, [[0.3, -0.1, 0.4]], 0.0, [[0.5, 2.0]])
     np.testing.assert_allclose(raw.divergence, [[-0.8 * 0.5, -0.8 * 1.5]], rtol=1e-10)  # the trace is -0.1 - 0.7
     np.testing.assert_allclose(np.log(np.linalg.det(raw.tangents)), raw.divergence, rtol=1e-9)
+
+
+def test_orders_rise_with_fewer_digits_left_to_err_and_tangents_ask_for_less():
+    assert [order_and_label(tolerance)[0] for tolerance in (1e-6, 1e-8, 1e-10, 1e-12)] == [8, 12, 12, 18]
+    assert [order_and_label(tolerance, "tangents")[0] for tolerance in (1e-6, 1e-8, 1e-10, 1e-12)] == [8, 12, 12, 16]
+    assert order_and_label(1e-6)[1] == pytest.approx(1e-7, rel=1e-15)
+    assert (order_and_label(1e-15)[1], order_and_label(1e-15, "tangents")[1]) == (3e-16, 1e-15)
+
+
+def test_a_rerun_knows_whether_a_member_met_an_event():
+    program = Program(Decay(), "states", 1e-10, [programs.Event(lambda t, s, n, xp: s[0] - 0.5, -1)])
+    again = programs.Rerun(program, np.zeros(2), np.ones(2), 1e5)
+    for rates, met in (([0.1, 0.2], False), ([0.1, 2.0], True), ([2.0, 2.0], True), ([0.3, 0.1], False)):
+        _, arrived = again.run(np.array([rates]), np.ones((2, 1)), 0.0)
+        assert again.met_event == met
+        np.testing.assert_array_equal(arrived, np.array(rates) < 1.0)
+
+
+def test_a_rerun_forgets_the_corners_of_the_run_before():
+    """x'' + x = s with s as the last corner left it."""
+    program = Program(Oscillator(), "states", 1e-12, pieces=("begin", "sign"))
+    again = programs.Rerun(program, np.zeros(1), np.full(1, 3.0), 1e5, corners=3, pieces=2)
+    terms, first, switches = np.array([[[1.0], [-1.0]]]), np.array([1]), np.array([[0.0, 1.0]])
+    for corners in ([0.5, 1.0, 2.0], [1.5], [0.7, 0.9]):
+        given = np.array([corners]), terms, first
+        found, arrived = again.run(np.zeros(2), np.array([[0.2, 0.0]]), 0.0, switches, given)
+        raw = program.run(
+            {"begin": 0.0, "sign": 1.0}, [[0.2, 0.0]], 0.0, [[3.0]], corners=corners, terms=(terms, first)
+        )
+        assert arrived.all()
+        np.testing.assert_array_equal(found, raw.states[:, 0])

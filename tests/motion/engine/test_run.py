@@ -138,3 +138,17 @@ def test_those_under_way_are_those_in_lanes_and_those_that_wait_for_one():
         np.testing.assert_array_equal(under, np.flatnonzero(arrays.status < 0))
         work.advance(3)
     assert (arrays.status == ARRIVED).all()
+
+
+def test_a_run_that_was_stopped_does_not_report_the_rest():
+    told = []
+    program = Program(Cone(), "states", 1e-10)
+    program.run(
+        cone_numbers(),
+        np.tile([1.0, 0.0], (20, 1)),
+        0.0,
+        np.full((20, 1), 1e9),
+        report=told.append,
+        stopped=lambda: True,
+    )
+    assert sum(told) < 0.5

@@ -159,6 +159,38 @@ def test_places_of_the_dwell_are_the_signs_of_the_switches():
     assert (raw.switches["a"][0], raw.switches["b"][0]) == (1.0, -1.0)
 
 
+def test_a_law_is_that_of_the_switches_that_divide_laws_wherever_they_stand_among_all():
+    """The first border only marks its side, beyond the second one a member is half as fast."""
+
+    @dataclass(frozen=True)
+    class Slowed:
+        states = ("x",)
+        numbers = ("mark", "way")
+
+        def rates(self, time, state, n, xp):
+            return [0.75 + 0.25 * n["way"] + 0.0 * state[0]]
+
+    events = [
+        Event(lambda t, z, n, xp: n["mark"] * (0.5 - z[0]), -1, "mark"),
+        Event(lambda t, z, n, xp: n["way"] * (1.0 - z[0]), -1, "way", divides=True),
+    ]
+    program = Program(Slowed(), "states", 1e-6, events)
+    raw = program.run({"mark": 1.0, "way": 1.0}, [[0.0], [0.2]], 0.0, [[0.7, 1.1]] * 2)
+    np.testing.assert_allclose(raw.states[..., 0], [[0.7, 1.05], [0.9, 1.15]], rtol=1e-12)
+    assert program._plan(2).telling == (1,)
+
+
+def test_a_member_that_starts_on_a_border_at_rest_goes_to_where_it_bends():
+    """g = x - 1 = -+ t^2/2 where x' = -+ t."""
+    for direction, bend in ((-1, -1.0), (-1, 1.0), (0, -1.0)):
+        event = Event(lambda t, z, n, xp: z[0] - 1.0, direction)
+        raw = Program(Driven(), "states", 1e-6, [event]).run(
+            {"begin": 0.0, "p0": 0.0, "p1": bend}, [[1.0]], 0.0, [[2.0]]
+        )
+        assert raw.status[0] == ARRIVED
+        assert raw.states[0, 0, 0] == pytest.approx(1.0 + 2.0 * bend, rel=1e-12)
+
+
 def test_of_borders_in_one_step_the_first_counts_and_the_member_goes_on_from_there():
     raw = Program(Driven(), "states", 1e-6, [
         Event(lambda t, z, n, xp: 2.0 - z[0], -1),

@@ -109,3 +109,25 @@ def test_a_film_that_creeps_pulls_in_where_its_voltage_is_set_beyond_the_end_of_
     steps.set("input_voltage", -0.886)
     assert steps.step() == Outcome.PULLED_IN
     np.testing.assert_array_equal(steps.states, before)
+
+
+def test_numbers_that_are_set_together_count_from_the_next_step_on_too(made):
+    steps, right = made
+    steps.step()
+    before, values = steps.states.copy(), steps._values[:, :COUNT].copy()
+    row = list(steps.numbers).index("damping_ratio")
+    values[row] = [0.3, 0.5, 0.7]
+    steps.set_all(values[:, 1:], np.array([1, 2]))
+    steps.step()
+    np.testing.assert_array_equal(
+        steps.states, right({"damping_ratio": np.array([0.1, 0.5, 0.7])}, before, steps.lengths)
+    )
+
+
+def test_a_step_that_needs_more_steps_of_the_integrator_than_it_may_take_says_so():
+    steps = Steps(driven(MODEL.system), 1e-10, 1, 2.0)
+    own = MODEL.replace(voltage=0.0).members().numbers_at(0)
+    steps.set_all(np.array([[float(own.get(name, 0.0))] for name in steps.numbers]), np.arange(1))
+    steps.lengths[:], steps.states[:] = 50.0, [0.4, 0.3]
+    assert steps.step().tolist() == [Outcome.STEP_LIMIT]
+    assert not steps.broke_down.any()
