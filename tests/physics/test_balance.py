@@ -404,3 +404,21 @@ def test_a_film_that_only_stiffens_loses_nothing_however_high_the_voltage():
     balance = one(ConeModel(film="taut", rest_height=0.5))
     _, losses = balance.along_ramp(rest_of(balance, None), np.array([1.0, 1e15, 1e40]))
     np.testing.assert_array_equal(losses, 0)
+
+
+class Unyielding(NoStateAbove):
+    """F = (1 - V) x^3, held by the film at any voltage."""
+
+    name = "unyielding"
+
+    def force(self, x, squared, y, n, xp=np):
+        return (1.0 - squared) * x * x * x, 3.0 * (1.0 - squared) * x * x
+
+    def balancing(self, x, pull, n):
+        return np.full(np.shape(x), np.inf)
+
+
+def test_where_no_voltage_balances_a_film_its_turning_is_that_without_voltage():
+    """x dF/dx - F of x^3 + k3 x^3."""
+    balance = one(ConeModel(film=Unyielding(), bias=CubicBias(), bias_cubic=0.25))
+    np.testing.assert_allclose(balance.turning(X), 2.0 * X**3 + 2.0 * 0.25 * X**3, rtol=1e-12)

@@ -108,6 +108,7 @@ def test_a_film_that_creeps_pulls_in_where_its_voltage_is_set_beyond_the_end_of_
     before = steps.states.copy()
     steps.set("input_voltage", -0.886)
     assert steps.step() == Outcome.PULLED_IN
+    assert not steps.broke_down.any()
     np.testing.assert_array_equal(steps.states, before)
 
 
