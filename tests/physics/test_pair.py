@@ -171,6 +171,8 @@ def test_each_curve_of_equilibria_is_followed_once():
     assert len(curves) == 2
     (flat,) = (curve for curve in curves if np.abs(curve[0]).max() < 1e-6)
     assert sorted([flat[1].min(), flat[1].max()]) == pytest.approx([0.0, highest], abs=1e-6)
+    assert np.ptp(np.sign(np.diff(flat[1]))) == 0.0  # also with the pitchfork among its points
+    assert np.abs(flat[1] - math.sqrt(balance.pitchfork())).min() < 1e-9
     born = next(curve for curve in curves if curve is not flat)
     assert born[0].min() == pytest.approx(-born[0].max(), rel=1e-6)
     assert born[0].max() > 0.1
