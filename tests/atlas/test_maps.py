@@ -198,6 +198,20 @@ def test_a_double_well_has_two_mirror_attractors_with_equal_shares():
     np.testing.assert_allclose(np.sort(found["attractor_highest"]), [-0.98583, 0.98583], atol=1e-4)
 
 
+def test_the_attractors_of_a_device_are_in_its_units():
+    """Once, as the cells that end on them, and as the motion itself."""
+    device = gelcone.find_device("biased-pump").replace(film="taut")
+    found = basin(device, {"displacement": ["12 mm", "14 mm"], "velocity": [0.0, 0.1]})
+    alone = gelcone.regime(device)
+    assert found.sizes["attractor_number"] == 1
+    for name in ("lowest", "highest"):
+        assert found[f"attractor_{name}"].attrs["units"] == alone[name].attrs["units"] == "mm"
+        assert float(found[f"attractor_{name}"][0]) == pytest.approx(float(alone[name]), rel=1e-4)
+        assert float(found[f"attractor_{name}"][0]) == float(found[name][0, 0])
+    assert float(found["attractor_lyapunov"][0]) == pytest.approx(float(alone["lyapunov"][0]), rel=1e-4)
+    assert found["attractor_lyapunov"].attrs["long_name"] == "largest Lyapunov exponent"
+
+
 def test_basins_are_cut_by_any_state():
     """A raised disc falls into either of two mirror wells; a filter that still holds a voltage shifts the border."""
     model = ConeModel(

@@ -16,6 +16,7 @@ from gelcone.atlas.sweep import sweep
 from gelcone.codes import Regime
 from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
+from gelcone.devices.si import in_words
 from gelcone.errors import unknown_name
 from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -195,30 +196,35 @@ def basin(
     flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _TELLING}
     ends = np.where(flat["period"] > 0, Regime.PERIODIC, Regime.REST)
     flat["regime"] = np.where(flat["regime"] == Regime.TRANSIENT_CHAOS, ends, flat["regime"])
-    numbers, first = attractors(flat)
+    width = 1.0 if plan.device is None else plan.device.scales.shown("length")
+    numbers, first = attractors({**flat, "lowest": flat["lowest"] / width, "highest": flat["highest"] / width})
     shares = np.array([(numbers == n).mean() for n in range(len(first))])
     table: dict[str, tuple[Any, str, dataset.Of]] = {
         "attractor_share": (shares, "share of the initial states", "share")
     }
-    table |= {f"attractor_{name}": (flat[name][first], *described) for name, described in _TELLING.items()}
+    # the cells of a device are in its units already, and the table holds some of them
+    for name, meaning in _TELLING.items():
+        own = result[name].attrs
+        table[f"attractor_{name}"] = flat[name][first], meaning if own.get("units") == "1" else in_words(meaning), own
     result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), dataset.attributes(*_NUMBER)
     return result.assign(dataset.columns("attractor_number", table))
 
 
-_TELLING: dict[str, tuple[str, dataset.Of]] = {
-    "regime": ("kind of motion", Regime),
-    "period": ("period in forcing periods, 0 if none", "count"),
-    "lowest": ("lowest displacement", "length"),
-    "highest": ("highest displacement", "length"),
-    "lyapunov": ("largest Lyapunov exponent per unit time", "rate"),
+_TELLING = {
+    "regime": "kind of motion",
+    "period": "period in forcing periods, 0 if none",
+    "lowest": "lowest displacement",
+    "highest": "highest displacement",
+    "lyapunov": "largest Lyapunov exponent per unit time",
 }
+"""Variables of a cell that describe its attractor, and what each is."""
 _NUMBER = ("number of the attractor, -1 if none", "code")
 
 
 def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:
     """Number of the attractor of each cell (-1 for none), the most frequent first, and one cell of each attractor.
 
-    ``cells`` holds ``regime``, ``period``, ``lowest`` and ``highest`` of each cell.
+    ``cells`` holds ``regime``, ``period``, ``lowest`` and ``highest`` of each cell, dimensionless.
     """
     numbers = np.full(len(cells["regime"]), -1)
     found: list[int] = []
