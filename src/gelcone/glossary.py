@@ -43,6 +43,7 @@ GLOSSARY: dict[str, str] = {
     "localisation": "A way to pull in: the strain of a stretched film runs into one ring, which thins without limit, "
     "because the tension of the ring falls as it lengthens.",
     "Lyapunov exponent": "Mean rate at which neighbouring motions part (positive: chaos) or approach each other.",
+    "margin": "The share by which a voltage is below a limit: 1 - voltage/limit, of creep and maps below pull-in.",
     "membrane": "The film with a stretch that varies from disc to rim, as opposed to the cone, whose stretch is "
     "the same everywhere.",
     "meridian": "The direction from the disc to the rim, along the straight lines of the cone.",
@@ -74,6 +75,8 @@ GLOSSARY: dict[str, str] = {
     "validity": "The share of a motion in which an assumption of the model does not hold.",
     "work of a cycle": "Largest work that a load can take up in a cycle that pushes it out under a constant voltage "
     "and back without one: the area between the two forces over the stroke.",
+    "work of a stroke": "Work on a load that takes the disc slowly from a stop at its rest without voltage to its rest "
+    "under the voltage; about half that of a cycle.",
     "window": "The drives recommended at a frequency: peak voltages below all limits by the margin.",
 }
 """Term -> what it means."""

@@ -13,7 +13,7 @@ from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome
 from gelcone.presets import find_preset
 from tests.analyses.said import INF, MODEL, NAN, said
-from tests.edited import edited, labelled, made
+from tests.edited import edited, made
 from tests.plots.made_up import result
 
 SUBJECT = Subject(find_preset("base").model)
@@ -300,7 +300,7 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
             "pull_in_time": (along, [INF, NAN], "ms"), "outcome": (along, [0, int(Outcome.STEP_LIMIT)]),
             "heating": ((along, "time"), [[0.0, 2.0]] * 2, "K/s"), "long_time_voltage": (None, INF, "V"),
             "instant_voltage": (None, INF, "V"), "holding_voltage": (None, INF, "V"),
-            "margin": labelled(((along, "time"), [[0.5, INF]] * 2)).assign_attrs(infinite_means="never"),
+            "margin": ((along, "time"), [[0.5, 1.0]] * 2),
             "time_to_pull_in": ("held_voltage", [INF], "ms"),
         },
         {along: (along, [300.0, 700.0], "V"), "time": ("time", [0.0, 60_000.0], "ms"),
@@ -309,8 +309,7 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
     assert said(trajectories.creep_words, found) == [
         "no constant voltage pulls the film in, at once or in the long run",
         "  300 V: creeps from 1 mm to 1.25 mm in 60 s, in the long run 1.5 mm; warms by 2 K/s; margin to pull-in at "
-        "the "
-        "end: never",
+        "the end: 100.0%",
         f"  700 V: {Outcome.STEP_LIMIT.meaning}",
     ]
     cold = found["heating"].copy(data=[[2.0, 1e-7]] * 2)

@@ -35,7 +35,7 @@ def test_delays_and_thresholds_are_certified():
     assert (found["outcome"] == Outcome.PULLED_IN).all()
     instant = float(found["instant_voltage"])
     assert instant == pytest.approx(float(cases[0]["thresholds"]["instantaneous"]), rel=1e-10)
-    np.testing.assert_allclose(found["margin"][:3, 0], instant / found["constant_voltage"][:3] - 1.0, rtol=1e-6)
+    np.testing.assert_allclose(found["margin"][:3, 0], 1.0 - found["constant_voltage"][:3] / instant, rtol=1e-6)
     assert (np.diff(found["margin"][0].dropna("time")) < 0.0).all()
     held = found["time_to_pull_in"].values
     assert (np.diff(held[np.isfinite(held)]) < 0.0).all()
@@ -48,10 +48,10 @@ def test_the_margin_is_that_to_the_certified_threshold_at_once():
     model = ConeModel(film=WrinklingCone(branches=1), prestretch=1.0, viscous_modulus_1=0.5, **FLAT)
     volts, instant = np.array([0.7, 0.8, 0.86]), float(DELAYS[0]["thresholds"]["instantaneous"])
     held = films_at_once(model.replace(voltage=volts))
-    np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(instant / volts - 1.0, 0.0), atol=1e-8)
+    np.testing.assert_allclose(_margin(held, np.zeros(3), volts), np.maximum(1.0 - volts / instant, 0.0), atol=1e-8)
 
 
-def test_a_film_that_no_voltage_pulls_in_has_an_endless_margin_and_one_beyond_has_none():
+def test_a_film_that_no_voltage_pulls_in_has_all_the_margin_and_one_beyond_has_none():
     """Raised neo-Hookean films at v^2 = 0.2 and beyond the stiffness; one with a low limit that stiffens before."""
     model = ConeModel(
         film="taut", rest_height=0.6, spring_stiffness=2.0, voltage=0.0, voltage_bias=[0.447, 0.447, 2.5],
@@ -60,8 +60,8 @@ def test_a_film_that_no_voltage_pulls_in_has_an_endless_margin_and_one_beyond_ha
     members = films_at_once(model.members())
     margin = _margin(members, np.full(3, 0.45), np.array([0.447, 0.447, 2.5]))
     jump = gelcone.pull_in_voltage(model.take([0]))["pull_in_voltage"].item()
-    assert margin[0] == pytest.approx(jump / 0.447 - 1.0, rel=1e-3)
-    assert margin[1] == np.inf
+    assert margin[0] == pytest.approx(1.0 - 0.447 / jump, rel=1e-3)
+    assert margin[1] == 1.0
     assert margin[2] == 0.0
 
 
@@ -349,3 +349,13 @@ def test_the_time_to_pull_in_is_sought_between_both_thresholds_at_the_source(mon
     np.testing.assert_array_equal(ends, np.where(voltages < 1.85, np.inf, 3.0))
     assert highest == voltages[voltages < 1.85].max()
     assert 1.85 - highest < 0.01
+
+
+def test_the_margin_is_that_of_maps():
+    """Of a film whose branches hardly pull, one voltage has one margin, whichever analysis is asked."""
+    model = ConeModel(rest_height=0.8, viscous_modulus_1=1e-9, relaxation_time_1=1.0, voltage=0.0, voltage_bias=0.3)
+    held = gelcone.creep(model.replace(film="wrinkling", prestretch=1.2), duration=8.0)
+    over = {"voltage_bias": [0.3, 0.4], "drive_frequency": [0.5, 0.6]}
+    cells = gelcone.map(model.replace(film="wrinkling", prestretch=1.2), over, also="margin")
+    assert float(held["margin"][0, -1]) == pytest.approx(float(cells["margin"][0, 0]), rel=1e-6)
+    assert 0.0 < float(cells["margin"][0, 0]) < 1.0

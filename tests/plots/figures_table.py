@@ -26,7 +26,7 @@ TABLE = {
         ("x: constant voltage (of held_voltage); y: time to pull-in (of time)", ["text: no voltage pulls it in"]),
         (
             "x: holding time (of time); y: margin (% of the voltage); log x",
-            ["solid nothing over time: # of constant_voltage"],
+            ["solid margin in % over time: # of constant_voltage"],
         ),
         ("figure", ["# of constant_voltage"]),
     ],

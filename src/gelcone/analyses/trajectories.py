@@ -155,8 +155,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         elif np.isnan(time):
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
         else:
-            margin = one["margin"].isel(time=-1)
-            could = f"{float(margin):.1%}" if np.isfinite(margin) else measured(margin)
+            margin = float(one["margin"].isel(time=-1))
             heating = one["heating"].values
             warm = "no longer warms"
             if not abs(heating[-1]) <= COOL * np.nanmax(np.abs(heating)):
@@ -164,7 +163,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             lines.append(
                 f"{name} creeps from {measured(one['begin'])} to {measured(one['end'])} in {longest}, in the long run "
                 f"{measured(one['equilibrium'])}; {warm}; "
-                f"margin to pull-in at the end: {could}"
+                f"margin to pull-in at the end: {margin:.1%}"
             )
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
     if late.sizes["held_voltage"]:

@@ -45,8 +45,8 @@ TURNS = 4
 ZOOMS, ZOOMED = 3, 65
 """How often the stretch in which the disc jumps is sampled more finely, and by how many samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
-"""Largest step of the voltage, as a share, with which the margin is searched, the largest margin searched, and
-halvings of the step in which it ends."""
+"""Largest step of the voltage, as a share, with which pull-in is searched, the largest rise searched, and halvings of
+the step in which it lies."""
 NEWTON_STEPS, CONVERGED = 12, 1e-9
 
 
@@ -89,8 +89,9 @@ def creep(
     Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
     the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
     over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
-    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage could rise
-    at once before the film pulls in or the disc jumps. ``long_time_voltage`` and ``instant_voltage`` are these
+    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage is below
+    the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does
+    already. ``long_time_voltage`` and ``instant_voltage`` are these
     thresholds, of the voltage on the film. Over ``held_voltage``, from the one to the
     other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
     held for it, from below to 1/400 of the window.
@@ -129,7 +130,7 @@ def creep(
         "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
         "current": ((*along, "time"), current, "current into the films", "current"),
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
-        "margin": ((*along, "time"), films.margins(levels, run, x), "share by which the voltage could rise", _MARGIN),
+        "margin": ((*along, "time"), films.margins(levels, run, x), *_MARGIN),
         **_both(films.relaxed, films.at_once),
         "holding_voltage": ((), highest, *_HIGHEST),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
@@ -174,7 +175,7 @@ _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
 _HIGHEST = "highest voltage that is held for the duration", _NEVER
-_MARGIN = dataset.absent("share", nan="pulled in", infinite="never pulls in")
+_MARGIN = ("share by which the voltage is below that of pull-in at once", dataset.absent("share", nan="pulled in"))
 
 
 class _Ramp:
@@ -315,7 +316,7 @@ class _Held:
         return voltages[order], ends[order], held
 
     def margins(self, levels: Array, run: Trajectories, x: Array) -> Array:
-        """The share by which each voltage could rise at once along the runs, (levels, samples)."""
+        """The margin of each voltage to pull-in at once along the runs, (levels, samples)."""
         rows, samples = np.nonzero(np.isfinite(x))
         members = self.members(levels)
         found = np.full(x.shape, np.nan)
@@ -357,7 +358,7 @@ def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
 
 
 def _margin(held: Members, x: Array, volts: Array) -> Array:
-    """The share by which voltages could rise before films at once, whose discs are near ``x``, pull in or jump."""
+    """The share by which voltages are below pull-in or a jump of films at once, whose discs are near ``x``."""
     n = dict(held.numbers()) | {BIAS_SHARE: np.ones(held.size)}
     system = held.system
 
@@ -388,4 +389,4 @@ def _margin(held: Members, x: Array, volts: Array) -> Array:
             next_x, stays = follow(x, middle * volts)
             low, x = np.where(ended & stays, middle, low), np.where(ended & stays, next_x, x)
             high = np.where(ended & ~stays, middle, high)
-    return np.where(rests, np.where(ended, low - 1.0, np.inf), 0.0)
+    return np.where(rests, np.where(ended, 1.0 - 1.0 / low, 1.0), 0.0)
