@@ -45,6 +45,13 @@ def test_states_have_a_line_each_and_capacitances_a_table(printed):
     assert rows[3].split() == ["0.75", "1.497", "-"]
 
 
+@pytest.mark.parametrize("strength", [[], ["--set", "dielectric_strength=0.7"]])
+def test_where_no_film_is_held_nothing_is_said_of_its_breakdown(printed, strength):
+    out = printed("--height", "0.75", "--voltage", "0.6", *strength)
+    assert "pulled in" in out
+    assert "breakdown" not in out
+
+
 def test_without_a_rest_there_is_a_remedy(printed):
     out = printed("--voltage", "2", "--set", "rest_height=0.8")
     assert "no rest at 2: the disc does not rest at this voltage on a slow ramp; give a height or a lower" in out

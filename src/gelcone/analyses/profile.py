@@ -41,7 +41,7 @@ def _film_lines(member: xr.Dataset, prefix: str) -> list[str]:
         for k in range(member.sizes["constant_voltage"])
     ]
     lines = _state_lines(cells[0]) if len(cells) == 1 else shortened([_state_line(cell) for cell in cells])
-    if all(np.isnan(float(cell["breakdown_share"])) for cell in cells):
+    if np.isfinite(own["largest_field"]).any() and not np.isfinite(own["breakdown_share"]).any():
         lines.append(UNKNOWN_STRENGTH)
     if min(member.sizes[dim] for dim in ("height", "constant_voltage")) > 1:
         lines += _capacitances(member, own["capacitance"])
