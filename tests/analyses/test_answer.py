@@ -190,3 +190,29 @@ def test_the_heading_of_a_text():
     two = made({"outcome": ("member", [0, 6, 6])})
     assert answer.ending_lines(two) == ["  1 of 3: ok", f"  2 of 3: {Outcome.PULLED_IN.meaning}"]
     assert answer.ending_lines(made({"outcome": 0})) == []
+
+
+def test_the_heading_of_an_ensemble_has_the_range_of_what_differs():
+    device = gelcone.find_device("biased-pump").replace(film="taut", frequency=[5.0, 10.0, 5.0])
+    own = " ".join(" ".join(answer.heading(Subject(device.to_model(), device))).split())
+    assert "frequency 5 Hz to 10 Hz (2 values)" in own
+    assert "frequency" not in " ".join(answer.heading(Subject(device.to_model(), device), ["frequency"]))
+    plain = " ".join(answer.heading(Subject(MODEL.replace(voltage=[0.25, 0.75]))))
+    assert "voltage 0.25 to 0.75 (2 values)" in plain
+
+
+@pytest.mark.parametrize(
+    ("swept", "stated"),
+    [([], True), (["frequency", "film_thickness"], True), (["hoop_prestretch"], False), (["disc_radius"], False),
+     (["material.stretch_limit"], False), (["material"], False)],
+)  # fmt: skip
+def test_the_error_of_the_film_is_stated_unless_what_is_swept_changes_the_film(swept, stated):
+    device = gelcone.find_device("biased-pump")
+    text = " ".join(answer.heading(Subject(device.to_model(), device), swept))
+    assert ("its force is known" in text) == stated
+
+
+@pytest.mark.parametrize(("swept", "stated"), [("drive_frequency", True), ("radius_ratio", False)])
+def test_the_error_of_a_model_s_film(swept, stated):
+    text = " ".join(answer.heading(Subject(gelcone.ConeModel(film="membrane", radius_ratio=0.25)), [swept]))
+    assert ("its force is known" in text) == stated

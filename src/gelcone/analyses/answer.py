@@ -14,6 +14,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.si import DEVICE, STATE
+from gelcone.devices.units import format_si
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
@@ -245,22 +246,50 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
         from gelcone.devices.template import told_fields
 
         name, numbers = subject.device.name, told_fields(subject.device, swept)
+        numbers += [_spread(k, v, subject.device.fields[k].unit) for k, v in subject.device if _several(k, v, swept)]
     else:
         given = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
         name, numbers = "cone model, dimensionless", [f"{k} {v:.4g}" for k, v in given.items()]
+        numbers += [_spread(k, v) for k, v in subject.model.values.items() if _several(k, v, swept)]
     unbroken = ", ".join(number.replace(" ", "\0") for number in numbers)
     wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     system = subject.model.system
     abouts = [film.film.describe() for film in system.films]
     for k, film in enumerate(system.films):
-        if not swept and (error := film.prefix + "film_error") in system.numbers:
+        if (error := film.prefix + "film_error") in system.numbers and not _changed(film.parameters, swept, subject):
             abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     for text in filter(None, (*films, system.circuit.describe(), _stiff_line(subject))):
         lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
     return lines
+
+
+def _several(name: str, value: Any, swept: Collection[Any]) -> bool:
+    """Whether a field or parameter has a number for each member of an ensemble, and is not swept."""
+    return name not in swept and isinstance(value, np.ndarray) and value.ndim > 0 and value.dtype.kind == "f"
+
+
+def _spread(name: str, values: Any, unit: str = "1") -> str:
+    """Name, smallest and largest value of a number of an ensemble, and the number of its values."""
+    low, high = (f"{end:.4g}" if unit == "1" else format_si(float(end), unit) for end in (values.min(), values.max()))
+    return f"{name} {low} to {high} ({len(np.unique(values))} values)"
+
+
+def _changed(parameters: Iterable[str], swept: Collection[Any], subject: Subject) -> bool:
+    """Whether what is swept changes parameters of a film, so that not all of its members have the error of one."""
+    names = set(parameters)
+    if subject.device is not None:
+        from gelcone.devices.numbers import numbers_of
+
+        fields = numbers_of(subject.device)
+        names |= {fields[name].field for name in parameters if name in fields} | _SHAPES
+    return not names.isdisjoint(swept)
+
+
+_SHAPES = frozenset(("disc_radius", "film_radius", "material"))
+"""Fields of a device that change its film and are not parameters of it."""
 
 
 def _stiff_line(subject: Subject) -> str:
