@@ -162,7 +162,30 @@ def test_the_texts_of_a_sweep_and_of_a_store():
     missing = edited(failed, status=[[1, 0], [0, 1]])  # a failed cell that is not there yet does not count
     assert after_heading(grids.sweep_words, missing, over)[1] == counts
     others = shown.drop_vars(["regime", "validity_near_limit", "validity_breakdown"])
-    assert after_heading(grids.sweep_words, others, over) == [grid, total]
+    assert after_heading(grids.sweep_words, others, over) == [grid, total]  # exponents are over another dim, too
+
+
+def test_a_sweep_says_the_range_of_each_number_that_it_asked_for():
+    """With the place of both ends, of the cells that are there, and words for what is not a number."""
+    over = ("voltage", "damping_ratio")
+    own = {
+        "status": (over, [[1, 1], [1, 0]]), "outcome": (over, [[0, 0], [0, 0]]),
+        "stroke": (over, [[2.0, 3.0], [1.5, 99.0]], "mm"), "pull_in_voltage": (over, [[NAN, 900.0], [INF, 1.0]], "V"),
+        "onset_voltage": (over, np.full((2, 2), NAN), "V"), "onset_error": (over, np.ones((2, 2)), "V"),
+        "validity_near_limit": (over, np.zeros((2, 2))), "field": (over, np.full((2, 2), 4.0), "V/um"),
+        "harmonic_amplitude": ((*over, "harmonic"), np.ones((2, 2, 4)), "mm"),
+    }  # fmt: skip
+    axes = {"voltage": ("voltage", [800.0, 900.0], "V"), "damping_ratio": ("damping_ratio", [0.25, 0.5])}
+    shown = made(own, axes)
+    for name in ("pull_in_voltage", "onset_voltage"):
+        shown[name].attrs.update(nan_means="not applicable", infinite_means="not reached")
+    assert [line.replace("_", " ") for line in grids.range_lines(shown)] == [
+        "stroke: 1.5 mm (voltage 900 V, damping ratio 0.25) to 3 mm (voltage 800 V, damping ratio 0.5)",
+        "pull in voltage: 900 V; not applicable in 1 of 3 cells; not reached in 1 of 3 cells",
+        "onset voltage: not applicable in 3 of 3 cells",
+        "field: 4 V/um in all",
+    ]
+    assert grids.range_lines(shown.assign(regime=(over, np.zeros((2, 2))))) == []
 
 
 def test_the_text_of_a_sweep_over_draws():

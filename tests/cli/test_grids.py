@@ -144,7 +144,8 @@ def test_options_of_the_chosen_analysis_are_taken_and_others_refused(run):
 def test_the_line_about_a_run_counts_what_is_left_of_what_was_asked():
     tally = Tally(cells=1000, asked=300, computed=200, found=100, chaotic=50, seconds=20.0)
     assert tally_text(tally) == "200 of 300 cells, 5 a second, 20 s left, 25 % chaotic"
-    assert tally_text(Tally(cells=10)) == "0 of 0 cells, 0 a second, 0 % chaotic"
+    assert tally_text(Tally(cells=10)) == "0 of 0 cells, 0 a second"
+    assert tally_text(Tally(cells=10, chaotic=0)) == "0 of 0 cells, 0 a second, 0 % chaotic"
 
 
 def test_the_totals_say_what_the_check_missed_with_its_interval():

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +21,13 @@ from gelcone.analyses.answer import (
 )
 from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.swept import example, read_states
+from gelcone.analyses.tables import FILM_STATES
 from gelcone.errors import InputError
 from gelcone.statistics import spread
 from gelcone.words import (
     attractor_in_words,
     measured,
+    missing,
     rate_unit,
     regime_counts,
     shortened,
@@ -145,7 +149,40 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
         known = _known(base_draws(shown))
         lines += [spread_line(own) for name, own in known.data_vars.items() if _is_spread(str(name), own)]
         lines += membranes_lines(shown)
+    else:
+        lines += range_lines(shown)
     return "\n".join(lines)
+
+
+def range_lines(shown: xr.Dataset) -> list[str]:
+    """The smallest and the largest of each number that a sweep asked for, and where; none of one over draws, or where
+    kinds of motion were asked for."""
+    dims = shown["status"].dims
+    if "regime" in shown or "draw" in dims:
+        return []
+    names = [name for name, own in shown.data_vars.items() if own.dims == dims and own.dtype.kind == "f"]
+    return [_range_line(shown, str(name)) for name in names if not re.match(APART, str(name))]
+
+
+APART = rf"{FILM_STATES}|.*_error(_|$)"
+"""Names of numbers that have a line of their own, or are the error of another."""
+
+
+def _range_line(shown: xr.Dataset, name: str) -> str:
+    """The range of one number over the cells that are there, and in how many it has none, in the words for that."""
+    own, there = shown[name], shown["status"].values > 0
+    lost = Counter(missing(float(value), own) for value in own.values[there & ~np.isfinite(own.values)])
+    parts = [f"{words} in {count} of {int(there.sum())} cells" for words, count in lost.items()]
+    known = np.where(there & np.isfinite(own.values), own.values, np.nan)
+    if not np.isnan(known).all():
+        low, high = (
+            shown.isel(dict(zip(own.dims, np.unravel_index(find(known), known.shape), strict=True)))
+            for find in (np.nanargmin, np.nanargmax)
+        )
+        ends = [f"{sized(one[name])} ({', '.join(_place(one, own.dims))})" for one in (low, high)]
+        differ = float(low[name]) < float(high[name])
+        parts.insert(0, " to ".join(ends) if differ else f"{sized(low[name])}{' in all' * (not lost)}")
+    return f"{own.attrs.get('long_name', name)}: {'; '.join(parts)}"
 
 
 def _is_spread(name: str, own: xr.DataArray) -> bool:
@@ -216,8 +253,13 @@ def _end(value: float) -> str:
 
 
 def _where(at: xr.Dataset, word: str, dims: Iterable[Any]) -> str:
-    where = ", ".join(f"{name} {measured(at[name])}" for name in dims)
+    where = ", ".join(_place(at, dims))
     return f", {word} {where}" if where else ""
+
+
+def _place(at: xr.Dataset, dims: Iterable[Any]) -> list[str]:
+    """Name and value of each axis of a cell."""
+    return [f"{name} {measured(at[name])}" for name in dims]
 
 
 def _tornado_lines(at: xr.Dataset) -> list[str]:
@@ -236,11 +278,11 @@ def _tornado_lines(at: xr.Dataset) -> list[str]:
 def show_words(shown: xr.Dataset, subject: Subject) -> str:
     """A store as text."""
     totals = json.loads(shown.attrs["totals"])
-    missing = int((shown["status"] == 0).sum())
+    lacking = int((shown["status"] == 0).sum())
     counts = (
-        f"{totals['computed']} cells computed, {totals['inferred']} inferred, {missing} missing of {totals['cells']}"
+        f"{totals['computed']} cells computed, {totals['inferred']} inferred, {lacking} missing of {totals['cells']}"
     )
-    return "\n".join([*_grid_heading(shown, subject), counts, *_regime_lines(shown)])
+    return "\n".join([*_grid_heading(shown, subject), counts, *_regime_lines(shown), *range_lines(shown)])
 
 
 def _known(result: xr.Dataset) -> xr.Dataset:

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Tally:
     """The progress of a sweep. ``asked`` counts the cells asked for up to now, of which ``computed`` are there
-    (``found`` of them from before, in the store). Known at the end: ``inferred``; ``checked`` and ``missed`` as in
-    `Refined`; and ``border``, the dimension of the borders between kinds with its error."""
+    (``found`` of them from before, in the store), and ``chaotic`` are that, where kinds of motion are asked for. Known
+    at the end: ``inferred``; ``checked`` and ``missed`` as in `Refined`; and ``border``, the dimension of the borders
+    between kinds with its error."""
 
     cells: int
     asked: int = 0
@@ -38,7 +39,7 @@ class Tally:
     found: int = 0
     inferred: int = 0
     failed: int = 0
-    chaotic: int = 0
+    chaotic: int | None = None
     steps: int = 0
     seconds: float = 0.0
     checked: int = 0

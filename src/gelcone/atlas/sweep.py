@@ -334,12 +334,14 @@ class _Cells:
     def _count(self, cells: Cells) -> None:
         tally = self.tally
         failed = int((self.fields["outcome"].values[cells] != Outcome.OK).sum()) if self.fields else 0
-        chaotic = int((self.fields["regime"].values[cells] == Regime.CHAOTIC).sum()) if "regime" in self.fields else 0
+        chaotic = tally.chaotic
+        if "regime" in self.fields:
+            chaotic = (chaotic or 0) + int((self.fields["regime"].values[cells] == Regime.CHAOTIC).sum())
         self.tally = replace(
             tally,
             computed=tally.computed + cells.size,
             failed=tally.failed + failed,
-            chaotic=tally.chaotic + chaotic,
+            chaotic=chaotic,
         )
 
     def _begin(self, result: dict[str, Field]) -> None:

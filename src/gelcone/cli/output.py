@@ -129,8 +129,12 @@ def tally_text(tally: Tally) -> str:
     done = tally.computed - tally.found
     rate = done / tally.seconds if tally.seconds > 0.0 else 0.0
     left = f", {(tally.asked - tally.computed) / rate:.0f} s left" if rate else ""
-    return f"{tally.computed} of {tally.asked} cells, {rate:.3g} a second{left}, {_chaotic(tally)}"
+    parts = (f"{tally.computed} of {tally.asked} cells, {rate:.3g} a second{left}", _chaotic(tally))
+    return ", ".join(filter(None, parts))
 
 
 def _chaotic(tally: Tally) -> str:
+    """The share of chaotic cells; empty where the analysis does not ask for it."""
+    if tally.chaotic is None:
+        return ""
     return f"{100.0 * tally.chaotic / max(tally.computed, 1):.3g} % chaotic"

@@ -335,7 +335,7 @@ def _limit(name: str) -> dict[str, str]:
 
 
 _LIMITS = (
-    {"safe peak": "below every limit", "driven error": "width to which the driven limits are known"}
+    {"safe peak": "peak voltage below every limit", "driven error": "width to which the driven limits are known"}
     | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
     | {f"driven {name}": f"limit of the drive that is switched on from rest: {name}" for name in DRIVEN_LIMITS}
 )

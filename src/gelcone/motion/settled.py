@@ -132,7 +132,7 @@ def settled_cells(
             "period": ((), found.forcing_periods, "period in forcing periods, 0 if none", "count"),
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
-            "harmonic_phase": (("harmonic",), found.phases, "their phases ahead of the voltage's", "angle"),
+            "harmonic_phase": (("harmonic",), found.phases, "phases of harmonics ahead of the voltage", "angle"),
             "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
             **{
                 name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
