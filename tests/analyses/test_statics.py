@@ -1,6 +1,7 @@
 """Constant voltages in words, of made-up numbers."""
 
 import pytest
+import xarray as xr
 
 from gelcone import words
 from gelcone.analyses import (
@@ -57,6 +58,16 @@ def test_equilibria_at_constant_voltages():
     assert said(statics.static_words, lost) == [
         f"1 of 1 run(s) failed: {Outcome.OUTSIDE.meaning}", "nothing can be reached inside the stretch limit",
     ]  # fmt: skip
+
+
+def test_each_device_of_an_ensemble_has_all_that_a_single_one_has():
+    alone = said(statics.static_words, statics_of())
+    both = xr.concat([statics_of(), statics_of(pull_in_voltage=NAN)], dim="member")
+    both = both.assign_coords(spring_rate=("member", [10.0, 15.0], {"units": "N/m", "quantity": "device field"}))
+    lines = said(statics.static_words, both)
+    at = [k for k, line in enumerate(lines) if not line.startswith(" ")]
+    assert [lines[k] for k in at] == ["spring_rate 10 N/m:", "spring_rate 15 N/m:"]
+    assert [line.removeprefix("  ") for line in lines[1 : at[1]]] == alone
 
 
 def test_displacements_that_do_not_increase_are_refused():

@@ -31,7 +31,11 @@ def static_words(shown: xr.Dataset, subject: Subject) -> str:
     members = members_of(shown)
     if len(members) == 1:
         return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))
-    listed = [line for name, one in members for line in (f"{name}:", *(f"  {e}" for e in _event_lines(one)))]
+    listed = [
+        line
+        for name, one in members
+        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one), *_event_lines(one))))
+    ]
     return "\n".join(lines + shortened(listed))
 
 
