@@ -676,6 +676,7 @@ def test_a_response_is_labelled_with_each_of_its_numbers(monkeypatch):
     assert (found["linear_amplitude"].values[2:] == 0.0).all()
     assert np.isnan(found["linear_phase"].values[2:]).all()
     assert found["branch"].values.tolist() == ["up", "down"]
+    assert all(coordinate.attrs["long_name"] and "units" in coordinate.attrs for coordinate in found.coords.values())
     jumps = module._Jumps(np.array([1, 0]), np.array([1, 0]), *(numbers(2, at=30.0 + k) for k in range(4)))
     table = xr.Dataset(module._jump_variables(jumps, True))
     assert table["jump_branch"].values.tolist() == ["down", "up"]

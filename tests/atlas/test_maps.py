@@ -141,6 +141,7 @@ def test_sweeps_of_a_driven_film_show_where_rest_and_swing_coexist():
     assert down[-1] == Regime.REST
     assert down[0] == Regime.PERIODIC
     assert [str(name) for name in diagram["branch"].values] == ["up", "down", "from 0.1,0"]
+    assert diagram["branch"].attrs["long_name"] == "direction of the sweep, or the state that every point starts from"
     (change,) = (row for row in thresholds_of(diagram) if row["branch"] == "down")
     assert (change["from"], change["to"]) == ("periodic", "rest")
     # A start near rest answers the same on both sides of the interval.

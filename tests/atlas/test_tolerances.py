@@ -144,6 +144,9 @@ def test_each_point_of_a_grid_has_its_own_tolerances():
     found = tolerances(cells(draws, stroke, over=[1.0, 2.0]))
     assert found["probability"].dims == ("voltage", "risk")
     assert found["first_order"].dims == ("voltage", "parameter", "end")
+    for dim in ("risk", "quantile", "parameter", "end"):
+        assert found[dim].attrs["long_name"]
+        assert found[dim].attrs["units"] == "1"
     value = found["total_order"].sel(end="value")
     assert float(value.sel(voltage=1.0, parameter="a")) > 0.8 > 0.2 > float(value.sel(voltage=1.0, parameter="b"))
     assert float(value.sel(voltage=2.0, parameter="b")) > 0.8

@@ -222,7 +222,8 @@ def _label(plan: Plan, branches: dict[str, Evidence]) -> xr.Dataset:
         branch = label_evidence(model.members(), evidence, _options(plan), "bifurcation diagram")
         branch = branch.drop_vars([str(c) for c in branch.coords]).rename({"member": name})
         labelled.append(branch.assign_coords({name: (name, values, attrs)}))
-    result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch"))
+    followed = dataset.attributes("direction of the sweep, or the state that every point starts from", "code")
+    result = xr.concat(labelled, dim=xr.DataArray(list(branches), dims="branch", name="branch", attrs=followed))
     result.attrs = dataset.label(plan.cone, {}, options=_options(plan), title="bifurcation diagram").attrs
     return result.assign_attrs(parameter=name, **({} if plan.device is None else device_attributes(plan.device)))
 

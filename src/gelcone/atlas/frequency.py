@@ -478,7 +478,6 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
 def _label(
     model: ConeModel, grid: Array, shared: bool, swept: Swing, peaks: _Peaks, options: dict[str, Any]
 ) -> xr.Dataset:
-    import xarray as xr
 
     step = "drive_frequency" if shared else "step"
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
@@ -522,7 +521,7 @@ def _label(
     result = dataset.label(model, variables, coords=coords, options=options, title="frequency response")
     outcome = swept.outcome if model.shape else swept.outcome[0]
     result["outcome"] = dataset.outcome_array(outcome, (*dataset.member_dims(model), *each))
-    return result.assign_coords(branch=xr.DataArray(list(BRANCHES), dims="branch"))
+    return result.assign_coords(branch=("branch", list(BRANCHES), dataset.attributes("direction of the sweep", "code")))
 
 
 def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:

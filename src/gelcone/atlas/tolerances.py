@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -91,9 +91,18 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
         for k, name in enumerate(("first_order", "total_order")):
             described = dataset.attributes(f"{name.replace('_', '-')} Sobol index of the stroke", "share")
             result[name] = ((*dims, "parameter", "end"), indices[..., k, :, :], described)
-        result = result.assign_coords(parameter=list(drawn), end=["value", "low", "high"])
+        result = result.assign_coords(_named("parameter", drawn, "uncertain parameter"))
+        result = result.assign_coords(_named("end", ["value", "low", "high"], "the index, or an end of its interval"))
     coords: dict[str, Any] = {dim: cells[dim] for dim in dims if dim in cells.coords}
-    return result.assign_coords(coords | {"risk": list(RISKS), "quantile": list(QUANTILES)})
+    return result.assign_coords(
+        coords | _named("risk", RISKS, "what may happen") | _named("quantile", QUANTILES, "share of the draws below")
+    )
+
+
+def _named(dim: str, values: Iterable[Any], meaning: str) -> dict[str, Any]:
+    """A coordinate along a dim of its own name."""
+    own = list(values)
+    return {dim: (dim, own, dataset.attributes(meaning, "share" if isinstance(own[0], float) else "code"))}
 
 
 def base_draws(cells: xr.Dataset) -> xr.Dataset:
