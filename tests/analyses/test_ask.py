@@ -117,3 +117,8 @@ def test_arguments_begin_where_was_said(name, pump):
     found = ask.arguments_of(analysis, started, {"periods": 3.0})
     wanted = [5e-3 / pump.scales.length, 0.1 / pump.scales.velocity]
     assert (found["periods"], list(found["initial"])) == (3.0, pytest.approx(wanted))
+
+
+def test_what_is_not_a_dataset_has_no_words():
+    with pytest.raises(InputError, match="in_words: was given a int; give a Dataset that an analysis returned"):
+        gelcone.in_words(3)

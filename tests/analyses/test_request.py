@@ -29,11 +29,11 @@ def test_an_initial_state_names_any_state():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("charge=3", "'charge' is not a component of the initial state; known: displacement, velocity, viscous_mer"),
+        ("charge=3", "'charge' is not a component of --initial; known: displacement, velocity, viscous_mer"),
         ("1,0,3", "must be a displacement and a velocity, or all states"),
         ("displacement=1,displacement=2", "--initial displacement: is given twice"),
         ("displacement=1 mm", "must be a number"),
-        ("1,viscous_hoop_1=2", "'1' is not a component of the initial state"),
+        ("1,viscous_hoop_1=2", "'1' is not a component of --initial"),
     ],
 )
 def test_an_initial_state_that_cannot_be_is_refused(text, message):

@@ -73,6 +73,7 @@ def test_a_coordinate_says_what_it_is(model, name, quantity, units):
     ("arguments", "message"),
     [
         ((ConeModel(), {}), "over: is empty"),
+        ((ConeModel(), {"voltage": [0.1, 0.2]}, (1.0, 0.0), 3), "draws = 3: must be names and their values"),
         ((ConeModel(voltage=[0.1, 0.2]), {"damping_ratio": [0.1, 0.2]}), "ensemble"),
         ((ConeModel(), {"voltage": [0.1]}), "at least 2 values"),
         (

@@ -397,7 +397,7 @@ def test_what_is_no_store_is_refused(tmp_path):
     (tmp_path / "run.nc").write_bytes(b"")
     with pytest.raises(InputError, match=r"run\.nc: is a file and no store; gelcone\.load reads it"):
         show(tmp_path / "run.nc")
-    with pytest.raises(InputError, match="holds no metadata"):
+    with pytest.raises(InputError, match=r"holds no metadata .*; name a file in it, such as .*run\.nc"):
         show(tmp_path)
     zarr.create_group(store=tmp_path / "foreign", zarr_format=3)
     with pytest.raises(InputError, match="not one that gelcone wrote"):

@@ -115,7 +115,9 @@ def test_limits_over_three_parameters(run):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["sweep"], "over: is empty"),
+        (["sweep"], "--over: is not given; give what is swept, such as"),
+        (["sweep", "--over", "voltage=0.1:0.2:2", "--analysis", "static"], "cannot be swept; choose one of .*settled"),
+        (["sweep", "--over", "voltage=0.1:0.2:2", "--analysis", "static"], "; static itself takes lists"),
         (["sweep", "--over", "voltage=0:1:3", "--uncertain", "prestretch=1"], "must be name=low:high"),
         (["sweep", "--over", "voltage=0:1:3", "--analysis", "regimes"], "did you mean 'regime'"),
         (["map", "--store", "a", "--resume", "b"], "--store and --resume"),

@@ -60,7 +60,9 @@ def test_help_gives_each_subject_its_own_text(command_line):
     assert command_line("help")[1] == command_line("--help")[1]
 
 
-@pytest.mark.parametrize("near", [("devize", "device"), ("simulat", "simulate"), ("amplitute", "amplitude")])
+@pytest.mark.parametrize(
+    "near", [("devize", "device"), ("sprng_rat", "spring_rate"), ("simulat", "simulate"), ("amplitute", "amplitude")]
+)
 def test_help_suggests_what_there_is(near, command_line):
     code, _, err = command_line("help", near[0])
     assert (code, err) == (2, f"Error: {near[0]!r} is not a subject of help; did you mean {near[1]!r}?\n")

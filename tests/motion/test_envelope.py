@@ -338,7 +338,7 @@ def test_what_was_not_searched_is_not_called_beyond_a_limit():
 
 
 def test_limits_hold_from_what_is_known():
-    with pytest.raises(InputError, match="'start' is not a limits_from"):
+    with pytest.raises(InputError, match="'start' is not a motion that limits hold from; known: rest, settled, both"):
         envelope(TAUT, limits_from="start")
 
 

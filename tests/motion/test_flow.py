@@ -461,9 +461,9 @@ def test_an_interrupt_ends_the_run_and_leaves_the_next_one_right(threads):
         ({"initial": "up"}, "initial: must be numbers of shape (2,) or (3, 2), not ()"),
         ({"start": [0.0, 0.0]}, "start: must be numbers of shape () or (3,), not (2,)"),
         ({"keep": "tangent"}, "'tangent' is not a thing to keep; did you mean 'tangents'?"),
-        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number between 0 and 1, for example 1e-15"),
-        ({"tolerance": np.nan}, "tolerance = nan: must be a number between 0 and 1"),
-        ({"tolerance": "fine"}, "tolerance = 'fine': must be a number between 0 and 1"),
+        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number above 0 and below 1, for example 1e-15"),
+        ({"tolerance": np.nan}, "tolerance = nan: must be a number above 0 and below 1"),
+        ({"tolerance": "fine"}, "tolerance = 'fine': must be a number above 0 and below 1"),
         ({"threads": 0}, "threads = 0: must be at least 1; leave it out to use all cores"),
     ],
 )

@@ -421,7 +421,7 @@ def test_everywhere_a_mirrored_cone_mirrors_its_motion(member):
         ({"times": [1.0, 1.0]}, "times: 1 comes after 1; they must increase, sort them"),
         ({"times": [0.0]}, "times = 0: the run has no length; give at least one later time"),
         ({"times": "soon"}, "times = 'soon': must be numbers"),
-        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number between 0 and 1"),
+        ({"tolerance": 0.0}, "tolerance = 0.0: must be a number above 0 and below 1"),
         ({"initial": (1.0,)}, "initial = (1.0,): must be a displacement and a velocity, shape (2,) or shape (2, 2)"),
         ({"initial": "up"}, "initial = 'up': must be a displacement and a velocity, shape (2,) or shape (2, 2)"),
         ({"initial": (np.nan, 0.0)}, "initial = [nan, 0.0]: must be finite"),

@@ -72,6 +72,8 @@ DRAWS = "draws"
 
 def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     """How the command that gave a result answers, and what it was asked about; `InputError` for another Dataset."""
+    if not hasattr(result, "data_vars"):
+        raise InputError(f"in_words: was given a {type(result).__name__}; give a Dataset that an analysis returned")
     title = str(result.attrs.get("title", "")).partition(":")[0]
     from gelcone.dataset import model_of
     from gelcone.devices.si import device_of

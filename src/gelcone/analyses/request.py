@@ -191,7 +191,7 @@ def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[fl
     found: dict[str, float] = {}
     for name, part in given:
         if name not in names:
-            raise unknown_name("component of the initial state", name, names)
+            raise unknown_name("component of --initial", name, names)
         if name in found:
             raise InputError(f"--initial {name}: is given twice; give it once")
         found[name] = _read_component(name, part, states[names.index(name)].quantity, device)

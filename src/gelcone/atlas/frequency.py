@@ -198,7 +198,7 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
             f"frequencies: must be numbers of shape (frequencies,) or ({model.size}, frequencies)"
         ) from None
     if omega.ndim > 2 or grid.shape[1] < 2:
-        raise InputError("frequencies: must be at least 2; a single one is simulated with `simulate`")
+        raise InputError(f"frequencies: has {grid.shape[1]} and takes at least 2; `settled` answers at a single one")
     if not np.isfinite(grid).all() or not (grid > 0.0).all() or not (np.diff(grid, axis=1) > 0.0).all():
         raise InputError("frequencies: must be positive and increase; sort them and leave out doubles")
     return grid

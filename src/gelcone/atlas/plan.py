@@ -78,7 +78,7 @@ class Plan:
         if self.cone.shape:
             raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.cone.shape}")
         if not (self.over or self.draws):
-            raise InputError("over: is empty; give at least one name and its values")
+            raise InputError("over: is empty; give at least one name and its values, or draws")
         object.__setattr__(self, "initial", self._initial())
         object.__setattr__(self, "over", {name: self._swept(name, v) for name, v in self.over.items()})
         object.__setattr__(self, "draws", self._drawn())
@@ -137,6 +137,8 @@ class Plan:
 
     def _drawn(self) -> dict[str, Array]:
         """The checked draws of uncertain parameters."""
+        if not isinstance(self.draws, Mapping):
+            raise InputError(f"draws = {self.draws!r}: must be names and their values, as gelcone.draw gives them")
         checked: dict[str, Array] = {}
         for name, values in self.draws.items():
             if name in self.over:

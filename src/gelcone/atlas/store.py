@@ -297,8 +297,9 @@ def _open_group(path: Path, mode: Literal["r", "r+"] = "r") -> Any:
     if not path.is_dir():
         raise InputError(f"{path}: no such store")
     if not (path / "zarr.json").is_file():
-        there = any(path.iterdir())
-        raise InputError(f"{path}: holds no metadata (zarr.json)" + ("; name a store of gelcone" if there else ""))
+        held = sorted(path.glob("*.nc"))
+        remedy = f"name a file in it, such as {held[0]}" if held else "name a store of gelcone"
+        raise InputError(f"{path}: holds no metadata (zarr.json)" + (f"; {remedy}" if any(path.iterdir()) else ""))
     try:
         return zarr.open_group(store=path, mode=mode, zarr_format=3, use_consolidated=False)
     except Exception as error:  # the reader raises many kinds on damaged or foreign metadata

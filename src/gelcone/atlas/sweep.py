@@ -32,7 +32,7 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import complete, start_states
 from gelcone.progress import Progress, Stopped
-from gelcone.register.analyses import find_analysis
+from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
@@ -157,7 +157,8 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
     Raises `InputError` where the analysis cannot be swept, or not like this.
     """
     if not analysis.swept:
-        raise InputError(f"{analysis.name}: cannot be swept; use gelcone.{analysis.name}")
+        more = "" if analysis.single else f"; {analysis.command} itself takes lists, which make an ensemble"
+        raise InputError(f"{analysis.name}: cannot be swept; choose one of {', '.join(sweepable())}{more}")
     for name in keep:
         if name not in analysis.bulky:
             raise unknown_name(f"variable that a sweep of {analysis.name} leaves out", name, analysis.bulky)

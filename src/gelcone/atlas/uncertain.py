@@ -80,7 +80,8 @@ class Normal:
         if _worded(self):
             return
         if not (np.isfinite(self.mean) and np.isfinite(self.deviation) and self.deviation > 0.0):
-            raise InputError(f"{self.mean:g}~{self.deviation:g}: the standard deviation must be positive")
+            bound = f"the standard deviation {self.deviation:g} must be positive and both numbers finite"
+            raise InputError(f"{self.mean:g}~{self.deviation:g}: {bound}; give mean~deviation")
 
     def at(self, share: Array) -> Array:
         """Values below which lie these shares of the distribution."""

@@ -15,6 +15,7 @@ from gelcone.analyses.ask import answer_to, answers_of, read_options
 from gelcone.analyses.draws import read_draws, read_samples
 from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
+from gelcone.analyses.swept import example
 from gelcone.atlas.maps import ALSO, TITLE, with_quantity
 from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.record import show, stored_sweep
@@ -218,6 +219,9 @@ def run_sweep(
             draws = read_samples(samples, uncertain, subject)
         else:
             draws = read_draws(uncertain, subject, count=count, method=method, seed=seed, indices=wanted_indices)
+        if not (over or draws):
+            one = example(subject.device, "voltage" if subject.device is None else "frequency")
+            raise InputError(f"--over: is not given; give what is swept, such as {one}, or --uncertain")
         plan = _plan(found, subject, subject.over(over), draws, _given(typed))
         wanted = Sweep(subject, plan, found.name, None, keep)
     return run(SWEEP, wanted, kept, resume is not None, workers, output)

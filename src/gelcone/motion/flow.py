@@ -130,7 +130,7 @@ def check_flow(tolerance: float, threads: int | None) -> None:
     """`InputError` for what the integrator cannot use."""
     if not (isinstance(tolerance, float | int) and 0.0 < tolerance < 1.0):
         raise InputError(
-            f"tolerance = {tolerance!r}: must be a number between 0 and 1, for example {DEFAULT_TOLERANCE:g}"
+            f"tolerance = {tolerance!r}: must be a number above 0 and below 1, for example {DEFAULT_TOLERANCE:g}"
         )
     if threads is not None and not (isinstance(threads, int) and threads >= 1):
         raise InputError(f"threads = {threads!r}: must be at least 1; leave it out to use all cores")

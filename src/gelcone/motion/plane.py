@@ -106,7 +106,7 @@ class Plane:
 
     def __post_init__(self) -> None:
         if self.limits_from not in FROM:
-            raise unknown_name("limits_from", str(self.limits_from), FROM)
+            raise unknown_name("motion that limits hold from", str(self.limits_from), FROM)
 
     @classmethod
     def of(

@@ -201,7 +201,10 @@ def _lengths(members: Members, periods: int | None, discard: int | None) -> tupl
     waveform = members.system.waveform
     if waveform.repeat:
         periods, discard = PERIODS if periods is None else periods, DISCARD if discard is None else discard
-        check_count("periods", periods, FEWEST_PERIODS)
+        check_count("periods", periods, 0)
+        if periods < FEWEST_PERIODS:
+            least = f"must be at least {FEWEST_PERIODS}"
+            raise InputError(f"periods = {periods}: {least}, or the lines of the spectrum run into each other")
         check_count("discard", discard, 0)
         return periods, discard
     if discard:

@@ -255,7 +255,7 @@ def test_bad_intervals_are_refused(arguments, message):
 def test_bad_options_are_refused():
     with pytest.raises(InputError, match="points = 0: must be at least 2"):
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, points=0)
-    with pytest.raises(InputError, match=r"tolerance = 0.0: must be a number between 0 and 1"):
+    with pytest.raises(InputError, match=r"tolerance = 0.0: must be a number above 0 and below 1"):
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, tolerance=0.0)
     with pytest.raises(InputError, match="did you mean 'settled'"):
         gelcone.continue_branch(BASE, "voltage", 1.0, 1.2, start="setled")
