@@ -33,29 +33,7 @@ OBEYING = (
     "lab",
     "plots",
     "motion",
-    "physics/amplifier.py",
-    "physics/balance.py",
-    "physics/bias.py",
-    "physics/bracket.py",
-    "physics/circuit.py",
-    "physics/component.py",
-    "physics/differentiate.py",
-    "physics/drive.py",
-    "physics/implicit.py",
-    "physics/laws.py",
-    "physics/members.py",
-    "physics/model.py",
-    "physics/moment.py",
-    "physics/pair.py",
-    "physics/placed.py",
-    "physics/quadrature.py",
-    "physics/records.py",
-    "physics/statics.py",
-    "physics/structure.py",
-    "physics/system.py",
-    "physics/trace.py",
-    "physics/waveforms.py",
-    "physics/film/pull_in.py",
+    "physics",
     "words.py",
 )
 """Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
@@ -106,7 +84,7 @@ def _docstrings(module: ast.Module) -> Iterator[tuple[int, str]]:
 def _inherits(owner: ast.AST, name: str) -> bool:
     """Whether a base of a class, or one of its bases, documents a method of this name."""
     bases = [base.id for base in getattr(owner, "bases", ()) if isinstance(base, ast.Name)]
-    known = [_classes()[base] for base in bases if base in _classes()]
+    known = [one for base in bases for one in _classes().get(base, ())]
     return any(
         _inherits(base, name)
         or any(getattr(method, "name", "") == name and ast.get_docstring(method) for method in base.body)
@@ -115,10 +93,14 @@ def _inherits(owner: ast.AST, name: str) -> bool:
 
 
 @cache
-def _classes() -> dict[str, ast.ClassDef]:
-    """Every class of the sources by its name."""
-    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in SOURCE.rglob("*.py"))
-    return {node.name: node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+def _classes() -> dict[str, list[ast.ClassDef]]:
+    """Name -> the classes of that name in the sources."""
+    found: dict[str, list[ast.ClassDef]] = {}
+    for path in SOURCE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(node)
+    return found
 
 
 def _public(parent: ast.AST) -> Iterator[tuple[ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef, ast.AST]]:

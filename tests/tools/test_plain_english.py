@@ -55,3 +55,10 @@ def test_a_method_inherits_the_docstring_of_its_base(tmp_path):
         '"""Module."""\n\n\nclass Own(Gent):\n    """A law."""\n\n    def energy(self): ...\n    def other(self): ...\n'
     )
     assert [reason for _, reason in found(tmp_path, law)] == ["other has no docstring"]
+
+
+def test_a_base_is_found_among_classes_of_one_name(tmp_path):
+    """The continuum has a class `Film`, too."""
+    assert len(SCRIPT["_classes"]()["Film"]) > 1
+    taut = '"""Module."""\n\n\nclass Own(Film):\n    """A film."""\n\n    def drag(self, x, n): ...\n'
+    assert found(tmp_path, taut) == []

@@ -58,14 +58,17 @@ class FilmAtOnce(Film):
 
     @property
     def odd(self) -> bool:  # type: ignore[override]
+        """Whether the force of the film is odd in x."""
         return self.film.odd
 
     @property
     def linear_charge(self) -> bool:  # type: ignore[override]
+        """Whether the charge is proportional to the voltage at every displacement."""
         return self.film.linear_charge
 
     @property
     def kinds(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The states of the film whose shares of time results carry."""
         return self.film.kinds
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
@@ -81,7 +84,7 @@ class FilmAtOnce(Film):
         return self.film.strain_limit(n)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
-        """As far as neither the law nor a branch is at its limit."""
+        """The displacements at which neither the law nor a branch is at its limit."""
         begin, end = self.film.reach(n)
         far = min(end, FARTHEST)
         if not np.any(self.film.overstretched(far, self.held(n), n)):
@@ -101,8 +104,8 @@ class FilmAtOnce(Film):
         return self.film.creeping.highest_squared(x, self.held(n), n)
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """That of a taut or another film whose force is linear in V, or of one that wrinkles, which no voltage makes
-        push: a negative ``pull`` takes a V that rises too steeply to be reached."""
+        """The V at which the film pulls so hard. No voltage makes a film that wrinkles push: for a negative ``pull``
+        its V rises too steeply to be reached."""
         if not isinstance(self.film, WrinklingCone | MembraneFilm):
             return super().balancing(x, pull, n)
         found = self.film.creeping.balancing(x, np.maximum(pull, 0.0), self.held(n), n)

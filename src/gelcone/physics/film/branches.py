@@ -157,7 +157,7 @@ class Branches:
 
     @property
     def words(self) -> str:
-        """What a line about the film adds: how it creeps; empty without branches."""
+        """The end of a line about the film: how it creeps; empty without branches."""
         several = f"{self.count} Maxwell branch{'es' if self.count > 1 else ''}"
         rule = "linear" if self.flow == "linear" else "logarithmic"
         dampers = f", {len(self.reduced)} of them without states as damper" if self.reduced else ""

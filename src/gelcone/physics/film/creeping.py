@@ -45,7 +45,7 @@ stretch limit has a second one, at twice the length or more, to which a voltage 
 MOST_HALVINGS, ROUNDING = 60, 1e-14
 """Halvings of a step along which the energy does not fall, and the share of the energy that counts as rounding."""
 UNREACHED = 1e6
-"""The V up to which a film that never pulls in is looked at."""
+"""The V up to which the end of a film that never pulls in is searched."""
 LEVELS = 32
 """Widths between which a film's end is searched, and lengths at once between which the end of its minimum is."""
 LEVEL, MOST_LEVELS = 1.02, 480
@@ -321,7 +321,7 @@ class Creeping:
 
     @property
     def borders(self) -> tuple[Border, ...]:
-        """``meridian_held`` and ``width_held`` tell the states apart; the others end the film."""
+        """``meridian_held`` and ``width_held`` distinguish the states; the others end the film."""
         ends = [Border(self._localisation_border, seldom=True)] if self.localises else []
         return (
             Border(self._width_border, "width_held", divides=True),

@@ -35,16 +35,21 @@ class Membrane(Protocol):
     """A membrane as its branches see it: the relaxed film."""
 
     @property
-    def viscous(self) -> Branches: ...
+    def viscous(self) -> Branches:
+        """The branches of the film."""
 
     @property
-    def switch_names(self) -> tuple[str, ...]: ...
+    def switch_names(self) -> tuple[str, ...]:
+        """The names of the switches of its borders."""
 
-    def relaxed_pull(self, s: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[Pull, Any]: ...
+    def relaxed_pull(self, s: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[Pull, Any]:
+        """The pull of the relaxed film at the squared height ``s``, and 1 where it is in tension, else 0."""
 
-    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any: ...
+    def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
+        """The V at which the relaxed film pulls so hard."""
 
-    def highest_squared(self, x: Any, n: Numbers) -> Any: ...
+    def highest_squared(self, x: Any, n: Numbers) -> Any:
+        """The largest V that the relaxed film bears."""
 
 
 class CreepingMembrane:

@@ -58,8 +58,8 @@ def turnings(law: StrainEnergyLaw, n: Numbers) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=256)
 def _turnings_of(law: StrainEnergyLaw, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
-    """Those of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). Kept, since they change
-    with the gel alone and take longer than many a motion."""
+    """The turnings of films of one law, (count,); ``rows`` holds the law's numbers, (names, count). They are cached,
+    since they change with the gel alone and take longer than many a motion."""
     values = np.frombuffer(rows).reshape(-1, count)
     numbers = {name: row[:, None] for name, row in zip(names, values, strict=False)}
 

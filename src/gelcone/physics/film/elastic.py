@@ -26,7 +26,7 @@ GOLDEN, GOLDEN_STEPS = 0.6180339887498949, 40
 
 
 class Local(NamedTuple):
-    """What a point of the film obeys, at m = q and n = 1 + y: symbols as in `gelcone.physics.film.wrinkling`.
+    """Quantities at a point of the film, at m = q and n = 1 + y: symbols as in `gelcone.physics.film.wrinkling`.
 
     ``meridian`` is A q, ``hoop`` B n, ``excess`` s2/(R q n): at n = 1 it is positive where the hoop is taut. ``lead``
     is (A q - B n)/q, so that K s1/q = lead + n ``excess`` with the compliance K = 1/R.
@@ -140,10 +140,10 @@ class Elastic:
 
     @property
     def borders(self) -> tuple[Border, ...]:
-        """``width_held`` tells taut from hoop-slack, and without force A q < B from A q > B; ``pulls`` tells with from
-        without force; ``crumpled`` tells meridional slack from crumpled there, ``long`` a film that
-        may begin to pull from one that is too short, ``below_hump`` one before the hump from one beyond the valley. The
-        last border ends the film; where a run continues, ``whole`` tells whether it has failed instead."""
+        """``width_held`` distinguishes taut from hoop-slack, and without force A q < B from A q > B; ``pulls``, with
+        from without force; ``crumpled``, meridional slack from crumpled there; ``long``, a film that may begin to pull
+        from one that is too short; ``below_hump``, one before the hump from one beyond the valley. The last border ends
+        the film; where a run continues, ``whole`` states whether it has failed instead."""
         return (
             Border(self._width_border, "width_held", divides=True),
             Border(self._force_border, "pulls", divides=True),

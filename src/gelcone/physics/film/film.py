@@ -136,7 +136,7 @@ class Film(Component):
         return 0.0
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """What the voltage takes from the force."""
+        """The part of the force that the voltage takes away."""
         return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
@@ -144,12 +144,12 @@ class Film(Component):
         return {}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
-        """How long it was in each of its ``kinds``, (members, kinds), from how long each combination of signs of the
+        """The time in each of its ``kinds``, (members, kinds), from the time for which each combination of signs of the
         ``switches`` lasted, (members, 2^switches); bit k of the place is set where the k-th is negative."""
         return np.zeros((len(dwell), 0))
 
     def pull_in_kind(self, switches: Numbers) -> Any:
-        """How it pulled in at a border without a switch, a `gelcone.codes.FilmPullIn`, with the switches there."""
+        """The way in which it pulled in, a `gelcone.codes.FilmPullIn`, at a border without switch, by the switches."""
         return np.array(FilmPullIn.MINIMUM)
 
     # --- where it has a state ----------------------------------------------------------------------------------------
@@ -249,7 +249,7 @@ class Film(Component):
     # --- what is asked of a film -------------------------------------------------------------------------------------
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        """What x and the voltage do to the film. Default: unknown."""
+        """Stretches, stresses and field of the film at x and the voltage. Default: unknown."""
         unknown = np.full(np.broadcast_shapes(np.shape(x), np.shape(voltage)), np.nan)
         return FilmState(*[unknown] * (len(FilmState._fields) - 1))
 
@@ -258,7 +258,7 @@ class Film(Component):
         return None
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
-        """How much of its strain limit the film has reached: 1 at the limit; ``state`` is its state, where known."""
+        """The share of its strain limit that the film has reached, 1 at the limit. ``state`` is its own, if known."""
         return self.strain(x, n) / self.strain_limit(n)
 
     def describe(self) -> str:

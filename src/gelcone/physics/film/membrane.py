@@ -197,8 +197,9 @@ class MembraneFilm(BranchedFilm):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
-        """``pulls`` tells a film in tension from a slack one, ``near`` heights below the cut from those above,
-        ``rim_taut`` whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the film."""
+        """``pulls`` distinguishes a film in tension from a slack one, ``near``, heights below the cut from those above;
+        ``rim_taut`` states whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the
+        film."""
         return (
             *((self.creeping.border,) if self.branches else ()),
             Border(self._slack_border, "pulls", divides=True),
@@ -291,7 +292,7 @@ class MembraneFilm(BranchedFilm):
         return refusal(self.law, law, n["radius_ratio"], n["A"], n["B"])
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
-        """That of the innermost ring, and of the height."""
+        """The larger share of a limit: that of the strain of the innermost ring, or that of the height."""
         own = self.state(x, voltage, y, n) if state is None else state
         found = np.fmax(super().limit_share(x, voltage, y, n), own.limit_share)
         if not (self.branches and y):
@@ -467,11 +468,11 @@ class MembraneFilm(BranchedFilm):
 
     @cached_property
     def _ring(self) -> WrinklingCone:
-        """A ring beside the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
+        """The ring next to the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
         return WrinklingCone(law=self.law, prestretch_mode=self.prestretch_mode, pull_in="minimum")
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        """Beside the disc, where the meridian is stretched most, but for the field, which is the largest anywhere; NaN
+        """The state next to the disc, where the meridian is stretched most, with the largest field anywhere; NaN
         where the film has pulled in."""
         s = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n)
         s, squared = np.broadcast_arrays(s, np.square(voltage))

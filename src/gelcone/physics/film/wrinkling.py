@@ -21,8 +21,8 @@ hump, where t lies before that. A film that the disc stretches beyond the valley
 tension it stays on the rising part of Vb behind it. A hoop-slack film localises even earlier: where its meridional
 force falls as a ring of it lengthens, the strain runs into one ring (loss of strong ellipticity).
 
-In a program the natural width n - 1 is the root of s2 = 0, solved inside of each step, and switches tell the states
-apart. Force and stiffness come from one energy, so that the force is continuous across the borders, and tangent maps
+In a program the natural width n - 1 is the root of s2 = 0, solved inside of each step, and switches distinguish the
+states. Force and stiffness come from one energy, so that the force is continuous across the borders, and tangent maps
 have no jump there (no saltation matrix): the difference of the rates on both sides of a border, which would be in it,
 is zero. These formulas are in `gelcone.physics.film.elastic`, those of a film with branches in
 `gelcone.physics.film.creeping`.
@@ -53,13 +53,13 @@ STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
 """The states of the film, in which order results carry their shares of time."""
 PULL_IN = ("first", "minimum", "memoryless", "snap")
 FAILED = "pulled_in"
-"""The state of a film that goes on after it has pulled in."""
+"""The state of a film whose run continues after it has pulled in."""
 
 _STUDIES = {
     "first": "",
     "minimum": "; its localisation is left out (study)",
-    "memoryless": "; after pull-in it has failed; the run goes on without its force until there is a minimum (study)",
-    "snap": "; after pull-in it has failed; the run goes on without its force until it snaps back (study)",
+    "memoryless": "; after pull-in it has failed; the run continues without its force until there is a minimum (study)",
+    "snap": "; after pull-in it has failed; the run continues without its force until it snaps back (study)",
 }
 
 
@@ -72,7 +72,7 @@ class WrinklingCone(TautCone):
     law, prestretch_mode : as for the taut cone.
     pull_in : what happens where the film pulls in. ``"first"`` (default): the run ends, by localisation or by the end
         of the energy's minimum, whichever comes first. The others are for study. ``"minimum"``: the run ends by the end
-        of the minimum alone. After that end the film has failed, but the run goes on without its force:
+        of the minimum alone. After that end the film has failed, but the run continues without its force:
         ``"memoryless"``, as long as the energy has no minimum; ``"snap"``, the film stays thin until V falls below
         the valley of Vb behind the hump, or until the disc stretches it beyond. At a snap back the force jumps, so
         that tangent maps and exponents across it lack the jump.
@@ -87,7 +87,7 @@ class WrinklingCone(TautCone):
 
     @property
     def traced_charge(self) -> bool:  # type: ignore[override]
-        """False where a run goes on after pull-in: the charge of a film that has failed is unknown."""
+        """False where a run continues after pull-in: the charge of a film that has failed is unknown."""
         return not self.elastic.goes_on
 
     def __post_init__(self) -> None:
@@ -115,7 +115,7 @@ class WrinklingCone(TautCone):
         return Elastic(self, self.pull_in)
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """Beside those of the taut cone: ``hump``, the t of the first maximum of Vb; ``valley``, that of the minimum
+        """The numbers of the taut cone, and ``hump``, the t of the first maximum of Vb; ``valley``, that of the minimum
         behind it; ``limit_squared``, the V at which a film without tension pulls in; ``crumpling_squared``, the V above
         which it is slack in both directions; ``end_of_slack``, the A q above which no film loses its tension without
         pulling in; ``edge``, the A x^2 at which A q = B, negative if there is none; ``shortest``, the x^2 below which a
@@ -168,6 +168,7 @@ class WrinklingCone(TautCone):
 
     @property
     def kinds(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The states whose shares of time results carry."""
         return (*STATES, FAILED) if self.elastic.goes_on else STATES
 
     # --- force ---------------------------------------------------------------------------------------------------
@@ -182,6 +183,7 @@ class WrinklingCone(TautCone):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
+        """The borders of the film with its branches, or without any."""
         return self.creeping.borders if self.branches else self.elastic.borders
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
