@@ -33,6 +33,7 @@ OBEYING = (
     "lab",
     "plots",
     "motion",
+    "studio",
     "physics",
     "words.py",
 )

@@ -86,7 +86,7 @@ def test_a_map_and_a_strip_have_their_axes_and_a_source_with_the_setting(shelf):
         (asked.of_device, {"setting": BASE}, "an envelope is that of a device; choose one"),
         (asked.to_save, {"setting": BASE, "what": "regime", "format": "exe"}, "format: must be one of nc, png, svg"),
         (asked.to_save, {"setting": BASE, "what": "regime"}, "format: must be one of nc, png, svg"),
-        (asked.device_file, {"setting": BASE}, "a preset is no device; only a device has a file"),
+        (asked.device_file, {"setting": BASE}, "a preset is not a device; only a device has a file"),
         (asked.code, {"setting": BASE, "what": 3}, "what: must be a text"),
         (asked.code, {"setting": BASE, "what": "regime", "options": {"tolerance": 1}},
          "options of regime: must be among none"),

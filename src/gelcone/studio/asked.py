@@ -1,4 +1,4 @@
-"""What a page asks: its messages, read and checked before anything is computed."""
+"""Messages of a page: read and checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def read(text: str | None, kinds: Collection[str]) -> dict[str, Any]:
 
 
 def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
-    """What a map over two parameters is computed from."""
+    """The source and the axes of a map over two parameters."""
     setting = Setting.read(request.get("setting"))
     controls = shelf.controls(setting)
     x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
@@ -44,13 +44,13 @@ def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Ax
 
 
 def over_one(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis]:
-    """What a sweep of one parameter is computed from."""
+    """The source and the axis of a sweep of one parameter."""
     setting = Setting.read(request.get("setting"))
     return source(shelf, setting), axis(shelf.controls(setting), request.get("over"), STRIP_VALUES)
 
 
 def of_device(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
-    """What an operating envelope is computed from; `InputError` for a preset."""
+    """The source of an operating envelope; `InputError` for a preset."""
     setting = Setting.read(request.get("setting"))
     if setting.preset is not None:
         raise InputError("an envelope is that of a device; choose one")
@@ -58,7 +58,7 @@ def of_device(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
 
 
 def to_save(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
-    """What a file of what the page shows is made from, and its format."""
+    """The source of a file of the results on the page, the results that are wanted, and its format."""
     setting, wanted = _wanted(shelf, request)
     form = text_of(request, "format")
     if form not in exports.FORMATS:
@@ -70,7 +70,7 @@ def device_file(shelf: Shelf, request: Mapping[str, Any]) -> str:
     """The device as it is set, as the text of a device file; `InputError` for a preset."""
     device = shelf.subject(Setting.read(request.get("setting"))).device
     if device is None:
-        raise InputError("a preset is no device; only a device has a file")
+        raise InputError("a preset is not a device; only a device has a file")
     return device.to_toml()
 
 
@@ -94,7 +94,7 @@ def _wanted(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Setting, exports.
 
 
 def source(shelf: Shelf, setting: Setting) -> Source:
-    """What a worker needs to read the subject of a setting; `InputError` as `Shelf.check`."""
+    """The source from which a worker reads the subject of a setting; `InputError` as `Shelf.check`."""
     shelf.check(setting)
     return Source(shelf.path(setting), setting.file, typed(setting))
 

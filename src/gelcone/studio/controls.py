@@ -44,7 +44,7 @@ NONE = "none"
 
 @dataclass(frozen=True)
 class Control:
-    """What a page needs for one control.
+    """One control of a page.
 
     ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ends
     ``low`` and ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of
@@ -75,6 +75,7 @@ def leaf(name: str) -> str:
 
 
 def as_json(controls: Iterable[Control]) -> list[dict[str, Any]]:
+    """The controls as plain data."""
     return [asdict(control) for control in controls]
 
 

@@ -1,5 +1,5 @@
-"""What the page saves: results computed again in double precision, their figures, and the command and the Python lines
-that give the same numbers."""
+"""Files that the page saves: results computed again in double precision, their figures, and the command and the Python
+lines that give the same numbers."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Wanted:
 
     @property
     def given(self) -> dict[str, Any]:
-        """What the command line would have read."""
+        """The options as the command line reads them."""
         return {**self.options, **({"over": self.over} if self.over else {})}
 
 

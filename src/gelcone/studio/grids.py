@@ -1,7 +1,7 @@
 """Cells of maps and strips: the kind of motion over one or two parameters of the page, computed in workers.
 
 The cells of a map come level by level, as `gelcone.atlas.refinement` asks for them: first a coarse lattice, then
-between points of another kind, until all cells beside one of another kind are computed; the rest take the nearest's.
+between points of another kind, until all cells next to one of another kind are computed; the rest take the nearest's.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def even_tasks(cells: Array, workers: int, most: int) -> list[Array]:
 
 @dataclass(frozen=True)
 class Source:
-    """What a worker reads its subject from: a device file by its ``path`` or its ``text``, or a preset among the
+    """The source of a worker's subject: a device file by its ``path`` or its ``text``, or a preset among the
     ``options`` of `read_subject`."""
 
     path: Path | None
@@ -63,10 +63,11 @@ class Source:
 
     @property
     def key(self) -> tuple[Path | None, int, str | None, str]:
-        """What is the same for sources of equal subjects."""
+        """The key that sources of equal subjects share."""
         return self.path, changed(self.path), self.text, json.dumps(self.options)
 
     def subject(self) -> Subject:
+        """The subject that is read from the source."""
         return subject_of(*self.key)
 
 

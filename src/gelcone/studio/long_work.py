@@ -31,7 +31,7 @@ from gelcone.studio.grids import (
 from gelcone.studio.pool import Pool
 
 STRIP_STEPS = (8, 4, 2, 1)
-"""From coarse to fine: every so many values of a strip."""
+"""From coarse to fine: the strides between the values of a strip."""
 
 
 class Outdated(Exception):
@@ -57,6 +57,7 @@ class Work:
         return found
 
     async def tell(self, kind: str, arrays: Mapping[str, Any] | None = None, **words: Any) -> None:
+        """Send the page a message of this kind about the work."""
         await self.send({"kind": kind, "id": self.number, **words}, arrays)
 
 

@@ -1,4 +1,4 @@
-"""What the live panels show of one actuator, as plain numbers in the units of the page.
+"""The numbers in the live panels of one actuator, plain and in the units of the page.
 
 Datasets with labels take several times as long as the integration itself; they are for what is saved.
 """
@@ -301,11 +301,12 @@ class Reading(np.ndarray):
 
     @property
     def values(self) -> Array:
+        """The numbers as an array, as a Dataset has them."""
         return np.asarray(self)
 
 
 def single(found: Findings, subject: Subject) -> Any:
-    """What was found of a single actuator, by name, with units: as a Dataset to those who only read it, in a tenth of
+    """The findings of a single actuator, by name, with units: as a Dataset to those who only read it, in a tenth of
     its time."""
     member: dict[str, Any] = {"outcome": found.outcome[0]}
     for name, (_, values, _, quantity) in found.variables.items():
@@ -464,7 +465,7 @@ def _acting(model: ConeModel) -> str:
 
 
 def about(subject: Subject) -> dict[str, Any]:
-    """What the pictures need to know besides the run: sizes of the cone, its parts, labels."""
+    """Data of the pictures besides the run: sizes of the cone, its parts, labels."""
     device, model = subject.device, subject.model
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     disc, rim = (0.35, 1.0) if device is None else (device.disc_radius, device.film_radius)

@@ -228,8 +228,8 @@ class Page:
     async def _afterwards(
         self, request: dict[str, Any], subject: Subject, kind: look.Settled, missing: list[CurveKey]
     ) -> None:
-        """What is kept of other drives at once; once the hand rests, current and power, and what takes longer: first
-        of all the membrane for which a cone stands."""
+        """Send what is stored of other drives at once; once the hand rests, current and power, and what takes longer:
+        first of all the membrane for which a cone stands."""
         if request["stands"]:
             return await self._make_membrane(request)
         model = subject.model
@@ -307,7 +307,7 @@ class Page:
     async def _find_static(
         self, work: Work, source: Source, request: dict[str, Any], subject: Subject, kept: tuple[bool, bool]
     ) -> None:
-        """Pull-in, and the equilibria where they are shown, of which none is kept yet."""
+        """Pull-in, and the equilibria where they are shown, of which none is stored yet."""
         if not kept[0]:
             with suppress(InputError):
                 look.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
@@ -317,7 +317,7 @@ class Page:
             await self._add("statics", request, look.statics, subject)
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
-        """What ``compute`` gives, in a thread under the slot's watch; None after an error, which the page is told."""
+        """The result of ``compute``, in a thread under the slot's watch; None after an error, which the page gets."""
         if self._ended.is_set():
             raise Stopped
         watch, loop = slot.watch, asyncio.get_running_loop()
@@ -430,7 +430,7 @@ class Page:
         return await asyncio.get_running_loop().run_in_executor(self._threads, read, self.shelf, request)
 
     async def _cancel(self, request: dict[str, Any]) -> None:
-        """Ends the long work that the page does not look at any more."""
+        """Ends the long work that the page no longer shows."""
         name = asked.text_of(request, "grid")
         if name not in self.lanes:
             raise InputError(f"grid: must be one of {', '.join(self.lanes)}")
@@ -443,12 +443,13 @@ class Page:
         await self.send(head, parts.arrays)
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
-        """Tells the page what is wrong, and with which control."""
+        """Sends the page what is wrong, and with which control."""
         message = _in_words(error)
         control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 
     async def send(self, head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> None:
+        """Send a message in one frame, while the page is connected."""
         frame = pack(head, arrays)
         async with self._sending:
             if self.socket.application_state is WebSocketState.CONNECTED:

@@ -1,4 +1,4 @@
-"""What an engineer asks first of a settled motion: stroke, mean height, lag, current, power and the margins left."""
+"""The numbers of a settled motion that engineers ask for first: stroke, mean height, lag, current, power, margins."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's
 
 
 def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> dict[str, float]:
-    """Numbers of the settled motion of a single actuator along ``run``, over so many forcing periods, by name.
+    """Numbers of the settled motion of a single actuator along ``run``, over ``turns`` forcing periods, by name.
 
     In the model's units ``stroke`` and ``mean height``; ``lag``, by how many degrees of the drive frequency's multiple
     ``harmonic`` the largest harmonic of the height follows the voltage's sine; and ``field``, the largest true field

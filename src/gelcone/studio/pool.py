@@ -129,7 +129,7 @@ class _Task(NamedTuple):
 @cache
 def _begin(background: bool) -> None:
     """Once in each worker."""
-    warnings.simplefilter("ignore")  # what is doubtful is told by the studio itself
+    warnings.simplefilter("ignore")  # the studio itself states what is doubtful
     with suppress(OSError, AttributeError):
         os.nice(NICENESS if background else 0)
 

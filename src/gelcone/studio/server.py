@@ -38,7 +38,7 @@ IDLE_SECONDS = 5.0
 LARGEST_MESSAGE = 65_536
 MOST_PAGES = 32
 FAREWELL_SECONDS = 0.05
-"""In which pages are told that the studio ends."""
+"""The time in which pages learn that the studio ends."""
 LEAVING_SECONDS = 0.3
 """After which what still answers a page is left alone."""
 POLICY = (
@@ -113,6 +113,7 @@ class Studio:
         return {f"[{name}]:{self.port}" if name.count(":") > 1 else f"{name.lower()}:{self.port}" for name in names}
 
     def app(self) -> ASGIApp:
+        """The routes of the studio, behind its guard."""
         routes = [
             Route("/", self._page),
             Route("/static/{name}", self._static),
@@ -157,6 +158,7 @@ class Studio:
             self._server.should_exit = True
 
     def is_ours(self, token: str | None) -> bool:
+        """Whether a token is that of this studio, in a time that does not depend on the token."""
         return secrets.compare_digest((token or "").encode(), self.token.encode())
 
     async def _page(self, request: Request) -> Response:

@@ -1,4 +1,4 @@
-"""What the page is set to: a device or a preset, values of its parameters, an initial state; read with the checks of
+"""The setting of a page: a device or a preset, values of its parameters, an initial state; read with the checks of
 the command line.
 
 A page names devices that ship, the one file that the studio was started with, or sends a file's text. Its values are
@@ -87,12 +87,12 @@ class Setting:
 
     @property
     def base(self) -> Setting:
-        """The same without values."""
+        """A setting of the same subject without values."""
         return replace(self, values={})
 
     @property
     def chosen(self) -> Setting:
-        """The same with its choices, and none of its numbers."""
+        """A setting of the same subject with its choices, and none of its numbers."""
         return replace(self, values={name: value for name, value in self.values.items() if leaf(name) in CHOICES})
 
 
@@ -129,7 +129,7 @@ class Shelf:
         return self.devices[setting.device]
 
     def called(self, setting: Setting) -> str:
-        """What the command line calls the device of a setting; empty for a preset."""
+        """The name of a setting's device on the command line; empty for a preset."""
         if setting.file is not None:
             return OWN_FILE
         own = self.given is not None and setting.device == self.given.stem
@@ -180,7 +180,7 @@ class Shelf:
             self._check(setting)
 
     def subject(self, setting: Setting, *, cone: bool = False) -> Subject:
-        """What the analyses work on; with cones in place of membranes if ``cone``.
+        """The subject of the analyses; with cones in place of membranes if ``cone``.
 
         Raises `InputError` as the command line does, for a value whose name is not that of a control of the device or
         preset, and for a text that is not among the choices of its control.

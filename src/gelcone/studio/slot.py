@@ -1,6 +1,6 @@
-"""What a page asks again and again while a hand moves: the newest request wins.
+"""Requests that a page repeats while a hand moves: the newest one wins.
 
-A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is told to stop once it has had
+A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is asked to stop once it has had
 its grace: stopped at once, a slider that moves sixty times a second would never see an answer. A patient slot lets what
 follows a stopped one run to its end: else nothing that takes longer than the grace would come before the hand rests.
 """
@@ -18,7 +18,7 @@ from starlette.websockets import WebSocketDisconnect
 from gelcone.progress import Stopped, Watch
 
 GRACE = 0.15
-"""Seconds that what runs may go on after something newer has come."""
+"""Seconds for which what runs may continue after something newer has come."""
 LOOK_SECONDS = 0.01
 
 
@@ -50,6 +50,7 @@ class Slot:
         return self._side in self._next and self._side not in self._unanswered
 
     def give(self, side: str, request: Any) -> None:
+        """Take a request of a side, in place of one that waits."""
         self._next[side] = request
         self._wake.set()
         left = self._began + GRACE - time.monotonic()
@@ -65,6 +66,7 @@ class Slot:
             watch.stop.set()
 
     async def run(self) -> None:
+        """Answer requests until the task is cancelled."""
         while True:
             if not self._next:
                 self._wake.clear()
@@ -89,4 +91,5 @@ class Slot:
             await asyncio.sleep(min(left, LOOK_SECONDS))
 
     def end(self) -> None:
+        """Stop what runs."""
         self.watch.stop.set()
