@@ -73,3 +73,8 @@ def test_a_field_says_whether_it_is_needed_its_unit_and_its_usual_range():
     assert [term for term in _terms(fields["disc_radius"]) if term.startswith("usual ")] == ["usual 1 mm to 50 mm"]
     assert _terms(fields["name"])[0] == "optional, the file's name when left out"
     assert not any(term.startswith(("SI unit", "usual")) for term in _terms(fields["name"]))
+
+
+def test_the_gravity_of_a_first_file_is_that_of_the_earth():
+    """The middle of its usual range, 3 m/s^2, would be taken over as it stands."""
+    assert gelcone.Device.fields["gravity"].example_text() == "9.81 m/s^2"

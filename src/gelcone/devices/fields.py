@@ -134,6 +134,7 @@ class DeviceFields(Record):
     gravity: Any = Field(
         "gravity along the axis, positive where it pulls a raised disc down", "m/s^2", default=None,
         unset="none: the axis is level", typical=(0.5, 20.0), near=("g", "weight", "gravitational_acceleration"),
+        example=9.81,
     )  # fmt: skip
     payload: Any = Field(
         "mass carried by the disc", "kg", default=None, unset="none", typical=(1e-4, 0.5), least=0.0,
