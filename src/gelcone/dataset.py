@@ -23,6 +23,7 @@ from gelcone.files import write_whole, writer_of
 from gelcone.netcdf import read_netcdf, write_netcdf
 from gelcone.physics.members import Ensemble
 from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def label(
     data = {name: array(spec) for name, spec in variables.items()}
     if outcome is not None:
         data["outcome"] = outcome_array(np.asarray(outcome).reshape(model.shape), members)
-    return xr.Dataset(
+    result = xr.Dataset(
         data,
         coords=parameter_coords | {name: array(spec) for name, spec in (coords or {}).items()},
         attrs={
@@ -103,6 +104,7 @@ def label(
             "gelcone_version": __version__,
         },
     )
+    return name_states(result, model.system)
 
 
 def attributes(long_name: str, of: Of) -> dict[str, Any]:
@@ -121,6 +123,23 @@ NAN, INFINITE = "nan_means", "infinite_means"
 def absent(quantity: str, nan: str = "not applicable", infinite: str = "not reached") -> dict[str, str]:
     """Make the attributes of a variable whose values may be missing, with the words for NaN and infinity."""
     return {"units": "1", "quantity": quantity, NAN: nan, INFINITE: infinite}
+
+
+STATES = "state_quantities"
+"""Attribute of a variable over states: the quantity of each of them."""
+
+
+def of_states(system: ConeSystem) -> dict[str, str]:
+    """Make the attributes of a variable whose last dim is ``state``: the states of a system, each in its quantity."""
+    return {"units": "1", "quantity": "state", STATES: ", ".join(state.quantity for state in system.states)}
+
+
+def name_states(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
+    """Name the states in a result that has variables over them."""
+    if "state" not in result.dims:
+        return result
+    names = [state.name for state in system.states]
+    return result.assign_coords(state=("state", names, {"long_name": "state", "units": "1", "quantity": "code"}))
 
 
 def columns(dims: str | tuple[str, ...], table: Table) -> dict[str, Any]:
@@ -247,6 +266,6 @@ def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Data
     result["initial"] = (
         (*member_dims(model), "state"),
         states0.reshape((*model.shape, states0.shape[-1])),
-        {"long_name": "initial displacement and velocity", "units": "1", "quantity": "state"},
+        {"long_name": "initial states"} | of_states(model.system),
     )
-    return result
+    return name_states(result, model.system)

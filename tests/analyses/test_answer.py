@@ -12,6 +12,7 @@ from gelcone.analyses import answer
 from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, parameters_json, plain, variable_json
 from gelcone.analyses.request import Subject
 from gelcone.codes import FilmPullIn
+from gelcone.devices.si import shown_values
 from gelcone.register.analyses import ANALYSES
 from tests.analyses.said import INF, MODEL, NAN
 from tests.edited import made
@@ -74,14 +75,22 @@ def test_a_device_has_its_states_and_axes_in_si_units():
     assert in_si(result, Subject(model)) is result
 
 
-def test_a_third_state_keeps_its_numbers():
-    device = gelcone.find_device("soft-film")
-    section = xr.DataArray(np.ones((4, 3)), dims=("point", "state"), attrs={"units": "1", "quantity": "state"})
-    result = xr.Dataset({"section": section}, attrs={"title": "regime of motion"})
-    shown = in_si(result, Subject(device.to_model(), device))["section"]
-    assert shown.attrs["units"] == "mm, m/s, 1"
-    assert float(shown[0, 2]) == 1.0
-    assert float(shown[0, 0]) == pytest.approx(1e3 * device.scales.length)
+@pytest.mark.parametrize("said", [True, False])
+def test_further_states_have_their_own_units_and_names(said):
+    """Files of 0.2 do not say what further states are: these keep their numbers."""
+    device = gelcone.find_device("soft-film").replace(series_resistance="20 Mohm")
+    model = device.to_model()
+    of = dataset.of_states(model.system) if said else "state"
+    variables = {"section": (("point", "state"), np.ones((4, 3)), "states", of)}
+    result = dataset.label(model, variables, options={}, title="regime of motion")
+    assert result["state"].values.tolist() == ["displacement", "velocity", "film_voltage"]
+    shown = in_si(result, Subject(model, device))["section"]
+    assert shown.attrs["units"] == ("mm, m/s, V" if said else "mm, m/s, 1")
+    last = device.scales.voltage if said else 1.0
+    np.testing.assert_allclose(shown[0], [1e3 * device.scales.length, device.scales.velocity, last], rtol=1e-14)
+    values, attrs = shown_values(np.ones((1, 4, 3)), result["section"].attrs, device.scales)
+    np.testing.assert_array_equal(values[0], shown)
+    assert attrs["units"] == shown.attrs["units"]
 
 
 SHOWN = {"time": 1e3, "voltage": 1.0, "frequency": 1.0, "length": 1e3}

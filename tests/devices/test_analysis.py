@@ -135,9 +135,10 @@ AMPLIFIED = DEVICE.replace(
 def test_a_start_has_the_states_of_material_and_amplifier():
     names = [state.name for state in AMPLIFIED.to_model().system.states]
     assert names[2:] == ["viscous_meridional_1", "viscous_hoop_1", "film_voltage"]
-    run = gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9, 1.1, "1 kV"), times=["10 ms"])
     scales = AMPLIFIED.scales
-    assert run.initial.values == pytest.approx([2.0, 0.0, 0.9, 1.1, 1e3 / scales.voltage])
+    run = gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9, 1.1, "1 kV"), times=["10 ms"])
+    assert run.initial.values == pytest.approx([2.0, 0.0, 0.9, 1.1, 1e3])
+    assert run.initial.units == "mm, m/s, 1, 1, V"
     text = "displacement=2 mm, viscous_meridional_1=0.9, viscous_hoop_1=1.1, film_voltage=1 kV"
     subject = read_subject(AMPLIFIED, initial=text)
     plain = gelcone.simulate(AMPLIFIED.to_model(), subject.initial, times=[1.0])

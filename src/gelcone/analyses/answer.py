@@ -13,8 +13,8 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.si import DEVICE, STATE
-from gelcone.devices.units import format_si
+from gelcone.devices.points import STATES
+from gelcone.devices.si import DEVICE
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
@@ -92,7 +92,7 @@ def initial_json(subject: Subject) -> Any:
     state = np.asarray(subject.initial, dtype=float)
     if subject.device is None:
         return state
-    scales = np.broadcast_arrays(*(subject.device.scales.shown(quantity) for quantity in STATE))
+    scales = np.broadcast_arrays(*(subject.device.scales.shown(quantity) for quantity in STATES.values()))
     return state * np.stack(scales, axis=-1)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.swept import STATES, example, increasing, only_of_model, pairs, read_over
+from gelcone.analyses.swept import example, increasing, only_of_model, pairs, read_over
 from gelcone.analyses.values import (
     measure_reader,
     no_decimal_comma,
@@ -26,6 +26,7 @@ from gelcone.analyses.values import (
     unit_or_brackets,
 )
 from gelcone.atlas.plan import DEFAULT_INITIAL
+from gelcone.devices.points import STATES
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.values import plain, read_field, read_measures, read_numbers
+from gelcone.devices.points import STATES
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.model import parameter_names, parameter_quantity
 from gelcone.quantity import Array
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from gelcone.devices.device import Device
     from gelcone.physics.system import ConeSystem
 
-STATES = {"displacement": "length", "velocity": "velocity"}
-"""Components of the initial state, and the quantity of each."""
 DEFAULT_STATES = (-2.0, 2.0, 81)
 """Initial displacements and velocities of a basin by default, dimensionless."""
 

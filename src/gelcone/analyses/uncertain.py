@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from gelcone.analyses.request import Subject
-from gelcone.analyses.swept import STATES, sweepable
+from gelcone.analyses.swept import sweepable
 from gelcone.analyses.values import of_field, one_manner, plain
+from gelcone.devices.points import STATES
 from gelcone.errors import InputError
 from gelcone.quantity import Array
 

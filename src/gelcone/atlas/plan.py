@@ -227,5 +227,5 @@ def about(plan: Plan, name: str) -> dict[str, str]:
     if name in own:
         return attributes(f"initial {own[name]}", "parameter")
     meaning = STATES[name].meaning if name in STATES else plan.cone.system.parameters[name].meaning
-    quantity = {"displacement": "length", "velocity": "velocity"}.get(name, "parameter")
-    return attributes(meaning, quantity)
+    disc = {state.name: state.quantity for state in plan.cone.system.states[: len(STATES)]}
+    return attributes(meaning, disc.get(name, "parameter"))

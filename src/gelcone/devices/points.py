@@ -15,6 +15,7 @@ from gelcone.devices.units import format_si, parse
 from gelcone.errors import InputError
 from gelcone.physics.component import State
 from gelcone.physics.model import ConeModel
+from gelcone.physics.structure import DISC
 from gelcone.quantity import Array
 
 STATE_FIELDS: Mapping[str, Field] = {
@@ -22,7 +23,7 @@ STATE_FIELDS: Mapping[str, Field] = {
     "velocity": Field("initial velocity of the disc", "m/s", near=("release_velocity", "u")),
 }
 """Components of the initial state, which a sweep takes besides the fields of the device."""
-STATES = {"displacement": "length", "velocity": "velocity"}
+STATES = {state.name: state.quantity for state in DISC}
 """The quantity of each."""
 
 

@@ -14,7 +14,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.fields import DAMPINGS
 from gelcone.devices.materials import SEPARATOR, find_material, side_by_side
 from gelcone.devices.numbers import numbers_of
-from gelcone.devices.points import GELS, STATE_FIELDS, at, field_attributes
+from gelcone.devices.points import GELS, STATE_FIELDS, STATES, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.units import DIMENSIONS, format_si
 from gelcone.errors import InputError
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "V/um"}
 """SI unit of a device's field -> the unit that an axis over it is read in, where that is another."""
-STATE = ("length", "velocity")
 DEVICE = "device_fields"
 """Attribute of a result that holds the fields of its device, as JSON."""
 DRAWN = "drawn_"
@@ -176,14 +175,24 @@ def shown_values(values: Any, attrs: Mapping[str, Any], scales: Scales) -> tuple
     if attrs.get("units") != "1" or quantity not in (*MEASURES, "state"):
         return values, taken
     taken["long_name"] = in_words(taken["long_name"])
-    measures = STATE if quantity == "state" else (quantity,)
-    factors = [np.broadcast_to(scales.shown(one), len(values)) for one in measures]
-    taken["units"] = ", ".join(MEASURES[one].shown for one in measures)
-    if quantity != "state":
-        return values * factors[0].reshape(-1, *[1] * (values.ndim - 1)), taken
-    more = [np.ones(len(values))] * (values.shape[-1] - len(STATE))
-    taken["units"] += ", 1" * len(more)
-    return values * np.stack([*factors, *more], axis=-1).reshape(len(values), *[1] * (values.ndim - 2), -1), taken
+    if quantity == "state":
+        factors, taken["units"] = state_factors(taken, values.shape[-1], scales)
+        each = np.stack([np.broadcast_to(one, len(values)) for one in factors], axis=-1)
+        return values * each.reshape(len(values), *[1] * (values.ndim - 2), -1), taken
+    taken["units"] = MEASURES[quantity].shown
+    factor = np.broadcast_to(scales.shown(quantity), len(values))
+    return values * factor.reshape(-1, *[1] * (values.ndim - 1)), taken
+
+
+def state_factors(attrs: Mapping[str, Any], count: int, scales: Scales) -> tuple[list[Any], str]:
+    """The factor of each state of a variable over states, and their units; files of 0.2 do not say what further
+    states are, and these stay as they are."""
+    said = attrs[dataset.STATES].split(", ") if dataset.STATES in attrs else STATES.values()
+    quantities = [*said, *["1"] * (count - len(said))]
+    measured = [one in MEASURES for one in quantities]
+    factors = [scales.shown(one) if known else 1.0 for one, known in zip(quantities, measured, strict=True)]
+    units = [MEASURES[one].shown if known else "1" for one, known in zip(quantities, measured, strict=True)]
+    return factors, ", ".join(units)
 
 
 def _converted(
@@ -206,10 +215,10 @@ def _converted(
     if quantity == "state":
         import xarray as xr
 
-        along, more = variable.dims[-1], variable.shape[-1] - len(STATE)
-        factors = [xr.DataArray(scales.shown(one)) for one in STATE] + [xr.DataArray(1.0)] * more
-        scaled = (variable * xr.concat(xr.broadcast(*factors), dim=along)).transpose(..., along)
-        unit = ", ".join([MEASURES[one].shown for one in STATE] + ["1"] * more)
+        along = variable.dims[-1]
+        factors, unit = state_factors(attrs, variable.shape[-1], scales)
+        each = xr.concat(xr.broadcast(*map(xr.DataArray, factors)), dim=along)
+        scaled = (variable * each).transpose(..., along)
     else:
         number = numbers_of(device).get(name) if quantity == "parameter" else None
         if number is not None and number.quantity in MEASURES:

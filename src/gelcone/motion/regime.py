@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Regime
-from gelcone.dataset import Findings, Variable
+from gelcone.dataset import Findings, Variable, of_states
 from gelcone.devices.analysis import analysis
 from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -152,7 +152,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         ),
         "lowest": ((), evidence.lowest, "lowest displacement", "length"),
         "highest": ((), evidence.highest, "highest displacement", "length"),
-        "section": (("point", "state"), evidence.section, "states once every forcing period", "state"),
+        "section": (("point", "state"), evidence.section, "states once every forcing period", of_states(system)),
         "settled_time": ((), evidence.settled_time, "time before the motion was examined", "time"),
         **validity_variables(evidence.validity, evidence.outcome, system),
         "seen_until": ((), evidence.seen_until, "time to which the motion was observed to be chaotic", "time"),

@@ -510,8 +510,7 @@ def test_branches_of_a_result_begin_with_its_middle_orbits(labelled):
     assert runs.symmetric.tolist() == [False, True, False]
     assert (runs.arrived.tolist(), runs.attracting) == ([True] * 3, False)
     first = [branches[k].points[point].nodes[0] for k, point in ((0, 1), (1, 1), (2, 0))]
-    units = result["orbit"].attrs["units"]
-    expected = varied.without_units(np.array(first)[:, None], units, scale * runs.values)
+    expected = varied.without_units(np.array(first)[:, None], result["orbit"].attrs, scale * runs.values)
     np.testing.assert_allclose(runs.section, expected)
 
 

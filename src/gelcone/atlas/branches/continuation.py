@@ -296,7 +296,7 @@ def _runs(start: Any, varied: Varied) -> Runs | None:
     period = np.where(cyclic, np.maximum(flat["period"].values.ravel(), 1), 0).astype(np.int64)
     return Runs(
         values / varied.scales[0],
-        varied.without_units(section, flat["section"].attrs["units"], values),
+        varied.without_units(section, flat["section"].attrs, values),
         period,
         flat["symmetric"].values.ravel().astype(bool) & (period % 2 == 0),
         cyclic,
@@ -306,7 +306,7 @@ def _runs(start: Any, varied: Varied) -> Runs | None:
 def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
     """The middle orbits of earlier branches."""
     values, states, periods, symmetric = [], [], [], []
-    along, units = in_field_units(start["value"]).values, start["orbit"].attrs["units"]
+    along = in_field_units(start["value"]).values
     for k in range(start.sizes["branch"]):
         there = np.flatnonzero(np.isfinite(along[k]))
         if not there.size or not np.abs(start["orbit"].values[k, there[there.size // 2], 0, 0]).any():
@@ -317,7 +317,7 @@ def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
         periods.append(int(start["period"][k]))
         symmetric.append(bool(start["symmetric"][k]))
     at = np.array(values)
-    section = varied.without_units(np.stack(states), units, at)
+    section = varied.without_units(np.stack(states), start["orbit"].attrs, at)
     cyclic = np.ones(at.size, dtype=bool)
     return Runs(at / varied.scales[0], section, np.array(periods), np.array(symmetric), cyclic, False)
 
@@ -327,6 +327,7 @@ def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
 
 def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: dict[str, Any]) -> xr.Dataset:
     branches, scale, along = tree.branches, float(varied.scales[0]), varied.attributes()
+    own = dataset.of_states(branches[0].shooting.system)
     events = [event for branch in branches for event in branch.events]
     nodes = max(_kept(branch.shooting)[1] for branch in branches)
     kinds = np.array([FLAGS.index(flag.kind) for flag in checked.flags], dtype=np.int8)
@@ -337,7 +338,7 @@ def _label(varied: Varied, tree: Tree, runs: Runs, checked: Checked, options: di
         **_event_variables(branches, events, nodes, scale, along),
         "run_value": (("run",), scale * runs.values, "", along),
         "run_period": (("run",), runs.period, "period of the settled motion, 0 for none", "count"),
-        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", "state"),
+        "run_section": (("run", "repeat", "state"), section, "settled motion once every forcing period", own),
         "flag_kind": (("flag",), kinds, "contradiction between branches and brute force", "flag"),
         "flag_explanation": (
             ("flag",),
@@ -391,7 +392,7 @@ def _point_variables(
     at = ("branch", "point")
     return {
         "value": (at, value, "", along),
-        "orbit": ((*at, "node", "state"), orbit, "states over one period, from phase 0 on", "state"),
+        "orbit": ((*at, "node", "state"), orbit, "states over one period, from phase 0 on", dataset.of_states(system)),
         "multiplier_real": ((*at, "multiplier"), multiplier.real, "real part of the multiplier", "multiplier"),
         "multiplier_imag": ((*at, "multiplier"), multiplier.imag, "imaginary part of the multiplier", "multiplier"),
         "stable": (at, stable, "whether the orbit is stable, -1 where there is none", "flag"),
@@ -422,8 +423,9 @@ def _event_variables(
     branches: Sequence[Branch], events: Sequence[Event], nodes: int, scale: float, along: Mapping[str, Any]
 ) -> dict[str, dataset.Variable]:
     """Variables over the events of the branches."""
-    orbit = np.full((len(events), nodes, branches[0].shooting.size), np.nan)
-    multiplier = np.full((len(events), branches[0].shooting.size), np.nan, dtype=complex)
+    shooting, over_states = branches[0].shooting, dataset.of_states(branches[0].shooting.system)
+    orbit = np.full((len(events), nodes, shooting.size), np.nan)
+    multiplier = np.full((len(events), shooting.size), np.nan, dtype=complex)
     for k, event in enumerate(events):
         kept = _kept_nodes(branches[event.branch].shooting, event.orbit.nodes)
         orbit[k, : len(kept)] = kept
@@ -441,7 +443,7 @@ def _event_variables(
         "event_supercritical": (at, side, "1 supercritical, 0 subcritical, -1 none", "flag"),
         "event_curvature": (at, curvature, "curvature of the branch that is born", along),
         "event_resolved": (at, _of(events, "resolved", np.int8), "whether it converged", "flag"),
-        "event_orbit": ((*at, "node", "state"), orbit, "states over one period at the event", "state"),
+        "event_orbit": ((*at, "node", "state"), orbit, "states over one period at the event", over_states),
         "event_multiplier_real": ((*at, "multiplier"), multiplier.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), multiplier.imag, "imaginary part", "multiplier"),
     }

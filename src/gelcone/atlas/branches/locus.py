@@ -242,17 +242,17 @@ def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: floa
 
 def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.Dataset:
     special = [(number, point, after) for number, curve in enumerate(curves) for point, after in curve.special]
-    size = curves[0].shooting.size
+    size, own = curves[0].shooting.size, dataset.of_states(varied.plan.cone.system)
     blank = np.full((len(curves), max(len(curve.points) for curve in curves)), np.nan)
     values, coefficient, curvature = np.stack([blank, blank]), blank.copy(), blank.copy()
     orbit = np.full((*blank.shape, size), np.nan)
     for k, curve in enumerate(curves):
-        own = slice(len(curve.points))
-        values[:, k, own] = (varied.scales * [point.values for point in curve.points]).T
-        coefficient[k, own] = curve.tests
-        orbit[k, own] = [point.nodes[0] for point in curve.points]
+        along = slice(len(curve.points))
+        values[:, k, along] = (varied.scales * [point.values for point in curve.points]).T
+        coefficient[k, along] = curve.tests
+        orbit[k, along] = [point.nodes[0] for point in curve.points]
         if curve.kind != EventKind.FOLD:
-            curvature[k, own] = [_curvature(curve.shooting, point) for point in curve.points]
+            curvature[k, along] = [_curvature(curve.shooting, point) for point in curve.points]
     multipliers = np.array(
         [multipliers_of_period(curves[n].shooting.kind, p.multipliers) for n, p, _ in special], dtype=complex
     ).reshape(-1, size)
@@ -261,7 +261,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
     states = np.array([point.nodes[0] for _, point, _ in special]).reshape(-1, size)
     periods, reflected = (np.array([getattr(c.shooting.kind, n) for c in curves]) for n in ("period", "reflected"))
     variables: dict[str, dataset.Variable] = {
-        "orbit": ((*each, "state"), orbit, "states at phase 0", "state"),
+        "orbit": ((*each, "state"), orbit, "states at phase 0", own),
         "coefficient": (each, coefficient, "coefficient that passes 0 at a point of codimension two", "coefficient"),
         "curvature": (each, curvature, "curvature of the branch that is born", "coefficient"),
         "period": (of, periods, "period in forcing periods", "count"),
@@ -270,7 +270,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
         "event_kind": (at, kinds, "kind of point", EventKind),
         "event_curve": (at, np.array([n for n, _, _ in special], dtype=int), "curve of the point", "count"),
         "event_point": (at, np.array([k for _, _, k in special], dtype=int), "point of the curve before it", "count"),
-        "event_orbit": ((*at, "state"), states, "states at phase 0", "state"),
+        "event_orbit": ((*at, "state"), states, "states at phase 0", own),
         "event_multiplier_real": ((*at, "multiplier"), multipliers.real, "real part", "multiplier"),
         "event_multiplier_imag": ((*at, "multiplier"), multipliers.imag, "imaginary part", "multiplier"),
     }

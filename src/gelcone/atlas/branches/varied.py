@@ -18,7 +18,7 @@ from gelcone.dataset import attributes
 from gelcone.devices.device import Device
 from gelcone.devices.numbers import SHIPPED
 from gelcone.devices.points import at, field_attributes, read_swept, shown_value
-from gelcone.devices.si import STATE, device_attributes
+from gelcone.devices.si import device_attributes, state_factors
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.orbit import Kind, Settings, Shooting, repeat_phase, segments_for
@@ -79,14 +79,12 @@ class Varied:
         changes: dict[str, Any] = {name: value}
         return self.target.replace(**changes)
 
-    def without_units(self, states: Array, units: str, values: Array) -> Array:
-        """States (members, ..., N) of a result, dimensionless again, at ``values`` (members,) of the field in SI."""
-        if units == "1" or self.device is None:
+    def without_units(self, states: Array, attributes: Mapping[str, Any], values: Array) -> Array:
+        """States (members, ..., N) of a variable, dimensionless again, at ``values`` (members,) of the field in SI."""
+        if attributes["units"] == "1" or self.device is None:
             return states
-        scales = at(self.device, {self.names[0]: values}).scales
-        factors = np.ones((len(states), states.shape[-1]))
-        for column, quantity in enumerate(STATE):
-            factors[:, column] = scales.shown(quantity)
+        each, _ = state_factors(attributes, states.shape[-1], at(self.device, {self.names[0]: values}).scales)
+        factors = np.stack([np.broadcast_to(one, len(states)) for one in each], axis=-1)
         return states / factors.reshape(len(states), *(1,) * (states.ndim - 2), -1)
 
     @property
