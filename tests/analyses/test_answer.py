@@ -196,6 +196,23 @@ def test_the_heading_of_a_text():
     assert "spring rate" not in own.replace("_", " ")
     grid = made({}, {"voltage": ("voltage", [800.0, 850.0, 900.0], "V"), "material": ("material", ["a", "b"])})
     assert answer.grid_text(grid, ["voltage", "material"]) == "voltage 800 to 900 V, 3 values; material a, b, 2 values"
+
+
+def test_the_heading_states_the_error_of_a_film_that_stays_the_same():
+    """Whatever else is swept; of films that differ the error of the first would be that of none."""
+    device = gelcone.find_device("biased-pump")
+    subject, plain = Subject(device.to_model(), device), Subject(device.to_model())
+    stated = f"its force is known to {subject.model.own_numbers['film_error']:.1%}"
+    for kept in ((), ("frequency",), ("spring_rate", "payload")):
+        assert stated in " ".join(line.strip() for line in answer.heading(subject, kept))
+    for varied in ("hoop_prestretch", "prestretch", "film_radius", "disc_radius", "material.stretch_limit", "material"):
+        assert "is known to" not in " ".join(line.strip() for line in answer.heading(subject, ["frequency", varied]))
+    assert stated in " ".join(line.strip() for line in answer.heading(plain, ["voltage"]))
+    for varied in ("hoop_prestretch", "radius_ratio", "stretch_limit"):
+        assert "is known to" not in " ".join(line.strip() for line in answer.heading(plain, [varied]))
+
+
+def test_how_members_of_a_text_end():
     two = made({"outcome": ("member", [0, 6, 6])})
     assert answer.ending_lines(two) == ["  1 of 3: ok", f"  2 of 3: {Outcome.PULLED_IN.meaning}"]
     assert answer.ending_lines(made({"outcome": 0})) == []

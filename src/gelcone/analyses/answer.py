@@ -13,6 +13,8 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.codes import Outcome, Regime
+from gelcone.devices.fields import GEL
+from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
 from gelcone.devices.si import DEVICE
 from gelcone.errors import InputError
@@ -256,8 +258,9 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
     system = subject.model.system
     abouts = [film.film.describe() for film in system.films]
+    same = not swept & _names_of_films(subject)
     for k, film in enumerate(system.films):
-        if (error := film.prefix + "film_error") in system.numbers and not _changed(film.parameters, swept, subject):
+        if same and (error := film.prefix + "film_error") in system.numbers:
             abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
@@ -266,30 +269,16 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     return lines
 
 
-def _several(name: str, value: Any, swept: Collection[Any]) -> bool:
-    """Whether a field or parameter has a number for each member of an ensemble, and is not swept."""
-    return name not in swept and isinstance(value, np.ndarray) and value.ndim > 0 and value.dtype.kind == "f"
-
-
-def _spread(name: str, values: Any, unit: str = "1") -> str:
-    """Name, smallest and largest value of a number of an ensemble, and the number of its values."""
-    low, high = (f"{end:.4g}" if unit == "1" else format_si(float(end), unit) for end in (values.min(), values.max()))
-    return f"{name} {low} to {high} ({len(np.unique(values))} values)"
-
-
-def _changed(parameters: Iterable[str], swept: Collection[Any], subject: Subject) -> bool:
-    """Whether what is swept changes parameters of a film, so that not all of its members have the error of one."""
-    names = set(parameters)
-    if subject.device is not None:
-        from gelcone.devices.numbers import numbers_of
-
-        fields = numbers_of(subject.device)
-        names |= {fields[name].field for name in parameters if name in fields} | _SHAPES
-    return not names.isdisjoint(swept)
-
-
-_SHAPES = frozenset(("disc_radius", "film_radius", "material"))
-"""Fields of a device that change its film and are not parameters of it."""
+def _names_of_films(subject: Subject) -> set[str]:
+    """Names under which numbers may be swept that change the films."""
+    device = subject.device
+    parameters = [name for film in subject.model.system.films for name in film.parameters]
+    if device is None:
+        return set(parameters)
+    numbers = numbers_of(device)
+    fields = {numbers[name].field for name in parameters if name in numbers}
+    gel = {name for name in device.swept_fields() if name.startswith(GEL)}
+    return {"disc_radius", "film_radius", "material", *fields, *gel}
 
 
 def _stiff_line(subject: Subject) -> str:
