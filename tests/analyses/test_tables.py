@@ -29,6 +29,8 @@ def test_yes_no_and_codes_are_words():
     rest = xr.DataArray(1, attrs={"long_name": "1 if the disc rests", "units": "1"})
     assert [tables._value(rest), tables._value(rest.copy(data=0))] == ["yes", "no"]
     assert tables._value(coded(None, 1, ("rest", "period_doubling"))) == "period doubling"
+    pulls = coded(None, 2, ("never", "pitchfork", "fold")).rename("pull_in_kind")
+    assert tables._value(pulls) == "meets an unstable equilibrium in a fold and vanishes"
 
 
 @pytest.mark.parametrize("apart", [None, tables.FILM_STATES])

@@ -1,6 +1,12 @@
 """Options that belong together: what a recording of the drive sets is not set a second time."""
 
+import re
+
 import pytest
+
+from gelcone.cli.options import subject_parameters
+from gelcone.physics.records import FILMS
+from gelcone.presets import load_presets
 
 RECORDING = "time (s),voltage (V)\n0,0\n0.1,100\n0.2,0\n"
 
@@ -25,3 +31,10 @@ def test_options_of_a_recording_need_one(command_line):
     code, _, err = command_line("simulate", "biased-pump", "--drive-scale", "2")
     assert code == 2
     assert "--drive-scale: there is no --drive; name a CSV file" in err
+
+
+def test_the_help_names_every_preset_and_film():
+    preset, film = (next(o for o in subject_parameters() if o.name == name) for name in ("preset", "film"))
+    named = re.fullmatch(r"Start from a parameter set of the source paper: (.*) or (\w+)\.", preset.help).groups()
+    assert [*named[0].split(", "), named[1]] == list(load_presets())
+    assert sorted(film.metavar.split("|")) == sorted(FILMS)

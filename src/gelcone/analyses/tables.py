@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from gelcone.analyses.answer import heading, member_lines, outcome_lines, state_lines
 from gelcone.codes import Outcome
+from gelcone.physics.balance import PullIn
 from gelcone.words import event_label, measured, sized, validity_in_words
 
 if TYPE_CHECKING:
@@ -46,6 +47,8 @@ def _rows(member: xr.Dataset, apart: str = r"validity_") -> list[str]:
 
 def _value(variable: xr.DataArray) -> str:
     """A number with its unit; the meaning of a code; yes or no."""
+    if variable.name == "pull_in_kind":
+        return PullIn(int(variable)).meaning
     if "flag_meanings" in variable.attrs and float(variable) in variable.attrs["flag_values"]:
         return event_label(variable)
     if variable.attrs["long_name"].startswith(YES):

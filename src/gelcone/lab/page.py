@@ -23,12 +23,12 @@ from gelcone.lab.device_tests import read_share
 from gelcone.lab.material import fit_material
 from gelcone.lab.measured import place_of, read_tests
 from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_predictions
+from gelcone.physics.records import FILMS
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 KINDS: Mapping[str, float] = {"stated": 0.01, "derived": 0.03, "digitised": 0.02, "assumed": 0.0}
 """Kinds of numbers, and the relative standard deviation of one that states none; an assumed one must."""
-CHOICES: Mapping[str, tuple[str, ...]] = {"film": ("wrinkling", "taut", "membrane")}
 KEYS = ("title", "source", "missing", "device", "measured", "coupons")
 DRAWS, Z = 256, 1.96
 HALF = 0.5
@@ -171,8 +171,9 @@ def _name(where: str, name: str, entry: Mapping[str, Any]) -> str:
     value = str(entry["value"])
     if name == "material":
         return str(find_material(value).name)
-    if value not in CHOICES.get(name, ()):
-        raise InputError(f"{where}: {unknown_name(name, value[:60], CHOICES.get(name, ('a number',)))}")
+    choices = tuple(FILMS) if name == "film" else ()
+    if value not in choices:
+        raise InputError(f"{where}: {unknown_name(name, value[:60], choices or ('a number',))}")
     return value
 
 
