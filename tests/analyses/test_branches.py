@@ -31,11 +31,11 @@ def test_branches_of_orbits():
     lines = [
         "branch 0: rest, voltage 1 to 2 V, 3 points, 33.3 % of them stable; ends: the end of the interval, the "
         "stretch limit",
-        "  period doubling at 1.125 V ± 2e-07 V, supercritical, branch 1 is born",
+        "  period doubling at 1.125 ± 2e-07 V, supercritical, branch 1 is born",
         "branch 1: period 2, symmetric, voltage 1.25 to 1.75 V, 2 points, 100 % of them stable; ends: a branch of "
         "half its "
         "period or a symmetric one, the shortest step",
-        "  symmetry breaking at 1.625 V ± 3e-07 V, subcritical, unresolved",
+        "  symmetry breaking at 1.625 ± 3e-07 V, subcritical, unresolved",
         "brute force: 7 settled cycles, all on these branches (2 started one); 5 stable orbits run from 1e-5 away; 2 "
         "contradiction(s), 1 explained",
         "  lost orbit, branch 1, voltage 1.438 V: near a fold".replace("1.438", "1.4375"),

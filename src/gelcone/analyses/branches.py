@@ -88,10 +88,6 @@ def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
 def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
     """What the branches are, line by line."""
     name, unit = name or shown.attrs["parameter"], unit_of(shown["value"])
-
-    def at(value: float, form: str = ".10g") -> str:
-        return f"{value:{form}}{unit}"
-
     lines = []
     for k in range(shown.sizes["branch"]):
         own = shown.isel(branch=k)
@@ -104,20 +100,25 @@ def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
             f"{100 * share:.3g} % of them stable; ends: {', '.join(branch_endings(own))}"
         )
         lines += [f"  {line}" for line in validity_in_words(own)]
-        lines += [_event_line(shown.isel(event=e), at) for e in np.flatnonzero(shown["event_branch"].values == k)]
-    return [*shortened(lines), *_check_lines(shown, name, at)]
+        lines += [_event_line(shown.isel(event=e)) for e in np.flatnonzero(shown["event_branch"].values == k)]
+    return [*shortened(lines), *_check_lines(shown, name)]
 
 
-def _event_line(event: xr.Dataset, at: Any) -> str:
+def _event_line(event: xr.Dataset) -> str:
     kind = {-1: "", 0: ", subcritical", 1: ", supercritical"}[int(event["event_supercritical"])]
     born = int(event["event_born_branch"])
     leaves = f", branch {born} is born" if born >= 0 else ""
     unresolved = "" if int(event["event_resolved"]) else ", unresolved"
-    value, error = at(float(event["event_value"])), at(float(event["event_error"]), ".0e")
-    return f"  {event_label(event['event_kind'])} at {value} ± {error}{kind}{leaves}{unresolved}"
+    return f"  {event_label(event['event_kind'])} at {_located(event, 'value')}{kind}{leaves}{unresolved}"
 
 
-def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
+def _located(event: xr.Dataset, place: str) -> str:
+    """Where an event is, with its error and unit."""
+    value, error = event[f"event_{place}"], event["event_error" if place == "value" else f"event_{place}_error"]
+    return f"{float(value):.10g} ± {float(error):.0e}{unit_of(value)}"
+
+
+def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
     """What brute force says."""
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
     ran = f"{orbits} stable orbits run from 1e-5 away" if orbits else "no stable orbit decays fast enough to be run"
@@ -127,11 +128,12 @@ def _check_lines(shown: xr.Dataset, name: str, at: Any) -> list[str]:
         f"brute force: {cycles} settled cycles, all on these branches ({seeded} started one); {ran}; "
         f"{len(explanations)} contradiction(s)" + f", {explained} explained" * bool(explained)
     ]
-    flags = []
+    flags, unit = [], unit_of(shown["value"])
     for k, explanation in enumerate(explanations):
         own = shown.isel(flag=k)
         branch = "none" if own["flag_branch"] < 0 else int(own["flag_branch"])
-        text = f"  {event_label(own['flag_kind'])}, branch {branch}, {name} {at(float(own['flag_value']), '.6g')}"
+        at = f"{name} {float(own['flag_value']):.6g}{unit}"
+        text = f"  {event_label(own['flag_kind'])}, branch {branch}, {at}"
         flags.append(f"{text}: {explanation}" if explanation else text)
     return lines + shortened(flags)
 
@@ -183,9 +185,7 @@ def locus_words(shown: xr.Dataset, subject: Subject) -> str:
         for e in np.flatnonzero(shown["event_curve"].values == k):
             event = shown.isel(event=e)
             at = ", ".join(
-                f"{name} {float(event[f'event_{place}']):.10g} ± {float(event[f'event_{place}_error']):.0e}"
-                f"{unit_of(event[f'event_{place}'])}"
-                for place, name in zip(("first", "second"), names, strict=True)
+                f"{name} {_located(event, place)}" for place, name in zip(("first", "second"), names, strict=True)
             )
             lines.append(f"  {event_label(event['event_kind'])} at {at}")
     return "\n".join(shortened(lines))

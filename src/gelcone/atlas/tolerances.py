@@ -70,15 +70,16 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     at = (*dims, "risk")
     table: dataset.Table = {
         "probability": (np.where(decided, count / np.maximum(total, 1), np.nan), "probability of the event", "share"),
-        "low": (np.where(decided, low, 0.0), "lower end of its 95 % interval", "share"),
-        "high": (np.where(decided, high, 1.0), "upper end of its 95 % interval", "share"),
+        "low": (np.where(decided, low, 0.0), "lower end of the 95 % interval of the probability", "share"),
+        "high": (np.where(decided, high, 1.0), "upper end of the 95 % interval of the probability", "share"),
         "decided": (total, "draws that are decided", "count"),
     }
     strokes = strokes_of(cells).transpose(*dims, "draw")
     quantiles = _over_grid(stroke_quantiles, strokes_of(own).transpose(*dims, "draw").values, (3, len(QUANTILES)))
     of = dict(strokes.attrs)
     named = ("stroke", "stroke_low", "stroke_high")
-    meanings = ("stroke, peak to peak", "lower end of its 95 % interval", "upper end of its 95 % interval")
+    ends = (f"{end} end of the 95 % interval of the stroke" for end in ("lower", "upper"))
+    meanings = ("stroke, peak to peak", *ends)
     result = dataset.label(dataset.model_of(cells), {}, options={}, title="tolerances")
     result = result.assign(dataset.columns(at, table)).assign(
         {

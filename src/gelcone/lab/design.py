@@ -271,8 +271,8 @@ _NUMBERS = {
     "apparent_power": ("apparent power of the settled motion", "apparent power"),
     "recommended": ("highest peak voltage recommended at its frequency", "voltage"),
     "probability": ("share of devices, as uncertain as they are, that meet all", "share"),
-    "probability_low": ("lower end of its 95 % interval", "share"),
-    "probability_high": ("upper end of its 95 % interval", "share"),
+    "probability_low": ("lower end of the 95 % interval of the share of devices that meet all", "share"),
+    "probability_high": ("upper end of the 95 % interval of the share of devices that meet all", "share"),
     "distance": ("natural frequency less that of the drive, in half widths of the resonance", "share"),
     "relaxed": ("share by which the first objective falls where what binds is 10 % weaker", "share"),
 }

@@ -376,8 +376,8 @@ def _result(
     })  # fmt: skip
     parameter = dataset.columns("parameter", {
         "value": (list(values.values()), "fitted value in SI", "share"),
-        "low": (low, "lower end of its 95 % interval", "share"),
-        "high": (high, "upper end of its 95 % interval", "share"),
+        "low": (low, "lower end of the 95 % interval of the fitted value", "share"),
+        "high": (high, "upper end of the 95 % interval of the fitted value", "share"),
     })  # fmt: skip
     words = {name: ("test", [getattr(t, name) for t in coupons]) for name in ("name", "file", "mode", "kind", "use")}
     draws = {"draws": (("draw", "parameter"), drawn, {"long_name": "fits to tests drawn with replacement, in SI"})}
