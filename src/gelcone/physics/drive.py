@@ -167,7 +167,7 @@ class Waveform(Component):
         if not self.repeat:
             raise InputError(
                 f"waveform = {self.name}: does not repeat, and this needs a drive that does; give repeat = true to its "
-                "table (--drive-repeat), or simulate it"
+                "table, or --drive-repeat to a recording, or simulate it"
             )
 
     def samples(self, n: Numbers) -> Array:

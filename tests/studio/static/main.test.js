@@ -284,6 +284,17 @@ test("evidence that takes too long is given up in words, and the first impressio
   assert.ok(!studio.looks.a.numbers.has("stroke"));
 });
 
+test("where no settled motion is found its button says why, and the run from the start is lit until one is", () => {
+  const [settled, start] = ["settled", "start"].map((name) => $("motion").querySelector(`[data-motion="${name}"]`));
+  const lit = () => [settled, start].map((button) => button.getAttribute("aria-pressed"));
+  answer();
+  assert.deepEqual([lit(), settled.disabled, settled.title], [["true", "false"], false, ""]);
+  socket.give({ kind: "late", id: last("look").id, side: "a", stage: "kind", message: "the drive does not repeat" });
+  assert.deepEqual([lit(), settled.disabled, settled.title], [["false", "true"], true, "the drive does not repeat"]);
+  answer();
+  assert.deepEqual([lit(), settled.disabled, settled.title], [["true", "false"], false, ""]);
+});
+
 test("the length of a run is asked for as a number", () => {
   $("periods").value = "60"; $("periods").onchange();
   assert.equal(last("look").periods, 60);

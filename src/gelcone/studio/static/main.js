@@ -245,13 +245,16 @@ function sidesShown() {
   $("side-b").setAttribute("aria-pressed", state.side === "b");
   document.body.classList.toggle("b", state.side === "b");
   badge.keep(sides());
+  motionShown();
 }
 
-// Whether plots and cone show the settled motion or the run from the start.
+// Whether plots and cone show the settled motion or the run from the start, which is all there is where none was found.
 function motionShown() {
   if (state.motion !== "start") state.motion = "settled";
   looks.motion = state.motion;
-  for (const button of all("#motion button")) button.setAttribute("aria-pressed", button.dataset.motion === state.motion);
+  const { late = "" } = looks[state.side] ?? {}, shown = late ? "start" : state.motion;
+  for (const button of all("#motion button")) button.setAttribute("aria-pressed", button.dataset.motion === shown);
+  Object.assign($("motion").querySelector('[data-motion="settled"]'), { disabled: Boolean(late), title: late });
 }
 for (const button of all("#motion button")) button.onclick = () => { state.motion = button.dataset.motion; motionShown(); keep(true); repaint(); };
 
@@ -503,7 +506,7 @@ function show(side, kind) {
   badge.keep(sides());
   badge.show(side, looks[side], hello, side === "b" ? looks.a : null);
   if (state.b && side === "a" && looks.b?.words) badge.show("b", looks.b, hello, looks.a);
-  if (["response", "kind", "late"].includes(kind)) { filmLegend(); moved(); }
+  if (["response", "kind", "late"].includes(kind)) { filmLegend(); moved(); motionShown(); }
   studio.painted++;
 }
 
