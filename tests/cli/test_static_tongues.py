@@ -40,7 +40,8 @@ def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
     assert content["pitchfork_voltage"] == np.sqrt(1.5)
     assert content["fold_voltage"] == ["none"]
     pull_in = [content[f"pull_in_{name}"] for name in ("voltage", "kind", "from", "to")]
-    assert pull_in == [np.sqrt(1.5), "pitchfork", 0.0, 0.0]
+    assert pull_in == ["not reached", "never", "not applicable", "not applicable"]
+    assert content["pitchfork_displacement"] == 0.0
     assert content["outcome"] == "ok"
     assert content["units"] is None
     assert content["validity"]["hoop_slack"] == [[1.0, 1.0, 1.0]]
@@ -107,7 +108,7 @@ def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_pa
     assert code == 0
     assert "1.5: rests at -0.9858 (stable, hoop slack" in out
     assert "breakdown unknown: the dielectric strength is not given" in out
-    assert "pitchfork of the flat film at 1.225" in out
+    assert "pitchfork at 1.225, displacement 0" in out
     written = load(tmp_path / "static.nc")
     np.testing.assert_array_equal(written.force, static(ConeModel(), np.linspace(0.0, 1.5, 4)).force)
     assert (tmp_path / "static.png").stat().st_size > 10_000

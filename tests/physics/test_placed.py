@@ -289,8 +289,8 @@ def test_films_flat_together_lose_stability_where_a_single_one_does():
     expected = float(static(one)["pitchfork_voltage"])
     found = static(both, [0.0, expected + 0.1])
     assert float(found["pitchfork_voltage"]) == pytest.approx(expected, rel=1e-13)
-    assert float(found["pull_in_voltage"]) == pytest.approx(expected, rel=1e-9)
-    assert PullIn(int(found["pull_in_kind"])) == PullIn.PITCHFORK
+    assert float(found["pitchfork_displacement"]) == 0.0
+    assert PullIn(int(found["pull_in_kind"])) == PullIn.NEVER
     # beyond it each film pushes: the disc goes where a single cone's does
     single = static(one, [expected + 0.1])["equilibrium_displacement"].values[0]
     np.testing.assert_allclose(found["equilibrium_displacement"].values[1], single, atol=1e-12)
@@ -304,6 +304,7 @@ def test_a_raised_pair_under_one_voltage_leaves_its_middle_in_a_pitchfork():
     assert rest_displacement(model) == 0.5
     assert PullIn(int(found["pull_in_kind"])) == PullIn.PITCHFORK
     assert float(one.stiffness(0.5, voltage)) == pytest.approx(0.0, abs=1e-9)
+    assert (float(found["pitchfork_voltage"]), float(found["pitchfork_displacement"])) == (voltage, 0.5)
     # it is a subcritical one: the branches turn back in two folds, mirror images of one another
     folds = np.stack([found["fold_voltage"], found["fold_displacement"]], axis=1)
     assert folds.shape == (2, 2)

@@ -234,7 +234,7 @@ def test_a_swept_parameter_is_an_axis():
 
 
 def test_single_numbers_are_written_with_meaning_and_unit():
-    device = gelcone.find_device("paper-table1")
+    device = gelcone.find_device("weight-cone").replace(film="wrinkling")
     result = gelcone.to_si(gelcone.pull_in_voltage(device.to_model()), device)
     (axes,) = gelcone.plot(result).axes
     number = float(result["pull_in_voltage"])

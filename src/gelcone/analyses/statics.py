@@ -78,18 +78,17 @@ def _event_lines(member: xr.Dataset) -> list[str]:
         return ["nothing can be reached inside the stretch limit"]
     volt, length = unit_of(member["constant_voltage"]), unit_of(member["displacement"])
     pitchfork = float(member["pitchfork_voltage"])
-    lines = [f"pitchfork of the flat film at {pitchfork:.4g}{volt}"] if np.isfinite(pitchfork) else []
+    place = float(member.get("pitchfork_displacement", 0.0))  # files of 0.2 have flat films alone
+    lines = [f"pitchfork at {pitchfork:.4g}{volt}, displacement {place:.4g}{length}"] if np.isfinite(pitchfork) else []
     for voltage, place in zip(member["fold_voltage"].values, member["fold_displacement"].values, strict=True):
         if np.isfinite(voltage):
             lines.append(f"fold at {voltage:.4g}{volt}, displacement {place:.4g}{length}")
     kind = PullIn(int(member["pull_in_kind"]))
-    voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
+    voltage, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "to"))
     ramp = "slow voltage ramp from 0"
     if np.isnan(voltage):
         return [*lines, f"{ramp}: no stable equilibrium to start from"]
     if kind == PullIn.NEVER:
         return [*lines, f"{ramp}: {kind.meaning}"]
     event = f"{ramp}: at {voltage:.4g}{volt} the disc {kind.meaning}"
-    if np.isinf(end):
-        return [*lines, event]
-    return [*lines, f"{event} ({'it leaves it gradually' if begin == end else f'moves to {end:.4g}{length}'})"]
+    return [*lines, event if np.isinf(end) else f"{event} (moves to {end:.4g}{length})"]

@@ -39,7 +39,11 @@ if TYPE_CHECKING:
 FORCE_SAMPLES = 401
 _PLACE: dataset.Of = dataset.absent("length", nan="none")
 _FOLD: dataset.Of = dataset.absent("voltage", nan="none")
+_FROM = dataset.absent("length")
 _TO = dataset.absent("length", infinite="no other equilibrium")
+PITCHFORK = "constant voltage at which the flat film, or the middle of two equal ones, loses stability"
+PULL_IN = "constant voltage at which the disc jumps or the film pulls in"
+PULL_IN_KIND = "how the disc jumps or pulls in"
 WORK_PANELS, WORK_NODES = 16, 8
 """Panels, and Gauss-Legendre nodes of each, over which the work of a cycle is integrated; corners lie in few."""
 _WORK = dataset.absent("energy", nan="beyond pull-in")
@@ -84,7 +88,7 @@ def static(
     ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those of `stroke_and_blocked_force`.
     ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
     (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; one has pulled in that lies beyond
-    the fold in which a slow ramp loses stability. The ``outcome`` of a member is ``outside`` where its pre-stretch
+    the displacement from which a slow ramp jumps. The ``outcome`` of a member is ``outside`` where its pre-stretch
     exceeds the stretch limit at every displacement.
 
     Raises
@@ -171,10 +175,8 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
             attrs = {"long_name": f"state of {film.words}", "units": "1"}
             attrs |= {"quantity": "flag"} | dataset.flags_of(kinds)
             result[f"{film.prefix}film_state"] = (result["slope"].dims, found.astype(np.int8), attrs)
-    lost, before, kind = (
-        result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from", "pull_in_kind")
-    )
-    snaps = (kind != PullIn.PITCHFORK) & (held > lost) & (np.abs(place) > np.abs(before))
+    lost, before = (result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from"))
+    snaps = (held > lost) & (np.abs(place) > np.abs(before))
     fails["pulled_in"] = snaps.reshape(members.size, -1)
     for name in ASSUMPTIONS:
         found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
@@ -186,9 +188,10 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
 
 @for_devices
 def pitchfork_voltage(model: Ensemble) -> VoltageArray:
-    """Constant voltage at which the flat film loses its stability.
+    """Constant voltage at which the flat film, or a raised pair of equal films in its middle, loses its stability.
 
-    It is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another film.
+    Of a single film it is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another
+    film.
 
     Parameters
     ----------
@@ -197,7 +200,8 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
     Returns
     -------
     Voltages of the ensemble's shape; of a device in volts. NaN where x = 0 is not an equilibrium (``rest_height`` with
-    a spring), cannot be reached or is unstable without voltage already, or where the film pulls in before.
+    a spring; of two films where they do not rest in their middle), cannot be reached or is unstable without voltage
+    already, or where the film pulls in before.
 
     Raises
     ------
@@ -214,7 +218,7 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
 
 def _pitchfork_voltages(balances: list[StaticBalance]) -> Array:
     squared = np.array(each(lambda balance: balance.pitchfork(), balances))
-    highest = np.array([balance.highest_squared for balance in balances])
+    highest = np.array([balance.highest_squared if balance.flat else np.inf for balance in balances])
     with np.errstate(invalid="ignore"):
         exists = (squared >= -ROUNDING) & (squared < highest)
         return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan)
@@ -252,7 +256,9 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
 
 @for_devices
 def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset:
-    """Compute where the stable equilibrium loses its stability on a slow (quasi-static) voltage ramp from 0.
+    """Compute where the disc jumps or a film pulls in on a slow (quasi-static) voltage ramp from 0.
+
+    A pitchfork from which the disc rises gradually is neither: the ramp follows it (`pitchfork_voltage`).
 
     Parameters
     ----------
@@ -264,8 +270,8 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
     -------
     Dataset over the ensemble's dims: ``pull_in_voltage`` (infinity if never, NaN where nothing is stable at v = 0);
     ``pull_in_kind``, a `PullIn`; ``pull_in_from``, the displacement there; ``pull_in_to``, where the disc goes: to the
-    next stable equilibrium that the force leads to, infinity when there is none, the same displacement where
-    a pitchfork continues smoothly, NaN if never. ``rest_displacement`` is where the ramp starts.
+    next stable equilibrium that the force leads to, infinity when there is none, NaN if never. ``rest_displacement`` is
+    where the ramp starts.
 
     Raises
     ------
@@ -474,8 +480,15 @@ def _fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset
 
 def _pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
     voltage = _pitchfork_voltages(balances)
+    place = np.array([0.5 * balance.flat_height for balance in balances])
     return {
-        "pitchfork_voltage": ((), voltage, "voltage at which the flat film loses stability", dataset.absent("voltage"))
+        "pitchfork_voltage": ((), voltage, PITCHFORK, dataset.absent("voltage")),
+        "pitchfork_displacement": (
+            (),
+            np.where(np.isnan(voltage), np.nan, place),
+            "displacement that is left in the pitchfork",
+            dataset.absent("length"),
+        ),
     }
 
 
@@ -488,14 +501,14 @@ def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
 
 
 def _pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
-    lost = each(lambda balance, rest: balance.losses(rest)[0], balances, rests)
+    lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
-        "pull_in_voltage": ((), voltage, "voltage at which a slow ramp loses stability", dataset.absent("voltage")),
-        "pull_in_kind": ((), kind.astype(np.int8), "how the ramp loses stability", PullIn),
-        "pull_in_from": ((), before, "displacement at which the ramp loses stability", dataset.absent("length")),
-        "pull_in_to": ((), after, "displacement that it goes to", _TO),
+        "pull_in_voltage": ((), voltage, PULL_IN, dataset.absent("voltage")),
+        "pull_in_kind": ((), kind.astype(np.int8), PULL_IN_KIND, PullIn),
+        "pull_in_from": ((), before, "displacement at which the disc jumps or the film pulls in", _FROM),
+        "pull_in_to": ((), after, "displacement that the disc jumps to", _TO),
     }
 
 

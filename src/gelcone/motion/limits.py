@@ -10,7 +10,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
-from gelcone.motion.equilibrium import jump_voltages, pitchfork_voltage
+from gelcone.motion.equilibrium import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.start import inside, start_states
@@ -107,7 +107,7 @@ def limits_cells(
     variables: dict[str, dataset.Variable] = {
         n: ((), found[n], meaning, _absent(n)) for n, meaning in _MEANINGS.items()
     }
-    return Findings(variables | {"pull_in_kind": ((), kind, "how the disc jumps or pulls in", PullIn)}, outcome)
+    return Findings(variables | {"pull_in_kind": ((), kind, PULL_IN_KIND, PullIn)}, outcome)
 
 
 def _absent(name: str) -> dict[str, str]:
@@ -118,6 +118,6 @@ def _absent(name: str) -> dict[str, str]:
 _MEANINGS = {
     "onset_voltage": "voltage amplitude at which rest loses stability",
     "onset_error": "width to which the onset is known",
-    "pitchfork_voltage": "constant voltage at which the flat film loses stability",
-    "pull_in_voltage": "constant voltage at which the disc jumps or the film pulls in",
+    "pitchfork_voltage": PITCHFORK,
+    "pull_in_voltage": PULL_IN,
 }

@@ -120,6 +120,11 @@ class StaticBalance:
         """Whether x = 0 is an equilibrium at every voltage."""
         return not self.lifted and self.lowest == 0.0 and self.system.film.odd
 
+    @property
+    def flat_height(self) -> float:
+        """The displacement at which a second film is flat; 0 without one."""
+        return 0.0
+
     @cached_property
     def free_height(self) -> float:
         """Where the bias does not pull."""

@@ -29,6 +29,7 @@ from gelcone.physics.balance import (
     Loss,
     PullIn,
     StaticBalance,
+    rest_of,
     same_squared,
 )
 from gelcone.physics.bracket import sign_change, sign_changes
@@ -86,6 +87,10 @@ class PairBalance(StaticBalance):
         return odd and self.lowest < 0.0 < self.highest and not self.lifted
 
     @property
+    def flat_height(self) -> float:
+        return float(self.n["second_flat_height"])
+
+    @property
     def film_fails(self) -> bool:
         return False
 
@@ -133,7 +138,7 @@ class PairBalance(StaticBalance):
     def grid(self) -> Array:
         """Displacements over all that can be reached, close together between the planes of the films and at the
         ends; 0 and the middle between the planes, where a double cone may be symmetric, are among them."""
-        height = float(self.n["second_flat_height"])
+        height = self.flat_height
         middle, width = 0.5 * height, max(0.5 * abs(height), 0.5)
         low, high = (math.asinh((end - middle) / width) for end in (self.lowest, self.highest))
         even = middle + width * np.sinh(np.linspace(low, high, GRID))
@@ -305,9 +310,12 @@ class PairBalance(StaticBalance):
         return sorted((level, place) for _, place, level, _ in rows)
 
     def pitchfork(self) -> float:
-        """The v^2 at which the flat films lose their stability; NaN where they are unstable without voltage, or never
-        do."""
-        if not self.flat or not float(self.slope(0.0, 0.0)) > 0.0:
+        """The v^2 at which the flat films, or raised ones in their middle, lose their stability to either side; NaN
+        where they are unstable without voltage, or never do."""
+        if not self.flat:
+            first = self.losses(rest_of(self, None))[0]
+            return first.voltage**2 if first.kind == PullIn.PITCHFORK else math.nan
+        if not float(self.slope(0.0, 0.0)) > 0.0:
             return math.nan
         levels = np.concatenate([np.linspace(0.0, 4.0, 401), np.geomspace(4.0, HIGHEST_VOLTAGE, 101)[1:]])
         slopes = self.slope(np.zeros(levels.size), levels * levels)

@@ -128,7 +128,8 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     pitchfork = float(member["pitchfork_voltage"])
     if np.isfinite(pitchfork):
         named = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"
-        axes.plot(pitchfork, 0.0, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=named)
+        left = float(member.get("pitchfork_displacement", 0.0))  # files of 0.2 have flat films alone
+        axes.plot(pitchfork, left, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=named)
     folds = np.isfinite(member["fold_voltage"])
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
@@ -158,7 +159,7 @@ def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
 def mark_jump(member: xr.Dataset, axes: Axes) -> None:
     """An arrow where a slow voltage ramp jumps from one equilibrium to another, a cross where there is no other."""
     voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
-    if not np.isfinite([voltage, begin]).all() or np.isnan(end) or begin == end:
+    if not np.isfinite([voltage, begin]).all() or np.isnan(end):
         return
     kind = PullIn(int(member["pull_in_kind"])).name.lower().replace("_", " ")
     named = f"pull-in at {voltage:.4g}{unit_of(member['branch_voltage'])} ({kind})"
