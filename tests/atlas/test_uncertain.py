@@ -59,7 +59,7 @@ def test_draws_are_cells_like_others():
     result = sweep(plan)
     assert result["regime"].dims == ("voltage", "draw")
     np.testing.assert_array_equal(result["drawn_prestretch"], [0.9, 1.0, 1.1])
-    alone = regime(FAST.replace(voltage=0.9, prestretch=1.1), transient=300.0, budget=1500.0)
+    alone = regime(FAST.replace(voltage=0.9, prestretch=1.1), **QUICK)
     assert float(result["highest"][1, 2]) == float(alone["highest"])
     with pytest.raises(InputError, match="draws of uncertain parameters cannot be refined"):
         sweep(plan, coarsest=2)

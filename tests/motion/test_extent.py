@@ -65,9 +65,45 @@ def test_a_turn_on_a_sample_is_that_sample_and_one_between_two_is_beyond_both(mo
         return -np.sin(at)
 
     monkeypatch.setattr(module, "acceleration_at", acceleration)
+    monkeypatch.setattr(module, "UNSURE", -1.0)  # nothing is integrated
     low, high = extent(SLOW.members(), times, states)
     assert asked == [[[1.0, 2.0]]]
     np.testing.assert_array_equal(low, [0.0, 0.0])
     assert high[0] == 1.0
     assert high[1] == pytest.approx(1.0, abs=2e-4)
     assert high[1] > np.sin(2.0)
+
+
+@pytest.mark.parametrize("samples", [32, 128])
+def test_a_disc_that_the_stretch_limit_turns_like_a_wall_turns_there(samples, monkeypatch):
+    """Its velocity changes by 30 within a hundredth of a forcing period: quintics miss its extremes."""
+    model = gelcone.ConeModel(damping_ratio=0.06, spring_stiffness=0.3, drive_frequency=0.9, voltage=[2.1, 2.4])
+    members, start = model.members(), np.tile([1.0, 0.0], (2, 1))
+    time = 3.0 * np.broadcast_to(members.drive_period, members.shape)
+    run = integrate(members, start, np.linspace(0.0, 1.0, 6 * samples + 1)[None] * time[:, None])
+    true = fine(members, start, time)
+    assert np.max(true) > 6.8
+    found = extent(members, run.times, run.states)
+    np.testing.assert_allclose(found, true, atol=3e-5)  # as many samples as a bounce would take show no more digits
+    monkeypatch.setattr(module, "UNSURE", -1.0)  # nothing is integrated
+    assert np.abs(np.subtract(extent(members, run.times, run.states), true)).max() > 1e-3
+
+
+def test_only_turning_points_that_may_be_extremes_are_integrated(monkeypatch):
+    """The lowest is at most the smallest upper bound of all turning points, the highest at least the largest lower."""
+    found, apart = np.array([-1.0, 3.0, -1.5, 3.5, -0.5, 2.0]), np.array([0.1, 0.4, 1e-9, 0.5, 0.01, 0.2])
+    times = np.arange(7.0)[None]
+    states = np.stack([np.zeros(7), (-1.0) ** np.arange(7)], axis=-1)[None]
+    states[0, 0, 0], states[0, -1, 0] = -0.25, 0.25
+    asked = []
+
+    def reached(members, t, z, rows, first, flow):
+        asked.append((rows.tolist(), first.tolist(), flow))
+        return 10.0 + first
+
+    monkeypatch.setattr(module, "_on_quintics", lambda *given: (found.copy(), apart))
+    monkeypatch.setattr(module, "_reached", reached)
+    low, high = extent(SLOW.take([0]).members(), times, states, tolerance=0.5)
+    # 3.0 + 0.8 and 3.5 + 1.0 may be above the largest lower bound 2.5; -1.0 - 0.2 is above -1.5, which is sure
+    assert asked == [([0, 0], [1, 3], {"tolerance": 0.5})]
+    assert (low[0], high[0]) == (-1.5, 13.0)

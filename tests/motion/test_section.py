@@ -324,7 +324,7 @@ def test_a_motion_turns_where_its_velocity_changes_sign_also_from_a_standstill(m
     states = np.stack([0.25 * size * off**4, size * off**3], axis=-1)
     monkeypatch.setattr(section_module, "acceleration_at", lambda members, t, z: 3.0 * size * (t - 1.0) ** 2)
     monkeypatch.setattr(
-        section_module, "_polish", lambda turning, starts, begin, end, guess, kind, flow: (guess, starts)
+        section_module, "turning_points", lambda turning, starts, begin, end, guess, kind: (guess, starts)
     )
     members = SimpleNamespace(take=lambda rows: SimpleNamespace(forcing_period=2.0))
     piece = SimpleNamespace(times=times, states=states)

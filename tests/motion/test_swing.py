@@ -79,7 +79,9 @@ def test_a_swing_is_sampled_over_whole_turns_and_drive_periods(monkeypatch, only
     SHAPE = Swing.blank(1).validity.shape[1]
     asked = record(
         monkeypatch, swing_module, sampled=sampling, electrical=source,
-        extent=lambda members, times, states: (states[:, 0, 0], states[:, -1, 0]),
+        extent=lambda members, times, states, **own: (
+            (states[:, 0, 0], states[:, -1, 0]) if own == flow else (None, None)
+        ),
         harmonics_of=lambda members, x, samples: np.full((members.size, 4), x[:, :1] * 1j),
     )  # fmt: skip
     members, states = ConeModel(damping_ratio=0.1, voltage=[0.1, 0.2, 0.3, 0.4]).members(), numbers(4, 2)

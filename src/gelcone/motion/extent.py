@@ -1,57 +1,78 @@
 """The lowest and highest displacement of sampled motions, also where the disc turns between two samples.
 
-There the displacement is the quintic through displacement, velocity and acceleration at both samples.
+There the displacement is the quintic through displacement, velocity and acceleration at both samples. Where that is
+far from the cubic through displacement and velocity, the motion is integrated to those turning points that may be
+extremes.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from gelcone.physics.bracket import rise
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.motion.turning import acceleration_at, quintic, turning_points, turning_share
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
+Index = npt.NDArray[np.intp]
 
-def acceleration_at(members: Members, times: Array, states: Array) -> Array:
-    """The disc's acceleration at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    return np.asarray(members.flow(times, states)[0][1])
+FAR = 1e-8
+"""Share of the motion's extent between quintic and cubic, up to which the quintic is taken. Its error is smaller: of a
+sine by far, and where the stretch limit turns the disc like a wall about as large."""
+UNSURE = 2.0
+"""The error of a quintic over that distance, at most."""
 
 
-def extent(members: Members, times: Array, states: Array) -> tuple[Array, Array]:
+def extent(members: Members, times: Array, states: Array, **flow: Any) -> tuple[Array, Array]:
     """The lowest and highest displacement, (members,) each, of motions at ``times`` (members, samples) and ``states``
-    (members, samples, N); NaN of one that is not known throughout."""
+    (members, samples, N); NaN of one that is not known throughout. ``flow`` are options of `integrate`."""
     x, u = states[..., 0], states[..., 1]
     lowest, highest = x.min(axis=1), x.max(axis=1)
     rows, first = np.nonzero(u[:, :-1] * u[:, 1:] < 0.0)
     if rows.size:
-        both = rows[:, None], first[:, None] + np.arange(2)
-        a = acceleration_at(members.take(rows), times[both], states[both])
-        turns = _turning(times[both], x[both], u[both], np.broadcast_to(a, x[both].shape))
-        np.fmin.at(lowest, rows, np.where(np.isnan(lowest[rows]), np.nan, turns))
-        np.fmax.at(highest, rows, np.where(np.isnan(highest[rows]), np.nan, turns))
+        found, apart = _on_quintics(members, times, states, rows, first)
+        doubt, low, high = UNSURE * apart, lowest.copy(), highest.copy()
+        np.fmin.at(low, rows, found + doubt)  # the lowest displacement is below this, and the highest above the other
+        np.fmax.at(high, rows, found - doubt)
+        may = (found - doubt <= low[rows]) | (found + doubt >= high[rows])
+        at = np.flatnonzero(may & (apart > FAR * (highest - lowest)[rows]))
+        if at.size:
+            found[at] = _reached(members, times, states, rows[at], first[at], flow)
+        np.fmin.at(lowest, rows, np.where(np.isnan(lowest[rows]), np.nan, found))
+        np.fmax.at(highest, rows, np.where(np.isnan(highest[rows]), np.nan, found))
     return lowest, highest
 
 
-def quintic(rest: Array, slope: Array, change: Array) -> tuple[Array, Array, Array]:
-    """The coefficients of s^3, s^4 and s^5 in x0 + u0 s + a0 s^2/2 + ..., with the share s of an interval.
+def _on_quintics(members: Members, times: Array, states: Array, rows: Index, first: Index) -> tuple[Array, Array]:
+    """The displacement (points,) at the turning points of ``rows`` behind their samples ``first``, and its distance
+    from that of the cubic."""
+    t, x, u, a = _both_sides(members, times, states, rows, first)
+    gap = t[:, 1] - t[:, 0]
+    s = turning_share(gap, x, u, a)
+    (u0, u1), (a0, a1) = gap * u.T, gap * gap * a.T
+    rest, slope = x[:, 1] - x[:, 0] - u0, u1 - u0
+    cubic = x[:, 0] + s * (u0 + s * (3.0 * rest - slope + s * (slope - 2.0 * rest)))
+    third, fourth, fifth = quintic(rest - 0.5 * a0, slope - a0, a1 - a0)
+    found = x[:, 0] + s * (u0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth))))
+    return np.asarray(found), np.abs(found - cubic)
 
-    They add ``rest`` to the value at its end, ``slope`` to the slope there and ``change`` to the second derivative.
-    """
-    third = 10.0 * rest - 4.0 * slope + 0.5 * change
-    return third, 7.0 * slope - 15.0 * rest - change, 6.0 * rest - 3.0 * slope + 0.5 * change
+
+def _both_sides(
+    members: Members, times: Array, states: Array, rows: Index, first: Index
+) -> tuple[Array, Array, Array, Array]:
+    """Time, displacement, velocity and acceleration at the samples around each turning point, (points, 2)."""
+    both = rows[:, None], first[:, None] + np.arange(2)
+    x = states[..., 0][both]
+    a = acceleration_at(members.take(rows), times[both], states[both])
+    return times[both], x, states[..., 1][both], np.broadcast_to(a, x.shape)
 
 
-def _turning(times: Array, x: Array, u: Array, a: Array) -> Array:
-    """The displacement (points,) where the velocity passes zero between two samples, (points, 2) each."""
-    h = times[:, 1] - times[:, 0]
-    (u0, u1), (a0, a1) = (h * u.T), (h * h * a.T)
-    rest = x[:, 1] - x[:, 0] - u0 - 0.5 * a0
-    slope, change = u1 - u0 - a0, a1 - a0
-    third, fourth, fifth = quintic(rest, slope, change)
-    upward = np.where(u0 > 0.0, -1.0, 1.0)
-
-    def velocity(s: Array) -> Array:
-        return upward * (u0 + s * (a0 + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth))))
-
-    s = rise(velocity, np.zeros(h.size), np.ones(h.size))
-    return np.asarray(x[:, 0] + s * (u0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth)))))
+def _reached(members: Members, times: Array, states: Array, rows: Index, first: Index, flow: dict[str, Any]) -> Array:
+    """The displacement (points,) at the turning points, integrated from the samples before."""
+    t, x, u, a = _both_sides(members, times, states, rows, first)
+    begin, end = t.T
+    guess = begin + (end - begin) * turning_share(end - begin, x, u, a)
+    kind, starts = np.sign(u[:, 0]), states[rows, first]
+    return turning_points(members.take(rows), starts, begin, end, guess, kind, **flow)[1][:, 0]

@@ -314,7 +314,7 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
         jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
     lasts = run.times[:, -1]
     return {
-        "stroke": np.subtract(*extent(members, run.times, run.states)[::-1]),
+        "stroke": np.subtract(*extent(members, run.times, run.states, **flow)[::-1]),
         "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
         "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
         "heating": heat_of(system, run.work)[:, -1] / lasts,

@@ -11,10 +11,10 @@ from gelcone import dataset
 from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.extent import acceleration_at
-from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.settle import Piece, blocks, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
+from gelcone.motion.turning import acceleration_at, turning_points, turning_share
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
@@ -26,10 +26,6 @@ if TYPE_CHECKING:
 SAMPLES_PER_OSCILLATION = 26
 STILL = 1e-12
 """Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
-VELOCITY_LEFT = 1e-11
-SMALL_STEP = 1e-3
-"""A last step up to this share of the samples' spacing is taken by the Taylor expansion of the flow."""
-MOST_POLISHINGS = 60
 
 
 @analysis(
@@ -236,79 +232,13 @@ def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tup
     which, sample = np.nonzero((rising[:, 1:] != rising[:, :-1]) & moving)
     if not which.size:
         return which, np.empty((0, 4))
-    begin, end = piece.times[which, sample], piece.times[which, sample + 1]
-    gap = end - begin
-    guess = begin + gap * _zero_of_quartic(
-        u[which, sample],
-        u[which, sample + 1],
-        gap * a[which, sample],
-        gap * a[which, sample + 1],
-        (x[which, sample + 1] - x[which, sample]) / gap,
-    )
+    both = which[:, None], sample[:, None] + np.arange(2)
+    begin, end = piece.times[both].T
+    guess = begin + (end - begin) * turning_share(end - begin, x[both], u[both], a[both])
     kind = np.where(rising[which, sample], 1.0, -1.0)
     turning = members.take(which)
-    times, states = _polish(turning, piece.states[which, sample], begin, end, guess, kind, flow)
+    times, states = turning_points(turning, piece.states[which, sample], begin, end, guess, kind, **flow)
     return which, np.column_stack([times / turning.forcing_period, states, kind])
-
-
-def _zero_of_quartic(u0: Array, u1: Array, slope0: Array, slope1: Array, mean: Array) -> Array:
-    """Zero in (0, 1) of the quartics with these values and slopes at 0 and 1 and this mean, which change sign there."""
-    low, high = np.zeros_like(u0), np.ones_like(u0)
-    # A value of exactly 0 at the left end has the sign with which it is left.
-    sign = np.sign(np.where(u0 == 0.0, slope0, u0))
-    # The cubic of the values and slopes has the mean (u0 + u1)/2 + (slope0 - slope1)/12; s^2 (1 - s)^2 has 1/30.
-    bump = 30.0 * (mean - 0.5 * (u0 + u1) - (slope0 - slope1) / 12.0)
-    for _ in range(40):
-        s = 0.5 * (low + high)
-        r = 1.0 - s
-        value = r * r * ((1.0 + 2.0 * s) * u0 + s * slope0) + s * s * ((1.0 + 2.0 * r) * u1 - r * slope1 + r * r * bump)
-        before = value * sign > 0.0
-        low, high = np.where(before, s, low), np.where(before, high, s)
-    return 0.5 * (low + high)
-
-
-def _jerk_at(members: Members, times: Array, states: Array) -> Array:
-    """The rate of the acceleration there, by the chain rule along the motion."""
-    n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    by_time, *by_state = members.system.rates_and_slopes(times, z, n)[1][1]
-    rates = members.system.rates(times, z, n)
-    return np.asarray(sum((slope * rate for slope, rate in zip(by_state, rates, strict=True)), by_time))
-
-
-def _polish(
-    turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, flow: dict[str, Any]
-) -> tuple[Array, Array]:
-    """Times (points,) and displacement and velocity (points, 2) where the velocity vanishes.
-
-    By Newton's method on the flow itself. ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on
-    the way to the turning point. The last step, once it is small enough, is the flow's Taylor expansion. The bracket is
-    halved where Newton's step leaves it, as it does where the film reverses the motion like a wall.
-    """
-    low, high, times, states = begin.copy(), end.copy(), guess.copy(), np.empty((guess.size, 2))
-    left = np.arange(guess.size)
-    for _ in range(MOST_POLISHINGS):
-        part, at = turning.take(left), times[left]
-        reached = integrate(part, starts[left], at[:, None], start=begin[left], **flow).states
-        states[left] = reached[:, 0, :2]
-        x, u = reached[..., 0], reached[..., 1]
-        a = acceleration_at(part, at[:, None], reached)
-        step = -u / np.where(a == 0.0, 1.0, a)
-        remains = u + a * step + 0.5 * _jerk_at(part, at[:, None], reached) * step * step
-        final = np.column_stack([x + (u + 0.5 * a * step) * step, remains])
-        before = u[:, 0] * kind[left] > 0.0
-        low[left], high[left] = np.where(before, at, low[left]), np.where(before, high[left], at)
-        newton = at + step[:, 0]
-        inside = (low[left] <= newton) & (newton <= high[left])
-        small = np.abs(step[:, 0]) <= SMALL_STEP * (end - begin)[left]
-        done = inside & small & (np.abs(remains[:, 0]) <= VELOCITY_LEFT)
-        states[left[done]], times[left[done]] = final[done], newton[done]
-        better = np.where(inside & (newton != at), newton, 0.5 * (low[left] + high[left]))
-        unfinished = ~done & (low[left] < better) & (better < high[left])
-        left = left[unfinished]
-        if not left.size:
-            break
-        times[left] = better[unfinished]
-    return times, states
 
 
 def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tuple[Array, npt.NDArray[np.int64]]:

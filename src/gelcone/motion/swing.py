@@ -96,7 +96,7 @@ def swing(
         part = members.take(rows)
         run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
         x = run.path[..., 0]
-        found.lowest[rows], found.highest[rows] = extent(part, run.times, run.states)
+        found.lowest[rows], found.highest[rows] = extent(part, run.times, run.states, **flow_options)
         found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]

@@ -164,6 +164,10 @@ def test_settled_regime_and_frequency_agree_on_the_period_of_random_models():
     found = settled_swing(model.members(), start_states(model, (1.0, 0.0)), patience=5000.0)
     np.testing.assert_array_equal(found.forcing_periods[lasting], periods[lasting])
     np.testing.assert_array_equal(found.resting[lasting], kinds[lasting] == Regime.REST)
+    repeating = np.flatnonzero(kinds == Regime.PERIODIC)
+    again = regime(model.take(repeating), found.final[repeating], patience=5000.0, budget=2000.0)
+    for name in ("lowest", "highest"):
+        np.testing.assert_allclose(getattr(found, name)[repeating], again[name], rtol=0.0, atol=1e-7)
     some = np.flatnonzero(lasting & (kinds != Regime.CHAOTIC))[::20]
     swept = model.take(some).replace(drive_frequency=1.0)
     frequencies = model.drive_frequency[some, None] * [1.0, 1.0001]

@@ -474,7 +474,7 @@ def _extent(branch: Branch) -> tuple[Array, Array, Array]:
     times = (start[:, None] + np.arange(1, samples + 1) / (samples * shooting.segments)) * length[:, None]
     run = integrate(members, nodes, times, start=start * length, tolerance=1e-9)
     from_nodes = np.hstack([(start * length)[:, None], times]), np.concatenate([nodes[:, None], run.states], axis=1)
-    low, high = (of.reshape(points, -1) for of in extent(members, *from_nodes))
+    low, high = (of.reshape(points, -1) for of in extent(members, *from_nodes, tolerance=1e-9))
     low, high = np.nanmin(low, axis=1), np.nanmax(high, axis=1)
     if shooting.kind.reflected:
         high = np.maximum(high, -low)

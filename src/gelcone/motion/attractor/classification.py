@@ -26,6 +26,7 @@ from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, f
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.exponents import average, bound_shear, shear_level
+from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
 from gelcone.motion.validity import VALIDITY
@@ -188,10 +189,9 @@ def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, opti
     seen = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
     path = seen.path.reshape(rows.size, RETURNS, PHASES, -1)
     evidence.outcome[rows], evidence.validity[rows] = seen.outcome, seen.validity(members, turn=False)
-    x = path[..., 0]
-    evidence.lowest[rows], evidence.highest[rows] = x.min(axis=(1, 2)), x.max(axis=(1, 2))
+    evidence.lowest[rows], evidence.highest[rows] = extent(members, seen.times, seen.states, **options)
     evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
-    evidence.test_phase[rows] = _widest(x)
+    evidence.test_phase[rows] = _widest(path[..., 0])
     return path
 
 
@@ -253,8 +253,8 @@ def _on_cycles(
         part, at = members.take(rows[same]), rows[same]
         turn = sampled(part, cycles.point[same], int(periods), CYCLE_SAMPLES, **options)
         evidence.validity[at] = turn.validity(part, turn=True)
-        section, x = turn.path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES], turn.path[..., 0]
-        evidence.lowest[at], evidence.highest[at] = x.min(axis=1), x.max(axis=1)
+        section = turn.path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES]
+        evidence.lowest[at], evidence.highest[at] = extent(part, turn.times, turn.states, **options)
         evidence.section[at] = section[:, np.arange(RETURNS) % periods]
         evidence.final[at] = section[:, -1]
 
