@@ -59,7 +59,7 @@ def test_two_equal_films_on_one_source_take_twice_what_one_takes():
     states = np.stack([0.5 + 0.1 * np.sin(phase), 0.07 * np.cos(phase)], axis=-1)[None]
     single, double = (electrical(own, times, states, states[:, 0]) for own in members)
     assert single["apparent_power"][0] > 0.01
-    for name, factor in (("apparent_power", 2.0), ("current", 1.0), ("field", 1.0), ("damper_power", 1.0)):
+    for name, factor in (("apparent_power", 2.0), ("current", 1.0), ("field", 1.0)):
         assert double[name][0] == pytest.approx(factor * single[name][0], rel=1e-12), name
 
 
@@ -77,6 +77,20 @@ def test_the_page_envelope_and_settled_give_one_power_and_one_field():
     for name, share in (("power", 1e-4), ("apparent_power", 1e-4), ("field", 1e-3)):
         assert at[f"driven_{name}"].attrs["units"] == found[name].attrs["units"]
         assert float(at[f"driven_{name}"]) == pytest.approx(float(found[name]), rel=share)
+
+
+def test_losses_between_samples_count():
+    """Behind a small resistance the current of a triangle turns within a fraction of a sample."""
+    device = gelcone.find_device("snap-cone").replace(
+        film="taut", waveform="triangle", frequency=6.3, voltage_offset=281.0, voltage_amplitude=255.0,
+        series_resistance="0.5 MOhm",
+    )  # fmt: skip
+    found, period = gelcone.settled(device), 1.0 / float(device.frequency)
+    run = gelcone.simulate(device, times=period * np.arange(121.0))
+    for name in ("resistor", "damper"):
+        lost = run[f"{name}_dissipation"].values
+        expected = (lost[-1] - lost[-11]) / (10.0 * period)
+        assert float(found[f"{name}_power"]) == pytest.approx(expected, rel=1e-5)
 
 
 JUMPING = {"waveform": "square", "duty": 0.4, "rise": 0.0, "film": "taut", "rest_height": 0.3}
@@ -231,8 +245,8 @@ class Films:
     def currents(self, times, z, n):
         return [3.0 * np.cos(times), -5.0 * np.cos(times)]
 
-    def powers(self, times, z, n):
-        return 9.0 + 0.0 * times, self.damper + 0.0 * times, 0.5 * self.damper * (1.0 + np.sin(times))
+    def work(self, spans):
+        return spans[:, None] * np.hstack([9.0 + 0.0 * self.damper, self.damper, 0.5 * self.damper])
 
     def source_voltages(self, times, z, n):
         return [np.sin(times), np.sin(times)]
@@ -247,8 +261,14 @@ def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest
         film_states=lambda states, voltages: [SimpleNamespace(true_field=one) for one in (0.5 * field, field)],
     )  # fmt: skip
     lost = np.array([0.0, 0.0, 0.0, 4.0])
-    asked = record(monkeypatch, module, lost_in_jumps=lost)
+    asked = record(
+        monkeypatch, module, lost_in_jumps=lost,
+        integrate=lambda members, begin, ends, **flow: SimpleNamespace(work=system.work(ends[:, 0])[:, None]),
+    )  # fmt: skip
     found = module.electrical(members, times, np.zeros((4, 64, 2)), "begin", tolerance=2e-9)
+    (ran,) = asked["integrate"]
+    assert (ran["initial"], ran["keep"], ran["tolerance"]) == ("begin", "work", 2e-9)
+    np.testing.assert_allclose(ran["times"], 2.0 * np.pi * np.ones((4, 1)))
     (call,) = asked["lost_in_jumps"]
     np.testing.assert_allclose(call["spans"], 2.0 * np.pi)
     assert (call["begin"], call["tolerance"]) == ("begin", 2e-9)

@@ -9,8 +9,9 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.motion.delivery import JUMPS, lost_in_jumps
+from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumping
-from gelcone.motion.response import HEAT, HEATS, LOSSES, heats
+from gelcone.motion.response import HEAT, HEATS, LOSSES, heat_of, heats
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
@@ -38,34 +39,37 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
 def electrical(members: Members, times: Array, states: Array, begin: Array, **flow: Any) -> dict[str, Array]:
     """The numbers of `MEANINGS`, (members,) each, of motions at ``times`` (members, samples) in ``states`` (members,
     samples, N): even samples over whole periods of drive and motion, one end of which is left out, from ``begin``
-    (members, N) at phase 0. ``flow``: options of the integration, which takes place where a voltage jumps.
+    (members, N) at phase 0. ``flow``: options of the integration.
 
     A motion that repeats stores nothing in the mean: the source gives what is lost, which is known better than voltage
-    times current, most of which goes back and forth. NaN where a motion ended before.
+    times current, most of which goes back and forth. Losses are integrated, as a current may peak between two samples.
+    NaN where a motion ended before.
     """
+    lasts = (times[:, 1] - times[:, 0]) * times.shape[1]
+    work = integrate(members, begin, lasts[:, None], keep="work", **flow).work
+    assert work is not None
     z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
     with np.errstate(all="ignore"):  # of a motion that has ended
         voltages, currents = members.voltages(times, states), system.currents(times, z, n)
         back_and_forth = np.abs(sum(v * i for v, i in zip(voltages, currents, strict=True))).max(axis=1)
-        powers = dict(zip(system.causes, system.powers(times, z, n), strict=True))
         means = {
-            cause: np.broadcast_to(powers[cause], times.shape).mean(axis=1) if cause in powers else np.zeros(len(times))
+            cause: work[:, 0, system.causes.index(cause)] / lasts if cause in system.causes else np.zeros(len(times))
             for cause in LOSSES
         }
-        jumps = lost_in_jumps(members, begin, (times[:, 1] - times[:, 0]) * times.shape[1], **flow)
-        means["resistor"] = means["resistor"] + jumps / ((times[:, 1] - times[:, 0]) * times.shape[1])
+        jumps = lost_in_jumps(members, begin, lasts, **flow)
+        means["resistor"] = means["resistor"] + jumps / lasts
         lost = sum(means.values())
         fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
-    heat = heating(powers, times.shape) / len(system.films) + 0.0 * z[0]
     current = np.max([np.abs(own).max(axis=1) for own in currents], axis=0)
+    heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
     return {
         "current": np.where(jumps > 0.0, np.inf, current),
-        "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost),
+        "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost) + 0.0 * current,
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent_power(members, times, states, currents)),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
-        "heat": heat.mean(axis=1),
-        "heating": heat.mean(axis=1),
+        "heat": heat,
+        "heating": heat,
     }
 
 
