@@ -91,7 +91,7 @@ def test_a_disc_that_the_stretch_limit_turns_like_a_wall_turns_there(samples, mo
 
 def test_only_turning_points_that_may_be_extremes_are_integrated(monkeypatch):
     """The lowest is at most the smallest upper bound of all turning points, the highest at least the largest lower."""
-    found, apart = np.array([-1.0, 3.0, -1.5, 3.5, -0.5, 2.0]), np.array([0.1, 0.4, 1e-9, 0.5, 0.01, 0.2])
+    found, apart = np.array([-2.0, 3.0, -1.5, 3.5, -0.5, 2.0]), np.array([0.6, 0.4, 0.2, 0.5, 0.01, 0.2])
     times = np.arange(7.0)[None]
     states = np.stack([np.zeros(7), (-1.0) ** np.arange(7)], axis=-1)[None]
     states[0, 0, 0], states[0, -1, 0] = -0.25, 0.25
@@ -99,11 +99,11 @@ def test_only_turning_points_that_may_be_extremes_are_integrated(monkeypatch):
 
     def reached(members, t, z, rows, first, flow):
         asked.append((rows.tolist(), first.tolist(), flow))
-        return 10.0 + first
+        return np.array([-1.2, 3.6, -1.7, 3.1])
 
     monkeypatch.setattr(module, "_on_quintics", lambda *given: (found.copy(), apart))
     monkeypatch.setattr(module, "_reached", reached)
     low, high = extent(SLOW.take([0]).members(), times, states, tolerance=0.5)
-    # 3.0 + 0.8 and 3.5 + 1.0 may be above the largest lower bound 2.5; -1.0 - 0.2 is above -1.5, which is sure
-    assert asked == [([0, 0], [1, 3], {"tolerance": 0.5})]
-    assert (low[0], high[0]) == (-1.5, 13.0)
+    # with twice the distance as the error: the lowest is at most -1.5 + 0.4, the highest at least 3.5 - 1.0
+    assert asked == [([0] * 4, [0, 1, 2, 3], {"tolerance": 0.5})]
+    assert (low[0], high[0]) == (-1.7, 3.6)
