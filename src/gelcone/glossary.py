@@ -56,7 +56,9 @@ GLOSSARY: dict[str, str] = {
     "peak voltage": "The largest absolute value of the voltage of a drive: |offset| + amplitude for a sine.",
     "period": "The number of forcing periods after which a motion repeats; more than 1 is subharmonic.",
     "periodic": Regime.PERIODIC.meaning,
-    "pitchfork": "The constant voltage at which the flat film loses its stability and buckles to either side.",
+    "pitchfork": "The constant voltage at which the flat film, or a raised pair of equal films in its middle, loses "
+    "its stability and buckles to either side. It is a pull-in where the disc jumps there, and none where it rises "
+    "gradually.",
     "Poincare section": "Displacement and velocity once every forcing period; a periodic motion is a few points.",
     "pull-in": "The film loses its equilibrium under the voltage: it thins without limit, or the disc jumps to "
     "another equilibrium or away. A run ends there.",

@@ -79,6 +79,7 @@ def test_each_source_has_its_own_numbers(monkeypatch):
     one, other = 2.0 + np.sin(times), 5.0
     system = SimpleNamespace(
         lines=lines,
+        waveform=SimpleNamespace(pieced=False),
         currents=lambda *_: [np.cos(times), 3.0 * np.sin(times), 2.0 * np.cos(times)],
         source_voltages=lambda *_: [one, other, one],
         source_rates=lambda *_: [np.cos(times), 0.0, np.cos(times)],

@@ -217,6 +217,10 @@ class Sources:
     """Three films on two lines: 1 and 3 on the first, 2 on the second, whose source is constant."""
 
     lines = (SimpleNamespace(films=(0, 2)), SimpleNamespace(films=(1,)))
+    waveform = SimpleNamespace(pieced=False)
+
+    def currents(self, times, z, n):
+        return [np.cos(times), 2.0 + np.sin(times), 3.0 * np.cos(times)]
 
     def source_voltages(self, times, z, n):
         first, second = 1.0 + 3.0 * np.sin(times), 5.0
@@ -227,8 +231,7 @@ def test_each_source_has_the_current_of_all_its_films_and_its_own_voltage():
     """The sum over the sources of the products of two root mean squares, one of them a constant."""
     times = 2.0 * np.pi * np.arange(64)[None] / 64
     members = SimpleNamespace(system=Sources(), numbers=lambda trailing: {})
-    currents = [np.cos(times), 2.0 + np.sin(times), 3.0 * np.cos(times)]
-    found = apparent_power(members, times, np.zeros((1, 64, 2)), currents)
+    found = apparent_power(members, times, np.zeros((1, 64, 2)), np.zeros((1, 2)), np.full(1, 2.0 * np.pi))
     expected = np.sqrt(1.0 + 4.5) * 4.0 / np.sqrt(2.0) + 5.0 * np.sqrt(4.0 + 0.5)
     np.testing.assert_allclose(found, [expected], rtol=1e-12)
 
@@ -240,6 +243,7 @@ class Films:
     causes = ("source", "damper", "leak")
     films = (None, None)
     lines = (SimpleNamespace(films=(0, 1)),)
+    waveform = SimpleNamespace(pieced=False)
     damper = np.array([[2.0], [1e-16], [-1e-16], [2.0]])
 
     def currents(self, times, z, n):

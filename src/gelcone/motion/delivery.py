@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.dataset import Variable, absent
+from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
 from gelcone.motion.dwell import Path, dwell_times
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import increasing, jumping, jumps_between
@@ -22,14 +23,14 @@ NO_CURRENT = 1e-14
 
 
 def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
-    """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), peaks over
-    all of them, and the shares of the time at the limits of each amplifier; a source of the second film's own is
-    ``second_``. Currents are infinite where a voltage jumps, as what is ``lost`` (members, samples) in jumps shows: the
-    charge moves at once."""
+    """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), between the
+    corners of a voltage that has some, peaks over all of them, and the shares of the time at the limits of each
+    amplifier; a source of the second film's own is ``second_``. Currents are infinite where a voltage jumps, as what is
+    ``lost`` (members, samples) in jumps shows: the charge moves at once."""
     jumped = lost[:, -1] > 0.0
     late = lost[:, -1] > lost[:, times.shape[1] // 2]
     system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    shape, found = times.shape, dict[str, Variable]()
+    shape, found, finer = times.shape, dict[str, Variable](), _second_half(members, times, states)
     with np.errstate(all="ignore"):
         currents = [np.broadcast_to(one, shape) for one in system.currents(times, z, n)]
         voltages, rates = system.source_voltages(times, z, n), system.source_rates(times, z, n)
@@ -40,6 +41,11 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
         current = np.where(np.abs(current) <= NO_CURRENT * np.abs(charge), 0.0, current)
         ran = ~np.isnan(states[..., 0])
         rms = [_root_mean_square(times, np.where(ran, one, np.nan)) for one in (voltages[first], current)]
+        if finer is not None:
+            whole = np.isfinite(states[:, -1, 0])
+            with np.errstate(all="ignore"):
+                pair = root_mean_squares(members, line, finer)
+            rms = [np.where(whole, own, one) for own, one in zip(pair, rms, strict=True)]
         peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
         if line.circuit.jumps and line.drive != "constant":
             peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
@@ -64,6 +70,19 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
         found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
         found |= _limited(members, line, times, states)
     return found
+
+
+MOST_CORNERS = 4000
+"""Of all members, between which the second half of a run is integrated again."""
+
+
+def _second_half(members: Members, times: Array, states: Array) -> Weighted | None:
+    """The second half of runs between the corners of their voltage; None of a smooth one, and of one with too many."""
+    waveform, half = members.system.waveform, times.shape[1] // 2
+    start, spans = times[:, half], times[:, -1] - times[:, half]
+    if not waveform.pieced or waveform.corner_count(start, times[:, -1], members.own_numbers).sum() > MOST_CORNERS:
+        return None
+    return between_corners(members, states[:, half], start, spans)
 
 
 def _root_mean_square(times: Array, values: Array) -> Array:

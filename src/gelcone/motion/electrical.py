@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from gelcone import dataset
+from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
 from gelcone.motion.delivery import JUMPS, lost_in_jumps
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumping
@@ -60,13 +61,14 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
         means["resistor"] = means["resistor"] + jumps / lasts
         lost = sum(means.values())
         fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
+    apparent = apparent_power(members, times, states, begin, lasts, **flow)
     current = np.max([np.abs(own).max(axis=1) for own in currents], axis=0)
     heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
     return {
         "current": np.where(jumps > 0.0, np.inf, current),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost) + 0.0 * current,
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
-        "apparent_power": np.where(jumps > 0.0, np.inf, apparent_power(members, times, states, currents)),
+        "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
         "field": np.max([own.max(axis=1) for own in fields], axis=0),
         "heat": heat,
         "heating": heat,
@@ -85,14 +87,12 @@ def heating(powers: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
     return np.sum([np.broadcast_to(powers[cause], shape) for cause in HEATS if cause in powers] or [np.zeros(shape)], 0)
 
 
-def apparent_power(members: Members, times: Array, states: Array, currents: Sequence[Array]) -> Array:
-    """Rms voltage times rms current of each source, summed over the sources, (members,); of even samples (members,
-    samples) with the ``currents`` into the films."""
-    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
-    voltages, found = system.source_voltages(times, z, n), []
-    for line in system.lines:
-        current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
-        pair = np.broadcast_to(voltages[line.films[0]], times.shape), np.broadcast_to(current, times.shape)
-        voltage, current = (np.sqrt(np.mean(own * own, axis=1)) for own in pair)
-        found.append(voltage * current)
-    return np.asarray(sum(found))
+def apparent_power(members: Members, times: Array, states: Array, begin: Array, spans: Array, **flow: Any) -> Array:
+    """Rms voltage times rms current of each source, summed over the sources, (members,): of even samples (members,
+    samples), or, where the voltage has corners, of the motions from ``begin`` at phase 0 over ``spans``."""
+    if members.system.waveform.pieced:
+        path = between_corners(members, begin, 0.0 * spans, spans, **flow)
+    else:
+        path = Weighted(times, states, np.full(times.shape, 1.0 / times.shape[1]))
+    pairs = [root_mean_squares(members, line, path) for line in members.system.lines]
+    return np.asarray(sum(voltage * current for voltage, current in pairs))

@@ -307,8 +307,8 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
     some = slice(0, 10 * samples, 5)
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
         z = list(np.moveaxis(run.states[:, some], -1, 0))
-        currents = system.currents(run.times[:, some], z, n)
-        apparent = apparent_power(members, run.times[:, some], run.states[:, some], currents)
+        few = run.times[:, FEW * samples] if run.times.shape[1] > FEW * samples else run.times[:, -1]
+        apparent = apparent_power(members, run.times[:, some], run.states[:, some], run.states[:, 0], few, **flow)
         field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
         charges = [np.broadcast_to(own, z[0].shape) for own in system.source_charges(run.times[:, some], z, n)]
         jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
@@ -324,6 +324,8 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
     }
 
 
+FEW = 4
+"""Drive periods over which the apparent power of a voltage with corners is taken."""
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",

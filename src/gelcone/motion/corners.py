@@ -1,0 +1,71 @@
+"""Motions between the corners of their voltage, for means of what turns quickly there, such as a current.
+
+The pieces between corners and even times are sampled at the nodes of Gauss and Legendre; behind a corner they are the
+shorter the nearer they are, as a current settles within the time constant of its circuit.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gelcone.motion.flow import integrate
+from gelcone.motion.jumps import increasing
+from gelcone.physics.members import Members
+from gelcone.physics.structure import Line
+from gelcone.quantity import Array
+
+PER_PERIOD = 16
+"""Even pieces of a drive period."""
+CLOSER, LEVELS = 4.0, 5
+"""Behind a corner each piece is so much shorter than the next, for so many of them."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+SHORTEST = 1e-9
+"""Of an even piece: what is shorter is rounding."""
+
+
+class Weighted(NamedTuple):
+    """Motions at ``times`` (members, nodes) in ``states`` (members, nodes, N), with the ``weights`` (members, nodes) of
+    means over time; those of nodes behind the end are 0."""
+
+    times: Array
+    states: Array
+    weights: Array
+
+    def mean(self, values: Array) -> Array:
+        """The mean over time (members,) of values (members, nodes)."""
+        return np.asarray((self.weights * np.where(self.weights > 0.0, values, 0.0)).sum(axis=1))
+
+
+def between_corners(members: Members, begin: Array, start: Array, spans: Array, **flow: Any) -> Weighted:
+    """The motions from ``begin`` (members, N) at the times ``start`` on, over the times ``spans``, (members,) each, of
+    a waveform with pieces. ``flow``: options of `integrate`."""
+    end, even = start + spans, np.broadcast_to(members.drive_period, members.shape).ravel() / PER_PERIOD
+    count = int(np.ceil((spans / even).max() - SHORTEST))
+    corners = members.system.waveform.corners_between(start, end, members.own_numbers).later
+    behind = even[:, None, None] * CLOSER ** -np.arange(1.0, LEVELS + 1.0)
+    parts = (
+        start[:, None] + even[:, None] * np.arange(count + 1.0),
+        corners,
+        (corners[:, :, None] + behind).reshape(members.size, -1),
+    )
+    breaks = np.sort(np.minimum(np.concatenate(parts, axis=1), end[:, None]), axis=1)
+    low, length = breaks[:, :-1, None], np.diff(breaks, axis=1)[:, :, None]
+    real = length > SHORTEST * even[:, None, None]
+    times = np.where(real, low + 0.5 * length * (1.0 + NODES), np.inf).reshape(members.size, -1)
+    weights = np.where(real, 0.5 * length * WEIGHTS, 0.0).reshape(members.size, -1) / spans[:, None]
+    order = np.argsort(times, axis=1, kind="stable")
+    times, weights = (np.take_along_axis(one, order, axis=1) for one in (times, weights))
+    known = np.isfinite(times).any(axis=0)
+    times, weights = increasing(times[:, known], end), weights[:, known]
+    return Weighted(times, integrate(members, begin, times, start=start, **flow).states, weights)
+
+
+def root_mean_squares(members: Members, line: Line, path: Weighted) -> tuple[Array, Array]:
+    """Those of a source's voltage and current, (members,) each."""
+    system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(path.states, -1, 0))
+    voltages, currents = system.source_voltages(path.times, z, n), system.currents(path.times, z, n)
+    current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
+    voltage = voltages[line.films[0]]
+    return np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))
