@@ -46,8 +46,8 @@ def test_nodes_lie_between_corners_and_their_weights_give_the_length_of_each_pie
     ids=["triangle", "square"],
 )
 def test_a_held_film_has_the_current_of_a_capacitor_between_its_corners(waveform, squares, rates):
-    """C v' of a voltage of the amplitude A about a bias b: <v^2> = b^2 + A^2 squares, and <v'^2> = (4 A f)^2 rates: of a
-    square 2 r (2 A f/r)^2 with the share r of its rise."""
+    """C v' of a voltage of the amplitude A about a bias b: <v^2> = b^2 + A^2 squares, and <v'^2> = (4 A f)^2 rates: of
+    a square 2 r (2 A f/r)^2 with the share r of its rise."""
     amplitude, bias, frequency = 0.1, 0.4, 0.7 / (2.0 * np.pi)
     members, path = path_of(held(**waveform, voltage=amplitude, voltage_bias=bias))
     voltage, current = root_mean_squares(members, members.system.lines[0], path)
@@ -56,7 +56,7 @@ def test_a_held_film_has_the_current_of_a_capacitor_between_its_corners(waveform
 
 
 def test_one_apparent_power_of_a_square_voltage_in_every_answer():
-    """Samples miss its short rises: they gave 20 to 40 % more or less."""
+    """Samples miss its short rises: the envelope's gave up to 74 % more."""
     device = gelcone.find_device("biased-pump").replace(film="taut", waveform="square")
     settled = float(gelcone.settled(device)["apparent_power"])
     peak = float(device.voltage_offset + device.voltage_amplitude)

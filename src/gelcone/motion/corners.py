@@ -19,7 +19,7 @@ from gelcone.quantity import Array
 PER_PERIOD = 16
 """Even pieces of a drive period."""
 CLOSER, LEVELS = 4.0, 5
-"""Behind a corner each piece is so much shorter than the next, for so many of them."""
+"""Behind a corner each piece is shorter than the next by a factor of 4, for five pieces."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 SHORTEST = 1e-9
 """Of an even piece: what is shorter is rounding."""
