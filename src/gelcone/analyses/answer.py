@@ -17,6 +17,7 @@ from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
 from gelcone.devices.si import DEVICE
+from gelcone.devices.units import format_si
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
@@ -279,6 +280,17 @@ def _names_of_films(subject: Subject) -> set[str]:
     fields = {numbers[name].field for name in parameters if name in numbers}
     gel = {name for name in device.swept_fields() if name.startswith(GEL)}
     return {"disc_radius", "film_radius", "material", *fields, *gel}
+
+
+def _several(name: str, value: Any, swept: Collection[Any]) -> bool:
+    """Whether a field or parameter has a number for each member of an ensemble, and is not swept."""
+    return name not in swept and isinstance(value, np.ndarray) and value.ndim > 0 and value.dtype.kind == "f"
+
+
+def _spread(name: str, values: Any, unit: str = "1") -> str:
+    """Name, smallest and largest value of a number of an ensemble, and the number of its values."""
+    low, high = (f"{end:.4g}" if unit == "1" else format_si(float(end), unit) for end in (values.min(), values.max()))
+    return f"{name} {low} to {high} ({len(np.unique(values))} values)"
 
 
 def _stiff_line(subject: Subject) -> str:
