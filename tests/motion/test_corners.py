@@ -88,3 +88,15 @@ def test_members_with_fewer_corners_end_at_their_own_time(monkeypatch):
     np.testing.assert_allclose(path.mean(np.where(path.times <= 1.0, path.times, np.inf)), 0.5, rtol=1e-12)
     assert (path.weights[1] == 0.0).sum() > (path.weights[0] == 0.0).sum()
     assert (path.times[1][path.weights[1] == 0.0] > 1.0).all()
+
+
+def test_a_source_has_its_own_voltage_and_the_current_of_all_its_films():
+    times = np.zeros((1, 2))
+    path = Weighted(times, np.zeros((1, 2, 2)), np.array([[0.25, 0.75]]))
+    system = SimpleNamespace(
+        source_voltages=lambda *_: [7.0, np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
+        currents=lambda *_: [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],
+    )
+    members, line = SimpleNamespace(system=system, numbers=lambda trailing: {}), SimpleNamespace(films=(1, 2))
+    voltage, current = root_mean_squares(members, line, path)
+    assert (voltage[0], current[0]) == (np.sqrt(0.25 + 0.75 * 9.0), np.sqrt(0.25 * 9.0 + 0.75 * 4.0))
