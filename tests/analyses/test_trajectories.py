@@ -281,6 +281,8 @@ def test_a_step_that_goes_down_and_settles():
         "ms, "
         "drift at the end 1.25%",
     ]
+    rounding = step.assign(drift=step["drift"].copy(data=[-4e-5]))
+    assert said(trajectories.step_words, rounding)[1].endswith("drift at the end 0.00%")
     still = step.assign(
         {name: step[name].copy(data=[NAN]) for name in ("rise_time", "settling_time", "overshoot", "drift")}
     )

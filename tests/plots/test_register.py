@@ -273,6 +273,15 @@ def test_what_is_no_result_is_refused_with_a_remedy(given):
         gelcone.plot(given)
 
 
+@pytest.mark.parametrize(
+    ("title", "option", "remedy"),
+    [("extrema", "kind", "this figure has none"), ("bifurcation diagram", "midle", "did you mean 'middle'")],
+)
+def test_an_option_that_the_figure_does_not_have_is_refused_by_name(title, option, remedy):
+    with pytest.raises(InputError, match=f"'{option}' is not an option of plot for this result; {remedy}"):
+        gelcone.plot(RESULTS[title](), **{option: "phase"})
+
+
 def test_a_result_without_a_variable_of_its_figure_says_which():
     response = RESULTS["time response"]().drop_vars("velocity")
     with pytest.raises(

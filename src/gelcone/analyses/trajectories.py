@@ -126,7 +126,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
         lines.append(
             f"{name} moves by {way:.4g}{unit} to {measured(one['end'])} (a slow ramp ends at "
             f"{measured(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
-            f"{float(one['overshoot']):.1%}, {settles}, drift at the end {float(one['drift']):.2%}"
+            f"{float(one['overshoot']):.1%}, {settles}, drift at the end {round(float(one['drift']), 4) + 0.0:.2%}"
         )
     return "\n".join(lines)
 

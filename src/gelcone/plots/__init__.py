@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from gelcone.errors import InputError
+from gelcone.errors import InputError, unknown_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,8 +74,8 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
 
     Raises
     ------
-    InputError : for anything but a result of gelcone, or a result that lacks a variable which its figure draws (written
-        by another version, or with variables removed).
+    InputError : for anything but a result of gelcone, an option that its figure does not have, or a result that lacks a
+        variable which its figure draws (written by another version, or with variables removed).
 
     Examples
     --------
@@ -85,6 +86,12 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
     4
     """
     draw = figure_of(result)
+    takes = signature(draw).parameters
+    known = list(takes)[1:]
+    passed_on = any(parameter.kind is Parameter.VAR_KEYWORD for parameter in takes.values())
+    if unknown := [name for name in options if name not in known and not passed_on]:
+        otherwise = "" if known else "this figure has none"
+        raise unknown_name("option of plot for this result", unknown[0], known, otherwise)
     from gelcone.plots.frame import add_footnote, fixed_parameters
 
     try:
