@@ -12,6 +12,8 @@ from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
 HELD = {"rest_height": 0.5, "spring_stiffness": 1e6, "damping_ratio": 20.0, "drive_frequency": 0.7, "film": "taut"}
 CAPACITANCE = 1.25
 """Of the taut cone at 0.5, over that of the flat film."""
+UNUSED = np.zeros((1, 2)), np.zeros(1), np.ones(1)
+"""Begin, start and end of a path, which its means do not need."""
 
 
 def held(**more):
@@ -67,7 +69,7 @@ def test_one_apparent_power_of_a_square_voltage_in_every_answer():
 
 
 def test_values_behind_the_end_do_not_count():
-    path = Weighted(np.zeros((1, 3)), np.zeros((1, 3, 2)), np.array([[0.25, 0.75, 0.0]]))
+    path = Weighted(np.zeros((1, 3)), np.zeros((1, 3, 2)), np.array([[0.25, 0.75, 0.0]]), *UNUSED)
     assert path.mean(np.array([[2.0, 4.0, np.nan]])).tolist() == [3.5]
 
 
@@ -92,7 +94,7 @@ def test_members_with_fewer_corners_end_at_their_own_time(monkeypatch):
 
 def test_a_source_has_its_own_voltage_and_the_current_of_all_its_films():
     times = np.zeros((1, 2))
-    path = Weighted(times, np.zeros((1, 2, 2)), np.array([[0.25, 0.75]]))
+    path = Weighted(times, np.zeros((1, 2, 2)), np.array([[0.25, 0.75]]), *UNUSED)
     system = SimpleNamespace(
         source_voltages=lambda *_: [7.0, np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
         currents=lambda *_: [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],

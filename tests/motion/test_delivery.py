@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.motion import delivery
+from gelcone.motion import delivery, peaks
+from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumps_between
 from gelcone.motion.natural import frequency_of, natural_frequency
 from gelcone.physics.model import ConeModel
@@ -23,7 +24,6 @@ def test_a_root_mean_square_is_of_the_second_half_whatever_its_spacing():
         np.trapezoid((2.0 + np.sin(2.0 * np.pi * times[0, half:])) ** 2, times[0, half:]) / (end - begin)
     )
     assert delivery._root_mean_square(times, values)[0] == pytest.approx(expected, rel=1e-12)
-    assert delivery._peak(np.array([[1.0, -4.0, np.nan, 2.0]])).tolist() == [4.0]
 
 
 @pytest.mark.parametrize("films", [1, 2])
@@ -76,16 +76,20 @@ def test_each_source_has_its_own_numbers(monkeypatch):
         SimpleNamespace(films=(0, 2), prefix="", circuit=SimpleNamespace(jumps=True), drive="same"),
         SimpleNamespace(films=(1,), prefix="second_", circuit=SimpleNamespace(jumps=True), drive="constant"),
     )
-    one, other = 2.0 + np.sin(times), 5.0
+    other = 5.0
     system = SimpleNamespace(
         lines=lines,
         waveform=SimpleNamespace(pieced=False),
-        currents=lambda *_: [np.cos(times), 3.0 * np.sin(times), 2.0 * np.cos(times)],
-        source_voltages=lambda *_: [one, other, one],
-        source_rates=lambda *_: [np.cos(times), 0.0, np.cos(times)],
-        source_charges=lambda *_: [-7.0 * np.sin(times), 4.0],
+        currents=lambda times, *_: [np.cos(times), 3.0 * np.sin(times), 2.0 * np.cos(times)],
+        source_voltages=lambda times, *_: [2.0 + np.sin(times), other, 2.0 + np.sin(times)],
+        source_rates=lambda times, *_: [np.cos(times), 0.0, np.cos(times)],
+        source_charges=lambda times, *_: [-7.0 * np.sin(times), 4.0],
+    )
+    monkeypatch.setattr(
+        peaks, "integrate", lambda members, begin, times, **_: SimpleNamespace(states=np.zeros((*times.shape, 2)))
     )
     members = SimpleNamespace(system=system, numbers=lambda trailing: {})
+    members.take = lambda rows: members
     for jump, infinite in ((0.0, False), (1.0, True)):
         lost = np.where(times > 3.0 * np.pi, jump, 0.0)
         found = delivery.delivered(members, times, np.zeros((1, 4001, 2)), lost)
@@ -140,3 +144,45 @@ def test_a_jump_at_the_time_itself_has_happened():
     )[1]
     assert lost[0, 0] == 0.0
     assert lost[0, 1] == lost[0, 2] > 0.0
+
+
+DRIVEN = HELD | {"voltage": 0.1, "voltage_bias": 0.4, "drive_frequency": 0.7}
+
+
+def test_a_short_rise_between_two_samples_is_in_the_peaks_of_a_run():
+    """C v' of a disc that is held, while the voltage rises within 0.1 % of a period."""
+    period, rise = 2.0 * np.pi / 0.7, 1e-3
+    model = gelcone.ConeModel(**DRIVEN, waveform="square", duty=0.5, rise=rise)
+    run = gelcone.simulate(model, (0.5, 0.0), times=period * np.array([0.01, 15.7]))
+    slope = 0.2 / (rise * period)
+    assert float(run["peak_slew_rate"]) == pytest.approx(slope, rel=1e-6)
+    assert float(run["peak_current"]) == pytest.approx(1.25 * slope, rel=1e-3)
+
+
+def test_both_halves_of_a_run_are_followed_between_corners():
+    members = gelcone.ConeModel(**DRIVEN, waveform="triangle").members()
+    times = float(members.drive_period[0]) * np.array([[0.0, 0.2, 0.5, 1.0, 1.1]])
+    states = integrate(members, (0.5, 0.0), times).states
+    first, second = delivery._between_corners(members, times, states, 2)
+    for path, begin, end in ((first, 0, 2), (second, 2, 4)):
+        np.testing.assert_array_equal(path.begin, states[:, begin])
+        np.testing.assert_array_equal([path.start, path.end], [times[:, begin], times[:, end]])
+        assert (path.times[path.weights > 0.0] > times[0, begin]).all()
+        assert (path.times[path.weights > 0.0] < times[0, end]).all()
+    smooth = gelcone.ConeModel(**DRIVEN).members()
+    assert delivery._between_corners(smooth, times, states, 2) == []
+    many = delivery.MOST_CORNERS * times
+    assert delivery._between_corners(members, many, states, 2) == []
+
+
+def test_a_peak_between_the_samples_of_either_half_counts(monkeypatch):
+    """Of each source the largest value over the samples and over both halves between corners."""
+    model = gelcone.ConeModel(**DRIVEN, waveform="triangle")
+    members = model.members()
+    times = float(members.drive_period[0]) * np.array([[0.0, 0.2, 0.5, 1.0, 1.1]])
+    states = integrate(members, (0.5, 0.0), times).states
+    for highest in ([7.0, 1.0, 1.0], [1.0, 7.0, 1.0], [1.0, 1.0, 7.0]):
+        values = iter(np.repeat(highest, 3))
+        monkeypatch.setattr(delivery, "largest", lambda *_, values=values: np.array([next(values)]))
+        found = delivery.delivered(members, times, states, np.zeros_like(times))
+        assert [found[name][1].tolist() for name in ("peak_charge", "peak_current", "peak_slew_rate")] == [[7.0]] * 3

@@ -9,6 +9,7 @@ import gelcone
 from gelcone.analyses.request import Subject
 from gelcone.codes import Regime
 from gelcone.motion import electrical as module
+from gelcone.motion.corners import sampled_evenly
 from gelcone.motion.electrical import apparent_power, electrical
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
@@ -50,17 +51,17 @@ def test_a_disc_held_by_a_stiff_spring_takes_the_current_of_a_capacitor():
 
 
 def test_two_equal_films_on_one_source_take_twice_what_one_takes():
-    """Both flat together: charge, current, power and apparent power of the source double; the field does not."""
-    one = gelcone.ConeModel(film="taut", prestretch=1.3, voltage=0.3, voltage_bias=0.4, rest_height=0.5)
+    """Both flat together: apparent power of the source doubles; the current into a film and the field do not. The disc
+    is held: two films have twice the force."""
+    one = gelcone.ConeModel(film="taut", voltage=0.3, voltage_bias=0.4, rest_height=0.5, spring_stiffness=1e9)
     pair = one.replace(second_film="taut")
     members = [model.replace(drive_frequency=0.7, damping_ratio=0.1).members() for model in (one, pair)]
-    times = members[0].drive_period[:, None] * np.arange(64) / 64
-    phase = 2.0 * np.pi * np.arange(64) / 64
-    states = np.stack([0.5 + 0.1 * np.sin(phase), 0.07 * np.cos(phase)], axis=-1)[None]
+    times = members[0].drive_period[:, None] * np.arange(1, 65) / 64
+    states = np.tile([0.5, 0.0], (1, 64, 1))
     single, double = (electrical(own, times, states, states[:, 0]) for own in members)
     assert single["apparent_power"][0] > 0.01
     for name, factor in (("apparent_power", 2.0), ("current", 1.0), ("field", 1.0)):
-        assert double[name][0] == pytest.approx(factor * single[name][0], rel=1e-12), name
+        assert double[name][0] == pytest.approx(factor * single[name][0], rel=1e-4), name
 
 
 def test_the_page_envelope_and_settled_give_one_power_and_one_field():
@@ -231,7 +232,9 @@ def test_each_source_has_the_current_of_all_its_films_and_its_own_voltage():
     """The sum over the sources of the products of two root mean squares, one of them a constant."""
     times = 2.0 * np.pi * np.arange(64)[None] / 64
     members = SimpleNamespace(system=Sources(), numbers=lambda trailing: {})
-    found = apparent_power(members, times, np.zeros((1, 64, 2)), np.zeros((1, 2)), np.full(1, 2.0 * np.pi))
+    found = apparent_power(
+        members, sampled_evenly(times, np.zeros((1, 64, 2)), np.zeros((1, 2)), np.zeros(1), np.full(1, 7.0))
+    )
     expected = np.sqrt(1.0 + 4.5) * 4.0 / np.sqrt(2.0) + 5.0 * np.sqrt(4.0 + 0.5)
     np.testing.assert_allclose(found, [expected], rtol=1e-12)
 
@@ -267,6 +270,7 @@ def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest
     lost = np.array([0.0, 0.0, 0.0, 4.0])
     asked = record(
         monkeypatch, module, lost_in_jumps=lost,
+        largest=lambda members, path, value, **flow: value(members, path.times, path.states).max(axis=1),
         integrate=lambda members, begin, ends, **flow: SimpleNamespace(work=system.work(ends[:, 0])[:, None]),
     )  # fmt: skip
     found = module.electrical(members, times, np.zeros((4, 64, 2)), "begin", tolerance=2e-9)
@@ -276,6 +280,9 @@ def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest
     (call,) = asked["lost_in_jumps"]
     np.testing.assert_allclose(call["spans"], 2.0 * np.pi)
     assert (call["begin"], call["tolerance"]) == ("begin", 2e-9)
+    assert [call["tolerance"] for call in asked["largest"]] == [2e-9, 2e-9]
+    assert [call["path"].begin for call in asked["largest"]] == ["begin", "begin"]
+    np.testing.assert_allclose(asked["largest"][0]["path"].end, 2.0 * np.pi)
     np.testing.assert_allclose(found["power"], [3.0, 0.0, 0.0, 3.0 + 4.0 / (2.0 * np.pi)])
     np.testing.assert_allclose(found["damper_power"], system.damper[:, 0])
     np.testing.assert_allclose(found["leak_power"], 0.5 * system.damper[:, 0], atol=1e-17)
@@ -286,3 +293,14 @@ def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest
     np.testing.assert_allclose(found["field"], 8.0)
     np.testing.assert_allclose(found["current"], [5.0, 5.0, 5.0, np.inf])
     np.testing.assert_allclose(found["apparent_power"], [0.5 * 2.0, 1.0, 1.0, np.inf])
+
+
+def test_the_size_of_currents_and_charges_counts_and_that_of_the_largest_film():
+    times = np.array([[0.0, 1.0]])
+    system = SimpleNamespace(
+        currents=lambda *_: [np.array([[-3.0, 1.0]]), np.array([[2.0, 2.0]])],
+        source_charges=lambda *_: [np.array([[1.0, -4.0]]), 0.5],
+    )
+    members = SimpleNamespace(system=system, numbers=lambda trailing: {})
+    assert module.current_of(members, times, np.zeros((1, 2, 2))).tolist() == [[3.0, 2.0]]
+    assert module.charge_of(members, times, np.zeros((1, 2, 2))).tolist() == [[1.0, 4.0]]

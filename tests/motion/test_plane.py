@@ -7,6 +7,7 @@ import pytest
 
 from gelcone.codes import Regime
 from gelcone.motion import plane as module
+from gelcone.motion.electrical import charge_of, field_of
 from gelcone.motion.plane import DRIVEN_LIMITS
 from gelcone.physics.model import ConeModel
 from tests.recorded import numbers, record
@@ -193,11 +194,13 @@ def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_pla
     assert np.isnan(plane_of()._fails(members, run)["beyond_membrane"]).all()
 
 
-def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatch):
+@pytest.mark.parametrize("waveform", ["sine", "triangle"])
+def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatch, waveform):
     """The second motion's voltage jumps."""
     times = np.tile(np.arange(0.0, 121.0), (2, 1)) * [[0.5], [0.25]]
     states, work = numbers(2, 121, 2, at=3.0), numbers(2, 121, 3, at=4.0)
-    members = ConeModel(damping_ratio=0.1, voltage=[0.1, 0.2], second_film="taut", second_drive="opposite").members()
+    model = ConeModel(damping_ratio=0.1, voltage=[0.1, 0.2], second_film="taut", second_drive="opposite")
+    members = model.replace(waveform=waveform).members()
     causes = list(members.system.causes)
     work = numbers(2, 121, len(causes), at=4.0)
     fields = [numbers(2, 121, at=6.0), numbers(2, 121, at=5.0)]
@@ -207,9 +210,10 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     asked = record(
         monkeypatch, module, dissipated_energy=numbers(2, 121, at=7.0), heat_of=numbers(2, 121, at=8.0),
         lost_in_jumps=jumps,
-        apparent_power=np.array([11.0, 12.0]), extent=(np.array([0.25, 0.5]), np.array([1.0, 1.75])),
+        apparent_power=np.array([11.0, 12.0]), path_of="path", largest=np.array([0.0, 29.0]),
+        extent=(np.array([0.25, 0.5]), np.array([1.0, 1.75])),
     )  # fmt: skip
-    charges = [numbers(2, 20), -numbers(2, 20, at=2.0)]
+    charges = [numbers(2, 121), -numbers(2, 121, at=2.0)]
     monkeypatch.setattr(type(members.system), "source_charges", lambda own, times, z, n: charges)
     run = SimpleNamespace(times=times, states=states, work=work)
     found = module._yields(members, run, 10, tolerance=2e-9, threads=5)
@@ -219,10 +223,18 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     np.testing.assert_allclose(found["damper_power"], work[:, -1, causes.index("damper")] / lasts)
     np.testing.assert_allclose(found["heating"], numbers(2, 121, at=8.0)[:, -1] / lasts)
     np.testing.assert_array_equal(found["apparent_power"], [11.0, np.inf])
-    np.testing.assert_array_equal(found["field"], [fields[0][0].max(), 9.0])
-    np.testing.assert_array_equal(found["peak_charge"], numbers(2, 20, at=2.0).max(axis=1))
+    np.testing.assert_array_equal(found["field"], [fields[0][0].max(), 29.0])
+    np.testing.assert_array_equal(found["peak_charge"], [numbers(2, 121, at=2.0)[0].max(), 29.0])
+    for call in asked["largest"]:
+        if waveform == "sine":  # over four periods, sample by sample
+            np.testing.assert_array_equal(call["path"].times, times[:, :41])
+            np.testing.assert_array_equal(call["path"].begin, states[:, 0])
+        else:
+            assert call["path"] == "path"
+    assert [call["value"] for call in asked["largest"]] == [charge_of, field_of]
     (jumped,) = asked["lost_in_jumps"]
     np.testing.assert_array_equal(jumped["begin"], states[:, 0])
     np.testing.assert_array_equal(jumped["spans"], lasts)
     assert (jumped["tolerance"], jumped["threads"]) == (2e-9, 5)
-    assert asked["apparent_power"][0]["times"].shape == (2, 20)
+    assert asked["path_of"][0]["times"].shape == (2, 20)
+    np.testing.assert_array_equal(asked["path_of"][0]["spans"], times[:, 40])

@@ -27,15 +27,25 @@ SHORTEST = 1e-9
 
 class Weighted(NamedTuple):
     """Motions at ``times`` (members, nodes) in ``states`` (members, nodes, N), with the ``weights`` (members, nodes) of
-    means over time; those of nodes behind the end are 0."""
+    means over time, those of nodes behind the end being 0; from the states ``begin`` (members, N) at the times
+    ``start`` until ``end`` (members,)."""
 
     times: Array
     states: Array
     weights: Array
+    begin: Array
+    start: Array
+    end: Array
 
     def mean(self, values: Array) -> Array:
         """The mean over time (members,) of values (members, nodes)."""
         return np.asarray((self.weights * np.where(self.weights > 0.0, values, 0.0)).sum(axis=1))
+
+
+def sampled_evenly(times: Array, states: Array, begin: Array, start: Array, end: Array) -> Weighted:
+    """Motions from ``begin`` (members, N) at the times ``start`` until ``end``, (members,) each, at even ``times``
+    (members, samples) in ``states`` (members, samples, N), all of the same weight."""
+    return Weighted(times, states, np.full(times.shape, 1.0 / times.shape[1]), begin, start, end)
 
 
 def between_corners(members: Members, begin: Array, start: Array, spans: Array, **flow: Any) -> Weighted:
@@ -59,7 +69,8 @@ def between_corners(members: Members, begin: Array, start: Array, spans: Array, 
     times, weights = (np.take_along_axis(one, order, axis=1) for one in (times, weights))
     known = np.isfinite(times).any(axis=0)
     times, weights = increasing(times[:, known], end), weights[:, known]
-    return Weighted(times, integrate(members, begin, times, start=start, **flow).states, weights)
+    states = integrate(members, begin, times, start=start, **flow).states
+    return Weighted(times, states, weights, begin, start, end)
 
 
 def root_mean_squares(members: Members, line: Line, path: Weighted) -> tuple[Array, Array]:

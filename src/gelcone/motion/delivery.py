@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from gelcone.dataset import Variable, absent
-from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
+from gelcone.motion.corners import Weighted, between_corners, root_mean_squares, sampled_evenly
 from gelcone.motion.dwell import Path, dwell_times
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import increasing, jumping, jumps_between
+from gelcone.motion.peaks import largest
 from gelcone.physics.members import Members
 from gelcone.physics.structure import Line
 from gelcone.quantity import Array
@@ -24,33 +27,31 @@ NO_CURRENT = 1e-14
 
 def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
     """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), between the
-    corners of a voltage that has some, peaks over all of them, and the shares of the time at the limits of each
-    amplifier; a source of the second film's own is ``second_``. Currents are infinite where a voltage jumps, as what is
-    ``lost`` (members, samples) in jumps shows: the charge moves at once."""
+    corners of a voltage that has some, peaks over all of them, also between the samples, and the shares of the time at
+    the limits of each amplifier; a source of the second film's own is ``second_``. Currents are infinite where a
+    voltage jumps, as what is ``lost`` (members, samples) in jumps shows: the charge moves at once."""
     jumped = lost[:, -1] > 0.0
     late = lost[:, -1] > lost[:, times.shape[1] // 2]
-    system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    shape, found, finer = times.shape, dict[str, Variable](), _second_half(members, times, states)
-    with np.errstate(all="ignore"):
-        currents = [np.broadcast_to(one, shape) for one in system.currents(times, z, n)]
-        voltages, rates = system.source_voltages(times, z, n), system.source_rates(times, z, n)
-        charges = system.source_charges(times, z, n)
-    for line, charge in zip(system.lines, charges, strict=True):
-        first, of = line.films[0], "the second film's source" if line.prefix else "the source"
-        current = sum((currents[k] for k in line.films[1:]), currents[first])
-        current = np.where(np.abs(current) <= NO_CURRENT * np.abs(charge), 0.0, current)
-        ran = ~np.isnan(states[..., 0])
-        rms = [_root_mean_square(times, np.where(ran, one, np.nan)) for one in (voltages[first], current)]
-        if finer is not None:
-            whole = np.isfinite(states[:, -1, 0])
-            with np.errstate(all="ignore"):
-                pair = root_mean_squares(members, line, finer)
-            rms = [np.where(whole, own, one) for own, one in zip(pair, rms, strict=True)]
-        peaks = [_peak(np.where(ran, one, np.nan)) for one in (current, rates[first])]
+    ran, whole, half = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0]), times.shape[1] // 2
+    found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
+    sampled = sampled_evenly(times, states, states[:, 0], times[:, 0], times[:, -1])
+    for line in members.system.lines:
+        of = "the second film's source" if line.prefix else "the source"
+        of_source = {name: partial(value, line) for name, value in _OF_SOURCE.items()}
+        with np.errstate(all="ignore"):
+            known = {name: np.where(ran, value(members, times, states), np.nan) for name, value in of_source.items()}
+            peaks = {name: np.fmax.reduce(np.abs(known[name]), axis=1) for name in _PEAKS}
+            for path in (sampled, *halves):
+                for name, peak in peaks.items():
+                    between = largest(members, path, partial(_size, of_source[name]))
+                    peaks[name] = np.where(whole, np.maximum(peak, between), peak)
+            rms = [_root_mean_square(times, known[name]) for name in ("voltage", "current")]
+            if halves:
+                closer = root_mean_squares(members, line, halves[1])
+                rms = [np.where(whole, *pair) for pair in zip(closer, rms, strict=True)]
         if line.circuit.jumps and line.drive != "constant":
-            peaks = [np.where(jumped, np.inf, peak) for peak in peaks]
+            peaks |= {name: np.where(jumped, np.inf, peaks[name]) for name in ("current", "rate")}
             rms[1] = np.where(late, np.inf, rms[1])
-        most = _peak(np.where(ran, np.broadcast_to(charge, shape), np.nan))
         own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
             "rms_current": (
@@ -63,9 +64,9 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
                 f"root mean square voltage times current of {of}",
                 absent("apparent power", infinite=JUMPS),
             ),
-            "peak_charge": (most, f"largest charge of {of}", absent("charge")),
-            "peak_current": (peaks[0], f"largest current of {of}", absent("current", infinite=JUMPS)),
-            "peak_slew_rate": (peaks[1], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
+            "peak_charge": (peaks["charge"], f"largest charge of {of}", absent("charge")),
+            "peak_current": (peaks["current"], f"largest current of {of}", absent("current", infinite=JUMPS)),
+            "peak_slew_rate": (peaks["rate"], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }
         found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
         found |= _limited(members, line, times, states)
@@ -73,16 +74,51 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
 
 
 MOST_CORNERS = 4000
-"""Of all members, between which the second half of a run is integrated again."""
+"""Of all members, between which a run is integrated again."""
 
 
-def _second_half(members: Members, times: Array, states: Array) -> Weighted | None:
-    """The second half of runs between the corners of their voltage; None of a smooth one, and of one with too many."""
-    waveform, half = members.system.waveform, times.shape[1] // 2
-    start, spans = times[:, half], times[:, -1] - times[:, half]
-    if not waveform.pieced or waveform.corner_count(start, times[:, -1], members.own_numbers).sum() > MOST_CORNERS:
-        return None
-    return between_corners(members, states[:, half], start, spans)
+def _between_corners(members: Members, times: Array, states: Array, half: int) -> list[Weighted]:
+    """Both halves of runs between the corners of their voltage; none of a smooth one, and of one with too many."""
+    waveform, ends = members.system.waveform, ((0, half), (half, -1))
+    if (
+        not waveform.pieced
+        or waveform.corner_count(times[:, 0], times[:, -1], members.own_numbers).sum() > MOST_CORNERS
+    ):
+        return []
+    return [between_corners(members, states[:, a], times[:, a], times[:, b] - times[:, a]) for a, b in ends]
+
+
+def _voltage(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """A source's voltage at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    voltages = members.system.source_voltages(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
+    return np.broadcast_to(voltages[line.films[0]], times.shape)
+
+
+def _rate(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """Its rate of change."""
+    rates = members.system.source_rates(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
+    return np.broadcast_to(rates[line.films[0]], times.shape)
+
+
+def _charge(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """The charge on its films."""
+    system, z, n = members.system, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1)
+    return np.broadcast_to(system.source_charges(times, z, n)[system.lines.index(line)], times.shape)
+
+
+def _current(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """The current into its films; 0 where that is rounding."""
+    currents = members.system.currents(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
+    current = np.broadcast_to(sum((currents[k] for k in line.films[1:]), currents[line.films[0]]), times.shape)
+    return np.where(np.abs(current) <= NO_CURRENT * np.abs(_charge(line, members, times, states)), 0.0, current)
+
+
+def _size(value: Callable[..., Array], members: Members, times: Array, states: Array) -> Array:
+    return np.abs(value(members, times, states))
+
+
+_OF_SOURCE = {"voltage": _voltage, "rate": _rate, "charge": _charge, "current": _current}
+_PEAKS = ("charge", "current", "rate")
 
 
 def _root_mean_square(times: Array, values: Array) -> Array:
@@ -90,10 +126,6 @@ def _root_mean_square(times: Array, values: Array) -> Array:
     half = times.shape[1] // 2
     along, squares = times[:, half:], np.square(values[:, half:])
     return np.sqrt(np.trapezoid(squares, along, axis=1) / (along[:, -1] - along[:, 0]))
-
-
-def _peak(values: Array) -> Array:
-    return np.asarray(np.fmax.reduce(np.abs(values), axis=1))
 
 
 def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[str, Variable]:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
+from gelcone.motion.corners import Weighted, between_corners, root_mean_squares, sampled_evenly
 from gelcone.motion.delivery import JUMPS, lost_in_jumps
 from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumping
+from gelcone.motion.peaks import largest
 from gelcone.motion.response import HEAT, HEATS, LOSSES, heat_of, heats
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem
@@ -60,16 +61,15 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
         jumps = lost_in_jumps(members, begin, lasts, **flow)
         means["resistor"] = means["resistor"] + jumps / lasts
         lost = sum(means.values())
-        fields = [np.broadcast_to(film.true_field, times.shape) for film in members.film_states(states, voltages)]
-    apparent = apparent_power(members, times, states, begin, lasts, **flow)
-    current = np.max([np.abs(own).max(axis=1) for own in currents], axis=0)
+    path = path_of(members, times, states, begin, lasts, **flow)
+    apparent, current = apparent_power(members, path), largest(members, path, current_of, **flow)
     heat = heat_of(system, work)[:, 0] / lasts + 0.0 * current
     return {
         "current": np.where(jumps > 0.0, np.inf, current),
         "power": np.where(np.abs(lost) <= ROUNDING * back_and_forth, 0.0, lost) + 0.0 * current,
         **{f"{cause}_power": mean + 0.0 * current for cause, mean in means.items()},
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
-        "field": np.max([own.max(axis=1) for own in fields], axis=0),
+        "field": largest(members, path, field_of, **flow),
         "heat": heat,
         "heating": heat,
     }
@@ -87,12 +87,33 @@ def heating(powers: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
     return np.sum([np.broadcast_to(powers[cause], shape) for cause in HEATS if cause in powers] or [np.zeros(shape)], 0)
 
 
-def apparent_power(members: Members, times: Array, states: Array, begin: Array, spans: Array, **flow: Any) -> Array:
-    """Rms voltage times rms current of each source, summed over the sources, (members,): of even samples (members,
-    samples), or, where the voltage has corners, of the motions from ``begin`` at phase 0 over ``spans``."""
+def path_of(members: Members, times: Array, states: Array, begin: Array, spans: Array, **flow: Any) -> Weighted:
+    """Even samples (members, samples) as they are, or, where the voltage has corners, the motions from ``begin`` at
+    phase 0 over ``spans`` between these."""
     if members.system.waveform.pieced:
-        path = between_corners(members, begin, 0.0 * spans, spans, **flow)
-    else:
-        path = Weighted(times, states, np.full(times.shape, 1.0 / times.shape[1]))
+        return between_corners(members, begin, 0.0 * spans, spans, **flow)
+    return sampled_evenly(times, states, begin, 0.0 * spans, spans)
+
+
+def apparent_power(members: Members, path: Weighted) -> Array:
+    """Rms voltage times rms current of each source, summed over the sources, (members,)."""
     pairs = [root_mean_squares(members, line, path) for line in members.system.lines]
     return np.asarray(sum(voltage * current for voltage, current in pairs))
+
+
+def current_of(members: Members, times: Array, states: Array) -> Array:
+    """The largest current into a film at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    currents = members.system.currents(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
+    return np.asarray(np.max([np.abs(np.broadcast_to(own, times.shape)) for own in currents], axis=0))
+
+
+def field_of(members: Members, times: Array, states: Array) -> Array:
+    """The largest true field in a film at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    films = members.film_states(states, members.voltages(times, states))
+    return np.asarray(np.max([np.broadcast_to(film.true_field, times.shape) for film in films], axis=0))
+
+
+def charge_of(members: Members, times: Array, states: Array) -> Array:
+    """The largest charge of a source at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+    charges = members.system.source_charges(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
+    return np.asarray(np.max([np.abs(np.broadcast_to(own, times.shape)) for own in charges], axis=0))

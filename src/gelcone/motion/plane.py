@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,14 +13,16 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
+from gelcone.motion.corners import sampled_evenly
 from gelcone.motion.delivery import lost_in_jumps
-from gelcone.motion.electrical import apparent_power
+from gelcone.motion.electrical import apparent_power, charge_of, field_of, path_of
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Keep, Trajectories
 from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
+from gelcone.motion.peaks import Value, largest
 from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two
 from gelcone.motion.start import start_states
@@ -301,31 +304,33 @@ def _highest(x: Array) -> Array:
 def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
-    system, n = members.system, members.numbers(trailing=1)
-    voltages = members.voltages(run.times, run.states)
+    system, begin = members.system, run.states[:, 0]
     # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
-    some = slice(0, 10 * samples, 5)
+    some, first = slice(0, 10 * samples, 5), slice(0, FEW * samples + 1)
+    few, lasts = run.times[:, first], run.times[:, -1]
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
-        z = list(np.moveaxis(run.states[:, some], -1, 0))
-        few = run.times[:, FEW * samples] if run.times.shape[1] > FEW * samples else run.times[:, -1]
-        apparent = apparent_power(members, run.times[:, some], run.states[:, some], run.states[:, 0], few, **flow)
-        field = np.max([film.true_field.max(axis=1) for film in members.film_states(run.states, voltages)], axis=0)
-        charges = [np.broadcast_to(own, z[0].shape) for own in system.source_charges(run.times[:, some], z, n)]
-        jumps = lost_in_jumps(members, run.states[:, 0], run.times[:, -1], **flow)
-    lasts = run.times[:, -1]
+        path = path_of(members, run.times[:, some], run.states[:, some], begin, few[:, -1], **flow)
+        apparent, jumps = apparent_power(members, path), lost_in_jumps(members, begin, lasts, **flow)
+        if not system.waveform.pieced:
+            path = sampled_evenly(few, run.states[:, first], begin, few[:, 0], few[:, -1])
+        peaks = {
+            name: np.maximum(of(members, run.times, run.states).max(axis=1), largest(members, path, of, **flow))
+            for name, of in _PEAKS.items()
+        }
     return {
         "stroke": np.subtract(*extent(members, run.times, run.states, **flow)[::-1]),
         "power": (dissipated_energy(system, run.work)[:, -1] + jumps) / lasts,
         "damper_power": run.work[:, -1, system.causes.index("damper")] / lasts,
         "heating": heat_of(system, run.work)[:, -1] / lasts,
         "apparent_power": np.where(jumps > 0.0, np.inf, apparent),
-        "peak_charge": np.max([np.abs(charge).max(axis=1) for charge in charges], axis=0),
-        "field": field,
+        **peaks,
     }
 
 
+_PEAKS: Mapping[str, Value] = {"peak_charge": charge_of, "field": field_of}
 FEW = 4
-"""Drive periods over which the apparent power of a voltage with corners is taken."""
+"""Drive periods over which the apparent power of a voltage with corners is taken, and largest values between samples.
+"""
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
