@@ -13,7 +13,7 @@ from gelcone.membrane import force, made
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.table import NEVER, TRIALS, names, table
+from gelcone.membrane.table import NEVER, TRIALS, _not_made, names, table
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.laws import LAWS
 from tests.membrane.made_up import MadeUp
@@ -169,6 +169,20 @@ def test_usual_films_are_known_well_enough_to_be_made(film):
 def test_a_film_that_localises_nowhere_is_refused_in_words():
     with pytest.raises(InputError, match="no voltage is found at which this film localises"):
         table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)
+
+
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        (6.0, "film = membrane: stretch_limit = 6: must be at least about 9; take film = wrinkling"),
+        (25.0, "film = membrane: why; take film = this"),
+    ],
+)
+def test_a_membrane_that_is_not_made_names_the_stretch_limit_where_that_is_too_low(limit, said):
+    assert (
+        str(_not_made(Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": limit}), 1.4, 1.4), "why", "this"))
+        == said
+    )
 
 
 class _Keyed(Exception):

@@ -70,7 +70,8 @@ NEXT = 1e-3
 MARGIN, ELEMENT_ERROR = 3.5, 2e-4
 """The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
 TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
-NO_LENGTH = "film = membrane: no voltage is found at which this film localises; take film = wrinkling"
+LOW_LIMIT = 9.0
+"""Gels with a lower stretch limit never localise, or only for some pre-stretches, and their membranes are not made."""
 LARGEST_ERROR = 1.5
 """Of a film that is still made."""
 
@@ -155,11 +156,17 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
             _no_piece(film, piece)
     error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
-        raise InputError(
-            f"film = membrane: the force of this film (a/b = {ratio:g}) cannot be fitted to its states; take film = "
-            "wrinkling, or other pre-stretches"
-        )
+        why = f"the force of this film (a/b = {ratio:g}) cannot be fitted to its states"
+        raise _not_made(gel, why, "wrinkling, or other pre-stretches")
     return film.numbers | fitted_mean_length(film.elements, begin, reach) | {"film_error": error}
+
+
+def _not_made(gel: Gel, why: str, remedy: str) -> InputError:
+    """What a film whose membrane cannot be made is refused with."""
+    if gel.strain_limit < LOW_LIMIT:
+        limit = f"stretch_limit = {gel.strain_limit:g}"
+        return InputError(f"film = membrane: {limit}: must be at least about {LOW_LIMIT:g}; take film = wrinkling")
+    return InputError(f"film = membrane: {why}; take film = {remedy}")
 
 
 @cache
@@ -278,7 +285,7 @@ def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
         length = longest(gel, V, LOWEST_GRID)
     known = np.isfinite(length)
     if not known.any():
-        raise InputError(NO_LENGTH)
+        raise _not_made(gel, "no voltage is found at which this film localises", "wrinkling")
     expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
     return 1.3 * expected, expected
 

@@ -1,0 +1,239 @@
+"""One question has one answer: random devices are asked the same question of several commands.
+
+    python benchmarks/agreement.py [DEVICES] [SEED]      (default 24 and 2026)
+
+Each shipped device that has a film is taken with random springs, sizes, masses, films, materials, circuits and drives.
+Every answer that two commands give is compared: stroke, power, apparent power, field, current and charge of the settled
+motion with those of the data sheet, the envelope, the regime and a long run; exponents; means and harmonics with those
+of the spectrum; the response to a small voltage with the linear one; pull-in. `QUESTIONS` says how near two answers
+must be, and why not nearer. Devices that a command refuses are counted with its reason.
+
+Printed are the number of comparisons of each question, the largest difference, and each one that is too large.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+import gelcone
+from gelcone.codes import Outcome, Regime
+
+DEVICES = ("biased-pump", "soft-film", "beam-cone", "double-cone", "snap-cone", "weight-cone")
+PERIODS, PER_PERIOD = 600, 400
+"""Of a long run, whose last periods are those of the settled motion."""
+QUESTIONS = {
+    "stroke: settled, data sheet": 1e-9,
+    "stroke: settled, regime": 1e-6,
+    "stroke: settled, envelope": 1e-6,
+    "stroke: settled, long run": 1e-3,  # whose extremes are those of its samples
+    "apparent power: settled, data sheet": 1e-9,
+    "apparent power: settled, envelope": 1e-4,
+    "power: settled, data sheet": 1e-9,
+    "power: settled, envelope": 1e-4,
+    "power: settled, long run": 1e-4,
+    "field: settled, envelope": 1e-6,
+    "field: settled, long run": 1e-3,  # of samples
+    "current: settled, data sheet": 1e-9,
+    "current: settled, long run": 1e-2,  # of samples
+    "energies of a long run": 1e-6,
+    "mean: settled, spectrum": 1e-4,
+    "first harmonic: settled, spectrum": 1e-2,
+    "exponent: regime, lyapunov": 1e-5,
+    "pull-in: static, limits": 1e-9,
+    "small stroke: settled, linear": 2e-3,  # second order in the voltage
+    "gain: transfer, small signal": 1e-6,
+    "gain: transfer, settled": 2e-3,
+    "natural frequency: transfer, data sheet": 1e-6,
+}
+"""How far two answers may be apart, relative to the larger."""
+
+Pair = tuple[str, float, float]
+
+
+def device(rng: np.random.Generator) -> gelcone.Device:
+    """A random device with a drive that a source of its kind could give."""
+    base = gelcone.find_device(str(rng.choice(DEVICES)))
+    film, changes = str(rng.choice(["membrane", "wrinkling", "taut"], p=[0.4, 0.4, 0.2])), dict[str, Any]()
+    for name in ("spring_rate", "film_thickness", "film_radius", "disc_radius", "moving_mass"):
+        if (value := base.get(name)) and rng.random() < 0.5:
+            changes[name] = float(value * np.exp(rng.normal(0.0, 0.15)))
+    changes |= {"film": film} | ({} if base.second_film is None else {"second_film": film})
+    if rng.random() < 0.25:
+        changes["series_resistance"] = float(10.0 ** rng.uniform(5.0, 8.0))
+    if rng.random() < 0.2:
+        changes["material"] = str(rng.choice(sorted(gelcone.load_materials())))
+    if rng.random() < 0.2:
+        changes["material.viscous_modulus_1"] = float(rng.uniform(1e3, 8e3))
+        changes["material.relaxation_time_1"] = float(10.0 ** rng.uniform(-2.0, 1.0))
+    if rng.random() < 0.3:
+        changes["waveform"] = str(rng.choice(["square", "triangle", "trapezoid"]))
+    if rng.random() < 0.3:
+        changes["voltage_offset"] = float(rng.uniform(0.0, 800.0))
+    changes |= {
+        "voltage_amplitude": float(rng.uniform(100.0, 900.0)),
+        "frequency": float(10.0 ** rng.uniform(0.0, 1.6)),
+    }
+    return base.replace(changes)
+
+
+class Asked:
+    """The answers of commands about one device: None where a command refuses it, with the reason in ``refused``."""
+
+    def __init__(self, refused: Callable[[str, str], None]) -> None:
+        self.refused = refused
+
+    def __call__(self, command: Callable[..., Any], *given: Any, **options: Any) -> Any:
+        try:
+            return command(*given, **options)
+        except gelcone.InputError as error:
+            self.refused(command.__name__, str(error))
+            return None
+
+
+def settled_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
+    """Answers about a settled motion with a period."""
+    static, limits = ask(gelcone.static, own), ask(gelcone.limits, own)
+    if static is not None and limits is not None:
+        yield "pull-in: static, limits", static["pull_in_voltage"], limits["pull_in_voltage"]
+    regime = ask(gelcone.regime, own)
+    if regime is not None:
+        yield "stroke: settled, regime", settled["stroke"], regime["highest"] - regime["lowest"]
+        if int(regime["regime"]) == Regime.PERIODIC:
+            lyapunov = ask(gelcone.lyapunov, own)
+            if lyapunov is not None and int(lyapunov["cycle"]) > 0:
+                yield "exponent: regime, lyapunov", regime["lyapunov"].values[0], lyapunov["lyapunov"].values[0]
+    sheet = ask(gelcone.datasheet, own)
+    if sheet is not None:
+        yield "stroke: settled, data sheet", settled["stroke"], sheet["drive_stroke"]
+        yield "apparent power: settled, data sheet", settled["apparent_power"], sheet["apparent_power"]
+        yield "power: settled, data sheet", settled["power"], sheet["mean_power"]
+        yield "current: settled, data sheet", settled["current"], sheet["peak_current"]
+    yield from envelope_pairs(own, settled, ask)
+    if not own.material.branches:
+        yield from run_pairs(own, settled, ask)
+    spectrum = ask(gelcone.spectrum, own)
+    if spectrum is not None:
+        yield "mean: settled, spectrum", settled["mean"], spectrum["mean_displacement"]
+        lines, first = spectrum["line_frequency"].values, settled["harmonic_amplitude"].values[0]
+        near = np.flatnonzero(np.abs(lines / own.frequency - 1.0) < 1e-3)
+        if int(settled["period"]) <= 2 and near.size and first > 0.05 * float(settled["stroke"]):
+            yield "first harmonic: settled, spectrum", first, spectrum["line_amplitude"].values[near[0]]
+
+
+def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
+    """Of the point of an envelope at the device's own drive, where it is periodic."""
+    peak = (own.voltage_offset or 0.0) + own.voltage_amplitude
+    plane = ask(gelcone.envelope, own, peaks=[0.999 * peak, peak], frequencies=[own.frequency, 1.01 * own.frequency])
+    if plane is None:
+        return
+    at = plane.isel(drive_frequency=0)
+    k = int(np.abs(at["driven_peak"].values - peak).argmin())
+    found = at.isel(driven_peak=k) if "driven_peak" in at.dims else at.isel({at["driven_peak"].dims[0]: k})
+    same = abs(float(found["driven_peak"]) - peak) < 1e-9 * peak
+    if same and int(found["outcome"]) == Outcome.OK and int(found["regime"]) == Regime.PERIODIC:
+        for name, other in (
+            ("stroke", "stroke"),
+            ("apparent power", "apparent_power"),
+            ("power", "power"),
+            ("field", "field"),
+        ):
+            yield f"{name}: settled, envelope", settled[other], found[f"driven_{other}"]
+
+
+def run_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
+    """Of the last periods of a long run."""
+    turn = int(settled["period"]) * (1 + int(settled["period"]) % 2)
+    times = np.arange((PERIODS + turn) * PER_PERIOD + 1) / (PER_PERIOD * own.frequency)
+    run = ask(gelcone.simulate, own, times=times)
+    if run is None or int(run["outcome"]) != Outcome.OK:
+        return
+    late, supplied = run.isel(time=slice(-turn * PER_PERIOD - 1, None)), run["supplied_energy"].values
+    yield "stroke: settled, long run", settled["stroke"], np.ptp(late["displacement"].values)
+    yield (
+        "power: settled, long run",
+        settled["power"],
+        (supplied[-1] - supplied[-turn * PER_PERIOD - 1]) * own.frequency / turn,
+    )
+    yield "field: settled, long run", settled["field"], np.nanmax(late["true_field"].values)
+    if np.isfinite(settled["current"]) and own.waveform == "sine":
+        yield "current: settled, long run", settled["current"], np.abs(late["current"].values).max()
+    size = np.abs(run["dissipated_energy"].values).max()
+    yield "energies of a long run", size, size + np.abs(run["energy_residual"].values).max()
+
+
+def small_pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
+    """Answers about the response to a small voltage on top of the offset."""
+    offset = own.voltage_offset
+    small = own.replace(voltage_amplitude=1e-4 * offset, waveform="sine")
+    settled = ask(gelcone.settled, small)
+    transfer = ask(gelcone.transfer, small, [own.frequency])
+    signal = ask(gelcone.small_signal_response, small, [own.frequency])
+    sheet = ask(gelcone.datasheet, small, [offset])
+    if settled is None or int(settled["outcome"]) != Outcome.OK:
+        return
+    yield "small stroke: settled, linear", settled["stroke"], settled["linear_stroke"]
+    if transfer is not None:
+        gain = transfer["gain"].values[0]
+        yield "gain: transfer, settled", gain, float(settled["stroke"]) / (2e-4 * offset) * 1e3
+        if signal is not None:
+            yield "gain: transfer, small signal", gain, signal["gain"].values[0]
+        if sheet is not None:
+            natural = sheet["natural_frequency"].sel(constant_voltage=offset, method="nearest")
+            yield "natural frequency: transfer, data sheet", transfer["natural_frequency"], natural
+
+
+def pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
+    """All answers about a device that two commands give."""
+    settled = ask(gelcone.settled, own)
+    if settled is None or int(settled["outcome"]) != Outcome.OK or int(settled["period"]) == 0:
+        return
+    yield from settled_pairs(own, settled, ask)
+    if (own.voltage_offset or 0.0) > 100.0 and not own.material.branches:
+        yield from small_pairs(own, ask)
+
+
+def main(count: int, seed: int) -> int:
+    """Compare answers about ``count`` devices; print what differs. Returns the number of differences."""
+    apart: dict[str, list[float]] = defaultdict(list)
+    refused: dict[str, int] = defaultdict(int)
+    begun, differences = time.monotonic(), 0
+
+    def refuse(command: str, why: str) -> None:
+        refused[f"{command}: {why[:90]}"] += 1
+
+    for number in range(seed, seed + count):
+        ask = Asked(refuse)
+        own = ask(device, np.random.default_rng(number))
+        if own is None:
+            continue
+        for question, one, other in pairs(own, ask):
+            a, b = float(one), float(other)
+            same = a == b or (np.isnan(a) and np.isnan(b))
+            away = 0.0 if same else abs(a - b) / max(abs(a), abs(b))
+            apart[question].append(away)
+            if not away <= QUESTIONS[question]:
+                differences += 1
+                of = f"device {number} ({own.name}, {own.film}, {own.waveform})"
+                print(f"{of}: {question}: {a:.12g} and {b:.12g}, {away:.1e}")
+        print(f"device {number} after {time.monotonic() - begun:.0f} s", file=sys.stderr)
+    for question, limit in QUESTIONS.items():
+        known = apart[question]
+        print(
+            f"{question:42} {len(known):4} compared, at most {max(known, default=0.0):.1e} apart (may be {limit:.0e})"
+        )
+    for why, times in sorted(refused.items()):
+        print(f"refused {times} times by {why}")
+    return differences
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    given = [int(text) for text in sys.argv[1:]]
+    sys.exit(main(*(given + [24, 2026][len(given) :])) > 0)
