@@ -137,7 +137,7 @@ def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pa
     k = int(np.abs(at["driven_peak"].values - peak).argmin())
     found = at.isel(driven_peak=k) if "driven_peak" in at.dims else at.isel({at["driven_peak"].dims[0]: k})
     same = abs(float(found["driven_peak"]) - peak) < 1e-9 * peak
-    if same and int(found["outcome"]) == Outcome.OK and int(found["regime"]) == Regime.PERIODIC:
+    if same and float(found["outcome"]) == Outcome.OK and float(found["regime"]) == Regime.PERIODIC:
         for name, other in (
             ("stroke", "stroke"),
             ("apparent power", "apparent_power"),
