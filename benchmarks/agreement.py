@@ -221,7 +221,7 @@ def main(count: int, seed: int) -> int:
             if not away <= QUESTIONS[question]:
                 differences += 1
                 of = f"device {number} ({own.name}, {own.film}, {own.waveform})"
-                print(f"{of}: {question}: {a:.12g} and {b:.12g}, {away:.1e}")
+                print(f"{of}: {question}: {a:.12g} and {b:.12g}, {away:.1e}", flush=True)
         print(f"device {number} after {time.monotonic() - begun:.0f} s", file=sys.stderr)
     for question, limit in QUESTIONS.items():
         known = apart[question]
