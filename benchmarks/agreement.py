@@ -28,6 +28,8 @@ from gelcone.codes import Outcome, Regime
 DEVICES = ("biased-pump", "soft-film", "beam-cone", "double-cone", "snap-cone", "weight-cone")
 PERIODS, PER_PERIOD = 600, 400
 """Of a long run, whose last periods are those of the settled motion."""
+HIGHEST = 3000.0
+"""Of devices that never pull in: the voltage, in volts, in place of that of the pull-in."""
 QUESTIONS = {
     "stroke: settled, data sheet": 1e-9,
     "stroke: settled, regime": 1e-6,
@@ -58,7 +60,7 @@ Pair = tuple[str, float, float]
 
 
 def device(rng: np.random.Generator) -> gelcone.Device:
-    """A random device with a drive that a source of its kind could give."""
+    """A random device, driven at a fifth to four fifths of its pull-in voltage."""
     base = gelcone.find_device(str(rng.choice(DEVICES)))
     film, changes = str(rng.choice(["membrane", "wrinkling", "taut"], p=[0.4, 0.4, 0.2])), dict[str, Any]()
     for name in ("spring_rate", "film_thickness", "film_radius", "disc_radius", "moving_mass"):
@@ -192,7 +194,8 @@ def small_pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
 def pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
     """All answers about a device that two commands give."""
     settled = ask(gelcone.settled, own)
-    if settled is None or int(settled["outcome"]) != Outcome.OK or int(settled["period"]) == 0:
+    moves = settled is not None and int(settled["outcome"]) == Outcome.OK
+    if not moves or (int(settled["period"]) == 0 and not int(settled["resting"])):
         return
     yield from settled_pairs(own, settled, ask)
     if (own.voltage_offset or 0.0) > 100.0 and not own.material.branches:

@@ -210,7 +210,7 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     asked = record(
         monkeypatch, module, dissipated_energy=numbers(2, 121, at=7.0), heat_of=numbers(2, 121, at=8.0),
         lost_in_jumps=jumps,
-        apparent_power=np.array([11.0, 12.0]), path_of="path", largest=np.array([0.0, 29.0]),
+        apparent_power=np.array([11.0, 12.0]), between_corners="path", largest=np.array([0.0, 29.0]),
         extent=(np.array([0.25, 0.5]), np.array([1.0, 1.75])),
     )  # fmt: skip
     charges = [numbers(2, 121), -numbers(2, 121, at=2.0)]
@@ -226,15 +226,15 @@ def test_yields_are_means_over_the_run_and_the_largest_of_either_film(monkeypatc
     np.testing.assert_array_equal(found["field"], [fields[0][0].max(), 29.0])
     np.testing.assert_array_equal(found["peak_charge"], [numbers(2, 121, at=2.0)[0].max(), 29.0])
     for call in asked["largest"]:
-        if waveform == "sine":  # over four periods, sample by sample
-            np.testing.assert_array_equal(call["path"].times, times[:, :41])
+        if waveform == "sine":  # over four periods, with 64 samples in each
+            np.testing.assert_allclose(call["path"].times, times[:, 40:41] * np.arange(1, 257) / 256)
             np.testing.assert_array_equal(call["path"].begin, states[:, 0])
+            np.testing.assert_array_equal(call["path"].end, times[:, 40])
         else:
             assert call["path"] == "path"
+            np.testing.assert_array_equal(asked["between_corners"][0]["spans"], times[:, 40])
     assert [call["value"] for call in asked["largest"]] == [charge_of, field_of]
     (jumped,) = asked["lost_in_jumps"]
     np.testing.assert_array_equal(jumped["begin"], states[:, 0])
     np.testing.assert_array_equal(jumped["spans"], lasts)
     assert (jumped["tolerance"], jumped["threads"]) == (2e-9, 5)
-    assert asked["path_of"][0]["times"].shape == (2, 20)
-    np.testing.assert_array_equal(asked["path_of"][0]["spans"], times[:, 40])

@@ -13,9 +13,9 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, unknown_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
-from gelcone.motion.corners import sampled_evenly
+from gelcone.motion.corners import between_corners, sampled_evenly
 from gelcone.motion.delivery import lost_in_jumps
-from gelcone.motion.electrical import apparent_power, charge_of, field_of, path_of
+from gelcone.motion.electrical import apparent_power, charge_of, field_of
 from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
@@ -304,15 +304,15 @@ def _highest(x: Array) -> Array:
 def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> dict[str, Array]:
     """The yields, by `YIELDS`, of runs of ``members`` over whole drive periods of ``samples`` each."""
     assert run.work is not None
-    system, begin = members.system, run.states[:, 0]
-    # each of a period's samples twice, in ten periods: currents take long, and period 2 shows all its phases, too
-    some, first = slice(0, 10 * samples, 5), slice(0, FEW * samples + 1)
-    few, lasts = run.times[:, first], run.times[:, -1]
+    system, begin, lasts = members.system, run.states[:, 0], run.times[:, -1]
+    few = run.times[:, min(FEW * samples, run.times.shape[1] - 1)]
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that leaves the domain
-        path = path_of(members, run.times[:, some], run.states[:, some], begin, few[:, -1], **flow)
+        if system.waveform.pieced:
+            path = between_corners(members, begin, 0.0 * few, few, **flow)
+        else:
+            even = few[:, None] * np.linspace(0.0, 1.0, FEW * max(samples, CLOSE) + 1)[1:]
+            path = sampled_evenly(even, integrate(members, begin, even, **flow).states, begin, 0.0 * few, few)
         apparent, jumps = apparent_power(members, path), lost_in_jumps(members, begin, lasts, **flow)
-        if not system.waveform.pieced:
-            path = sampled_evenly(few, run.states[:, first], begin, few[:, 0], few[:, -1])
         peaks = {
             name: np.maximum(of(members, run.times, run.states).max(axis=1), largest(members, path, of, **flow))
             for name, of in _PEAKS.items()
@@ -329,8 +329,9 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
 
 _PEAKS: Mapping[str, Value] = {"peak_charge": charge_of, "field": field_of}
 FEW = 4
-"""Drive periods over which the apparent power of a voltage with corners is taken, and largest values between samples.
-"""
+"""Drive periods over which apparent powers, and largest values between samples, are taken."""
+CLOSE = 64
+"""Least samples of a drive period for apparent powers: a current turns where a film begins to be slack."""
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
