@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import itertools
-import operator
-import re
-import struct
-import subprocess
 from itertools import pairwise
 
 import numpy as np
@@ -15,15 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import gelcone
-from gelcone.errors import InputError
-from gelcone.export import c99, reference
+from gelcone.export import reference
 from gelcone.export import sources as export_sources
 from gelcone.export.compiler import find_compiler
-from gelcone.export.public import c_name
 from gelcone.export.reference import Reference
-from gelcone.export.sources import Exported, example
+from gelcone.export.sources import Exported
 from gelcone.motion.flow import smallest_step
-from tests.export.instance import STRICT, Instance, compiled, device
+from tests.export.instance import Instance, compiled, device
 from tests.toys import TurningBias, VoltageBehindResistor
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler here")
@@ -568,157 +561,4 @@ def test_every_outcome_has_its_words(pump):
     assert all("refused" in found[code] for code in (-1, 1, 5, 7))
 
 
-@pytest.mark.parametrize("inside", [False, True])
-def test_the_test_program_drives_a_period_as_the_device_is_driven(inside):
-    """Its steps, its voltages with their rates, and where the displacement is after each."""
-    own = device(film="taut", voltage_offset=700.0, voltage_amplitude=80.0, frequency=8.0)
-    exported = Exported(own, "pump", inside, 1e-10)
-    steps, right = tables_of(reference.test_program(exported))
-    times = np.arange(21) / (20 * 8.0)
-    volts = np.zeros(21) if inside else 700.0 + 80.0 * np.sin(2.0 * np.pi * 8.0 * times)
-    sizes, starts, rates = np.array(steps).T
-    np.testing.assert_allclose(sizes, np.diff(times), rtol=1e-12)
-    np.testing.assert_allclose(starts, volts[:-1], rtol=1e-12)
-    np.testing.assert_allclose(rates, np.diff(volts) / np.diff(times), rtol=1e-9, atol=1e-9)
-    x = 1e-3 * gelcone.simulate(own, times=times[1:]).displacement.values
-    found = np.array(right)[:, 0] * own.scales.length
-    assert np.abs(found - x).max() < (1e-8 if inside else 0.02) * np.ptp(x)
-
-
-def tables_of(text):
-    """The numbers of the two tables of a test program: doubles as they are, and those that are given by their bits."""
-    rows = [row.split(", ") for row in re.findall(r"^ *\{(.*?)\}", text, flags=re.MULTILINE)]
-    plain = [[float(one) for one in row] for row in rows if "0x" not in row[0]]
-    bits = [[struct.unpack("<d", struct.pack("<Q", int(one, 16)))[0] for one in row] for row in rows if "0x" in row[0]]
-    return plain, bits
-
-
 # --- the folder -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("drive", "waveform"), [(None, "sine"), ("sine", "sine"), ("own", "trapezoid"), ("own", "harmonics")]
-)
-def test_the_folder_holds_programs_that_run(tmp_path, drive, waveform):
-    own = device(film="taut", waveform=waveform)
-    paths = gelcone.export(own, tmp_path / "My Pump", drive=drive)
-    assert [path.name for path in paths] == ["my_pump.h", "my_pump.c", "example.c", "test.c", "device.toml"]
-    folder = tmp_path / "My Pump"
-    assert gelcone.Device.from_toml(folder / "device.toml") == own
-    printed = {}
-    for name in ("example", "test"):
-        command = [*find_compiler(), *STRICT, "-O1", f"{name}.c", "my_pump.c", "-lm", "-o", name]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        printed[name] = subprocess.run([f"./{name}"], cwd=folder, capture_output=True, text=True, check=True).stdout
-    assert printed["test"] == "20 of 20 steps with the bits of gelcone\n"
-    rows = np.loadtxt(printed["example"].splitlines()[1:], delimiter=",")
-    assert rows.shape == (1000, 4)
-    right = gelcone.simulate(own, times=rows[:250, 0])
-    assert rows[:, 0] == pytest.approx(1e-3 * np.arange(1, 1001), rel=1e-12)
-    volts = right.drive_voltage.values if drive is None else 0.0
-    assert rows[:250, 1] == pytest.approx(volts, abs=1e-5)
-    for column, name in ((2, "displacement"), (3, "current")):
-        wanted = 1e-3 * right[name].values
-        # the current of a chord is that of the drive in the middle of its millisecond
-        assert np.abs(rows[:250, column] - wanted).max() < {2: 5e-4, 3: 0.05}[column] * np.ptp(wanted)
-    with pytest.raises(InputError, match="exists already"):
-        gelcone.export(own, folder)
-    gelcone.export(own, folder, force=True)
-
-
-def test_a_test_program_notices_other_numbers(tmp_path):
-    gelcone.export(device(film="taut"), tmp_path / "pump")
-    source = tmp_path / "pump" / "pump.c"
-    text = source.read_text()
-    twice = "static double twice(double a, double b, double c) { return a * b + c; }"
-    first = "typedef pump_word word;"
-    assert first in text
-    source.write_text(text.replace("fma(", "twice(").replace(first, f"{first}\n{twice}"))
-    command = [*find_compiler(), *STRICT, "-O1", "test.c", "pump.c", "-lm", "-o", "test"]
-    subprocess.run(command, cwd=tmp_path / "pump", check=True)
-    assert subprocess.run(["./test"], cwd=tmp_path / "pump", capture_output=True, check=False).returncode == 1
-
-
-def test_the_example_commands_the_drive_of_the_device():
-    own = device(film="taut").replace(voltage_offset="0.7 kV", voltage_amplitude="0.4 kV", frequency="9 Hz")
-    text = example(Exported(own, "pump", False, 1e-7))
-    drives = re.findall(r"700\.0 \+ 400\.0 \* (\w+)\(turn \* 9\.0 \* ", text)
-    assert drives
-    assert set(drives) == {"sin"}
-
-
-@pytest.mark.parametrize("name", ["biased-pump", "paper-table1"])
-def test_what_does_not_follow_from_a_parameter_does_not_change_with_it(name):
-    """A free field may change only those numbers that are computed anew from it."""
-    own = gelcone.find_device(name).replace(film="taut")
-    exported = Exported(own, "pump", False, 1e-7)
-    before, nodes = exported.numbers(), exported.parameters.nodes
-    assert (
-        not {"prestretch", "meridional_prestretch", "hoop_prestretch", "disc_radius"}
-        & exported.parameters.values.keys()
-    )
-    for field, value in exported.parameters.values.items():
-        if field == "dielectric_strength" or not value:
-            continue
-        model = own.replace_quietly({field: 1.01 * value}).to_model()
-        after = model.system.numbers_of({name: np.asarray(one, float) for name, one in model.values.items()})
-        for number in set(exported.program.used) & before.keys() - nodes.keys():
-            if number in after:
-                assert float(np.ravel(after[number])[0]) == pytest.approx(before[number], rel=1e-12), (field, number)
-
-
-def test_relations_hold_of_what_is_not_a_number_as_they_do_in_the_program():
-    """Ordered ones are false where one side is NaN, unordered ones true."""
-    python = {name: text.replace("!(", "not (").replace("||", "or") for name, text in c99._COMPARED.items()}
-    right = {"lt": operator.lt, "le": operator.le, "gt": operator.gt, "ge": operator.ge}
-    for a, b in itertools.product([1.0, 2.0, np.nan], repeat=2):
-        nan = bool(np.isnan(a) or np.isnan(b))
-        for name, own in right.items():
-            assert eval(python[f"o{name}"].format("a", "b")) == (own(a, b) and not nan)
-            assert eval(python[f"u{name}"].format("a", "b")) == (own(a, b) or nan)
-        assert eval(python["uno"].format("a", "b")) == nan
-        assert eval(python["oeq"].format("a", "b")) == (a == b)
-        assert eval(python["une"].format("a", "b")) == (a != b)
-
-
-@pytest.mark.parametrize(
-    ("name", "right"), [("My Pump!", "my_pump"), ("7up", "device_7up"), ("double", "device_double"), ("ä-b", "b")]
-)
-def test_names_of_c(name, right):
-    assert c_name(name) == right
-
-
-def test_a_name_without_letters_is_refused():
-    with pytest.raises(InputError, match="letter"):
-        c_name("...")
-
-
-def test_a_title_cannot_end_a_comment(tmp_path):
-    own = device().replace(film="taut", name="a */ int main(void) { return 1; } /* ??/ \\")
-    gelcone.export(own, tmp_path / "pump")
-    text = (tmp_path / "pump" / "pump.h").read_text()
-    assert text.splitlines()[0].count("*/") == 0
-    assert "int main(void) { return 1; }" in text.splitlines()[0]
-
-
-@pytest.mark.parametrize(
-    ("changes", "options", "match"),
-    [
-        ({"film_thickness": [1.9e-4, 2e-4]}, {}, "one device at a time"),
-        ({"waveform": "triangle"}, {"drive": "sine"}, "give drive = 'own'"),
-        ({"waveform": "half_wave"}, {"drive": "own"}, "its corners move with the voltage"),
-        ({"waveform": "chirp"}, {"drive": "own"}, "cannot be exported"),
-        ({}, {"drive": "square"}, "is not a drive"),
-        ({}, {"tolerance": 0.0}, "tolerance"),
-    ],
-)
-def test_what_cannot_leave_is_refused_with_the_remedy(tmp_path, changes, options, match):
-    with pytest.raises(InputError, match=match):
-        gelcone.export(device(film="taut", **changes), tmp_path / "pump", **options)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_result_takes_no_drive(tmp_path):
-    with pytest.raises(InputError, match="is an option of devices"):
-        gelcone.export(gelcone.static(gelcone.ConeModel(), [0.0]), tmp_path / "a.csv", drive="sine")

@@ -1,26 +1,20 @@
-"""What leaves gelcone says of itself what is so: options, the description of an FMU, its machines, and the page.
+"""What leaves gelcone says of itself what is so: the description of an FMU, its machines, and the page.
 
 Nothing is compiled: every variable of the description is compared with the device, row by row.
 """
 
-import inspect
 import json
 import platform
 import re
 import xml.etree.ElementTree as ET
-from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.export import fmu, public, wasm
+from gelcone.export import fmu, wasm
 from gelcone.export.sources import CODES, INPUT_VARIABLES, RATE, Exported
 from tests.export.instance import device
-
-OPTIONS = {"fmi": (2, 3), "platforms": (("host",), ["linux"]), "drive": (None, "own"), "tolerance": (1e-7, 1e-9)}
-"""Option -> its default and another value."""
 
 
 @pytest.fixture(scope="module")
@@ -32,71 +26,6 @@ def taut():
 def behind():
     """An amplifier adds states, and switches with borders."""
     return Exported(device(film="taut", series_resistance="1 MOhm", current_limit="2 mA"), "pump", False, 1e-9)
-
-
-# --- options ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def asked(monkeypatch):
-    """What is asked of those that write."""
-    calls = []
-    for name in ("write_fmu", "write_wasm", "_write_c"):
-        real = inspect.signature(getattr(public, name))
-
-        def ask(*given, name=name, real=real):
-            calls.append((name, real.bind(*given).arguments))
-            return [Path("there")]
-
-        monkeypatch.setattr(public, name, ask)
-    return calls
-
-
-def described(call):
-    name, given = call
-    own = given["exported"]
-    found = {"writer": name, "name": own.name, "drive": own.inside, "tolerance": own.tolerance, "force": given["force"]}
-    found["path"] = given.get("path", given.get("folder"))
-    return found | {n: given[n] for n in ("fmi", "platforms") if n in given}
-
-
-@pytest.mark.parametrize(("path", "writer"), [("a.fmu", "write_fmu"), ("a.wasm", "write_wasm"), ("a", "_write_c")])
-@pytest.mark.parametrize("option", [None, *OPTIONS, "force"])
-def test_every_option_of_an_export_reaches_its_writer(path, writer, option, asked, taut, tmp_path):
-    values = {n: usual for n, (usual, _) in OPTIONS.items()}
-    changed = {} if option is None else {option: True if option == "force" else OPTIONS[option][1]}
-    gelcone.export(taut, tmp_path / path, **changed)
-    wanted = values | {"force": False} | changed
-    wanted["drive"] = wanted["drive"] is not None
-    if writer != "write_fmu":
-        del wanted["fmi"], wanted["platforms"]
-    assert described(asked.pop()) == wanted | {"writer": writer, "name": "a", "path": tmp_path / path}
-    parameters = inspect.signature(public.export).parameters
-    assert {n: parameters[n].default for n in OPTIONS} == values
-
-
-def test_a_result_is_written_as_was_asked(monkeypatch, tmp_path):
-    import xarray as xr
-
-    asked, result = [], xr.Dataset()
-    monkeypatch.setattr(public.interchange, "export", lambda *given, **how: asked.append((given, how)) or ["there"])
-    for force in (False, True):
-        assert gelcone.export(result, tmp_path / "run.csv", force=force) == ["there"]
-        ((what, path), how) = asked.pop()
-        assert (what is result, path, how) == (True, tmp_path / "run.csv", {"force": force})
-
-
-@pytest.mark.parametrize("name", ["a.h", "a.c", "example.c", "test.c", "device.toml"])
-def test_files_of_a_folder_are_not_overwritten(name, taut, tmp_path, monkeypatch):
-    monkeypatch.setattr(public, "sources", lambda exported: {"a.h": "", "a.c": ""})
-    for own in ("example", "test_program"):
-        monkeypatch.setattr(public, own, lambda exported: "")
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / name).write_text("mine")
-    with pytest.raises(InputError, match="exists already"):
-        gelcone.export(taut, tmp_path / "a")
-    assert [path.read_text() for path in (tmp_path / "a").iterdir()] == ["mine"]
-    assert len(gelcone.export(taut, tmp_path / "a", force=True)) == 5
 
 
 @pytest.mark.parametrize("name", ["a.wasm", "a.js", "a.html"])
@@ -291,66 +220,3 @@ def test_the_page_has_the_numbers_of_its_device(film, tmp_path, monkeypatch):
     assert f"[{own.device.disc_radius}, {own.device.film_radius}]" in page
     assert ('own.get("true_field") / (strength || Infinity)' in page) == ("true_field" in own.outputs)
     assert not re.search("DEVICE|FIELD_READ|GELCONE_VERSION|VARIABLES_TABLE", page + script)
-
-
-# --- the C ------------------------------------------------------------------------------------------------------------
-
-
-def test_the_header_numbers_the_variables_and_says_what_they_are(behind):
-    from gelcone.export.sources import constant, sources
-
-    header = sources(behind)["pump.h"]
-    for place, own in enumerate(behind.variables):
-        kind = own.kind if own.kind in ("input", "state", "parameter") else "read"
-        unit = "" if own.unit in ("", "1") else f", {own.unit}"
-        name = re.sub(r"\W", "_", own.name).upper()
-        assert f"  PUMP_{name} = {place}, /* {kind}{unit}: " in header, own.name
-        assert constant(own.name) == name
-    assert f"PUMP_VARIABLES = {len(behind.variables)} /* how many there are */" in header
-    assert "DEVICE" not in header
-    n, program = behind.program.sizes, behind.program
-    rooms = {
-        "parameter": len(behind.parameters.values), "z": n["states"], "switches": len(program.switches),
-        "numbers": len(program.numbers) + len(behind.parameters.scales), "out": len(program.outputs),
-        "roots": n["roots"], "table": n["held"], "lanes": n["laws"] * n["rows"], "scratch": n["scratch"],
-        "store": n["rows"], "words": n["words"], "input": 4,
-    }  # fmt: skip
-    assert {name: int(size) for name, size in re.findall(r"(\w+)\[(\d+)\]", header)} == {
-        name: max(size, 1) for name, size in rooms.items()
-    }
-    ends = dict(re.findall(r"PUMP_(\w+) = (-?\d+)", header.split("enum pump_outcome {")[1].split("};")[0]))
-    known = {own.name: own.value for own in gelcone.Outcome if own.name not in ("OUTSIDE", "ERROR")}
-    assert {name: int(value) for name, value in ends.items()} == known | {"REFUSED": -1}
-
-
-@pytest.mark.parametrize(("resistance", "shown"), [(None, "CURRENT"), ("1 MOhm", "CURRENT")])
-@pytest.mark.parametrize("inside", [False, True])
-def test_the_example_prints_what_there_is(resistance, shown, inside):
-    from gelcone.export.sources import example
-
-    more = {} if resistance is None else {"series_resistance": resistance}
-    own = Exported(device(film="taut", voltage_offset=700.0, voltage_amplitude=80.0, **more), "pump", inside, 1e-7)
-    text = example(own)
-    assert ("current" in own.outputs) == (shown == "CURRENT")
-    assert (f"PUMP_{shown}" in text, "current (A)" in text, "velocity (m/s)" in text) == (True, True, False)
-    assert ("700.0 + 80.0 * sin(turn * 10.0" in text) == (not inside)
-    assert "DEVICE" not in text
-    hidden = SimpleNamespace(device=own.device, inside=inside, outputs={}, name="pump")
-    assert ("PUMP_CURRENT" in example(hidden), "velocity (m/s)" in example(hidden)) == (False, True)
-
-
-@pytest.mark.parametrize(("film", "kinds"), [("taut", [0]), ("wrinkling", [1])])
-def test_a_film_that_wrinkles_has_kinds(film, kinds):
-    from gelcone.export.sources import sources
-
-    source = sources(Exported(device(film=film), "pump", False, 1e-7))["pump.c"]
-    found = re.search(r"HAS_KINDS\[\] = \{\s*([\d, ]+)\s*\}", source)[1]
-    assert [int(part) for part in found.split(",")] == kinds
-
-
-@pytest.mark.parametrize(
-    ("own", "of_gel", "value"), [(2e7, None, 2e7), (2e7, 4e7, 2e7), (None, 4e7, 4e7), (None, None, 0.0)]
-)
-def test_the_strength_is_that_of_the_device_else_of_its_gel_else_unknown(own, of_gel, value):
-    made = device(film="taut").replace({"dielectric_strength": own, "material.dielectric_strength": of_gel})
-    assert Exported(made, "pump", False, 1e-7).parameters.values["dielectric_strength"] == value

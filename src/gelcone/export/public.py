@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from gelcone import interchange
 from gelcone.devices.device import Device
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.export.fmu import HOST, VERSIONS, write_fmu
+from gelcone.export.names import c_name
 from gelcone.export.reference import test_program
 from gelcone.export.sources import Exported, example, sources
 from gelcone.export.wasm import write_wasm
@@ -25,11 +25,6 @@ TOLERANCE = 1e-7
 """Relative error of a step; the displacement is then right to about 1e-9 of the stroke."""
 FMU, WASM = ".fmu", ".wasm"
 DRIVES = ("own", "sine")
-_RESERVED = """auto break case char class const continue default delete do double else enum explicit extern false float
-for friend function goto if inline instance int long main mutable namespace new operator private protected public
-register restrict return short signed sizeof state static struct switch template this throw true try typedef typename
-union unsigned using virtual void volatile while word"""
-"""Words of C and C++, and of the sources, that name no device."""
 
 
 def export(
@@ -95,7 +90,7 @@ def export(
         raise InputError(f"fmi = {fmi!r}: must be 2 or 3, the version of the standard")
     if path.suffix not in ("", FMU, WASM):
         raise InputError(f"{path}: a device is written to NAME{FMU}, NAME{WASM} or a folder for C without an ending")
-    exported = Exported(what, c_name(path.stem if path.suffix else path.name), drive is not None, float(tolerance))
+    exported = Exported(what, c_name(path.stem), drive is not None, float(tolerance))
     if path.suffix == FMU:
         check_writable([path], force=force)
         if not write_fmu(exported, path, fmi, platforms, force):
@@ -104,14 +99,6 @@ def export(
     if path.suffix == WASM:
         return write_wasm(exported, path, force)
     return _write_c(exported, path, force)
-
-
-def c_name(name: str) -> str:
-    """A name of C that is made of a text; `InputError` where nothing of it may be in one."""
-    found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
-    if not found:
-        raise InputError(f"{name!r}: holds no letter from a to z and no digit; name the file or folder by some")
-    return f"device_{found}" if found[0].isdigit() or found in _RESERVED.split() else found
 
 
 def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:

@@ -1,0 +1,47 @@
+"""The name of an exported device in C, made of that of its file or folder, and no other name of its sources."""
+
+from __future__ import annotations
+
+import re
+
+from gelcone.errors import InputError
+
+LANGUAGES = """alignas alignof and asm auto bitand bitor bool break case catch char class compl concept const
+constexpr continue decltype default delete do double else enum explicit export extern false float for friend function
+goto i386 if inline instance int linux long main mutable namespace new noexcept not nullptr operator or private
+protected public register requires restrict return short signed sizeof state static struct switch template this throw
+true try typedef typeid typename union unix unsigned using virtual void volatile while word xor"""
+"""Words of C and C++, of compilers on some machines, and types of the sources."""
+SOURCES = """advance begin beyond bits_of code_of component count_bits crossing enter example fetch_add fmi2 fmi3 fmu
+free_component get_indicators get_rates get_reals get_states is_real is_truth is_whole law_of lowest_bit made math
+move_on n new_component of one_device outcome_of piece_now plausible point point_function prepare real_of refill
+reported restore run scale serve set_closed_numbers set_numbers set_reals set_states set_time set_value settle
+start_run stdbool stdint stdio stdlib step_function string test text until_corner v vacate value_of wasm wasm_get
+wasm_init wasm_set wasm_step words_of"""
+"""What the sources define, also with an underscore behind its capitals; and the files next to that of the device."""
+MATHEMATICS = """acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim
+floor fma fmax fmin fmod frexp gamma hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 log1p log2 logb lrint
+lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signgam sin sinh sqrt
+tan tanh tgamma trunc y0 y1 yn"""
+"""Functions of C, each also with f or l at its end."""
+LIBRARY = """abort abs atexit atof atoi atol atoll bsearch calloc clearerr div exit fclose feof ferror fflush fgetc
+fgetpos fgets fopen fprintf fputc fputs fread free freopen fscanf fseek fsetpos ftell fwrite getc getchar getenv gets
+labs ldiv llabs lldiv malloc memchr memcmp memcpy memmove memset perror printf putc putchar puts qsort rand realloc
+remove rename rewind scanf setbuf setvbuf snprintf sprintf srand sscanf stderr stdin stdout strcat strchr strcmp
+strcoll strcpy strcspn strerror strlen strncat strncmp strncpy strpbrk strrchr strspn strstr strtod strtof strtok
+strtol strtold strtoll strtoul strtoull strxfrm system tmpfile tmpnam ungetc vfprintf vprintf vsnprintf vsprintf"""
+"""Functions and streams of C that the sources or a user's program may have next to the device."""
+_TAKEN = frozenset(
+    [*LANGUAGES.split(), *SOURCES.split(), *LIBRARY.split()]
+    + [name + end for name in MATHEMATICS.split() for end in ("", "f", "l")]
+)
+_NUMBERED = re.compile(r"\d.*|(?:step|point)_\d+|\w+_t")
+"""What begins with a digit, functions of the sources that are numbered, and types of C."""
+
+
+def c_name(name: str) -> str:
+    """A name of C that is made of a text; `InputError` where nothing of it may be in one."""
+    found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    if not found:
+        raise InputError(f"{name!r}: holds no letter from a to z and no digit; name the file or folder by some")
+    return f"device_{found}" if found in _TAKEN or _NUMBERED.fullmatch(found) else found
