@@ -13,8 +13,7 @@ from gelcone.lab.bench import KINDS, DeviceTest, Variants
 from gelcone.lab.device import _readings, _with_loss, fit_device, plan_device, read_free
 from gelcone.lab.device_fit import Problem, _simple, fit_problem, left_out, next_experiments, plan_of, profiled
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
-from gelcone.lab.fitted import fitted_band, fitted_device, fitted_draws
-from gelcone.lab.predictions import read_predictions
+from gelcone.lab.fitted import fitted_device, fitted_draws
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
 
 PUMP = Path(__file__).parents[2] / "docs" / "measured" / "pump"
@@ -148,39 +147,6 @@ def test_where_chi2_refuses_deviations_are_wider():
     assert (result.attrs["refused"], wider > 3.0) == (1, True)
     np.testing.assert_allclose(result["left"].values, wider * np.sqrt(np.diag(plain.covariance)), rtol=1e-6)
     np.testing.assert_allclose(result["covariance"].values, wider**2 * plain.covariance, rtol=1e-6)
-
-
-def test_draws_are_correlated_as_the_fit_leaves_them():
-    """Their stroke spreads as the fit predicts; independent draws would spread a natural frequency far more."""
-    whole = problem(TAUT, "taut")
-    asked = ["stroke@2.15 kV", "stroke@1.5 kV"]
-    result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), whole.free, predict=asked)
-    draws = fitted_draws(result, 400, seed=1)
-    device, names = fitted_device(result), list(whole.free)
-
-    def spread(values):
-        variants = Variants(device, names, values / [device.get(name) for name in names], {})
-        return np.std(variants.stroke(np.array([2150.0]))), np.std(variants.ring_down()[:, 0])
-
-    table = np.stack([draws[name].values for name in names], axis=1)
-    expected = float(result["predicted_spread"][0])
-    stroke, frequency = spread(table)
-    assert stroke == pytest.approx(expected, rel=0.2)
-    rng = np.random.default_rng(0)
-    alone = spread(np.stack([rng.permutation(column) for column in table.T], axis=1))
-    volts, height, low, high = np.loadtxt(fitted_band(result).splitlines(), delimiter=",", skiprows=1).T
-    rest = float(Variants(device, names, np.ones((1, len(names))), {}).rest[0, 0] * device.scales.length)
-    own = Variants(device, names, np.ones((1, len(names))), {})
-    np.testing.assert_allclose(height, 1e3 * (rest + own.stroke(volts)[0]), rtol=1e-5)
-    assert volts[-1] == result.attrs["highest_voltage"] > 1500.0
-    assert np.interp(1500.0, volts, high - low) == pytest.approx(3920.0 * float(result["predicted_spread"][1]), rel=0.4)
-    assert alone[0] > 2.0 * stroke
-    assert alone[1] > 4.0 * frequency
-    assert {draws[name].attrs["units"] for name in names} >= {"Pa", "m", "N/m"}
-    with pytest.raises(InputError, match="count = 1: must be at least 2"):
-        fitted_draws(result, 1)
-    with pytest.raises(InputError, match="was given no device fit"):
-        fitted_draws(draws)
 
 
 def test_intervals_cover_on_made_up_pumps():
@@ -456,18 +422,6 @@ def test_priors_are_relative_or_absolute():
             read_free([text], pump)
     with pytest.raises(InputError, match="--free spring_rate: is given twice"):
         read_free(["spring_rate~1%", "spring_rate~2%"], pump)
-
-
-def test_predictions_are_read():
-    assert [one.voltage for one in read_predictions(["stroke@1.5 kV", "pull-in"])] == [1500.0, 0.0]
-    for text, message in (
-        ("strok@1 V", "'strok' is not a prediction; did you mean 'stroke'"),
-        ("stroke", "give a voltage, stroke@1 kV"),
-        ("pull-in@1 V", "takes no voltage"),
-        ("stroke@1", "has no unit"),
-    ):
-        with pytest.raises(InputError, match=message):
-            read_predictions([text])
 
 
 def test_three_fields_that_change_together_are_one_too_many():

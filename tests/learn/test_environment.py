@@ -5,11 +5,8 @@ from __future__ import annotations
 import sys
 from types import SimpleNamespace
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
-from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from scipy.integrate import solve_ivp
 
 import gelcone
@@ -50,29 +47,6 @@ def swung(environment, steps, shares=(0.2, 1.0), hold=25):
         environment.step(np.full((count, 1), action(shares[k // hold % 2])))
         heights.append(environment.episodes.displacement.copy())
     return np.array(heights)
-
-
-# --- what Gymnasium asks ----------------------------------------------------------------------------------------------
-
-
-def test_the_checks_of_gymnasium_pass(taut):
-    check_env(gelcone.environment(taut, uncertain=UNCERTAIN, draws=16), skip_render_check=True)
-
-
-def test_a_vector_of_environments_is_one_for_wrappers(taut):
-    vector = RecordEpisodeStatistics(gelcone.environment(taut, 3, episode="4 ms"))
-    seen, _ = vector.reset(seed=1)
-    assert isinstance(vector.unwrapped, gymnasium.vector.VectorEnv)
-    assert vector.observation_space.contains(seen)
-    total = np.zeros(3)
-    for _ in range(4):
-        seen, reward, terminated, truncated, info = vector.step(vector.action_space.sample())
-        total += reward
-        assert vector.observation_space.contains(seen)
-        assert not terminated.any()
-    assert truncated.all()
-    np.testing.assert_allclose(info["episode"]["r"], total)
-    assert info["episode"]["l"].tolist() == [4, 4, 4]
 
 
 def test_a_seed_gives_the_same_episodes(taut):
@@ -188,19 +162,6 @@ def test_drawn_devices_begin_each_at_its_own_rest(taut):
     np.testing.assert_array_equal(pool.starts[:, 1], 0.0)
 
 
-def test_one_environment_does_what_one_of_many_does(taut):
-    one, many = gelcone.environment(taut), gelcone.environment(taut, 2)
-    first, _ = one.reset(seed=5)
-    many.reset(seed=5)
-    many.episodes.target[:] = one.episodes.target
-    assert one.observation_space.contains(first)
-    for k in range(20):
-        seen, reward, *_ = one.step(np.array([0.1 * k - 1.0], dtype=np.float32))
-        others, rewards, *_ = many.step(np.full((2, 1), 0.1 * k - 1.0, dtype=np.float32))
-        np.testing.assert_array_equal(others[1], seen)
-        assert rewards[0] == reward
-
-
 def test_what_is_seen_and_earned_follows_from_the_motion(taut):
     vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), most="1 kV")
     vector.reset(seed=0)
@@ -311,21 +272,6 @@ def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
     assert info["ended"].tolist() == ["", "stretch_limit"]
     assert info["_ended"].tolist() == [False, True]
     assert reward[1] == 1 - own.task.steps - 1.0
-
-
-def test_a_reset_forgets_which_episodes_were_over(taut):
-    """Else those would begin anew once more in the first step, whose action and reward were lost."""
-    vector = gelcone.environment(taut, 2, episode="1 ms")
-    vector.reset(seed=0)
-    *_, truncated, _ = vector.step(np.zeros((2, 1)))
-    assert truncated.all()
-    vector.reset(seed=1)
-    _, reward, _, truncated, _ = vector.step(np.ones((2, 1)))
-    assert truncated.all()
-    assert (reward < 0.0).all()
-    np.testing.assert_allclose(vector.episodes.voltage, vector.episodes.task.most)
-    vector.step(np.ones((2, 1)))  # a step in which they begin anew, without voltage
-    np.testing.assert_array_equal(vector.episodes.voltage, 0.0)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.errors import InputError
 from gelcone.learn import environment as public
 from gelcone.learn import episodes as module
-from gelcone.learn.environments import ACTIONS, OBSERVATIONS, HeightEnv, HeightVectorEnv
+from gelcone.learn.environments import HeightEnv, HeightVectorEnv
 from gelcone.learn.episodes import INPUTS, LARGEST, OBSERVED, Episodes, Task, task_of
 
 TASK = Task(most=1000.0, lowest=0.012, highest=0.016, period=0.002, steps=4, radian=0.05)
@@ -196,73 +196,6 @@ def test_an_action_must_be_a_number(wrong, made):
 
 
 # --- as environments of Gymnasium -------------------------------------------------------------------------------------
-
-
-class Scripted:
-    """Episodes that say what they were asked, with rewards and ends by a script."""
-
-    def __init__(self, count, script):
-        self.count, self.script, self.begun, self.given = count, list(script), [], []
-        self.endings = np.array([f"end of {k}" for k in range(count)])
-
-    def begin(self, where, rng):
-        self.begun.append((where.tolist(), rng.integers(1000)))
-
-    def advance(self, actions):
-        self.given.append(actions)
-        return tuple(np.array(own) for own in self.script.pop(0))
-
-    def observe(self):
-        return np.arange(4.0 * self.count).reshape(self.count, 4)
-
-
-def test_many_begin_anew_in_the_step_after_their_end():
-    script = [
-        ([-0.5, -0.25, -0.125], [False, True, False], [True, False, False]),
-        ([-1.0, -2.0, -0.5], [True, True, True], [False, False, False]),
-        ([-0.5, -0.5, -0.5], [False, False, False], [False, False, False]),
-    ]
-    episodes = Scripted(3, script)
-    vector = HeightVectorEnv(episodes)
-    seen, info = vector.reset(seed=3)
-    assert (seen.tolist(), info) == (episodes.observe().tolist(), {})
-    _, reward, terminated, truncated, info = vector.step("first")
-    assert reward.tolist() == [-0.5, -0.25, -0.125]
-    assert (terminated.tolist(), truncated.tolist()) == ([False, True, False], [True, False, False])
-    assert (info["ended"].tolist(), info["_ended"].tolist()) == (episodes.endings.tolist(), [False, True, False])
-    _, reward, terminated, truncated, info = vector.step("second")
-    assert reward.tolist() == [0.0, 0.0, -0.5]
-    assert (terminated.tolist(), truncated.tolist()) == ([False, False, True], [False, False, False])
-    assert info["_ended"].tolist() == [False, False, True]
-    _, reward, *_, info = vector.step("third")
-    assert (reward.tolist(), info) == ([-0.5, -0.5, 0.0], {})
-    rng = np.random.default_rng(3)
-    first, *later = episodes.begun
-    assert first == ([0, 1, 2], rng.integers(1000))
-    assert [where for where, _ in later] == [[0, 1], [2]]
-    assert later[0][1] == rng.integers(1000)
-    assert episodes.given == ["first", "second", "third"]
-
-
-def test_one_says_why_it_ended():
-    episodes = Scripted(1, [([-0.5], [False], [True]), ([-3.0], [True], [False])])
-    one = HeightEnv(episodes)
-    seen, info = one.reset(seed=3)
-    assert (seen.tolist(), info) == ([0.0, 1.0, 2.0, 3.0], {})
-    assert episodes.begun == [([0], np.random.default_rng(3).integers(1000))]
-    assert one.step("up")[1:] == (-0.5, False, True, {})
-    assert one.step("down")[1:] == (-3.0, True, False, {"ended": "end of 0"})
-    assert episodes.given == ["up", "down"]
-
-
-def test_spaces_are_those_of_one_device_and_of_many():
-    one, many = HeightEnv(Scripted(1, [])), HeightVectorEnv(Scripted(3, []))
-    assert (one.action_space, one.observation_space) == (ACTIONS, OBSERVATIONS)
-    assert (many.single_action_space, many.single_observation_space) == (ACTIONS, OBSERVATIONS)
-    assert (many.num_envs, many.action_space.shape, many.observation_space.shape) == (3, (3, 1), (3, 4))
-    for space, size, end in ((ACTIONS, 1, 1.0), (OBSERVATIONS, 4, 10.0)):
-        assert (space.shape, space.dtype) == ((size,), np.float32)
-        assert ((space.low == -end).all(), (space.high == end).all()) == (True, True)
 
 
 # --- what is asked for ------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Motions side by side: the same numbers as each alone, and what each panel shows."""
+"""Motions side by side: the same numbers as each alone."""
 
 import importlib
 import json
@@ -10,7 +10,6 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome, Regime
 from gelcone.dataset import Findings
-from gelcone.plots.regime import REGIME_COLOURS
 from gelcone.presets import find_preset
 from tests.recorded import numbers, record
 
@@ -60,22 +59,6 @@ def test_chaos_has_its_whole_section_and_a_motion_that_ended_none():
     assert not np.isfinite(ended["section_displacement"]).any()
     assert 0 < int(np.isfinite(ended["displacement"]).sum()) < ended["displacement"].size
     assert ended["displacement"].attrs["units"] == "mm"
-
-
-def test_the_figure_has_a_column_for_each_motion_in_the_colour_of_its_regime():
-    found = gelcone.triptych(BASE.replace(voltage=[0.3, 0.9]), **QUICK)
-    figure = found.gelcone.plot()
-    assert len(figure.axes) == 8
-    settled = [axes.get_lines()[0].get_color() for axes in figure.axes[2:4]]
-    assert settled == [REGIME_COLOURS[Regime.REST], REGIME_COLOURS[Regime.PERIODIC]]
-    for k, axes in enumerate(figure.axes[:4]):
-        name = "displacement" if k < 2 else "late_displacement"
-        np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), found[name][k % 2])
-    titles = [axes.get_title(loc="left") for axes in figure.axes[:2]]
-    assert titles[0].startswith("voltage 0.3\nrest\n")
-    assert titles[1].startswith("voltage 0.9\nperiodic")
-    low, high = figure.axes[2].get_ylim()
-    assert high - low > 0.1, "a rest is not magnified"
 
 
 @pytest.mark.parametrize(

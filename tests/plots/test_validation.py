@@ -82,6 +82,15 @@ def test_the_cone_is_a_line_and_the_continuum_markers_taut_slack_or_pulled_in():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("displacement (mm)", "force on the disc, film and field")
 
 
+def test_a_film_that_is_slack_where_it_has_pulled_in_is_marked_as_pulled_in_alone():
+    axes = blank()
+    force_curves(film(hoop_slack=[[False] * 4, [False, True, True, False]]), axes)
+    slack, pulled = axes.lines[7:9]
+    assert (slack.get_marker(), pulled.get_marker()) == ("o", "X")
+    assert data_of(slack).tolist() == [[0.5], [-0.4]]
+    assert data_of(pulled).tolist() == [[1.0], [30.0]]
+
+
 def test_only_what_occurs_is_in_the_legend():
     axes = blank()
     force_curves(film().isel(constant_voltage=[0], displacement=[0, 1]), axes)
@@ -149,6 +158,8 @@ def test_shapes_are_those_of_the_lowest_voltage_at_which_the_film_was_found():
     many = film().isel(displacement=np.array([0, 1, 1, 1, 2, 2, 3]))
     many = many.assign_coords(displacement=np.arange(7.0))
     assert shapes(many)["displacement"].values.tolist() == [1.0, 3.0, 6.0]
+    shown = shapes(film(ending=[[converged, converged, lost, converged], [converged] * 4]))
+    assert (float(shown["constant_voltage"]), shown["displacement"].values.tolist()) == (0.0, [0.5, 1.5])
 
 
 def test_a_film_that_was_not_found_says_so():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import pickle
 import re
 import subprocess
 import sys
@@ -18,7 +17,6 @@ from gelcone.atlas.sweep import sweep
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from gelcone.register.analyses import ANALYSES, find_analysis, sweepable
-from gelcone.register.analysis import NOT_OPTIONS, annotation_of, explanations
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6, dielectric_strength=0.8)
 VOLTAGES = [0.4, 1.0, 1.4]
@@ -108,81 +106,12 @@ def test_all_analyses_take_initial_threads_and_progress_alike(name):
         assert parameters[n].kind is inspect.Parameter.KEYWORD_ONLY
 
 
-def test_settings_fill_in_defaults_and_refuse_what_is_no_option():
-    regime = find_analysis("regime")
-    assert regime.settings({"budget": 300}) == {
-        "transient": None,
-        "patience": None,
-        "budget": 300.0,
-        "tolerance": 1e-15,
-    }
-    with pytest.raises(InputError, match="'bugdet' is not an option of the analysis regime; did you mean 'budget'"):
-        regime.settings({"bugdet": 1.0})
-    with pytest.raises(InputError, match="budget = 'long': must be a number"):
-        regime.settings({"budget": "long"})
-    section = find_analysis("section")
-    with pytest.raises(InputError, match=r"repeats = 1\.5: must be a whole number"):
-        section.settings({"repeats": 1.5})
-
-
 def test_an_unknown_analysis_is_refused_with_the_nearest():
     with pytest.raises(InputError, match="did you mean 'regime'"):
         find_analysis("regimes")
-
-
-def test_explanations_come_from_docstrings():
-    def does():
-        """Does it.
-
-        Parameters
-        ----------
-        model : one actuator.
-        budget, window : longest time; taken
-            together. Default `all`.
-        transient : as in `regime`.
-        threads : shares; default one a core. Does not matter.
-        none : whether not.
-
-        Returns
-        -------
-        result : something.
-        """
-
-    def nothing():
-        """No parameters."""
-
-    found = explanations(does)
-    assert list(found) == ["model", "budget", "window", "transient", "threads", "none"]
-    assert found["budget"] == found["window"] == ("Longest time.", "all")
-    assert found["transient"][0].startswith("Time after which")
-    assert found["transient"][1].startswith("by damping")
-    assert found["threads"] == ("Shares.", "one a core")
-    assert found["none"] == ("Whether not.", "")
-    assert explanations(nothing) == {}
-
-
-def test_quantities_come_from_annotations():
-    assert annotation_of(gelcone.regime, "budget") == (float, "time")
-    assert annotation_of(gelcone.regime, "transient") == (float, "time")
-    assert annotation_of(gelcone.regime, "tolerance") == (float, "")
-    assert annotation_of(gelcone.static, "displacements") == (None, "length")
-    assert annotation_of(gelcone.pitchfork_voltage, "return") == (None, "voltage")
-    assert annotation_of(gelcone.section, "repeats") == (int, "")
-    assert annotation_of(gelcone.regime, "initial") == (None, "")
 
 
 def test_the_list_of_commands_loads_no_analysis():
     """`gelcone --help` and the names of the register come without the code of any analysis."""
     code = "import sys, gelcone.cli; list(gelcone.cli.COMMANDS); assert 'numpy' not in sys.modules, 'numpy'"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_an_analysis_travels_by_its_name():
-    analysis = find_analysis("regime")
-    assert pickle.loads(pickle.dumps(analysis)).call is gelcone.regime
-    assert len(pickle.dumps(analysis)) < 200
-
-
-def test_options_leave_out_what_is_computed():
-    for analysis in ANALYSES.values():
-        assert not set(analysis.options) & set(NOT_OPTIONS) - set(analysis.flags)
