@@ -1,17 +1,23 @@
 """Controls follow from what the parts of a subject say of themselves."""
 
 import json
+import math
+from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
-from gelcone import Device
+from gelcone import Device, find_device, static
 from gelcone.analyses.request import Subject
+from gelcone.devices.materials import load_materials
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
-from gelcone.studio.controls import _range, as_json, controls_of
+from gelcone.physics.records import FILMS
+from gelcone.quantity import Quantity
+from gelcone.studio.controls import _of_quantity, _range, as_json, controls_of
 from gelcone.studio.setting import Setting, Shelf
-from tests.toys import CubicBias, ThreeHarmonics
+from tests.toys import CubicBias, PowerFilm, ThreeHarmonics
 
 
 @pytest.fixture(scope="module")
@@ -209,3 +215,32 @@ def test_a_single_cone_becomes_a_double_cone(shelf):
     for wrong in ({"second_drive": "same"}, {"second_film": "none"}, SECOND | {"second_voltage": "3 V"}):
         with pytest.raises(InputError):
             shelf.subject(Setting(device="snap-cone", values=wrong))
+
+
+def test_a_release_height_that_is_not_set_has_the_rest_for_its_range(shelf):
+    """From the plane of the film to about twice the height at which the disc rests."""
+    subject = shelf.subject(Setting(device="biased-pump", values={"film": "taut"}))
+    control = by_name(subject)["release_height"]
+    rest = float(static(subject.model, [0.0])["rest_displacement"]) * subject.device.scales.length
+    assert (control.low, control.unit) == (0.0, "mm")
+    assert 2.0 <= 1e-3 * control.high / rest < 4.0
+
+
+@pytest.mark.parametrize("film", [*FILMS, PowerFilm()])
+def test_the_gels_that_are_offered_are_those_that_the_film_takes(film):
+    """One of one's own takes none that creeps."""
+    device, known = find_device("soft-film").replace(film="taut"), set()
+    for gel in load_materials():
+        with suppress(InputError):
+            device.replace(film=film, material=gel).to_model()
+            known.add(gel)
+    found = by_name(SimpleNamespace(device=device.replace_quietly({"film": film})))["material"]
+    assert set(found.choices) == known >= {"PVC-DBA 6:1"}
+    assert ("VHB 4910" in known) == isinstance(film, str)
+
+
+def test_a_parameter_that_is_nothing_by_default_has_a_slider_within_its_bounds():
+    """Of a component of one's own: its range goes to either side of 0 as far as it may."""
+    for lower, low in ((-0.25, -0.25), (0.0, 0.0), (-9.0, -1.0), (-math.inf, -1.0)):
+        control = _of_quantity("share", Quantity("s", "a share", 0.0, lower=lower), 0.0, "Body")
+        assert (control.low, control.high, control.value, control.about) == (low, 1.0, 0.0, "a share")

@@ -71,7 +71,7 @@ class Wanted:
 def fitting(setting: Setting, wanted: Wanted) -> Setting:
     """A setting without the values that the result sweeps, and without a start where it has none."""
     left_out = {text.partition("=")[0] for text in wanted.over}
-    if not {"initial", "plan"} & wanted.analysis.signature.parameters.keys():
+    if "initial" not in wanted.analysis.signature.parameters:
         left_out |= set(STATES)
     values = {name: value for name, value in setting.values.items() if name not in left_out}
     return replace(setting, values=values)

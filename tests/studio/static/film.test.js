@@ -16,6 +16,7 @@ test("a caption names what is shown, its kind, its numbers in order and what was
 test("a text breaks into lines that fit, a long word stands alone", () => {
   const g = { measureText: (text) => ({ width: 6 * text.length }) };
   assert.deepEqual(broken(g, "one two three", 48), ["one two", "three"]);
+  assert.deepEqual(broken(g, "one two three", 42), ["one two", "three"]); // a line may be as wide as there is room
   assert.deepEqual(broken(g, "incomprehensibilities no", 48), ["incomprehensibilities", "no"]);
 });
 
@@ -33,6 +34,9 @@ test("a composed picture holds all pictures and its caption", () => {
   const { canvas } = composed(pictures, ["one", "two"]), g = canvas.getContext();
   assert.deepEqual(g.calls.filter((c) => c.name === "drawImage").map((c) => c.args[0]), pictures);
   assert.deepEqual(texts(g), ["one", "two"]);
+  const places = g.calls.filter((c) => c.name === "drawImage").map((c) => c.args.slice(1)), lines = g.calls.filter((c) => c.name === "fillText").map((c) => c.args.slice(1));
+  assert.deepEqual(places, [[16, 16], [332, 16]]); // with the same margin on all sides
+  assert.ok(canvas.width === 332 + 300 + 16 && lines.every(([x]) => x === 16) && lines[0][1] >= 16 + 200 + 16 && canvas.height >= lines[1][1] + 14 + 16);
   assert.ok(canvas.width >= 616 && canvas.height > 240);
   assert.equal(filmed({ canvas, draw() {} }, 1, () => {}), null); // no recorder here
 });

@@ -68,6 +68,8 @@ test("every cell is painted in its place and in the colour of its kind", () => {
   const hatches = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle.startsWith("rgba(255"));
   assert.equal(hatches.length, 2 * 24 * 49); // the chaotic cells, and no others: from corner to corner
   assert.ok(hatches.every(({ args: [x] }) => x >= p.X(800 * 2 * (40.4 / 64))));
+  const heights = hatches.map(({ args: [, y] }) => y); // of cells that are centred on their values, from the lowest to the highest
+  assert.ok(near(Math.max(...heights), p.bottom + tall / 2) && near(Math.min(...heights), p.top - tall / 2));
   panel.view.value = "exponent"; forget(p.context); p.redraw();
   assert.ok(!p.context.calls.some((c) => c.strokeStyle.startsWith?.("rgba(255")));
   panel.view.value = "kind";
@@ -263,6 +265,45 @@ test("a hand over a sweep moves its parameter, and the line stands at the settin
   assert.ok(near(placed(p, "line")[0], p.X(1200), 0.01));
   canvas.onkeydown({ key: "ArrowLeft", preventDefault() {} });
   assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "1193 V" });
+});
+
+test("a value whose motions leave the domain is grey from top to bottom, and other kinds are not", () => {
+  for (const [code, whole] of [[4, false], [5, true], [98, true], [6, false]]) {
+    const { grids, p, id } = setUp("strip");
+    grids.message({ kind: "grid", id: id(), grid: "strip", cells: [5] }, {});
+    grids.message({ kind: "cells", id: id(), share: 1 }, { places: Float32Array.of(2), regime: Uint8Array.of(code), section: Float32Array.of(1, 2), low: Float32Array.of(0), high: Float32Array.of(3) });
+    forget(p.context); draw();
+    assert.equal(p.context.calls.some((c) => c.name === "fillRect" && near(c.args[3], p.bottom - p.top) && near(c.globalAlpha, 0.45)), whole, code);
+  }
+});
+
+test("a key moves a sweep by a part of its own range, and beyond that there is no line", () => {
+  const { panel, canvas, gone, state, p } = setUp("strip");
+  state.over = ["voltage_amplitude", 400, 880]; panel.prepare(); p.redraw();
+  panel.page.go({ voltage_amplitude: "500 V" }); panel.redrawOver();
+  assert.ok(near(placed(p, "line")[0], p.X(500), 0.01));
+  canvas.onkeydown({ key: "ArrowRight", preventDefault() {} });
+  assert.deepEqual(gone.at(-1)[0], { voltage_amplitude: "502 V" });
+  for (const outside of ["900 V", "399 V"]) { panel.page.go({ voltage_amplitude: outside }); panel.redrawOver(); assert.equal(placed(p, "line"), null, outside); }
+});
+
+test("a sweep is outdated by all but its own parameter", () => {
+  const { grids, panel, id, asked } = setUp("strip");
+  grids.message({ kind: "cells", id: id(), share: 1 }, { places: Float32Array.of(0), regime: Uint8Array.of(1), section: Float32Array.of(1) });
+  grids.changed(["voltage_amplitude"]);
+  assert.equal(panel.stale, false);
+  grids.changed(["frequency"]);
+  assert.deepEqual([panel.stale, asked.at(-1)], [true, ["cancel", { grid: "strip" }]]);
+});
+
+test("what is computed already is not asked for again, and answers of an outdated question count no more", () => {
+  const { grids, panel, id, asked } = setUp("strip"), own = id();
+  grids.message({ kind: "grid", id: own, grid: "strip", cells: [5] }, {});
+  grids.opened();
+  assert.equal(asked.length, 1);
+  grids.changed(["frequency"]);
+  grids.message({ kind: "cells", id: own, share: 1 }, { places: Float32Array.of(0), regime: Uint8Array.of(1), section: Float32Array.of(1) });
+  assert.equal(panel.cells.size, 0);
 });
 
 // --- the envelope ----------------------------------------------------------------------------------------------------

@@ -302,6 +302,130 @@ test("the length of a run is asked for as a number", () => {
   $("periods").value = "20"; $("periods").onchange();
 });
 
+// --- a device with more to set ---------------------------------------------------------------------------------------
+
+const MORE = [
+  ...CONTROLS,
+  { name: "voltage_offset", label: "Voltage offset", group: "Drive", kind: "number", value: -200, unit: "V", low: -1600, high: 1600, powers: VOLTS, about: "", choices: [] },
+  { name: "release_height", label: "Release height", group: "Start", kind: "number", value: null, unit: "cm", low: 0, high: 4, powers: { m: 0, cm: -2, mm: -3 }, about: "", choices: [] },
+  { name: "release_velocity", label: "Release velocity", group: "Start", kind: "number", value: 0, unit: "m/s", low: -1, high: 1, powers: { "m/s": 0 }, about: "", choices: [] },
+];
+const numbers = (...own) => socket.give({ kind: "numbers", id: last("look").id, side: "a", words: { numbers: own } });
+const input = (name) => document.querySelector(`[data-name="${name}"]`).querySelectorAll("input")[0];
+const at = (x, y) => ({ clientX: 10 + x, clientY: 20 + y, pointerId: 1, type: "pointermove" });
+
+test("the voltage is lowered in all its parts, but for one that is locked", () => {
+  $("subject").value = "device:soft-film"; $("subject").onchange();
+  answer({}, { ...RUN(), x: Float32Array.of(10, 5, 1) }, { ended: "pulled in", seems: "the film pulls in after 100 ms" }, MORE);
+  numbers({ name: "pull-in of the cone, slowly", place: 6, text: "800 V", value: 800, peak: 1.25 });
+  const offer = () => $("badges").querySelectorAll(".numbers button").find((own) => own.textContent === "lower the voltage");
+  offer().click();
+  assert.deepEqual(last("look").setting.values, { voltage_amplitude: "544 V", voltage_offset: "-136 V" });
+  $("reset-all").click();
+  const lock = document.querySelector('[data-name="voltage_offset"] .lock');
+  lock.click();
+  offer().click();
+  assert.deepEqual(last("look").setting.values, { voltage_amplitude: "544 V" });
+  lock.click();
+  $("reset-all").click(); answer();
+});
+
+test("a hand that takes the disc starts the run where it lets it go, at rest, in the unit of the control", () => {
+  const canvas = $("cone"), x = 640 / 4;
+  $("scrub").value = "500"; $("scrub").oninput(); draw(); // the disc is at 20 mm
+  const place = Array.from({ length: 480 }, (_, y) => y).find((y) => { canvas.onpointermove(at(x, y)); return canvas.style.cursor === "ns-resize"; });
+  const pulled = (pixels) => {
+    canvas.onpointerdown(at(x, place + 12)); canvas.onpointermove(at(x, place + 12 - pixels));
+    const { values } = last("look").setting;
+    assert.deepEqual([Object.keys(values), values.release_velocity], [["release_height", "release_velocity"], "0 m/s"]);
+    assert.match(values.release_height, / cm$/);
+    return Number.parseFloat(values.release_height);
+  };
+  const [one, two] = [pulled(20), pulled(40)];
+  assert.ok(near(2 * one - two, 2, 1e-3) && two > one); // without a pull 2 cm
+  canvas.onpointerup({ ...at(x, place + 12 - 40), type: "pointerup" });
+  assert.ok(document.querySelectorAll("#motion button").some((b) => b.dataset.motion === "start" && b.getAttribute("aria-pressed") === "true"));
+  document.querySelectorAll("#motion button").find((b) => b.dataset.motion === "settled").click();
+  $("reset-all").click(); answer();
+});
+
+test("behind the disc are the heights of the period before, as far as there are any", () => {
+  const trail = (scrub) => { $("scrub").value = scrub; $("scrub").oninput(); forget($("cone").getContext()); draw(); return $("cone").getContext().calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.accent && c.args[3] === 2); };
+  assert.equal(trail("0").length, 0);
+  const half = trail("500"); // in the middle of a run of one period: it rose from 10 to 20 mm
+  assert.equal(half.length, 12);
+  const heights = half.map((c) => c.args[1]), steps = heights.slice(1).map((y, k) => y - heights[k]);
+  assert.ok(steps.every((step) => step > 0 && near(step, steps[0])));
+  assert.equal(trail("1000").length, 24);
+  $("scrub").value = "500"; $("scrub").oninput();
+});
+
+test("a height that is nothing but rounding is said to be none", () => {
+  answer({}, { ...RUN(), x: Float32Array.of(-1e-6, 1e-6, -1e-6) });
+  forget($("cone").getContext()); draw();
+  assert.ok(texts($("cone").getContext()).includes("0 mm"));
+  answer();
+});
+
+test("two films have states of their own, and after them one film none", () => {
+  answer({ about: { ...ABOUT, second: 30 } }, { ...RUN(), film1: Uint8Array.of(0, 0, 0), film2: Uint8Array.of(1, 1, 1) });
+  assert.deepEqual([[...studio.looks.a.film1], [...studio.looks.a.film2]], [[0, 0, 0], [1, 1, 1]]);
+  answer();
+  assert.deepEqual([studio.looks.a.film1, studio.looks.a.film2], [undefined, undefined]);
+});
+
+test("of the numbers of an older setting the kind of motion leaves none that it has itself", () => {
+  const { id } = last("look"), names = () => [...studio.looks.a.numbers.keys()].filter((name) => !name.startsWith("pull-in")).sort();
+  const all = ["stroke", "mean height", "lag", "field", "power"].map((name, place) => ({ name, place, text: "1", value: 1 }));
+  socket.give({ kind: "kind", id, side: "a", words: { regime: 1, lines: ["periodic, period 1"], extent: [9, 21], numbers: all } }, {});
+  answer();
+  socket.give({ kind: "kind", id: last("look").id, side: "a", words: { regime: 0, lines: ["rest"], extent: [9, 9], numbers: [all[0]] } }, {});
+  assert.deepEqual(names(), ["power", "stroke"]);
+});
+
+test("why a part of what follows is missing stands where that part would, and not that of an older setting", () => {
+  for (const [tab, stage] of [["spectrum", "spectrum"], ["statics", "statics"]]) {
+    document.querySelector(`[data-tab="${tab}"]`).click(); answer();
+    const own = $(tab).querySelector("canvas").getContext();
+    forget(own);
+    socket.give({ kind: "late", id: last("look").id, side: "a", stage, message: `no ${stage} here` });
+    assert.ok(texts(own).includes(`no ${stage} here`), tab);
+  }
+  document.querySelector('[data-tab="time"]').click(); document.querySelector('[data-tab="portrait"]').click();
+  answer();
+});
+
+test("a choice that is refused itself is taken back, with the reason beside it", () => {
+  const film = document.querySelector('[data-name="film"] select') ?? document.querySelector("select#c-film");
+  film.value = "wrinkling"; film.onchange();
+  const before = asked("look").length;
+  socket.give({ kind: "error", id: last("look").id, side: "a", control: "film", message: "film: needs a gel with a law" });
+  assert.equal(asked("look").length, before);
+  assert.deepEqual([document.querySelector('[data-name="film"] .error').hidden, document.querySelector('[data-name="film"] .error').firstChild.textContent], [false, "film: needs a gel with a law"]);
+  $("reset-all").click(); answer();
+});
+
+test("the newest three sentences stay until they are put away", async () => {
+  $("notices").replaceChildren();
+  $("file").files = ["a", "b", "c", "d"].map((name) => ({ name: `${name}.toml`, size: 30001, text: async () => "" }));
+  await $("file").onchange();
+  assert.deepEqual($("notices").parts.map((line) => line.textContent.slice(0, 6)), ["b.toml", "c.toml", "d.toml"]);
+  $("notices").parts[1].querySelectorAll("button").at(-1).click();
+  assert.equal($("notices").parts.length, 2);
+  $("notices").replaceChildren();
+});
+
+test("of two settings the one that is shown is kept", () => {
+  $("compare").click(); answer();
+  input("frequency").value = "7"; input("frequency").onchange(); answer();
+  assert.deepEqual([last("look").side, last("look").setting.values], ["b", { frequency: "7 Hz" }]);
+  $("compare").click();
+  assert.deepEqual([last("look").side, last("look").setting.values], ["a", { frequency: "7 Hz" }]);
+  answer(); wait(300);
+  assert.ok(location.hash.includes("&frequency=7+Hz") && !location.hash.includes("b."));
+  $("subject").value = "device:biased-pump"; $("subject").onchange(); answer();
+});
+
 test("two settings are asked for and shown each on its side, and one is kept", () => {
   answer();
   $("compare").click();

@@ -25,7 +25,7 @@ test("what is wrong is refused in one line that names the file", () => {
   const cases = [
     ["", "needs a line of names"], ["time (ms)\n1\n2\n", "names one column"], ["time,height (mm)\n1,2\n3,4\n", "has no unit; write time (s, ms, us)"], ["time (V),height (mm)\n1,2\n3,4\n", '"V" is not its unit'],
     ["a,b\n1,2\n3,4\n", "needs a column time"], ["time (ms),height (mm)\n1,2,3\n3,4\n", "line 2: has 3 values, the first line 2; with decimal commas"], ["time (ms),height (mm)\n1,2\n3,x\n", 'line 3: "x" is not a number'],
-    ["time (ms),height (mm)\n2,2\n1,4\n", "its times go back"], ["time (ms),height (mm),height low (mm)\n1,2,3\n2,4,5\n", "a band needs two columns"], ["time (ms),height (mm),stroke (mm),height (mm)\n1,2,3,4\n2,4,5,6\n", "two columns hold height"],
+    ["time (ms),height (mm)\n2,2\n1,4\n", "its times go back"], ["time (ms),height (mm),height low (mm)\n1,2,3\n2,4,5\n", "a band needs two columns, such as height low (mm) and height high (mm)"], ["time (ms),height (mm),stroke (mm),height (mm)\n1,2,3,4\n2,4,5,6\n", "two columns hold height"],
     ["time (ms),height (mm)\n1,1e99\n2,3\n", "1e99 is too large"], ["a\0b", "is not a text"], ["x".repeat(LARGEST + 1), "has more than"], [`time (ms),height (mm)\n${"1,2\n".repeat(20010)}`, "more than 20000 rows"], [`${"a,".repeat(40)}\n1\n2\n`, "give at most 32"],
     ["time (ms),height (mm)\nNaN,1\n1,2\n2,3\n", "line 2"], ["__proto__ (ms),constructor (mm)\n1,2\n2,3\n", "needs a column time"],
   ];
@@ -58,6 +58,18 @@ test("strokes stand on the computed rest, a band between its ends, and nothing w
   const points = time.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
   assert.ok(near(points[1][0], time.X(10), 1e-3) && near(points[1][1], time.Y(13.5), 1e-3) && texts(time.context).includes("h.csv"));
   assert.deepEqual(shownOver({ active: "a", a: { about: { si: false } }, measured: [stroke] }, "voltage", 1), []);
+});
+
+test("a curve over a negative voltage stands where that of the positive one would, as the force does", () => {
+  const stroke = readMeasured("s.csv", "voltage (V),stroke (mm)\n-500,1\n0,0\n"), p = panel(staticsPanel, { measured: [stroke] });
+  const points = p.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, , w] }) => x + w / 2);
+  for (const [k, volts] of [500, 0].entries()) assert.ok(near(points[k], p.X(volts), 1e-3));
+});
+
+test("strokes over time stand on the height at which the computed run begins", () => {
+  const stroke = readMeasured("s.csv", "time (ms),stroke (mm)\n0,0\n10,1.5\n"), p = panel(timePanel, { measured: [stroke] });
+  const points = p.context.calls.filter((c) => c.name === "fillRect" && c.fillStyle === LIGHT.ink).map(({ args: [x, y, w] }) => [x + w / 2, y + w / 2]);
+  for (const [k, height] of [12, 13.5].entries()) assert.ok(near(points[k][1], p.Y(height), 1e-3));
 });
 
 test("a file takes the place of one of its name, and the oldest goes", () => {

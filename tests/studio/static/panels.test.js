@@ -185,6 +185,29 @@ test("statics: stable and unstable equilibria, marks, the settled motion, and a 
   assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /under way/);
 });
 
+test("pull-in is that of the film which pulls in, and a drive below zero has its room, too", () => {
+  const statics = { voltage: Float32Array.of(0, 100), x: Float32Array.of(4, 3), stable: Uint8Array.of(1, 1), marks: { pull_in: 100 }, swing: [-900, 50] };
+  const p = panel(staticsPanel, { a: look({ statics, about: { ...ABOUT, film_of: "membrane" } }) });
+  assert.ok(texts(p.context).includes("pull-in of the membrane") && !texts(p.context).includes("pull-in of the cone"));
+  assert.ok(p.toX(p.right) >= 900); // its size counts, as the force does
+});
+
+test("each axis of the phase portrait and of the spectrum has the name and unit of what it shows", () => {
+  const upright = (p) => p.context.calls.filter((c) => c.name === "fillText" && c.args[1] === 0 && c.args[2] === 0).map((c) => c.args[0]);
+  const portrait = panel(portraitPanel, { a: look() });
+  assert.deepEqual([upright(portrait), texts(portrait.context).includes("height (mm)")], [["velocity (m/s)"], true]);
+  const spectrum = { frequency: Float32Array.of(0, 5, 10), amplitude: Float32Array.of(1, 0.01, 1), line: new Float32Array(0), height: new Float32Array(0), top: 80 };
+  assert.deepEqual(upright(panel(spectrumPanel, { a: look({ spectrum }) })), ["amplitude (mm)"]);
+  const statics = { voltage: Float32Array.of(0, 500), x: Float32Array.of(4, 3), stable: Uint8Array.of(1, 1), marks: {}, swing: [0, 50] };
+  assert.deepEqual(upright(panel(staticsPanel, { a: look({ statics }) })), ["height (mm)"]);
+});
+
+test("the mean of a motion does not push its spectrum out of the picture", () => {
+  const spectrum = { frequency: Float32Array.of(0, 5, 10), amplitude: Float32Array.of(1e6, 0.01, 0.1), line: new Float32Array(0), height: new Float32Array(0), top: 80 };
+  const p = panel(spectrumPanel, { a: look({ spectrum }) });
+  assert.ok(p.y[1] < 0 && p.y[0] > -9 && p.Y(-1) < p.Y(-2)); // decades about the largest amplitude, 0.1
+});
+
 // --- the cone --------------------------------------------------------------------------------------------------------
 
 function cone(sides) {

@@ -25,6 +25,7 @@ test("an address without a device takes the first, and usual values are not writ
   assert.equal(address.write(state), "device=first");
   assert.equal(address.read("#side=b", "first").side, "a");
   assert.equal(address.read("#b.frequency=1+Hz", "first").b.device, "first");
+  assert.equal(address.read("#device=other&b.frequency=1+Hz", "first").b.device, "first");
 });
 
 test("an axis in an address needs a name and two numbers", () => {
@@ -154,6 +155,50 @@ test("an error stands beside its control, opens its group, and goes when all is 
   assert.deepEqual([own.general.hidden, own.general.textContent, row("hoop_prestretch").error.hidden], [false, "what is wrong", true]);
   own.settle();
   assert.ok(own.general.hidden);
+});
+
+test("a choice of what the device does not have is its default, and is not sent", () => {
+  const { own, row, changes } = controls();
+  own.show([...LIST, { name: "second_film", label: "Second film", group: "Body", kind: "choice", value: "none", unit: "", low: 0, high: 1, powers: {}, about: "", choices: ["none", "taut"] }], {});
+  const { number } = row("second_film");
+  for (const [chosen, sent] of [["taut", "taut"], ["none", null]]) {
+    number.value = chosen; number.onchange();
+    assert.deepEqual(changes.at(-1), ["second_film", sent, true]);
+  }
+  assert.equal(number.value, "none");
+});
+
+test("what is set is marked, also where it is the default, and what is not is read out as automatic", () => {
+  const { own, row } = controls();
+  own.values({ hoop_prestretch: "1.4", release_height: "2 mm" });
+  assert.deepEqual(["hoop_prestretch", "disc_radius"].map((name) => row(name).row.classList.has("changed")), [true, false]);
+  assert.equal(row("release_height").slider.getAttribute("aria-valuetext"), "2 mm");
+  own.values({});
+  assert.deepEqual(["hoop_prestretch", "release_height"].map((name) => row(name).slider.getAttribute("aria-valuetext")), ["1.4", "automatic"]);
+});
+
+test("an error of a field in a part stands at that part's control, and of several that end alike at the one that is set", () => {
+  const { own, row } = controls(), more = (name, group) => ({ ...LIST[3], name, label: name, group });
+  own.show([...LIST, more("material.shear_modulus", "Gel"), more("meridional_prestretch", "Gel")], { meridional_prestretch: "1.2" });
+  const wrong = () => [...own.rows].filter(([, { error }]) => !error.hidden).map(([name]) => name);
+  assert.ok(own.fail("shear_modulus", "too small"));
+  assert.deepEqual(wrong(), ["material.shear_modulus"]);
+  own.fail("prestretch", "too large");
+  assert.deepEqual(wrong(), ["meridional_prestretch"]);
+  own.values({});
+  own.fail("prestretch", "too large");
+  assert.deepEqual(wrong(), ["hoop_prestretch"]);
+  assert.equal(row("hoop_prestretch").row.classList.has("wrong"), true);
+});
+
+test("locks are those of the address, and no others", () => {
+  const { own, row } = controls(), locked = () => LIST.map((c) => c.name).filter((name) => row(name).number.disabled);
+  own.lockAll(["disc_radius", "waveform"]);
+  assert.deepEqual(locked(), ["waveform", "disc_radius"]);
+  own.lockAll(["disc_radius"]);
+  assert.deepEqual([locked(), row("waveform").lock.getAttribute("aria-pressed"), row("disc_radius").lock.getAttribute("aria-pressed")], [["disc_radius"], "false", "true"]);
+  own.lockAll([]);
+  assert.deepEqual(locked(), []);
 });
 
 test("controls stand in their groups, of which one is open", () => {
@@ -354,6 +399,23 @@ test("the badge says whether the model holds", () => {
     const found = badge(words, {}, about);
     assert.equal(found.valid.replace(" of the time, as", ", as"), text);
     assert.equal(found.holds, holds, text);
+  }
+});
+
+test("a model that holds once the motion has settled is said to, with what happens on the way", () => {
+  const words = { shares: [{ code: 0, share: 0.9 }, { code: 4, share: 0.1 }] }, { row } = badge(words, { lines: ["periodic, period 1"], regime: 1, shares: [{ code: 0, share: 1 }] }, { strength: true });
+  assert.equal(row.valid.textContent, `the model holds once the motion has settled: film taut throughout; on the way there film ${FILM[4]} 10 % of the time`);
+  assert.ok(row.valid.classList.contains("no") && !row.valid.classList.contains("yes"));
+});
+
+test("the voltage that is offered is safely below pull-in, and never above its own", () => {
+  for (const [peak, share] of [[1.25, 0.68], [2, 0.425], [1, 0.85], [0.4, 0.85]]) {
+    browser();
+    const given = [], own = new Badge(document.getElementById("badges"), (part) => given.push(part));
+    const numbers = new Map([["pull-in", { name: "pull-in", place: 6, text: "2 kV", value: 2, peak }]]);
+    own.show("a", { words: { shares: [], ended: "pulled in", seems: "the film pulls in" }, about: { film: FILM, si: true }, numbers }, LEGEND);
+    own.rows.get("a").numbers.querySelectorAll("button").at(-1).click();
+    assert.ok(given.length === 1 && near(given[0], share, 1e-9), `${peak}: ${given}`);
   }
 });
 

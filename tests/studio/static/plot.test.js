@@ -75,6 +75,8 @@ test("a range holds what is shown and moves only when it must", () => {
   assert.ok(flat[0] < 5 && flat[1] > 5 && near((flat[0] + flat[1]) / 2, 5));
   const zero = new Range().fit([-1e-30, 2e-36]); // rest: no axis of rounding errors
   assert.ok(zero[0] < -0.4 && zero[1] > 0.4);
+  const nearly = new Range().fit([100, 100.001]); // a change of 1e-5 is not magnified
+  assert.ok(nearly[1] - nearly[0] >= 2 && nearly[0] < 100 && nearly[1] > 100.001);
   const none = new Range().fit([Infinity, -Infinity]);
   assert.ok(none[0] < 0 && none[1] > 1);
 });

@@ -377,6 +377,7 @@ const ANSWERS = {
     const look = { ...before, film1: undefined, film2: undefined, ...arrays, words: head.words, about: head.about, id: head.id };
     delete look.lines; delete look.late; delete look.problem; delete look.unmade; delete look.unmeasured;
     look.numbers = new Map([...(before.numbers ?? [])].map(([name, own]) => [name, { ...own, old: true }]));
+    for (const name of ["spectrum", "statics"]) if (look[name]) look[name] = { ...look[name], old: true };
     if (head.words.ended) look.ox = look.px = look.settled = look.shares = undefined;
     clearTimeout(ageing[head.side]);
     ageing[head.side] = setTimeout(() => { look.old = true; plots.portrait.redraw(); plots.time.redraw(); moved(); }, AGED);
@@ -407,6 +408,7 @@ const ANSWERS = {
   late(head) {
     if (head.stage === "statics") looks[head.side].problem = head.message;
     if (head.stage === "spectrum") looks[head.side].unmeasured = head.message;
+    if (looks[head.side][head.stage]?.old) delete looks[head.side][head.stage]; // that of an older setting is not shown for it
     if (head.stage === "film") looks[head.side].unmade = head.message;
     if (head.stage === "kind") for (const [name, { old }] of looks[head.side].numbers) if (old) looks[head.side].numbers.delete(name);
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
