@@ -4,15 +4,18 @@ import asyncio
 import logging
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from gelcone.atlas.processes import ProcessesEnded
+from gelcone.codes import Regime
 from gelcone.devices.units import FieldError
 from gelcone.errors import InputError, MissingDependency
+from gelcone.studio import look
 from gelcone.studio import page as pages
 from gelcone.studio.lanes import LANES, SIDES
 from gelcone.studio.page import Page
-from gelcone.studio.setting import Shelf
+from gelcone.studio.setting import Setting, Shelf
 
 PUMP, BASE = {"device": "biased-pump", "values": {"film": "taut"}}, {"preset": "base"}
 X, Y = ["voltage_amplitude", 100, 700], ["frequency", 5, 15]
@@ -117,5 +120,202 @@ def test_what_one_waits_for_has_workers_of_its_own_and_all_lanes_are_given_back(
         assert saving.begun == [lanes["b"]] * 2
         assert sorted(pool.left + saving.left) == sorted(lanes.values())
         assert set(pool.left) == {lanes[name] for name in ("map", "strip", "envelope")}
+
+    asyncio.run(story())
+
+
+# --- what follows a look ----------------------------------------------------------------------------------------------
+
+
+class Sent(Page):
+    """A page whose messages are stored in place of being sent; work of seconds gives what ``found`` says."""
+
+    def __init__(self, **found):
+        super().__init__(SimpleNamespace(), Shelf(), Lanes(0), Lanes(100))
+        self.sent, self.found, self.done = [], found, []
+
+    async def send(self, head, arrays=None):
+        self.sent.append((head, arrays))
+
+    def _worker(self, request):
+        async def do(function, source, *given):
+            self.done.append(function.__name__)
+            result = self.found[function.__name__]
+            if isinstance(result, Exception):
+                raise result
+            return result
+
+        return SimpleNamespace(do=do), "source"
+
+
+LOOK = {"kind": "look", "id": 3, "side": "a", "setting": Setting.read(BASE), "periods": 20, "panels": []}
+
+
+@pytest.mark.parametrize("regime", [Regime.REST, Regime.PERIODIC, *pages.WANDERING])
+@pytest.mark.parametrize("moved", [0.0, 1e-12, 1e-3])
+def test_a_picture_shows_the_rests_that_a_search_finds_but_for_rounding(regime, moved, monkeypatch):
+    """Of a motion that wanders any other rest makes another motion."""
+
+    async def story():
+        own = Sent(find_rests={})
+        monkeypatch.setattr(own, "shelf", SimpleNamespace(guesses=lambda _: {"key": 0.5}, confirm=lambda *_: moved))
+        there = await own._rests_there(*own._worker(LOOK), LOOK, look.Settled(words={"regime": int(regime)}))
+        assert there == (moved == 0.0 or (moved < 1e-9 and regime in (Regime.REST, Regime.PERIODIC)))
+        own.shelf.guesses = lambda _: {}
+        assert await own._rests_there(*own._worker(LOOK), LOOK, look.Settled(words={"regime": 3}))
+        assert own.done == ["find_rests"]
+        own.end()
+
+    asyncio.run(story())
+
+
+def test_a_motion_wanders_unless_it_rests_or_repeats():
+    ended = {Regime.LEFT_THE_DOMAIN, Regime.TRANSIENT_CHAOS}
+    assert set(Regime) - set(pages.WANDERING) == {Regime.REST, Regime.PERIODIC, *ended}
+
+
+def test_a_run_and_its_evidence_have_times_of_their_own(monkeypatch):
+    """What is late is said with its time; of a run as an error, of what follows as a part that is missing."""
+    monkeypatch.setattr(pages, "RUN_SECONDS", 0.05)
+    monkeypatch.setattr(pages, "EVIDENCE_SECONDS", 0.15)
+
+    async def story():
+        own = Sent()
+
+        def never(slot):
+            slot.watch.stop.wait(5.0)
+            raise pages.Stopped
+
+        assert await own._computed(own.first, LOOK, lambda: never(own.first)) is None
+        (head, _), stopped = own.sent[0], own.second.watch
+        assert (head["kind"], head["id"], head["side"]) == ("error", 3, "a")
+        late = "takes more than {} s; take a shorter run, or ask the command line (Save…)"
+        assert head["message"] == "the run " + late.format("0.05")
+        with pytest.raises(pages._Late, match=r"the evidence takes more than 0\.15 s"):
+            await own._computed(own.second, LOOK, lambda: never(own.second))
+        assert own.second.watch is not stopped  # so that what comes next of this request is not stopped, too
+        assert await own._computed(own.second, LOOK, lambda: "found") == "found"
+        own.end()
+        with pytest.raises(pages.Stopped):
+            await own._computed(own.second, LOOK, lambda: "found")
+
+    asyncio.run(story())
+
+
+def test_tables_of_profiles_are_sent_once_a_film(monkeypatch):
+    monkeypatch.setattr(pages.profiles, "names", lambda model: ["one", "", "two"])
+
+    async def story():
+        own = Sent(find_profiles=look.Parts(words={"name": "a table"}))
+        for _ in range(2):
+            await own._send_profiles(LOOK, "model", *own._worker(LOOK))
+        assert [head["kind"] for head, _ in own.sent] == ["profiles", "profiles"]
+        assert own.done == ["find_profiles"] * 2
+        own.end()
+
+    asyncio.run(story())
+
+
+@pytest.mark.parametrize("panels", [[], ["statics"]])
+@pytest.mark.parametrize("stored", [False, True])
+def test_equilibria_are_computed_and_shown_where_they_are_open(panels, stored, monkeypatch):
+    """Pull-in always; what is stored of other drives at once, what is not once the hand rests."""
+    monkeypatch.setattr(pages, "RESTED_SECONDS", 0.0)
+    monkeypatch.setattr(pages.profiles, "names", lambda model: [])
+    for name in ("PULL_INS", "STATICS"):
+        answers = look.Answers(str, lambda model: None)
+        monkeypatch.setattr(look, name, answers)
+        if stored:
+            answers.keep("model", "known")
+    monkeypatch.setattr(look, "margins", lambda subject: look.Parts(words={"numbers": ["pull-in"]}))
+    monkeypatch.setattr(look, "statics", lambda subject: look.Parts(words={"marks": {}}))
+
+    async def story():
+        own = Sent(find_pull_in=1.0, find_static="found")
+        request = LOOK | {"panels": panels, "stands": False}
+        await own._afterwards(request, SimpleNamespace(model="model"), look.Settled(words={"regime": 1}), [])
+        assert [head["kind"] for head, _ in own.sent] == ["numbers", *panels]
+        assert own.done == ([] if stored else ["find_pull_in", *(["find_static"] if panels else [])])
+        own.end()
+
+    asyncio.run(story())
+
+
+def test_why_a_membrane_is_missing_is_said_of_the_film_and_why_equilibria_are_of_them(monkeypatch):
+    monkeypatch.setattr(pages, "RESTED_SECONDS", 0.0)
+
+    async def story():
+        own = Sent(make_membrane=InputError("too thick\n for it"), find_static=InputError("none"), find_pull_in=1.0)
+        monkeypatch.setattr(look, "PULL_INS", look.Answers(str, lambda model: 1.0))
+        monkeypatch.setattr(look, "margins", lambda subject: look.Parts())
+        subject, kind = SimpleNamespace(model="model"), look.Settled(words={"regime": 1})
+        await own._afterwards(LOOK | {"stands": True}, subject, kind, [])
+        monkeypatch.setattr(look, "STATICS", look.Answers(str, lambda model: None))
+        await own._afterwards(LOOK | {"stands": False, "panels": ["statics"]}, subject, kind, [])
+        late = [(head["stage"], head["message"]) for head, _ in own.sent if head["kind"] == "late"]
+        assert late == [("film", "too thick for it"), ("statics", "none")]
+        own.end()
+
+    asyncio.run(story())
+
+
+def test_a_new_look_ends_what_followed_the_old_one_and_may_follow_its_evidence_at_once():
+    """At once where the page has the kind of motion of the last look of that side."""
+
+    async def story():
+        own, cancelled, given = Sent(), [], []
+        own.lanes.cancel = cancelled.append
+        own.first.give = lambda side, request: given.append((side, request["follows"]))
+        raw = {"kind": "look", "side": "a", "setting": BASE}
+        for number, known in ((1, None), (2, None), (3, 2), (4, None), (5, 4)):
+            if known is not None:
+                own._known["a"] = known
+            await own._take_look(raw | {"id": number})
+        await own._take_look(raw | {"id": 6, "side": "b"})
+        assert cancelled == ["a"] * 5 + ["b"]
+        assert given == [("a", True), ("a", False), ("a", True), ("a", False), ("a", True), ("b", True)]
+        own.end()
+
+    asyncio.run(story())
+
+
+def test_a_device_is_handed_over_as_a_device_file():
+    async def story():
+        own = Sent()
+        await own._device_file({"id": 9, "setting": PUMP})
+        while not own.sent:
+            await asyncio.sleep(0.01)
+        (head, arrays), device = own.sent[0], own.shelf.subject(Setting.read(PUMP)).device
+        assert head == {"kind": "file", "id": 9, "name": "device.toml"}
+        assert bytes(arrays["data"]).decode() == device.to_toml()
+        own.end()
+
+    asyncio.run(story())
+
+
+def test_messages_are_read_at_a_bounded_rate(monkeypatch):
+    """As many at once as may come, however long nothing came before; then as many as a second allows."""
+
+    async def story():
+        own, moments, clock, slept, come = Sent(), iter([0.0, 100.0]), [0.0], [], []
+
+        async def receive():
+            clock[0] = next(moments, clock[0])
+            come.append(clock[0])
+            return {"type": "websocket.disconnect" if len(come) > 451 else "websocket.receive", "text": "{}"}
+
+        async def answer(text):
+            pass
+
+        async def sleep(seconds):
+            slept.append(seconds)
+
+        own.socket.receive, own._answer = receive, answer
+        monkeypatch.setattr(pages, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+        monkeypatch.setattr(pages.asyncio, "sleep", sleep)
+        await own._read()
+        assert len(slept) == 451 - 1 - pages.BURST
+        np.testing.assert_allclose(slept, np.arange(1, len(slept) + 1) / pages.RATE)
+        own.end()
 
     asyncio.run(story())
