@@ -55,6 +55,7 @@ def test_all_heights_have_one_scale_and_room_on_the_page(height, second):
     places = [y for y, _ in circles]
     assert 0.5 * (min(places) + max(places)) == pytest.approx(TALL / 2, abs=0.11)
     assert {radius for _, radius in circles[:-1]} == {RADIUS}
+    assert disc[1] == pytest.approx(0.25 * RADIUS, abs=0.06)  # heights alone are drawn smaller
     assert all(0.0 < y < TALL for y in (*places, *(y for y, _ in texts)))
 
 

@@ -13,6 +13,7 @@ import pytest
 import gelcone
 from gelcone.analyses.ask import arguments_of
 from gelcone.devices.files import shipped_devices
+from gelcone.presets import load_presets
 from gelcone.register.analyses import find_analysis
 from gelcone.studio import exports
 from gelcone.studio.grids import Axis, Source
@@ -177,3 +178,25 @@ PERIODS = [-3, 0, 0.5, 1e300, 501, 10**400, True, None, "9", float("nan"), float
 def test_nothing_else_can_be_asked_for(name, options):
     with pytest.raises(gelcone.InputError):
         exports.Wanted.read(name, options, ())
+
+
+def test_a_sweep_is_written_with_both_ends_and_the_number_of_its_values():
+    assert exports.over_text(Axis("frequency", "Hz", [9.0, 9.25, 9.5])) == "frequency=9 Hz:9.5 Hz:3"
+    assert exports.over_text(Axis("voltage", "", [0.0, 2.0])) == "voltage=0:2:2"
+
+
+@pytest.mark.parametrize("name", sorted(load_presets()))
+@pytest.mark.parametrize("values", [{}, {"velocity": "0.25"}, {"voltage": "0.7"}])
+def test_command_and_lines_of_a_preset_begin_where_the_page_does(name, values, monkeypatch):
+    shelf, given = Shelf(), {}
+    wanted = exports.Wanted.read("simulate", {"periods": 3}, ())
+    setting = exports.fitting(Setting(preset=name, values=values), wanted)
+    monkeypatch.setattr(gelcone, "simulate", lambda model, **options: given.update(options, model=model))
+    monkeypatch.setattr(gelcone, "save", lambda result, path: None)
+    exec(exports.lines(setting, wanted, ""), {})
+    subject = shelf.subject(setting)
+    assert tuple(given["initial"]) == tuple(subject.initial)
+    assert given["model"].parameters() == subject.model.parameters()
+    words = shlex.split(exports.command(setting, wanted, ""))
+    assert words[:4] == ["gelcone", "simulate", "--preset", name]
+    assert ("--initial" in words) == ("velocity" in values)

@@ -390,3 +390,47 @@ def test_what_acts_on_the_disc_is_drawn_only_where_it_does(shelf):
     stiff = Setting(device="snap-cone", values={"spring_rate": "1 N/m"})
     assert look.about(shelf.subject(stiff))["bias"] == "spring+beam"
     assert look.about(shelf.subject(Setting(preset="base", values={"spring_stiffness": "0"})))["bias"] == "none"
+
+
+def test_a_run_may_last_from_one_to_five_hundred_periods():
+    assert [look.check_periods(own) for own in (1, 2.5, 500)] == [1.0, 2.5, 500.0]
+    for wrong in (0.999, 500.001, True, "20", None):
+        with pytest.raises(InputError, match="periods: must be a number from 1 to 500"):
+            look.check_periods(wrong)
+
+
+def test_a_small_picture_is_the_end_of_a_run_from_its_own_time_zero(shelf):
+    subject = shelf.subject(Setting(preset="base", values={"voltage": "0.8"}))
+    whole, found = look.response(subject, look.PERIODS), look.glance(subject)
+    t, x = (found.arrays[name] for name in ("t", "x"))
+    assert (t[0], t.size) == (0.0, look.GLANCE_SAMPLES + 1)
+    assert t[-1] == pytest.approx(look.GLANCE_PERIODS * found.words["period"], rel=1e-3)
+    assert x[-1] == whole.arrays["x"][-1]
+    begin = whole.arrays["t"][-1] - t[-1]
+    np.testing.assert_allclose(x, np.interp(begin + t, whole.arrays["t"], whole.arrays["x"]), atol=1e-12)
+
+
+@pytest.mark.parametrize("strength", [None, "40 kV/mm"])
+def test_the_field_of_each_film_is_over_its_strength_or_over_the_largest(shelf, strength):
+    values = {"film": "taut", "second_film": "taut"} | ({} if strength is None else {"dielectric_strength": strength})
+    subject = shelf.subject(Setting(device="double-cone", values=values))
+    found, device = look.response(subject, 2).arrays, subject.device
+    shown = gelcone.simulate(device, times=1e-3 * found["t"])
+    known = device.dielectric_strength or device.material.dielectric_strength
+    assert (known is None) == ("dielectric_strength" not in subject.model.values)
+    for k, prefix in ((1, ""), (2, "second_")):
+        field = 1e6 * shown[f"{prefix}true_field"].values
+        np.testing.assert_allclose(found[f"field{k}"], field / (known or field.max()), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(found[f"thin{k}"], shown[f"{prefix}thickness_stretch"].values, rtol=1e-9)
+
+
+def test_answers_are_stored_for_so_many_models_and_no_more():
+    found = []
+    answers = look.Answers(str, lambda model: found.append(model) or f"of {model}")
+    for model in range(look.MOST_STATICS):
+        assert answers.of(model) == f"of {model}"
+    assert answers.of(0) == "of 0"
+    assert len(found) == len(answers.stored) == look.MOST_STATICS
+    answers.keep("more", "kept")
+    assert (answers.has("more"), answers.has(0), len(answers.stored)) == (True, False, 1)
+    assert answers.of("more") == "kept"
