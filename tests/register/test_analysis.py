@@ -26,6 +26,9 @@ def test_settings_fill_in_defaults_and_refuse_what_is_no_option():
     for name in ("threads", "initial"):
         with pytest.raises(InputError, match=f"'{name}' is not an option of the analysis regime"):
             regime.settings({name: 2})
+    with pytest.raises(InputError, match="'thread' is not an option of the analysis regime") as refused:
+        regime.settings({"thread": 2})
+    assert "'threads'" not in str(refused.value)  # which would be refused, too
     with pytest.raises(InputError, match="budget = True: must be a number"):
         regime.settings({"budget": True})
     assert [type(regime.settings({"budget": value})["budget"]) for value in (300, np.int64(300), 300.0)] == [float] * 3

@@ -225,10 +225,10 @@ def _bends_filled(
     model: Members, grids: Array, swept: Swing, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Array, Swing]:
     """Frequencies and swings of an actuator's two sweeps with `FILLED` more in each interval next to a bend of either,
-    which begin on the motion that the sweep has on the side where it comes from."""
+    which begin on the motion that the sweep has on the side where it comes from. The frequencies are even on a log
+    scale, as `_around_resonance` gives them."""
     amplitude, log = np.nan_to_num(swept.amplitude), np.log(grids[0])
-    share = (log[1:-1] - log[:-2]) / (log[2:] - log[:-2])
-    off = np.abs(amplitude[:, 1:-1] - (1.0 - share) * amplitude[:, :-2] - share * amplitude[:, 2:])
+    off = np.abs(amplitude[:, 1:-1] - 0.5 * (amplitude[:, :-2] + amplitude[:, 2:]))
     bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
     wanted = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
     if not wanted.size:
