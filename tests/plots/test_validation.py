@@ -133,6 +133,7 @@ def test_profiles_are_the_film_in_full_and_the_cone_dashed():
         assert (continuum.get_linestyle(), cone.get_linestyle()) == ("-", "--")
         assert continuum.get_color() == cone.get_color() == CYCLE[k]
         assert continuum.get_label() == f"displacement {x:g} mm"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("radius", "height")
 
 
 def test_stretches_are_drawn_along_the_film_hoop_dotted_and_the_cone_level():
@@ -147,6 +148,7 @@ def test_stretches_are_drawn_along_the_film_hoop_dotted_and_the_cone_level():
         assert [one.get_linestyle() for one in (meridional, hoop, cone)] == ["-", ":", "--"]
     labels = {one.get_label(): one.get_linestyle() for one in axes.lines[-3:]}
     assert labels == {"meridional": "-", "hoop": ":", "meridional, cone": "--"}
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("mounted radius", "stretch")
 
 
 def test_shapes_are_those_of_the_lowest_voltage_at_which_the_film_was_found():

@@ -319,8 +319,11 @@ test("the voltage is lowered in all its parts, but for one that is locked", () =
   answer({}, { ...RUN(), x: Float32Array.of(10, 5, 1) }, { ended: "pulled in", seems: "the film pulls in after 100 ms" }, MORE);
   numbers({ name: "pull-in of the cone, slowly", place: 6, text: "800 V", value: 800, peak: 1.25 });
   const offer = () => $("badges").querySelectorAll(".numbers button").find((own) => own.textContent === "lower the voltage");
+  $("scrub").value = "500"; $("scrub").oninput();
   offer().click();
   assert.deepEqual(last("look").setting.values, { voltage_amplitude: "544 V", voltage_offset: "-136 V" });
+  draw(); // the run is played from its start
+  assert.deepEqual([Number($("scrub").value) < 100, $("play").getAttribute("aria-label")], [true, "Pause"]);
   $("reset-all").click();
   const lock = document.querySelector('[data-name="voltage_offset"] .lock');
   lock.click();

@@ -202,6 +202,11 @@ test("each axis of the phase portrait and of the spectrum has the name and unit 
   assert.deepEqual(upright(panel(staticsPanel, { a: look({ statics }) })), ["height (mm)"]);
 });
 
+test("spectra of two settings have room for both", () => {
+  const spectrum = (top) => ({ frequency: Float32Array.of(0, 5, 10), amplitude: Float32Array.of(1, 0.01, 1), line: new Float32Array(0), height: new Float32Array(0), top });
+  for (const [a, b] of [[80, 200], [200, 80]]) assert.ok(near(panel(spectrumPanel, { a: look({ spectrum: spectrum(a) }), b: look({ spectrum: spectrum(b) }) }).x[1], 200));
+});
+
 test("the mean of a motion does not push its spectrum out of the picture", () => {
   const spectrum = { frequency: Float32Array.of(0, 5, 10), amplitude: Float32Array.of(1e6, 0.01, 0.1), line: new Float32Array(0), height: new Float32Array(0), top: 80 };
   const p = panel(spectrumPanel, { a: look({ spectrum }) });
