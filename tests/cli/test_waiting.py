@@ -105,9 +105,10 @@ def test_membranes_are_counted_and_programs_not(monkeypatch, capsys):
         for kind in ("code", disk_cache.MEMBRANES, "code", disk_cache.MEMBRANES):
             with disk_cache.making(kind):
                 time.sleep(0.06)
-    names = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
+    lines = capsys.readouterr().err.splitlines()
     wanted = ["compiling", "making membrane 1", "compiling", "making membrane 2"]
-    assert names == [f"limits, {made}" for made in wanted]
+    assert [line.split(":")[0] for line in lines] == [f"limits, {made}" for made in wanted]
+    assert all(int(line.removesuffix(" s").split(": ")[1]) < 60 for line in lines)  # seconds since each began
 
 
 def test_on_a_terminal_the_seconds_pass_without_news(monkeypatch):

@@ -153,6 +153,7 @@ def test_tables_of_films_are_those_of_each_film(pair):
     assert float(sizes["SMALLEST_STEP"]) == float(smallest_step(pair.model.members())[0])
     assert (int(sizes["N_FILMS"]), int(sizes["N_KINDS"])) == (2, 4)
     places, scales = list(pair.program.outputs), pair.parameters.scales
+    assert [list(scales)[int(place)] for place in tables["STATE_SCALE"]] == ["length", "velocity"]
     for row, (name, (place, quantity, _)) in enumerate(pair.outputs.items()):
         own = "charge_rate" if name == "current" else "second_charge_rate" if name == "second_current" else name
         assert places[int(tables["OUTPUT_PLACE"][row])] == places[place] == own

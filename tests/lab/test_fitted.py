@@ -115,3 +115,14 @@ def test_the_ends_of_a_band_are_those_of_its_draws(monkeypatch):
         np.testing.assert_allclose(heights[k], height_of(other, volts), rtol=1e-4)
     np.testing.assert_allclose([low, high], np.quantile(heights, [0.1, 0.8], axis=0), rtol=1e-5)
     np.testing.assert_allclose(height, height_of(PUMP, volts), rtol=1e-5)
+
+
+def test_a_band_leaves_out_the_voltages_at_which_it_is_not_known(monkeypatch):
+    def ends(heights):
+        known = np.where(np.arange(heights.shape[1]) < 50, 1.0, np.nan)
+        return np.stack([known, known, known])
+
+    monkeypatch.setattr(fitted, "spread", ends)
+    lines = fitted_band(a_fit([PUMP.spring_rate, PUMP.film_thickness], 1e-4 * COVARIANCE)).splitlines()
+    assert len(lines) == 1 + 50
+    assert not any("nan" in line for line in lines)

@@ -101,3 +101,12 @@ def test_predictions_are_read():
     ):
         with pytest.raises(InputError, match=message):
             read_predictions([text])
+
+
+def test_of_what_cannot_be_predicted_no_experiment_is_the_next(powers, monkeypatch):
+    """A device that does not pull in has no pull-in voltage to be known better."""
+    monkeypatch.setattr(predictions, "predicted_values", lambda problem, logs, one: np.full(len(logs), np.nan))
+    asked = [Asked("pull-in", "pull-in", 0.0)]
+    found = predictions.predictions_of(made_up_problem(), np.zeros(3), COVARIANCE, asked)
+    assert np.isnan(found["predicted_value"]).all()
+    assert (json.loads(found.attrs["next"]), powers) == ([[]], [])
