@@ -45,7 +45,8 @@ def export(
     path : of a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
         dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a name
         that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a folder for
-        C: header, source, example, test program and device file. The model has the name of the file or folder.
+        C: header, source, example, test program and device file. The model has the name of the file or folder, behind
+        ``device_`` where C or the sources use that name.
     fmi : version of the FMU's standard, 2 or 3. Default 2.
     platforms : machines for which an FMU holds libraries, besides its sources: ``"host"``, this one (default), and with
         the package ziglang ``"linux"``, ``"linux-arm"``, ``"windows"``, ``"macos"`` and ``"macos-arm"``.
