@@ -1,7 +1,6 @@
 """Check the prose of the sources against the rules of CONTRIBUTING: words, and how docstrings begin.
 
-    python tools/plain_english.py              (the parts listed in `OBEYING`; ends with 1 if something is found)
-    python tools/plain_english.py --all        (every module, to see what is left to do)
+    python tools/plain_english.py              (ends with 1 if something is found)
 
 Docstrings, texts and comments are searched for `WORDS`. Public functions, classes and modules need a docstring, but
 methods inherit that of a base class; none begins with one of `BEGINNINGS`.
@@ -9,7 +8,6 @@ methods inherit that of a base class; none begins with one of `BEGINNINGS`.
 
 from __future__ import annotations
 
-import argparse
 import ast
 import re
 import sys
@@ -19,25 +17,6 @@ from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[1] / "src" / "gelcone"
-OBEYING = (
-    "export",
-    "paper",
-    "errors.py",
-    "quantity.py",
-    "progress.py",
-    "files.py",
-    "dataset.py",
-    "netcdf.py",
-    "statistics.py",
-    "atlas",
-    "lab",
-    "plots",
-    "motion",
-    "studio",
-    "physics",
-    "words.py",
-)
-"""Files and folders below ``src/gelcone`` that obey; add a folder here as soon as it does."""
 WORDS = {
     r"told|tells?": "reported, states, reports",
     r"beside": "next to, with, in addition",
@@ -113,12 +92,9 @@ def _public(parent: ast.AST) -> Iterator[tuple[ast.FunctionDef | ast.AsyncFuncti
                 yield from _public(node)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Print the findings; 1 if there are any."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--all", action="store_true", help="every module")
-    parts = [SOURCE] if parser.parse_args(arguments).all else [SOURCE / name for name in OBEYING]
-    files = [path for part in parts for path in (sorted(part.rglob("*.py")) if part.is_dir() else [part])]
+def main() -> int:
+    """Print the findings in all modules; 1 if there are any."""
+    files = sorted(SOURCE.rglob("*.py"))
     found = [f"{path.relative_to(SOURCE)}:{line}: {what}" for path in files for line, what in findings(path)]
     print("\n".join(found) or f"{len(files)} files: nothing found")
     return int(bool(found))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("gelcone")  # type: ignore[no-untyped-call]
 class Accessor:
-    """What can be done with a result of gelcone."""
+    """Methods of a result of gelcone: plot, save, export, print, tabulate, convert."""
 
     def __init__(self, result: xr.Dataset) -> None:
         self._result = result
@@ -45,7 +45,7 @@ class Accessor:
         return gelcone.export(self._result, path, force=force)
 
     def words(self) -> str:
-        """What the command that gives such a result prints; see `gelcone.in_words`."""
+        """The text that the command prints for such a result; see `gelcone.in_words`."""
         return gelcone.in_words(self._result)
 
     def table(self, over: str | Sequence[str] | None = None) -> pd.DataFrame:

@@ -7,7 +7,7 @@ from enum import IntEnum
 STEPS_PER_CALL = 800_000
 CALL_SPAN = 2000.0
 """Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
-calls an interrupt is heard and a failing member is told apart from its neighbours."""
+calls an interrupt is noticed and a failing member is separated from its neighbours."""
 
 
 class Outcome(IntEnum):
@@ -76,7 +76,7 @@ _MEANINGS = {
 
 
 class FilmPullIn(IntEnum):
-    """How a film without compression pulls in."""
+    """The way in which a film without compression pulls in."""
 
     NONE = 0
     MINIMUM = 1

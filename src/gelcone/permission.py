@@ -22,7 +22,7 @@ LONGEST_SHOWN = 60
 
 @contextmanager
 def only(names: frozenset[str]) -> Iterator[None]:
-    """Follows, in this thread and until the end of the block, no name that does not ship and is not among ``names``."""
+    """Follow, in this thread and until the end of the block, only names that ship and those among ``names``."""
     before = _allowed.set(names)
     try:
         yield
@@ -31,20 +31,20 @@ def only(names: frozenset[str]) -> Iterator[None]:
 
 
 def limit(names: frozenset[str]) -> None:
-    """As `only`, for the rest of this thread."""
+    """Follow, for the rest of this thread, only names that ship and those among ``names``."""
     _allowed.set(names)
 
 
 def check(kind: str, name: str) -> None:
-    """`InputError` for a name of a ``kind`` of thing that must not be followed; it is not looked at further."""
+    """`InputError` for a name of a ``kind`` of thing that must not be followed; nothing is imported."""
     allowed = _allowed.get()
     if allowed is not None and name not in allowed:
         shown = name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..."
-        raise InputError(f"{kind} = {shown!r}: does not ship; what else there is must be given when gelcone is started")
+        raise InputError(f"{kind} = {shown!r}: does not ship; other components must be given when gelcone is started")
 
 
 def check_data(kind: str, name: str, data: Mapping[str, Any]) -> None:
-    """`InputError` for data that must not be handed to the class ``name``: what it makes of a text nobody knows.
+    """`InputError` for data that must not be handed to the class ``name``, which might do anything with a text.
 
     Allowed are fields of a record among the names, see `record`."""
     allowed = _allowed.get()

@@ -28,6 +28,7 @@ class Preset:
 
     @property
     def model(self) -> ConeModel:
+        """The model with these parameters."""
         paper = ConeModel.from_parameters(self.text | self.reconstructed)
         return paper.replace(**self.changes) if self.changes else paper
 

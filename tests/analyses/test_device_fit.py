@@ -71,7 +71,7 @@ def test_a_fitted_device():
         "biased pumping cone: fitted to 120 readings, wrinkling, damper",
         "chi2 = 118.5 of 120 points (p = 0.5): the structure is not refused",
     ]
-    undecided = "these tests cannot tell wrinkling from taut" if device_fit.UNDECIDED > 1.0 else ""
+    undecided = "these tests cannot distinguish wrinkling from taut" if device_fit.UNDECIDED > 1.0 else ""
     assert lines[2:4] == [
         "structure both: no rest",
         "structures compared, chi2 with priors: wrinkling 11; taut 12; membrane 99",

@@ -35,7 +35,7 @@ def test_with_a_device_its_fields_are_swept_in_si():
         ("damping=1,2", "did you mean 'damping_coefficient', 'damping_ratio' or 'quality_factor'"),
         ("prestretch_mode=1,2", "prestretch_mode: is not numeric and cannot be swept"),
         ("film_thickness=0:1 mm:3", "must be greater than 0 m"),
-        ("film_thickness=0.1:1 mm:3", "0.1 has no unit and others have"),
+        ("film_thickness=0.1:1 mm:3", "0.1 has no unit, but the others do"),
         ("voltage_amplitude=0 Hz,1 Hz", "Hz is a unit of frequency, not of voltage"),
         ("film_radius=10 mm,1 km", "'km' is not a unit of length"),
         ("frequency=1:inf:3", "must be finite"),

@@ -35,7 +35,7 @@ def test_uncertain_parameters_are_read():
     assert spread == {"film_thickness": Normal(2e-4, 1e-5), "frequency": Uniform(8.0, 10.0)}
     for text, message in {
         "voltage=1~0.1": "did you mean 'voltage_amplitude'",
-        "frequency=8:9 Hz": "8 has no unit and others have",
+        "frequency=8:9 Hz": "8 has no unit, but the others do",
     }.items():
         with pytest.raises(InputError, match=message):
             read_uncertain([text], device)

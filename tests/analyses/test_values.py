@@ -61,7 +61,10 @@ def test_a_bare_number_is_refused_with_a_device(text):
         ("1:2", "--a '1:2': must be a range from:to:count, the last being the number of values: 1:2:21"),
         ("1,,2", "--a '1,,2': has an empty value; must be a number, a list v1,v2,... or a range from:to:count"),
         (",".join(["1"] * 100_001), "--a: has 100001 values; a list takes at most 100000"),
-        ("1 mm,2", "--a '1 mm,2': 2 has no unit and others have; give each its unit, and write decimals with a point"),
+        (
+            "1 mm,2",
+            "--a '1 mm,2': 2 has no unit, but the others do; give each its unit, and write decimals with a point",
+        ),
     ],
 )
 def test_numbers_that_cannot_be_are_refused_in_full_words(text, message):

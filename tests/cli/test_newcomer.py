@@ -104,7 +104,7 @@ def test_an_option_of_a_recording_needs_one_and_is_named_as_it_is_typed(option, 
 def test_a_first_file_is_not_overwritten(command_line, device_file):
     before = device_file.read_text(encoding="utf-8")
     code, _, err = command_line("init", "mine.toml")
-    assert (code, err) == (2, "Error: mine.toml: exists already, and is kept; choose another name\n")
+    assert (code, err) == (2, "Error: mine.toml: exists already and is not overwritten; choose another name\n")
     assert device_file.read_text(encoding="utf-8") == before
     assert command_line("init", "")[0] == 2
 
@@ -156,7 +156,7 @@ def test_what_was_silent_is_said(command_line, device_file, arguments, told):
         (["static", "--voltages", "0:1:10000000"], "a range takes 2 to 100000"),
         (["simulate", "--out", ""], "'--out': is empty"),
         (["simulate", "--out", "store.zarr/inside"], "lies inside the store"),
-        (["simulate", "mine.toml", "--set", "film_thickness=0.2:0.3 mm:3"], "0.2 has no unit and others have"),
+        (["simulate", "mine.toml", "--set", "film_thickness=0.2:0.3 mm:3"], "0.2 has no unit, but the others do"),
     ],
 )
 def test_bad_input_is_one_clear_line(command_line, device_file, tmp_path, arguments, told):

@@ -28,7 +28,7 @@ def test_a_film_thicker_than_half_the_width_of_its_ring_is_doubted(share):
 def test_the_thickest_of_several_films_is_named_with_its_own_ring():
     device = PUMP.replace_quietly(film_thickness=[1e-4, 0.013], disc_radius=[8e-3, 9e-3])
     (told,) = [text for text in doubts(device) if text.startswith("film_thickness")]
-    assert "13 mm is no membrane on a ring 21 mm wide" in told
+    assert "13 mm is too thick for the membrane model on a ring 21 mm wide" in told
 
 
 @pytest.mark.parametrize(

@@ -448,7 +448,7 @@ def test_an_interrupt_says_how_to_go_on(command, laboratory):
     laboratory.stop_at = "rest"
     result = command("--quick")
     assert result.exit_code == 130
-    assert result.output == "interrupted; what is complete is kept, and the same command continues from there\n"
+    assert result.output == "interrupted; what is complete is saved, and the same command continues from there\n"
 
 
 # --- the real studies, figures and claims -----------------------------------------------------------------------------

@@ -76,7 +76,7 @@ def answer_json(command: str, content: Mapping[str, Any], shown: xr.Dataset, sub
 
 
 def bare_answer(command: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """The same for a command that runs nothing on a model."""
+    """The JSON answer of a command that does not run a model."""
     nothing = ("subject", "parameters", "options", "outcome", "validity", "film_state")
     return {
         "version": __version__,
@@ -307,14 +307,14 @@ def state_lines(result: xr.Dataset, subject: Subject) -> list[str]:
 
 
 def outcome_lines(result: xr.Dataset) -> list[str]:
-    """How many runs did not end well, and what to do about them."""
+    """Count the runs that failed, a line for each kind of failure, with the remedy."""
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
     return [f"{n} of {codes.size} run(s) failed: {outcome.meaning}" for outcome, n in counts.items() if n]
 
 
 def ending_lines(result: xr.Dataset) -> list[str]:
-    """How the members of an ensemble ended, a line a kind; of a single run only how it failed."""
+    """Count the endings of the members of an ensemble, a line for each kind; of a single run, only a failure."""
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome}
     return [
@@ -325,7 +325,7 @@ def ending_lines(result: xr.Dataset) -> list[str]:
 
 
 def counts_text(result: xr.Dataset) -> str:
-    """How many cells move in each way that occurs, in one line."""
+    """Count the cells of each regime that occurs, in one line."""
     counts = regime_counts(result)
     pulled_in, left = int((result["outcome"].values == Outcome.PULLED_IN).sum()), Regime.LEFT_THE_DOMAIN.label
     if pulled_in:
@@ -334,7 +334,7 @@ def counts_text(result: xr.Dataset) -> str:
 
 
 def doubt_lines(result: xr.Dataset) -> list[str]:
-    """How many results are doubtful."""
+    """Count the doubtful results, in a line; no line if there are none."""
     doubtful = (result["doubtful"].values != 0) & (result["outcome"].values == 0)
     count = int(doubtful.sum())
     return [f"{count} of {doubtful.size} doubtful: {DISCORD}, check before you rely on it"] * bool(count)

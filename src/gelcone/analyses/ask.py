@@ -28,8 +28,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Answers:
-    """How a command answers: ``words`` and ``json``, the ``result`` of the JSON object, of the result as it is shown,
-    in the units of a device."""
+    """The answer of a command: ``words``, its text, and ``json``, the ``result`` of its JSON object.
+
+    Both take the result as it is shown, in the units of a device.
+    """
 
     command: str
     words: Callable[[xr.Dataset, Subject], str]
@@ -71,7 +73,7 @@ DRAWS = "draws"
 
 
 def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
-    """How the command that gave a result answers, and what it was asked about; `InputError` for another Dataset."""
+    """The answers of the command that gave a result, and its subject; `InputError` for another Dataset."""
     if not hasattr(result, "data_vars"):
         raise InputError(f"in_words: was given a {type(result).__name__}; give a Dataset that an analysis returned")
     title = str(result.attrs.get("title", "")).partition(":")[0]
@@ -129,7 +131,7 @@ def _initial_of(result: xr.Dataset, device: Device | None) -> Any:
 
 
 def answers_of(analysis: Analysis) -> Answers:
-    """How the command of an analysis answers."""
+    """The answers of the command of an analysis."""
     home = import_module(f"gelcone.analyses.{analysis.answers}")
     words = getattr(home, f"{analysis.name}_words", tables.table_words)
     as_json = getattr(home, f"{analysis.name}_json", partial(result_json, left_out=analysis.file_only))
@@ -137,7 +139,7 @@ def answers_of(analysis: Analysis) -> Answers:
 
 
 def drawn_answers(analysis: str) -> Answers:
-    """How the command of an analysis over an axis of its own answers about draws."""
+    """The answers, about draws, of the command of an analysis over an axis of its own."""
     from gelcone.analyses.drawn import over_draws_words
 
     own = find_analysis(analysis)

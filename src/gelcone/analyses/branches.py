@@ -86,7 +86,7 @@ def continue_branch_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def branch_lines(shown: xr.Dataset, name: str = "") -> list[str]:
-    """What the branches are, line by line."""
+    """Describe the branches, each in a few lines."""
     name, unit = name or shown.attrs["parameter"], unit_of(shown["value"])
     lines = []
     for k in range(shown.sizes["branch"]):

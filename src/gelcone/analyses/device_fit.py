@@ -60,7 +60,7 @@ def device_fit_json(result: xr.Dataset) -> dict[str, Any]:
 
 
 def verdict(result: xr.Dataset) -> str:
-    """What chi2 says of the structure."""
+    """The verdict of chi2 on the structure, with what follows from it."""
     attrs = result.attrs
     size = f"chi2 = {attrs['chi2']:.4g} of {attrs['readings']} points"
     if attrs["refused"]:
@@ -83,7 +83,7 @@ def _structure_lines(result: xr.Dataset) -> list[str]:
     lines = [*refused, f"structures compared, chi2 with priors: {every}"]
     alike = [name for value, name in ranked[1:] if value - ranked[0][0] < UNDECIDED]
     if alike:
-        lines.append(f"these tests cannot tell {ranked[0][1]} from {' or '.join(alike)}")
+        lines.append(f"these tests cannot distinguish {ranked[0][1]} from {' or '.join(alike)}")
     return lines
 
 

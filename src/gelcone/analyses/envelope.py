@@ -298,7 +298,7 @@ def _range(values: xr.DataArray) -> str:
 
 
 def _bound(shown: xr.Dataset) -> str:
-    """What bounds the constant voltage: a limit, or the highest voltage that was looked at."""
+    """Name the bound of the constant voltage: its limits, or the highest voltage that was computed."""
     highest = shown["peak_voltage"][-1]
     met = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf)) <= float(highest)
     return "its limits" if met else f"{_plain(highest)}{unit_of(highest)}, up to which no limit was met"

@@ -319,7 +319,7 @@ def _regime_lines(shown: xr.Dataset) -> list[str]:
 
 
 def totals_text(totals: dict[str, Any]) -> str:
-    """What a run computed, what its check found, and the dimension of the borders."""
+    """Summarise a run: the cells computed, the findings of its check, the dimension of the borders."""
     parts = [f"{totals['computed']} of {totals['cells']} cells computed"]
     if totals["computed_before"]:
         parts.append(f"{totals['computed_before']} of them before")

@@ -1,4 +1,4 @@
-"""What the files of fits and designs say, in the words of their commands."""
+"""The answers for files of fits and designs, in the words of their commands."""
 
 from __future__ import annotations
 

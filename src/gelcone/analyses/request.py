@@ -1,4 +1,4 @@
-"""What an analysis is asked about, described in text: a device or preset, settings, an initial state, swept values.
+"""The subject of an analysis, read from text: a device or preset, settings, an initial state, swept values.
 
 There is one language at a time. With a device names are its fields and every number has its SI unit: a bare number is
 the SI value of a field, and is refused where it is not a field's. Without a device names are the model's parameters and
@@ -40,7 +40,7 @@ RADIUS_RATIO = "radius_ratio"
 
 @dataclass(frozen=True)
 class Subject:
-    """What an analysis works on.
+    """The subject of an analysis: a model, perhaps of a device, and its initial state.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Subject:
 
     @property
     def target(self) -> ConeModel | Device:
-        """What a plan is made of: the device or, without one, the model."""
+        """The device or, without one, the model: the first argument of a plan."""
         return self.model if self.device is None else self.device
 
     @property
@@ -70,7 +70,7 @@ class Subject:
         return self.initial if self.device is None else self.start
 
     def over(self, texts: Iterable[str]) -> dict[str, Array]:
-        """What to sweep in a plan and its values, see `read_over`; those of a device in SI."""
+        """The swept parameters of a plan with their values, see `read_over`; those of a device in SI."""
         swept = read_over(texts, self.device, self.model.system)
         self._not_set(swept)
         return swept

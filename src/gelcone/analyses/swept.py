@@ -1,4 +1,4 @@
-"""What to sweep, from text: parameters or fields and their values, and initial states."""
+"""Swept quantities, read from text: parameters or fields with their values, and initial states."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def example(device: Device | None, name: str) -> str:
 
 
 def read_over(over: Iterable[str], device: Device | None = None, system: ConeSystem | None = None) -> dict[str, Array]:
-    """What to sweep -> its values, in the order given: parameters of the model or, with a device, its fields in SI.
+    """Swept name -> its values, in the order given: parameters of the model or, with a device, its fields in SI.
 
     Values are a range ``from:to:count`` or a list ``v1,v2,...``, increasing and at least two. ``system`` brings the
     parameters of its own components.
@@ -113,6 +113,7 @@ def _states(name: str, text: str | None, device: Device | None) -> Array:
 
 
 def pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:
+    """The name and the values, as texts, of each ``--over``; `InputError`, which states ``form``, for another text."""
     for text in over:
         name, equals, values = (part.strip() for part in text.partition("="))
         if not (equals and name and values):

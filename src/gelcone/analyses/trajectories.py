@@ -49,7 +49,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
             if str(name).startswith("validity_") and name != "validity_error":
                 share = float(variable.mean())
                 if share == 0.0 and wrinkles and str(name).endswith("slack"):
-                    continue  # a film that wrinkles is never compressed: the shares of its states tell how it is slack
+                    continue  # a film that wrinkles is never compressed: the shares of its states say how it is slack
                 if share != share and name == "validity_beyond_membrane":
                     continue  # the film is a membrane itself, or no a/b is known
                 text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")

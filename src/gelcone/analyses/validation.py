@@ -20,7 +20,7 @@ LIMITS = ("limit_displacement", "cone_limit_displacement")
 
 
 def validate_words(shown: xr.Dataset, subject: Subject) -> str:
-    """What a person reads on the terminal."""
+    """The text of the comparison on the terminal."""
     from gelcone.plots.validation import member_labels
 
     lines = heading(subject)

@@ -107,11 +107,12 @@ def unit_or_brackets(option: str, text: str) -> None:
 
 
 def one_manner(shown: str, parts: list[str]) -> None:
+    """`InputError` where some numbers have a unit and others, not zero, have none."""
     bare = [part for part in parts if is_number(part)]
     if 0 < len(bare) < len(parts) and any(float(part) != 0.0 for part in bare):
         odd = next(part for part in bare if float(part) != 0.0)
         raise InputError(
-            f"{shown}: {odd} has no unit and others have; give each its unit, and write decimals with a point"
+            f"{shown}: {odd} has no unit, but the others do; give each its unit, and write decimals with a point"
         )
 
 
@@ -125,6 +126,7 @@ def is_number(text: str) -> bool:
 
 
 def plain(option: str, text: str) -> float:
+    """The number of a text without a unit; `InputError` for another text."""
     if not is_number(text):
         raise InputError(f"{option} {text!r}: must be a number; give a range from:to:count or a list v1,v2,...")
     return float(text)
@@ -157,6 +159,7 @@ def read_table(text: str) -> Any:
 
 
 def of_field(option: str, text: str, field: Field) -> float:
+    """The number of a field in SI, from a text with or without a unit; `InputError` for another text."""
     from gelcone.devices.units import parse
 
     if is_number(text):

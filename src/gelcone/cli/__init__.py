@@ -62,9 +62,11 @@ class LazyGroup(click.Group):
     """Lists every command without importing what it needs."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of all commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        """Import and make a command; None for an unknown name."""
         if name not in COMMANDS:
             return None
         if name in OWN_COMMANDS or name in SPECIAL:
@@ -79,6 +81,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that was typed, with ``_`` read as ``-``; an unknown one is refused with the nearest name."""
         args = [args[0].replace("_", "-"), *args[1:]]
         if args[0] not in COMMANDS:
             from gelcone.errors import unknown_name
@@ -87,6 +90,7 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands in the sections of the help."""
         for title, names in SECTIONS.items():
             with formatter.section(title):
                 formatter.write_dl([(name.ljust(WIDEST_NAME), COMMANDS[name]) for name in names.split()])

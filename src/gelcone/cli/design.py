@@ -20,8 +20,8 @@ def design_command() -> click.Command:
     """`gelcone design`."""
     text = """Find devices that do what is wished in spite of the tolerances of their fields.
 
-    A wish is a TOML file: what the device must do, which fields are free within which bounds, and how well each is
-    kept; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,
+    A wish is a TOML file: what the device must do, which fields are free within which bounds, and the tolerance of
+    each; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,
     checked by their settled motion and their operating envelope, and printed with the share of devices within the
     tolerances that meet all, of 4,096 new draws. --out writes a device file of each, with a table and a figure.
 

@@ -34,8 +34,8 @@ def fit_command() -> click.Command:
     as they were exported, or a list of them, tests.toml.
 
     Of a device the fields that are --free are fitted, each with the standard deviation of its prior, and with them the
-    gains of the instruments; --plan says before any test what the tests can tell, and what to measure next. Their list
-    is a file that `gelcone init --tests tests.toml` writes to be filled in.
+    gains of the instruments; --plan says before any test what the tests can determine, and what to measure next. Their
+    list is a file that `gelcone init --tests tests.toml` writes to be filled in.
 
     \b
     gelcone fit material.toml --data tests.toml --out fitted
@@ -58,7 +58,7 @@ def fit_command() -> click.Command:
             ["--free"], multiple=True, metavar="FIELD[~SD]",
             help="Of a device: a field to fit, and the standard deviation of its prior, 3% or '5 um'; may be repeated.",
         ),
-        click.Option(["--plan"], is_flag=True, help="Of a device: what the tests can tell, without fitting."),
+        click.Option(["--plan"], is_flag=True, help="Of a device: what the tests can determine, without fitting."),
         click.Option(["--films"], metavar="NAMES", help="Of a device: films to compare, of taut,wrinkling,membrane."),
         click.Option(
             ["--loss"], metavar="NAMES",

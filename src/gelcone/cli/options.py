@@ -20,9 +20,10 @@ OUTPUT = ("out", "force", "as_json")
 
 
 class Place(click.Path):
-    """A file or folder; an empty text is none."""
+    """A file or folder; an empty text is refused."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path that was typed; an empty text fails."""
         if isinstance(value, str) and not value.strip():
             self.fail("is empty; name a file or folder", param, ctx)
         return super().convert(value, param, ctx)
@@ -83,7 +84,7 @@ def drive_parameters() -> list[click.Parameter]:
 
 
 def help_of(analysis: Analysis) -> str:
-    """What an analysis does, and examples: the docstring of a function of one model begins with it."""
+    """The help text of an analysis: its purpose, from the docstring of its function, and examples."""
     if analysis.takes in ("plan", "store") or analysis.name == "map":
         text = ANALYSES.summaries[analysis.name]
     else:

@@ -1,4 +1,4 @@
-"""What commands print and write: text or JSON, netCDF and figures, progress."""
+"""The output of commands: text or JSON, netCDF and figures, progress."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def deliver(
     as_json: bool,
     draw: Callable[..., Figure] = plot,
 ) -> int:
-    """What every command does with its result: SI units for a device, NAME.nc and NAME.png for --out, JSON or text.
+    """Deliver a result: in SI units for a device, as NAME.nc and NAME.png for --out, as JSON or text.
 
     Returns the exit code: 1 when every run failed.
     """
@@ -97,7 +97,7 @@ def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
-    """How far a sweep is, on the error stream: a bar on a terminal, else a line now and then."""
+    """Show the progress of a sweep on the error stream: a bar on a terminal, else a line now and then."""
     if not sys.stderr.isatty():
         begun = time.monotonic()
         known: deque[Tally] = deque(maxlen=1)
@@ -125,7 +125,7 @@ def tally_shown(label: str) -> Iterator[Callable[[Tally], None]]:
 
 
 def tally_text(tally: Tally) -> str:
-    """How far a run is, in one line; the rate is that of the cells computed in this run."""
+    """The progress of a run, in one line; the rate is that of the cells computed in this run."""
     done = tally.computed - tally.found
     rate = done / tally.seconds if tally.seconds > 0.0 else 0.0
     left = f", {(tally.asked - tally.computed) / rate:.0f} s left" if rate else ""

@@ -39,7 +39,7 @@ def init_command() -> click.Command:
 
 
 def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
-    """Writes the file; one that exists is kept."""
+    """Write the file; an existing one is never overwritten."""
     from gelcone.devices.device import find_device
     from gelcone.devices.template import first_file
     from gelcone.files import write_whole, writer_of
@@ -52,7 +52,7 @@ def write_first_file(*, file: Path, wish: bool, tests: bool) -> None:
     text = FIRST_WISH.format(file=file) if wish else first_file(str(file), device, device.material)
     text = FIRST_TESTS.format(file=file) if tests else text
     if file.exists():
-        raise InputError(f"{file}: exists already, and is kept; choose another name")
+        raise InputError(f"{file}: exists already and is not overwritten; choose another name")
     write_whole(file, writer_of(text))
     command = f"design {file} --out designs" if wish else f"simulate {file}"
     command = f"fit DEVICE --data {file} --free spring_rate~3% --plan" if tests else command

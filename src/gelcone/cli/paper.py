@@ -62,7 +62,7 @@ def run_paper(*, names: tuple[str, ...], quick: bool, out: Path | None, force: b
         with progress_bar(hidden=as_json) as progress:
             result = run(names, quick=quick, out=out, force=force, workers=workers, progress=progress)
     except KeyboardInterrupt:
-        print("interrupted; what is complete is kept, and the same command continues from there", file=sys.stderr)
+        print("interrupted; what is complete is saved, and the same command continues from there", file=sys.stderr)
         sys.exit(130)
     if as_json:
         print_json(bare_answer("paper", report(result)))
@@ -109,7 +109,7 @@ def report(result: PaperRun) -> dict[str, Any]:
 
 
 def summary(result: PaperRun) -> str:
-    """What a person reads on the terminal: the table of claims, and where everything is."""
+    """The text on the terminal: the table of claims, and where everything is."""
     lines = claim_table(result.claims) if result.claims else []
     for drawn in result.figures:
         lines += table_lines(drawn.table) if drawn.table else []

@@ -1,4 +1,4 @@
-"""What is said while one waits: membranes that are made and programs that are compiled, which move no progress."""
+"""Messages while one waits for work that moves no progress: membranes being made, programs being compiled."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ NEARLY_SLACK = 0.02
 NEARLY_SOFT = 0.05
 """Share of the firmness without voltage below which a film that cannot be followed further is pulling in."""
 BETWEEN = 5
-"""Lengths between those of neighbouring nodes at which firmness is told, counted with one of the nodes."""
+"""Lengths between those of neighbouring nodes at which firmness is evaluated, counted with one of the nodes."""
 NEAR = 0.3
 """Largest displacement, in b - a, between two voltages."""
 LARGEST_JUMP = 0.1
@@ -49,7 +49,7 @@ LARGEST_JUMP = 0.1
 class Charged(NamedTuple):
     """States in tension at one height, from none to the highest voltage; the V at which they end, half the width of
     its bracket, and how: `Ending.SLACK`, `Ending.PULLED_IN`, `Ending.NOT_CONVERGED` where they could not be followed
-    further, or `Ending.CONVERGED` where they go on."""
+    further, or `Ending.CONVERGED` where they continue."""
 
     points: list[Point]
     end: float

@@ -120,20 +120,20 @@ def compare(
     elements: int = DEFAULT_ELEMENTS,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """What `membrane` finds, and the cone model of the same film for comparison.
+    """Compute the relaxed film by `membrane`, and the cone model of the same film for comparison.
 
     Parameters and errors are those of `membrane`.
 
     Returns
     -------
-    Its Dataset, in which ``continuum_force`` takes the place of ``force``, with ``cone_force``, ``cone_stretch`` (along
-    the meridian) and ``cone_limit_share`` of the homogeneous cone. Both forces are those of film and field at a
-    constant voltage, -v^2/2 times the squared area ratio included, without the spring. ``deviation`` is
+    The Dataset of `membrane`, in which ``continuum_force`` takes the place of ``force``, with ``cone_force``,
+    ``cone_stretch`` (along the meridian) and ``cone_limit_share`` of the homogeneous cone. Both forces are those of
+    film and field at a constant voltage, -v^2/2 times the squared area ratio included, without the spring. ``deviation`` is
     cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the film is compressed
     along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement`` over ``share`` are the
     displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
     without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and ``cone_pull_in_voltage`` over the
-    displacement tell above which voltage each has pulled in: the continuum's is NaN where no given voltage was that
+    displacement state above which voltage each has pulled in: the continuum's is NaN where no given voltage was that
     high. ``membrane_force``, ``membrane_deviation`` and ``membrane_pull_in_voltage`` are then those of the film that is
     named membrane, NaN of one that is not computed.
     """
@@ -285,7 +285,7 @@ def mesh_convergence(
     voltage: float = 0.0,
     elements: Sequence[int] = MESHES,
 ) -> xr.Dataset:
-    """How force and shape converge with the number of elements, and the observed order.
+    """Compute how force and shape converge with the number of elements, and the observed order.
 
     Parameters
     ----------
@@ -345,7 +345,7 @@ def _distance(film: Film, point: Point, fine: Film, exact: Point) -> float:
 
 
 def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO) -> xr.Dataset:
-    """What `compare` found, and for each member `mesh_convergence` at one of its points.
+    """Add to the Dataset of `compare` for each member `mesh_convergence` at one of its points.
 
     That point is the middle one of those in tension, at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
     state it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member

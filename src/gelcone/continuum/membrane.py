@@ -57,7 +57,7 @@ SMALLEST_HEIGHT = 0.02
 
 
 class State(NamedTuple):
-    """What was found at one displacement and voltage; ``reached`` is the v^2 that the path came to.
+    """The film at one displacement and voltage; ``reached`` is the v^2 at which the path to it ended.
 
     With an ending other than converged or compressed, ``point`` is the last on the way there.
     """

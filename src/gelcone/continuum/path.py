@@ -63,7 +63,7 @@ FIRST_NETS = (4, 0)
 
 
 class Ending(IntEnum):
-    """How the search for the film's state at one displacement and voltage ended."""
+    """The ending of the search for the film's state at one displacement and voltage."""
 
     CONVERGED = 0
     COMPRESSED = 1

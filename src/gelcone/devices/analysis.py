@@ -124,7 +124,7 @@ def with_units(function: Callable[..., Any]) -> str:
 
 @contextmanager
 def device_words(device: Device | None) -> Iterator[None]:
-    """Tells errors of the input that come from inside in the names and units of the device."""
+    """Translate errors of the input that come from inside into the names and units of the device."""
     try:
         yield
     except FieldError:

@@ -1,4 +1,4 @@
-"""What is wrong, or hardly meant, in the fields of a device together."""
+"""Check the fields of a device together: what contradicts, and what is hardly meant."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
 
 THICK = 0.5
-"""A film this thick, over the width b - a of its ring, is no membrane."""
+"""Thickness, over the width b - a of the ring, from which a film is too thick for the membrane model."""
 _FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0, "ohm": 1.0}
 """Units of the fields whose values are compared with the usual range, and how many times beyond it one is doubted: a
 drive may be as small as one likes."""
 
 
 def misfits(device: DeviceFields) -> Iterator[FieldError]:
-    """What is wrong with the fields of a device together."""
+    """Find the errors of the fields of a device taken together."""
     errors = [*_own_misfits(device)]
     yield from errors
     if not errors:
@@ -40,8 +40,8 @@ def misfits(device: DeviceFields) -> Iterator[FieldError]:
 def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
     lengths = {n: value.size for n in device.swept_fields() if isinstance(value := device.get(n), np.ndarray)}
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-        yield FieldError(next(iter(lengths)), f"{told} values; give lists of one length")
+        counts = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+        yield FieldError(next(iter(lengths)), f"{counts} values; give lists of one length")
         return
     for owner, names in BELONGING:
         if getattr(device, owner) is None:
@@ -110,35 +110,36 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
     starts = np.broadcast_to(device.release_height, members.shape) / lengths
     if not (members.strain(starts) >= members.strain_limit()).all():
         return
-    told = f"release_height = {format_si(np.ravel(device.release_height)[0], 'm')}"
+    start = f"release_height = {format_si(np.ravel(device.release_height)[0], 'm')}"
     if len(system.films) > 1:
         reason = "out of reach of the films within their stretch limits; start between their planes"
-        raise FieldError("release_height", f"{told}: is {reason} or raise material.stretch_limit")
+        raise FieldError("release_height", f"{start}: is {reason} or raise material.stretch_limit")
     highest = system.film.reach(members.numbers_at(0))[1] * lengths[0]
     raise FieldError(
         "release_height",
-        f"{told}: must be less than {format_si(highest, 'm')}, where the film reaches its stretch limit "
+        f"{start}: must be less than {format_si(highest, 'm')}, where the film reaches its stretch limit "
         f"{float(limit[0]):.4g}; start lower or raise material.stretch_limit",
     )
 
 
 def doubts(device: DeviceFields) -> list[str]:
     """List values that are hardly meant, far outside the usual range, each in a line."""
-    told = []
+    lines = []
     for name, field in device.all_fields().items():
         odd = field.implausible(device.get(name), _FAR[field.unit]) if field.unit in _FAR else None
         if odd is not None:
-            told.append(
+            lines.append(
                 f"{name} = {format_si(odd, field.unit)} is outside the usual range, "
                 f"{field.typical_text()}; check its unit"
             )
     with np.errstate(all="ignore"):
         thick = np.ravel(np.asarray(device.film_thickness) / device.scales.length)
-    if thick.max() > THICK and not any(text.startswith("film_thickness") for text in told):
+    if thick.max() > THICK and not any(text.startswith("film_thickness") for text in lines):
         at = int(thick.argmax())
         thickness, width = (np.broadcast_to(v, thick.shape)[at] for v in (device.film_thickness, device.scales.length))
-        told.append(
-            f"film_thickness = {format_si(thickness, 'm')} is no membrane on a ring {format_si(width, 'm')} wide "
+        lines.append(
+            f"film_thickness = {format_si(thickness, 'm')} is too thick for the membrane model on a "
+            f"ring {format_si(width, 'm')} wide "
             "(film_radius - disc_radius); check the units"
         )
-    return told
+    return lines

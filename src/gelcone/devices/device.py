@@ -212,7 +212,7 @@ class Device(DeviceFields):
     def from_toml(cls, path: str | Path) -> Device:
         """A device from a TOML file whose keys are the fields, the material's in a table ``[material]``.
 
-        Raises `InputError` with the file, and the line where it can be told, for a file that cannot be read or used.
+        Raises `InputError` with the file, and the line where it is known, for a file that cannot be read or used.
         """
         path = Path(path)
         return cls._from_text(read_text(path, what_ships()), str(path), path.stem)

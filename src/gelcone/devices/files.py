@@ -18,7 +18,7 @@ def _line_of(field: str, source: str) -> int | None:
 
 
 def located(path: str | Path, source: str, error: FieldError) -> str:
-    """An error with the file, and the line where it can be told."""
+    """The text of an error with the file, and the line where it is known."""
     line = _line_of(error.field, source)
     return f"{path}{f', line {line}' if line else ''}: {error}"
 
@@ -26,7 +26,7 @@ def located(path: str | Path, source: str, error: FieldError) -> str:
 def shipped_devices() -> dict[str, Path]:
     """Name -> TOML file of the worked devices that come with gelcone."""
     here = Path(__file__).resolve().parent
-    # an installed wheel holds them beside this file, a checkout among its examples
+    # an installed wheel holds them next to this file, a checkout among its examples
     for folder in (here / "shipped", here.parents[2] / "examples" / "devices"):
         if folder.is_dir():
             return {path.stem: path for path in sorted(folder.glob("*.toml"))}
@@ -34,5 +34,5 @@ def shipped_devices() -> dict[str, Path]:
 
 
 def what_ships() -> str:
-    """What to give in place of a device file that cannot be read."""
+    """The remedy for a device file that cannot be read: a TOML file, or a device that ships."""
     return f"give a TOML file or a name; devices that ship: {', '.join(shipped_devices()) or 'none'}"

@@ -1,4 +1,4 @@
-"""What devices and materials are given, name by name: with these a type checker refuses a name that is not a field.
+"""The keyword arguments of devices and materials, for type checkers: they refuse a name that is not a field.
 
 A field of `gelcone.devices.fields` or `gelcone.devices.materials` has a line here; a test compares them.
 """

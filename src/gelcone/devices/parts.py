@@ -47,7 +47,7 @@ def is_own(given: Any) -> bool:
 
 
 def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
-    """A component - its name where it ships - and the numbers that stood beside its data in a table.
+    """A component - its name where it ships - and the numbers that stood with its data in a table.
 
     Raises `FieldError` for what is not a component of that kind, and for data that no file can hold.
     """
@@ -104,7 +104,7 @@ def component_of(name: str, value: Any) -> Any:
 
 
 def part_record(name: str, value: Any) -> Any:
-    """What a field holds as plain data; `read_part` reads it back."""
+    """The value of a field as plain data; `read_part` reads it back."""
     if not isinstance(value, Component):
         return value
     record = bias_record(value) if isinstance(value, Bias) else to_record(value, _KINDS[name][1])

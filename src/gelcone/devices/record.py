@@ -21,7 +21,7 @@ LARGEST = 1e20
 
 @dataclass(frozen=True)
 class Field:
-    """What a record takes under a name.
+    """A field of a record: its meaning, unit, default and bounds.
 
     Attributes
     ----------
@@ -49,6 +49,7 @@ class Field:
 
     @property
     def required(self) -> bool:
+        """Whether it must be given."""
         return self.default is REQUIRED
 
     def read(self, name: str, value: Any) -> Any:
@@ -156,7 +157,7 @@ class Record:
         return self.fields[name].read(name, value)
 
     def misfits(self) -> Iterator[FieldError]:
-        """What is wrong with the fields together."""
+        """Find the errors of the fields taken together; none by default."""
         yield from ()
 
     def parameters(self) -> dict[str, Any]:
@@ -179,8 +180,8 @@ class Record:
     __hash__: ClassVar[None]  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items())
-        return f"{type(self).__name__}({told})"
+        given = ", ".join(f"{name}={value!r}" for name, value in self.parameters().items())
+        return f"{type(self).__name__}({given})"
 
     def unknown(self, name: str) -> FieldError:
         """The error for a field that does not exist, with those that were probably meant."""

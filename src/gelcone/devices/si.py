@@ -138,7 +138,7 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
 
     Raises
     ------
-    InputError : for what is no result, and one that does not say of which device it is.
+    InputError : for what is not a result, and one that does not say of which device it is.
 
     Examples
     --------

@@ -119,7 +119,7 @@ def _terms(field: Field) -> list[str]:
 
 
 def default_text(field: Field) -> str:
-    """What holds when a field is left out."""
+    """The default of a field, or what happens when it is left out, as text."""
     if field.unset or field.default is None:
         return field.unset
     return str(field.default) if not field.unit else format_si(field.default, field.unit)

@@ -36,7 +36,7 @@ class FieldError(InputError):
         return self.message
 
     def within(self, parent: str) -> FieldError:
-        """The same error, told about a field that lies inside ``parent``."""
+        """This error, named for its field inside ``parent``."""
         join = "." if self.message.startswith(self.field) else ": "
         return FieldError(f"{parent}.{self.field}", f"{parent}{join}{self.message}")
 
@@ -53,7 +53,7 @@ class Dimension:
     factors: Mapping[str, int] = field(default_factory=dict)
 
     def accepted(self, unit: str, example: str) -> str:
-        """What a value may look like, for messages."""
+        """The forms that a value may take, for messages."""
         if unit == "1":
             return f"give a plain number such as {example}"
         units = ", ".join(u for u in (*self.powers, *self.factors) if u.isascii())

@@ -16,9 +16,10 @@ from gelcone.membrane.elements import Chains, Elements, Measures
 from gelcone.membrane.gel import Array, Gel, root
 
 LONGEST, SHORTEST, GRID = 30.0, 0.5, 500
-"""Meridional lengths of the innermost ring, over the mounted one, between which it is looked for, and how densely."""
+"""Meridional lengths of the innermost ring, over the mounted one, between which it is searched, and the number
+of trials."""
 LIMIT_SHARE = 0.9
-"""Share of the stretch limit beside the disc up to which states are computed."""
+"""Share of the stretch limit, at the disc, up to which states are computed."""
 WEAKEST = 1e-6
 """Of the force without voltage: a film that pulls less is slack."""
 LARGEST_CHANGE = 0.12
@@ -62,9 +63,9 @@ def lowest_localisation(gel: Gel, highest: float) -> float:
 LONG = 0.99
 """Share of the length at which the ring at an edge localises that it has at least at the end of a column that does."""
 FINEST = 1e-3
-"""Share of the V up to which a column may go: an end as near to that is no end of its own."""
+"""Share of the V up to which a column may go: an end that near to it is not counted as one."""
 NEXT = 0.01
-"""Of a voltage: at the lowest at which a ring localises, the end of a column may lie below by so much."""
+"""Share of the lowest voltage at which a ring localises by which the end of a column may lie below it."""
 
 
 @dataclass(frozen=True)

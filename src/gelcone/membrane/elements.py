@@ -105,10 +105,12 @@ class Elements:
 
     @cached_property
     def lengths(self) -> Array:
+        """Mounted lengths of the elements."""
         return np.diff(self.nodes)
 
     @cached_property
     def middles(self) -> Array:
+        """Mounted radii of the middles of the elements."""
         return 0.5 * (self.nodes[1:] + self.nodes[:-1])
 
     @cached_property
@@ -263,7 +265,7 @@ class Elements:
         return found
 
     def measures(self, at: Chains) -> Measures:
-        """What states are; NaN where none was found."""
+        """The measures of states; NaN where none was found."""
         l1, l2, _, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):

@@ -19,17 +19,20 @@ Array = np.ndarray[Any, np.dtype[Any]]
 ENOUGH = 25
 """Newton steps that find a natural width from anywhere."""
 MOST_STRETCHED = 1e4
-"""Largest squared stretch at which the hump of the crumpling voltage is looked for."""
+"""Largest squared stretch up to which the hump of the crumpling voltage is searched."""
 
 
 class Law(Protocol):
-    """A strain-energy law: 1/(2 dW/dI1) and minus its derivative; the largest I1 - 3."""
+    """A strain-energy law W(I1 - 3), as the membrane needs it."""
 
-    def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any: ...
+    def compliance(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """1/(2 dW/dI1)."""
 
-    def stiffening(self, strain: Any, n: Any, xp: Any = np) -> Any: ...
+    def stiffening(self, strain: Any, n: Any, xp: Any = np) -> Any:
+        """Minus the derivative of the compliance with respect to I1."""
 
-    def strain_limit(self, n: Any) -> Any: ...
+    def strain_limit(self, n: Any) -> Any:
+        """The largest I1 - 3."""
 
 
 class Ring(NamedTuple):
@@ -54,10 +57,12 @@ class Gel:
 
     @property
     def G(self) -> float:
+        """The squared stretch through the thickness, 1/(A B), of the mounted film."""
         return 1.0 / (self.A * self.B)
 
     @property
     def strain_limit(self) -> float:
+        """The largest I1 - 3 of its law."""
         return float(self.law.strain_limit(self.numbers))
 
     def strain(self, m: Array, n: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Tables of films, each made once: kept in memory and in the disk cache."""
+"""Tables of films, each made once and stored in memory and in the disk cache."""
 
 from __future__ import annotations
 

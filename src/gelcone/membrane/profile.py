@@ -38,7 +38,7 @@ class Profile(NamedTuple):
 
     @property
     def thickness(self) -> Array:
-        """That of each ring over the mounted one."""
+        """Thickness of each ring over the mounted one."""
         return 1.0 / (self.l1 * self.width)
 
     @property

@@ -17,7 +17,7 @@ from gelcone.membrane.columns import longest
 from gelcone.membrane.gel import Array, Gel
 
 STEP, LONGEST_RIM = 0.02, 6.0
-"""Of ln R, across a rim; and the longest rim that is looked for."""
+"""Of ln R, across a rim; and the longest rim that is searched for."""
 VOLTAGES = 240
 """At which the heights of a film with rims are computed; between them they are interpolated."""
 

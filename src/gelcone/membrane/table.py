@@ -33,7 +33,7 @@ SMALLEST = 1e-6
 NEVER = 1e30
 """A squared voltage that is never reached."""
 HIGHEST = 3.0
-"""Largest height, in b - a, of states that are looked for."""
+"""Largest height, in b - a, up to which states are computed."""
 TRIALS = np.geomspace(0.05, 2.0 * HIGHEST, 48)
 TRIALS = TRIALS[: np.searchsorted(TRIALS, HIGHEST) + 1]
 """Heights at which it is tried whether a film reaches them: up to the first above the highest."""

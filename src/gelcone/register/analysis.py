@@ -63,7 +63,7 @@ class Analysis:
     answers : the module of `gelcone.analyses` with ``NAME_words``, the text of a result, and ``NAME_arguments``, which
         reads what was typed; what it lacks follows from the labels of the result.
     file_only : variables of many values, which files hold and JSON does not.
-    kinds : variables, of small whole numbers, that tell kinds of cells apart; a map is refined where they change.
+    kinds : variables, of small whole numbers, that distinguish kinds of cells; a map is refined where they change.
     bulky : variables that a sweep leaves out unless it is asked for them, because they hold many values a cell.
     over : help text of ``--over``; empty where the command takes none.
     axes : keyword -> the axis that ``--over`` sets.
@@ -119,7 +119,7 @@ class Analysis:
 
     @cached_property
     def signature(self) -> inspect.Signature:
-        """That of the public function."""
+        """The signature of the public function."""
         return inspect.signature(self.call)
 
     @cached_property
