@@ -44,6 +44,27 @@ def test_save_and_load_give_the_same_dataset(tmp_path):
         gelcone.save(result, tmp_path / "a.nc")
 
 
+SMALL = ConeModel(spring_stiffness=0.5, drive_frequency=0.3, voltage=0.4)
+ENTRIES = {
+    "fate": (lambda: gelcone.regime(SMALL), [1, 2, 3]),
+    "bound": (lambda: gelcone.onset_voltage(SMALL, highest=1.0, steps=20), ["lowest", "highest"]),
+    "harmonic": (lambda: gelcone.sweep(gelcone.Plan(SMALL, {"voltage": [0.3, 0.4]}), "settled"), [1, 2, 3, 4]),
+}
+
+
+@pytest.mark.parametrize("dim", ENTRIES)
+def test_a_dim_of_fixed_entries_says_what_each_is_in_the_dataset_the_file_and_the_table(dim, tmp_path):
+    compute, entries = ENTRIES[dim]
+    result = compute()
+    gelcone.save(result, tmp_path / "a.nc")
+    for each in (result, gelcone.load(tmp_path / "a.nc")):
+        assert each[dim].values.tolist() == entries
+        assert len(each[dim].attrs["long_name"].split()) > 2
+        assert each[dim].attrs["units"] == "1"
+    over = next(v.dims for v in result.data_vars.values() if dim in v.dims)
+    assert sorted(set(gelcone.table(result, over)[dim])) == sorted(entries)
+
+
 def test_a_loaded_dataset_does_not_hold_its_file_open(tmp_path):
     result = labelled(ConeModel(), single=((), 1.0, "a number", "share"))
     gelcone.save(result, tmp_path / "a.nc")

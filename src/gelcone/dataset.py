@@ -104,7 +104,7 @@ def label(
             "gelcone_version": __version__,
         },
     )
-    return name_states(result, model.system)
+    return name_dims(result, model.system)
 
 
 def attributes(long_name: str, of: Of) -> dict[str, Any]:
@@ -134,12 +134,30 @@ def of_states(system: ConeSystem) -> dict[str, str]:
     return {"units": "1", "quantity": "state", STATES: ", ".join(state.quantity for state in system.states)}
 
 
-def name_states(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
-    """Name the states in a result that has variables over them."""
-    if "state" not in result.dims:
-        return result
-    names = [state.name for state in system.states]
-    return result.assign_coords(state=("state", names, {"long_name": "state", "units": "1", "quantity": "code"}))
+NUMBERED = {
+    "harmonic": "multiple of the drive frequency",
+    "fate": "rank of the end of nearby starts, 1 for the most frequent",
+}
+"""Dims whose entries are numbered from 1, and the meaning of the number."""
+
+
+def name_dims(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
+    """Add the coordinates of dims whose entries are the same in every result: states by name, numbered ones, bounds."""
+    known: dict[str, tuple[Sequence[Any], str, str]] = {
+        "state": ([state.name for state in system.states], "state", "code"),
+        "bound": (("lowest", "highest"), "end of the range that was searched", "code"),
+    }
+    known |= {
+        dim: (range(1, result.sizes[dim] + 1), meaning, "count")
+        for dim, meaning in NUMBERED.items()
+        if dim in result.sizes
+    }
+    coords = {
+        dim: (dim, np.array(values), attributes(meaning, quantity))
+        for dim, (values, meaning, quantity) in known.items()
+        if dim in result.sizes
+    }
+    return result.assign_coords(coords)
 
 
 def columns(dims: str | tuple[str, ...], table: Table) -> dict[str, Any]:
@@ -268,4 +286,4 @@ def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Data
         states0.reshape((*model.shape, states0.shape[-1])),
         {"long_name": "initial states"} | of_states(model.system),
     )
-    return name_states(result, model.system)
+    return name_dims(result, model.system)

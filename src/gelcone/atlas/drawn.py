@@ -172,7 +172,7 @@ def _labelled(
             own, attrs = shown_values(own, attrs, scales)
         columns[name] = (("draw", *dims) if each else dims, own, attrs)
     drawn = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
-    result = result.assign(columns).assign_coords(drawn)
+    result = dataset.name_dims(result.assign(columns).assign_coords(drawn), plan.cone.system)
     result["outcome"] = dataset.outcome_array(outcome.astype(np.int8), ("draw",))
     device = {} if plan.device is None else device_attributes(plan.device)
     return result.assign_attrs(analysis=analysis, **device)
@@ -302,8 +302,6 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
             variables[str(name)] = dims, variable.values, "", dict(variable.attrs)
     outcome = whole["outcome"].transpose("member", ...).values.reshape(plan.size, -1)
     variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
-    harmonic = whole["harmonic"]
-    variables["harmonic"] = ("harmonic",), harmonic.values, "", dict(harmonic.attrs)
     variables["branch"] = ("branch",), np.array(BRANCHES), "sweep", "code"
     return variables, outcome[np.arange(plan.size), (outcome != Outcome.OK).argmax(axis=1)], {}
 

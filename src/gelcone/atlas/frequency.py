@@ -516,7 +516,6 @@ def _label(
     over = grid[0] if shared else grid
     coords: dict[str, dataset.Variable] = {
         "drive_frequency" if shared else "swept_frequency": ((step,), over, "drive frequency", "frequency"),
-        "harmonic": (("harmonic",), np.array(HARMONICS), "multiple of the drive frequency", "count"),
     }
     result = dataset.label(model, variables, coords=coords, options=options, title="frequency response")
     outcome = swept.outcome if model.shape else swept.outcome[0]

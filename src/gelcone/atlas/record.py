@@ -180,6 +180,6 @@ def label(
         for name, f in fields.items()
     }
     axes = {name: (f.dims, f.values, dict(f.attributes)) for name, f in coordinates(plan).items()}
-    result = result.assign_coords(axes).assign(variables)
+    result = dataset.name_dims(result.assign_coords(axes).assign(variables), plan.cone.system)
     own = {} if plan.device is None else device_attributes(plan.device)
     return result.assign_attrs(analysis=analysis.name, totals=json.dumps(tally.record()), **own)

@@ -85,11 +85,9 @@ def settled(
         raise InputError("damping_ratio = 0: without damping no motion settles; give it some")
     options: dict[str, Any] = {"transient": transient, "patience": patience, "tolerance": tolerance}
     found = settled_cells(members, states, **options, threads=threads, progress=progress)
-    multiples = (("harmonic",), np.array(HARMONICS), "multiple of the drive frequency", "count")
     return dataset.label(
         model,
         found.variables,
-        coords={"harmonic": multiples},
         outcome=found.outcome,
         options=options,
         title="settled motion",
