@@ -128,14 +128,14 @@ def compare(
     -------
     The Dataset of `membrane`, in which ``continuum_force`` takes the place of ``force``, with ``cone_force``,
     ``cone_stretch`` (along the meridian) and ``cone_limit_share`` of the homogeneous cone. Both forces are those of
-    film and field at a constant voltage, -v^2/2 times the squared area ratio included, without the spring. ``deviation`` is
-    cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the film is compressed
-    along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement`` over ``share`` are the
-    displacements at which the largest I1 - 3 reaches that share of the stretch limit without voltage; NaN for a law
-    without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and ``cone_pull_in_voltage`` over the
-    displacement state above which voltage each has pulled in: the continuum's is NaN where no given voltage was that
-    high. ``membrane_force``, ``membrane_deviation`` and ``membrane_pull_in_voltage`` are then those of the film that is
-    named membrane, NaN of one that is not computed.
+    film and field at a constant voltage, -v^2/2 times the squared area ratio included, without the spring.
+    ``deviation`` is cone_force/continuum_force - 1: positive where the cone overestimates the force, NaN where the
+    film is compressed along its meridian or has pulled in. ``limit_displacement`` and ``cone_limit_displacement``
+    over ``share`` are the displacements at which the largest I1 - 3 reaches that share of the stretch limit without
+    voltage; NaN for a law without limit. With ``"relax"`` the cone wrinkles too, and ``pull_in_voltage`` and
+    ``cone_pull_in_voltage`` over the displacement state above which voltage each has pulled in: the continuum's is
+    NaN where no given voltage was that high. ``membrane_force``, ``membrane_deviation`` and
+    ``membrane_pull_in_voltage`` are then those of the film that is named membrane, NaN of one that is not computed.
     """
     result = membrane(
         model,

@@ -17,7 +17,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.linear import linear_response
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
-from gelcone.motion.swing import HARMONICS, Swing, settled_swing
+from gelcone.motion.swing import Swing, settled_swing
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
