@@ -1,5 +1,9 @@
 """What ships, as it is listed: every number and source of each, in text and as JSON."""
 
+import tomllib
+
+import pytest
+
 import gelcone
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.materials import load_materials
@@ -26,6 +30,19 @@ def test_a_device_that_ships_is_printed_with_its_comments_and_another_as_it_is_r
     assert command_line("devices", "mine.toml")[1] == own.to_toml()
     (tmp_path / "soft-film").write_text(own.to_toml(), encoding="utf-8")  # a file goes before a device that ships
     assert command_line("devices", "soft-film")[1] == own.to_toml()
+
+
+@pytest.mark.parametrize("name", load_materials())
+def test_a_gel_is_printed_with_all_its_numbers_as_the_table_of_a_device_file(name, command_line):
+    printed = command_line("materials", name)[1]
+    assert gelcone.Material(**tomllib.loads(printed)["material"]) == load_materials()[name]
+    assert "333" not in printed  # a third of Young's modulus
+    one = result(command_line("materials", name, "--json")[1])["result"]
+    assert one == {name: load_materials()[name].parameters()}
+
+
+def test_a_gel_of_another_name_is_refused_with_those_that_ship(command_line):
+    assert "did you mean 'VHB 4910'?" in command_line("materials", "vhb 4910")[2]
 
 
 def test_every_gel_has_its_numbers_and_sources(command_line):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.devices.template import _terms, _value, told_fields
+from gelcone.devices.template import _terms, _value, first_file, told_fields
 from gelcone.devices.units import parse
 
+PUMP = gelcone.find_device("biased-pump")
 DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
 
 
@@ -73,6 +74,14 @@ def test_a_field_says_whether_it_is_needed_its_unit_and_its_usual_range():
     assert [term for term in _terms(fields["disc_radius"]) if term.startswith("usual ")] == ["usual 1 mm to 50 mm"]
     assert _terms(fields["name"])[0] == "optional, the file's name when left out"
     assert not any(term.startswith(("SI unit", "usual")) for term in _terms(fields["name"]))
+
+
+def test_the_proposals_of_a_first_file_are_written_as_one_would_and_can_be_taken():
+    lines = [line.removeprefix("# ") for line in first_file("a.toml", PUMP, PUMP.material).splitlines()]
+    assert 'circuit = "charge"' in lines
+    assert 'shear_modulus = "8.233 kPa"' in lines
+    assert 'young_modulus = "24.7 kPa"' in lines
+    assert PUMP.replace(film="taut", circuit="charge").circuit == "charge"
 
 
 def test_the_gravity_of_a_first_file_is_that_of_the_earth():

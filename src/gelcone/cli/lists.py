@@ -41,17 +41,29 @@ def list_devices(*, name: str | None, as_json: bool) -> None:
 
 def materials_command() -> click.Command:
     """`gelcone materials`."""
-    text = "List the measured gels that ship, with their sources."
-    return click.Command("materials", params=[json_parameter()], callback=list_materials, help=text)
+    text = """List the measured gels that ship, with their sources, or print all numbers of one, by its NAME.
+
+    It is printed as the table [material] of a device file; a device file takes a gel as it is by `material = "NAME"`.
+
+    \b
+    gelcone materials
+    gelcone materials "VHB 4910"
+    """
+    name = click.Argument(["name"], required=False, metavar="[NAME]")
+    return click.Command("materials", params=[name, json_parameter()], callback=list_materials, help=text)
 
 
-def list_materials(*, as_json: bool) -> None:
-    """Prints the gels and the sources of their numbers."""
-    from gelcone.devices.materials import load_materials
+def list_materials(*, name: str | None, as_json: bool) -> None:
+    """Prints the gels and the sources of their numbers, or all numbers of one."""
+    from gelcone.devices.materials import find_material, load_materials
+    from gelcone.devices.template import material_text
 
-    materials = load_materials()
+    materials = load_materials() if name is None else {name: find_material(name)}
     if as_json:
         print_json(bare_answer("materials", {name: gel.parameters() for name, gel in materials.items()}))
+        return
+    if name is not None:
+        click.echo(material_text(materials[name]))
         return
     for name, material in materials.items():
         span, creeps = material.shear_modulus_range, material.branches

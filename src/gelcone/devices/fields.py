@@ -204,7 +204,7 @@ class DeviceFields(Record):
     )  # fmt: skip
     circuit: Any = Field(
         "charge: the drive commands the charge, by the voltage that it gives the flat film; or a circuit of one's own, "
-        "as module:Class", default=None, unset="none", near=("source",), example="ideal",
+        "as module:Class", default=None, unset="none", near=("source",), example="charge",
     )  # fmt: skip
     bias: Any = Field(
         "bias of one's own, as module:Class, that acts besides spring, beam, weight and force", default=None,

@@ -40,6 +40,7 @@ def material_text(gel: Material, comments: Mapping[str, str] | None = None) -> s
 
 def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Iterator[str]:
     """``name = value  # meaning`` of every field that is set; a component's numbers stand in its table."""
+    explained = comments or {}
     for name, value in record:
         if value is None or name == "sources" or "." in name:
             continue
@@ -52,7 +53,18 @@ def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Ite
             value = _table(record, name, record.plain(name, value))
         elif not field.required and not field.unit and value == field.default:
             continue
-        yield _line(name, value, (comments or {}).get(name, field.meaning), field.unit)
+        elif name == "shear_modulus" and name not in explained and (own := _young_modulus(value)):
+            name, value = "young_modulus", own
+            field = record.fields[name]
+        yield _line(name, value, explained.get(name, field.meaning), field.unit)
+
+
+def _young_modulus(shear_modulus: Any) -> float | None:
+    """Young's modulus, where the shear modulus is a third of it that has no short number of its own."""
+    if np.ndim(shear_modulus) or float(f"{shear_modulus:.12g}") == shear_modulus:
+        return None
+    young = float(f"{3.0 * shear_modulus:.12g}")
+    return young if young / 3.0 == shear_modulus else None
 
 
 def _table(record: Record, name: str, plain: Any) -> Any:
@@ -88,6 +100,8 @@ def first_file(name: str, device: Record, gel: Material) -> str:
         "# [material]",
     ]
     own = {"name": "my gel", "stretch_limit": 50.0, "dielectric_strength": 2e7}
+    for field_name, modulus in (("shear_modulus", gel.shear_modulus), ("young_modulus", 3.0 * gel.shear_modulus)):
+        own[field_name] = float(f"{modulus:.4g}")  # as one would write it: one is a third of the other
     for field_name, field in Material.fields.items():
         if field.unit or field_name in ("name", "law", "flow"):
             value = own.get(field_name, getattr(gel, field_name))
@@ -157,8 +171,9 @@ def field_table(fields: Mapping[str, Field]) -> str:
     and what it means."""
     lines = [
         "The fields of a device, as in a device file, after --set and --over, and in Device(...).",
-        'A value is a number in the SI unit, or a text with a unit: "0.2 mm"; a list "500 V,800 V" or a range',
-        '"0 V:800 V:5" (from, to, how many) where several are taken.',
+        'A value is a number in the SI unit, or a text with a unit: "0.2 mm". Several are a list: in a file and',
+        'in Device(...) ["500 V", "800 V"], after --set and --over "500 V,800 V" or a range "0 V:800 V:5" (from, to,',
+        "how many).",
         "",
     ]
     for name, field in fields.items():
