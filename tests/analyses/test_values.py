@@ -32,7 +32,9 @@ def test_settings_keep_what_follows_the_first_equals_sign():
 @pytest.mark.parametrize(
     ("text", "quantity", "unit"),
     [("20 ms", "time", 0.02), ("1 s,2 s", "time", [1.0, 2.0]), ("0 V:1 kV:3", "voltage", [0.0, 500.0, 1000.0]),
-     ("0,5 mm", "length", [0.0, 0.005])],
+     ("0, 5 mm", "length", [0.0, 0.005]),
+     ("0 mm,5 mm", "length", [0.0, 0.005]), ("[0,5 mm]", "length", [0.0, 0.005]), ("0,5.5 mm", "length", [0.0, 0.0055]),
+     ("0,2 mm,5 mm", "length", [0.0, 0.002, 0.005]), ("0,5e-3 m", "length", [0.0, 0.005])],
 )  # fmt: skip
 def test_a_measure_of_a_device_is_scaled_to_its_model(text, quantity, unit):
     device = find_device("soft-film")
@@ -71,6 +73,20 @@ def test_numbers_that_cannot_be_are_refused_in_full_words(text, message):
     with pytest.raises(InputError) as error:
         read_numbers("--a", text, lambda option, part: float(part.removesuffix(" mm")))
     assert str(error.value) == message
+
+
+@pytest.mark.parametrize(
+    ("text", "one", "two"),
+    [
+        ("0,3 mm", "0.3 mm", "0 mm,3 mm"), ("0,25mm", "0.25 mm", "0 mm,25 mm"), ("-0,5 mm", "-0.5 mm", "-0 mm,5 mm"),
+        ("1,2 N s/m", "1.2 N s/m", "1 N s/m,2 N s/m"), ("0,2 mm,0,5 mm", "0.5 mm", "0 mm,5 mm"),
+    ],
+)  # fmt: skip
+def test_a_decimal_comma_before_a_unit_is_refused_with_both_readings(text, one, two):
+    with pytest.raises(InputError) as error:
+        read_numbers("--a", text, lambda option, part: 0.0)
+    remedy = f"looks like a decimal comma; write {one}, or of a list each unit: {two}"
+    assert str(error.value) == f"--a {text!r}: {remedy}"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -80,6 +81,7 @@ def read_numbers(option: str, text: str, read: Reader) -> Any:
         raise InputError(f"{shown}: has an empty value; must be a number, a list v1,v2,... or a range from:to:count")
     if len(parts) > MOST_POINTS:
         raise InputError(f"{option}: has {len(parts)} values; a list takes at most {MOST_POINTS}")
+    refuse_decimal_comma(shown, text)
     one_manner(shown, parts)
     numbers = [read(option, part) for part in parts]
     return numbers[0] if len(numbers) == 1 else np.array(numbers)
@@ -96,6 +98,26 @@ def no_decimal_comma(option: str, text: str, parts: list[str]) -> None:
     if len(parts) == 2 and not text.startswith("[") and parts[0].lstrip("+-").isdecimal() and parts[1].isdecimal():
         one, two = ".".join(parts), ", ".join(parts)
         raise InputError(f"{option}={text}: may be one number or two; write {one} with a point, or the list [{two}]")
+
+
+def refuse_decimal_comma(shown: str, text: str) -> None:
+    """`InputError` for ``0,3 mm``, which reads as 0.3 mm with a decimal comma and as the list of 0 and 3 mm.
+
+    A list of two values says what it is by a blank after its comma, by brackets, or by a unit on both. A longer one may
+    begin with a bare 0.
+    """
+    for match in _DECIMAL_COMMA.finditer(text.strip()):
+        if match.start() == 0 and match.end() < len(text.strip()):
+            continue
+        before, after, unit = match.groups()
+        raise InputError(
+            f"{shown}: looks like a decimal comma; write {before}.{after} {unit}, or of a list each unit: "
+            f"{before} {unit},{after} {unit}"
+        )
+
+
+_DECIMAL_COMMA = re.compile(r"(?:^|(?<=,))([+-]?\d+),(\d+) ?((?![eE][+-]?\d)[^\W\d_][^,]*)")
+"""A number with a comma between its digits, and a unit; one with an exponent has no such comma."""
 
 
 def unit_or_brackets(option: str, text: str) -> None:
