@@ -102,6 +102,23 @@ def test_the_message_says_why(value, unit, reason):
     assert caught.value.field == "field"
 
 
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("5 Hz:10 Hz:3", "is a range, which only the command line reads; give a list such as ['5 Hz', '10 Hz'] or "
+         "numpy.linspace(5, 10, 3), in Hz"),
+        ("0.1 kHz:x:3", "is a range, which only the command line reads; give a list such as ['0.1 kHz', 'x']"),
+        ("5 Hz,10 Hz", "lists several values, which only the command line reads; give a list: ['5 Hz', '10 Hz']"),
+        ("5,10 Hz", "holds a comma; write decimals with a point; give a number in Hz or a string such as '8 Hz' "
+         "(units Hz, kHz, mHz)"),
+    ],
+)  # fmt: skip
+def test_several_values_in_one_text_are_refused_with_the_list_that_they_are(text, remedy):
+    with pytest.raises(FieldError) as caught:
+        parse_many("frequency", text, "Hz")
+    assert str(caught.value) == f"frequency = {text!r}: {remedy}"
+
+
 def test_bounds():
     assert parse("field", "0 m", "m", least=0.0) == 0.0
     assert parse("field", math.inf, "1", infinite=True) == math.inf

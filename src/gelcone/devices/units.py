@@ -237,14 +237,31 @@ def parse_many(
             return _checked_array(name, value, unit, bounds)
         value = value.tolist()
     if not isinstance(value, list | tuple):
+        if isinstance(value, str) and (remedy := _as_list(value, unit)):
+            raise FieldError(name, f"{name} = {_shown(value)}: {remedy}")
         return parse(name, value, unit, **bounds)
     if not value:
         raise FieldError(name, f"{name} = []: is empty; give at least one value")
     return _read_only(np.array([parse(f"{name}[{i}]", v, unit, **bounds) for i, v in enumerate(value)]))
 
 
+def _as_list(text: str, unit: str) -> str:
+    """The remedy for several values in one text, which only the command line reads; empty for another text."""
+    if text.count(":") == 2:
+        first, last, count = (part.strip() for part in text.split(":"))
+        ends = [_parse_text(end, unit, DIMENSIONS[unit]) for end in (first, last)]
+        numbers = ", ".join(f"{end:g}" for end in ends if not isinstance(end, str))
+        grid = f" or numpy.linspace({numbers}, {count})" + ("" if unit == "1" else f", in {unit}")
+        remedy = f"give a list such as ['{first}', '{last}']{grid * all(isinstance(end, float) for end in ends)}"
+        return f"is a range, which only the command line reads; {remedy}"
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) > 1 and all(parts) and not re.search(r"\d,\d", text):
+        return f"lists several values, which only the command line reads; give a list: {parts}"
+    return ""
+
+
 def _checked_array(name: str, values: npt.NDArray[Any], unit: str, bounds: Any) -> Array:
-    """The same of an array of numbers: only the extremes can be out of bounds, and a NaN counts as one."""
+    """Check an array of numbers as `parse_many`: only the extremes can be out of bounds, and a NaN counts as one."""
     array = np.array(values, dtype=float)
     for at in {int(array.argmin()), int(array.argmax())}:
         parse(f"{name}[{at}]", float(array[at]), unit, **bounds)
