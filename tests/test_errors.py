@@ -1,7 +1,10 @@
 """Errors that a user can act on."""
 
+import numpy as np
+import pytest
+
 from gelcone import InputError
-from gelcone.errors import MissingDependency, unknown_name
+from gelcone.errors import MissingDependency, described, unknown_name
 
 
 def test_an_input_error_is_a_value_error():
@@ -11,6 +14,21 @@ def test_an_input_error_is_a_value_error():
 def test_an_unknown_name_suggests_the_nearest_one_or_lists_them_all():
     assert str(unknown_name("fruit", "aple", iter(["apple", "pear"]))) == "'aple' is not a fruit; did you mean 'apple'?"
     assert str(unknown_name("fruit", "zzz", ["apple", "pear"])) == "'zzz' is not a fruit; known: apple, pear"
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (3, "the number 3"),
+        ("pump", "the text 'pump'"),
+        (None, "None"),
+        (np.zeros(2), "an array"),
+        ([], "a list"),
+        (True, "a bool"),
+    ],
+)
+def test_what_was_given_in_place_of_another_is_described(value, words):
+    assert described(value) == words
 
 
 def test_a_missing_library_is_an_import_error():

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome
-from gelcone.errors import InputError
+from gelcone.errors import InputError, described
 from gelcone.files import write_whole, writer_of
 from gelcone.netcdf import read_netcdf, write_netcdf
 from gelcone.physics.members import Ensemble
@@ -229,7 +229,7 @@ def save(dataset: xr.Dataset | Savable, path: str | Path, *, force: bool = False
     elif hasattr(dataset, "data_vars"):
         write_whole(Path(path), lambda to: write_netcdf(dataset, to), force=force)
     else:
-        raise InputError(f"save: was given a {type(dataset).__name__}; give a result of an analysis, or a device")
+        raise InputError(f"save: was given {described(dataset)}; give a result of an analysis, or a device")
 
 
 @runtime_checkable

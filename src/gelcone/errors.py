@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Iterable
+from numbers import Number
 
 
 class InputError(ValueError):
@@ -26,6 +28,16 @@ def unknown_name(kind: str, name: str, known: Iterable[str], otherwise: str = ""
     remedy = f"did you mean {near[0]!r}?" if near else otherwise or f"known: {', '.join(known)}"
     article = "an" if kind[0] in "aeiou" else "a"
     return InputError(f"{name!r} is not {article} {kind}; {remedy}")
+
+
+def described(value: object) -> str:
+    """Words for an object that was given in place of another: ``the number 3``, ``the text 'x'``, ``an array``."""
+    if isinstance(value, str):
+        return f"the text {reprlib.repr(value)}"
+    if isinstance(value, Number) and not isinstance(value, bool):
+        return f"the number {value}"
+    name = {"ndarray": "array", "NoneType": "None"}.get(type(value).__name__, type(value).__name__)
+    return name if value is None else f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
 
 
 class DoubtfulInput(UserWarning):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.errors import InputError, MissingDependency, unknown_name
+from gelcone.errors import InputError, MissingDependency, described, unknown_name
 from gelcone.files import write_together
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def export(result: xr.Dataset, path: str | Path, *, force: bool = False) -> list
     if kind not in FORMATS:
         raise unknown_name("format of other programs", kind or str(path), FORMATS)
     if not hasattr(result, "data_vars"):
-        raise InputError(f"export: was given a {type(result).__name__}; give a Dataset that an analysis returned")
+        raise InputError(f"export: was given {described(result)}; give a Dataset that an analysis returned")
     writers: dict[Path, Callable[[Path], None]]
     if kind == "mat":
         writers = {path: partial(_write_mat, result)}
@@ -94,7 +94,7 @@ def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.Dat
     (3, 1.0)
     """
     if not hasattr(result, "data_vars"):
-        raise InputError(f"table: was given a {type(result).__name__}; give a Dataset that an analysis returned")
+        raise InputError(f"table: was given {described(result)}; give a Dataset that an analysis returned")
     known = _by_dims(result)
     first = tuple(map(str, result.sizes))[:1]
     most = max(known, key=lambda dims: len(known[dims]), default=())

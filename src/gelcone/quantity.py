@@ -109,17 +109,21 @@ class Quantity:
         return within and (abs(value) <= LARGEST or abs(value) == largest)
 
 
+ALL_CORES = "leave it out to use all cores"
+"""Remedy for a number of threads or processes that is none."""
 MOST = 10**12
 """No run could end that counts further."""
 
 
-def check_count(name: str, value: Any, least: int) -> None:
-    """Raise `InputError` unless ``value`` is a whole number of at least ``least``."""
+def check_count(name: str, value: Any, least: int, remedy: str = "") -> None:
+    """Raise `InputError`, which ends in ``remedy``, unless ``value`` is a whole number of at least ``least``."""
+    more = f"; {remedy}" if remedy else ""
     try:
         number = operator.index(value)
     except TypeError:
-        raise InputError(f"{name} = {value!r}: must be a whole number") from None
+        shown = reprlib.repr(value)
+        raise InputError(f"{name} = {shown}: must be a whole number, at least {least}{more}") from None
     if isinstance(value, bool) or number < least:
-        raise InputError(f"{name} = {value!r}: must be at least {least}")
+        raise InputError(f"{name} = {value!r}: must be at least {least}{more}")
     if number > MOST:
         raise InputError(f"{name} = {value!r}: must be at most {MOST}")

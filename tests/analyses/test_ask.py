@@ -120,5 +120,5 @@ def test_arguments_begin_where_was_said(name, pump):
 
 
 def test_what_is_not_a_dataset_has_no_words():
-    with pytest.raises(InputError, match="in_words: was given a int; give a Dataset that an analysis returned"):
+    with pytest.raises(InputError, match="in_words: was given the number 3; give a Dataset that an analysis returned"):
         gelcone.in_words(3)

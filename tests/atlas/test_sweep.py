@@ -539,6 +539,10 @@ def test_workers_are_checked():
         cluster.cluster()
     with pytest.raises(InputError, match="workers = 0: must be at least 1"):
         cluster.cluster(0)
+    with pytest.raises(InputError, match="workers = 'two': must be a whole number, at least 1; leave it out"):
+        cluster.cluster("two")
+    with pytest.raises(InputError, match="workers: was given the number 2; give gelcone"):
+        sweep(Plan(ConeModel(), {"voltage": [0.1, 0.2]}), "limits", workers=2)
     with pytest.raises(InputError, match="threads = 0"):
         workers.threads(0)
 

@@ -462,7 +462,7 @@ def test_a_result_is_exported_as_was_said(more, path, force, command_line, calls
         (("paper-table1", "--c", "a", "--to", "mat"), "--to: is an option of results"),
         (("paper-table1", "--c", "a", "--out", "b"), "--out: is an option of results"),
         (("paper-table1", "--c", "a", "--wasm", "b.wasm"), "give one of them"),
-        (("paper-table1",), "is a device; say what it becomes"),
+        (("paper-table1",), "is a device; say what it becomes: --fmu FILE.fmu, --c FOLDER or --wasm FILE.wasm"),
     ],
 )
 def test_options_of_the_other_kind_of_export_are_refused(given, word, command_line, calls):

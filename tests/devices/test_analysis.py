@@ -87,7 +87,20 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
     [
         (lambda: gelcone.simulate("soft-film"), "was given the text 'soft-film'; gelcone.find_device"),
         (lambda: gelcone.simulate(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]})), "was given a plan"),
-        (lambda: gelcone.simulate(3), "was given a int in place of a ConeModel or a Device"),
+        (lambda: gelcone.simulate(3), "was given the number 3 in place of a ConeModel or a Device"),
+        (lambda: gelcone.settled(DEVICE, tolerance="x"), "tolerance = 'x': must be a number, without a unit"),
+        (lambda: gelcone.lyapunov(DEVICE.to_model(), window="5 s"), "window = '5 s': must be a number, without a unit"),
+        (
+            lambda: gelcone.settled(DEVICE, threads="two"),
+            "threads = 'two': must be a whole number, at least 1; leave it",
+        ),
+        (lambda: gelcone.simulate(DEVICE, period=3), "'period' is not an option of simulate; did you mean 'periods'?"),
+        (
+            lambda: gelcone.simulate(DEVICE.to_model(), zz=3),
+            "'zz' is not an option of simulate; known: initial, periods",
+        ),
+        (lambda: gelcone.static(DEVICE, voltages="-1 kV"), "voltages = -1 kV: must be at least 0; leave out the sign"),
+        (lambda: gelcone.basin(DEVICE, 3), "over: was given the number 3; give names and their values"),
         (lambda: gelcone.simulate(DEVICE, workers=2), "takes no workers; threads=N"),
         (lambda: gelcone.simulate(DEVICE.to_model(), workers=2), "takes no workers; threads=N"),
         (lambda: gelcone.map(DEVICE.to_model(), {"voltage": [0.1, 0.2]}, workers=2), "workers"),
@@ -228,10 +241,13 @@ def test_a_docstring_states_once_of_each_parameter_what_it_is_of_a_device():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: gelcone.environment("biased-pump"), "environment: takes a device, and was given a str"),
+        (
+            lambda: gelcone.environment("biased-pump"),
+            "environment: takes a device, and was given the text 'biased-pump'",
+        ),
         (lambda: gelcone.rates(gelcone.ConeModel()), "rates: takes a device, and was given a ConeModel"),
         (lambda: gelcone.integrate(gelcone.find_device("biased-pump"), (0.0, 0.0), [1.0]), "integrate: takes a model"),
-        (lambda: gelcone.model_of(3), "model_of: was given a int; give a Dataset"),
+        (lambda: gelcone.model_of(3), "model_of: was given the number 3; give a Dataset"),
     ],
 )
 def test_what_a_function_does_not_take_is_refused_in_words(call, message):

@@ -2,8 +2,10 @@
 
 import pytest
 
+from gelcone import find_device
 from gelcone.devices.files import _line_of, located, shipped_devices, what_ships
 from gelcone.devices.units import FieldError
+from gelcone.errors import InputError
 
 SOURCE = """\
 # film_radius = "3 mm" was too small
@@ -43,4 +45,18 @@ def test_devices_that_ship_are_files_by_name():
     assert {"biased-pump", "double-cone", "paper-table1"} <= set(found)
     assert all(path.stem == name and path.suffix == ".toml" and path.is_file() for name, path in found.items())
     assert list(found) == sorted(found)
-    assert what_ships() == f"give a TOML file or a name; devices that ship: {', '.join(found)}"
+    assert what_ships("zzz") == f"give a TOML file or a name; devices that ship: {', '.join(found)}"
+
+
+@pytest.mark.parametrize(
+    ("name", "near"), [("biased", "biased-pump"), ("pump", "biased-pump"), ("snapcone", "snap-cone")]
+)
+def test_a_name_that_does_not_ship_suggests_the_one_that_does(name, near):
+    with pytest.raises(InputError) as error:
+        find_device(name)
+    assert str(error.value) == f"{name}: there is no such file; did you mean '{near}', which ships?"
+
+
+def test_a_device_is_found_by_name_or_file_only():
+    with pytest.raises(InputError, match="find_device: was given the number 3; give a name or a TOML file"):
+        find_device(3)

@@ -6,6 +6,7 @@ Draws whose films differ share the membranes of a few of them, see `gelcone.phys
 from __future__ import annotations
 
 import json
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -105,7 +106,7 @@ def over_draws(
     """
     if not hasattr(draws, "keys"):
         raise InputError(
-            f"draws = {draws!r}: must be name -> values or a Dataset; read a file with pandas.read_csv or "
+            f"draws = {reprlib.repr(draws)}: must be name -> values or a Dataset; read a file with pandas.read_csv or "
             "xarray.open_dataset"
         )
     values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)

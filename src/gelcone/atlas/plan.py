@@ -18,7 +18,7 @@ from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_model, dimensionless
 from gelcone.devices.device import Device
 from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept, shown_value
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, described, unknown_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
 from gelcone.register.analyses import sweepable
@@ -77,6 +77,8 @@ class Plan:
         check_model(self.cone, "Plan")
         if self.cone.shape:
             raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.cone.shape}")
+        if not isinstance(self.over, Mapping):
+            raise InputError(f"over: was given {described(self.over)}; give names and their values, name -> values")
         if not (self.over or self.draws):
             raise InputError("over: is empty; give at least one name and its values, or draws")
         object.__setattr__(self, "initial", self._initial())

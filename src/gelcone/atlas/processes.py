@@ -28,6 +28,7 @@ from gelcone.atlas.workers import Answer, Task, Team, Workers, as_they_come, thr
 from gelcone.errors import InputError, LostWorker
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped
+from gelcone.quantity import ALL_CORES, check_count
 
 LARGE = 1024
 """Cells from which on processes are worth their start, about a second of work each."""
@@ -70,8 +71,8 @@ def processes(count: int | None = None) -> Workers:
     ------
     InputError : for fewer than 1.
     """
-    if count is not None and not (isinstance(count, int) and count >= 1):
-        raise InputError(f"workers = {count!r}: must be at least 1")
+    if count is not None:
+        check_count("workers", count, 1, ALL_CORES)
 
     @contextmanager
     def start() -> Iterator[Team]:

@@ -28,7 +28,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis
 from gelcone.devices.points import GELS, at
 from gelcone.devices.si import shown_values
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, described, unknown_name
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import complete, start_states
 from gelcone.progress import Progress, Stopped
@@ -120,11 +120,13 @@ def sweep(
     """
     if not isinstance(plan, Plan):
         raise InputError(
-            f"sweep: was given a {type(plan).__name__}; give a plan, such as Plan(device, {{'voltage_amplitude': ...}})"
+            f"sweep: was given {described(plan)}; give a plan, such as Plan(device, {{'voltage_amplitude': ...}})"
         )
     found = find_analysis(analysis)
     options = check_sweepable(found, plan, coarsest, keep)
     start_states(*plan.at(plan.grid))
+    if workers is not None and not callable(workers):
+        raise InputError(f"workers: was given {described(workers)}; give gelcone.cluster(workers=N), or threads=N")
     if workers is not None and threads is not None:
         raise InputError(f"threads = {threads}: workers are given too; give one of them")
     report = _reporter(watch, progress)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol, TypeVar
 
-from gelcone.errors import InputError
 from gelcone.motion.flow import available_threads
 from gelcone.progress import Stopped, Watch, watching
+from gelcone.quantity import ALL_CORES, check_count
 
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
@@ -44,8 +44,8 @@ Workers = Callable[[], AbstractContextManager[Team]]
 
 def threads(count: int | None = None) -> Workers:
     """Threads of this process; by default one a core. Leaving the context stops them within moments."""
-    if count is not None and not (isinstance(count, int) and count >= 1):
-        raise InputError(f"threads = {count!r}: must be at least 1; leave it out to use all cores")
+    if count is not None:
+        check_count("threads", count, 1, ALL_CORES)
 
     @contextmanager
     def start() -> Iterator[Team]:

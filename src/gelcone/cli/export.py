@@ -92,7 +92,7 @@ def _one_of(c: Path | None, fmu: Path | None, wasm: Path | None) -> Path | None:
 
 def _of_result(place: Path, force: bool, given: dict[str, Any]) -> list[Path]:
     if place.suffix == ".toml" or (str(place) in shipped_devices() and not place.exists()):
-        raise InputError(f"{place}: is a device; say what it becomes: --fmu FILE.fmu or --c FOLDER")
+        raise InputError(f"{place}: is a device; say what it becomes: --fmu FILE.fmu, --c FOLDER or --wasm FILE.wasm")
     _only(given, ("kind", "out"), "devices")
     result, kind = show(place) if place.is_dir() else load(place), given.get("kind", "csv")
     return export(result, given.get("out", place.parent) / f"{place.stem}.{kind.lower()}", force=force)

@@ -17,10 +17,10 @@ from gelcone.devices.points import dimensionless_state, read_state
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.si import in_device_words, to_si
 from gelcone.devices.units import FieldError, parse_many
-from gelcone.errors import DoubtfulInput, InputError
+from gelcone.errors import DoubtfulInput, InputError, described, unknown_name
 from gelcone.physics.members import Ensemble
 from gelcone.progress import barred
-from gelcone.register.analysis import Analysis, annotation_of
+from gelcone.register.analysis import Analysis, annotation_of, check_number
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -62,9 +62,9 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
     def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
         if not isinstance(model, Device):
             check_model(model, function.__name__)
-            check_workers(function.__name__, options)
+            check_options(function, options)
             return function(model, *args, **options)
-        check_workers(function.__name__, options)
+        check_options(function, options, units=True)
         given = inspect.signature(function).bind(model, *args, **options).arguments
         given.pop(next(iter(given)))
         call: Any = function
@@ -85,7 +85,7 @@ def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Co
 
     @functools.wraps(function)
     def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
-        check_workers(function.__name__, options)
+        check_options(function, options, units=isinstance(model, Device))
         if not isinstance(model, Device):
             check_model(model, function.__name__)
             return function(model, *args, **options)
@@ -165,24 +165,37 @@ def check_model(model: Any, name: str) -> None:
         )
     if isinstance(model, Device):
         raise InputError(f"{name}: takes a model; give device.to_model()")
-    raise InputError(f"{name}: was given a {type(model).__name__} in place of a ConeModel or a Device")
+    raise InputError(f"{name}: was given {described(model)} in place of a ConeModel or a Device")
 
 
 def check_device(device: Any, name: str) -> None:
     """`InputError` unless ``device`` is a device of single numbers."""
     if not isinstance(device, Device):
         raise InputError(
-            f"{name}: takes a device, and was given a {type(device).__name__}; gelcone.find_device gives one by its "
+            f"{name}: takes a device, and was given {described(device)}; gelcone.find_device gives one by its "
             "name or file"
         )
     if device.shape:
         raise InputError(f"{name}: takes a single device, not an ensemble of shape {device.shape}; take one of them")
 
 
-def check_workers(name: str, options: Mapping[str, Any]) -> None:
-    """`InputError` where workers are given to an analysis that runs in this process."""
+def check_options(function: Callable[..., Any], options: Mapping[str, Any], units: bool = False) -> None:
+    """`InputError` for workers, given to an analysis that runs in this process, for an unknown option, and for one that
+    must be a number and is not.
+
+    ``units`` leaves options that may have a unit to those that read it.
+    """
     if "workers" in options:
-        raise InputError(f"{name}: takes no workers; threads=N sets the threads, and gelcone.sweep takes workers")
+        raise InputError(
+            f"{function.__name__}: takes no workers; threads=N sets the threads, and gelcone.sweep takes workers"
+        )
+    known = inspect.signature(function).parameters
+    for name, value in options.items():
+        if name not in known:
+            raise unknown_name(f"option of {function.__name__}", name, [*known][1:])
+        kind, quantity = annotation_of(function, name)
+        if value is not None and kind is float and not (units and quantity):
+            check_number(name, value)
 
 
 def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:

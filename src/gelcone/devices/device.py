@@ -18,7 +18,7 @@ from gelcone.devices.record import Field, unknown_field
 from gelcone.devices.shown import device_html
 from gelcone.devices.template import device_text
 from gelcone.devices.units import FieldError
-from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, described, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.physics.model import ConeModel
 
@@ -215,7 +215,7 @@ class Device(DeviceFields):
         Raises `InputError` with the file, and the line where it is known, for a file that cannot be read or used.
         """
         path = Path(path)
-        return cls._from_text(read_text(path, what_ships()), str(path), path.stem)
+        return cls._from_text(read_text(path, what_ships(path.stem)), str(path), path.stem)
 
     @classmethod
     def from_text(cls, text: str) -> Device:
@@ -289,6 +289,8 @@ def find_device(name_or_path: str | Path) -> Device:
     >>> device.name, device.film_radius
     ('biased pumping cone', 0.03)
     """
+    if not isinstance(name_or_path, str | Path):
+        raise InputError(f"find_device: was given {described(name_or_path)}; give a name or a TOML file")
     path = Path(name_or_path)
     shipped = shipped_devices()
     permission.check("device", str(name_or_path))

@@ -17,7 +17,7 @@ from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import GELS, STATE_FIELDS, STATES, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.units import DIMENSIONS, format_si
-from gelcone.errors import InputError
+from gelcone.errors import InputError, described
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def model_of(result: xr.Dataset) -> ConeModel:
     0.4
     """
     if not hasattr(result, "data_vars"):
-        raise InputError(f"model_of: was given a {type(result).__name__}; give a Dataset that an analysis returned")
+        raise InputError(f"model_of: was given {described(result)}; give a Dataset that an analysis returned")
     device = device_of(result)
     fields = _points(result)
     if device is None or not fields:
@@ -149,9 +149,7 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     ('mm', 12.59)
     """
     if not hasattr(result, "data_vars"):
-        raise InputError(
-            f"to_si: was given a {type(result).__name__} in place of a result; give a Dataset of an analysis"
-        )
+        raise InputError(f"to_si: was given {described(result)} in place of a result; give a Dataset of an analysis")
     device = device_of(result) if device is None else device
     if not isinstance(device, Device):
         raise InputError("to_si: the result does not say of which device it is; give the device too")

@@ -421,7 +421,12 @@ def _label(
 
 def constant_voltages(voltages: npt.ArrayLike) -> Array:
     """Constant voltages as an array, (voltages,); `InputError` for what is not one or below 0."""
-    levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
+    try:
+        levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
+    except InputError as error:
+        refused = str(error).partition("; its default is")[0]
+        remedy = "; leave out the sign, on which no force depends" * refused.endswith("must be at least 0")
+        raise InputError(refused + remedy) from None
     if levels.ndim > 1:
         raise InputError(f"voltages has the shape {levels.shape}: must be a number or one-dimensional; ravel it")
     return levels

@@ -20,7 +20,7 @@ from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Node
 from gelcone.progress import current_watch
-from gelcone.quantity import Array, spread
+from gelcone.quantity import ALL_CORES, Array, check_count, spread
 
 if TYPE_CHECKING:
     from gelcone.motion.engine.phase import PhaseProgram
@@ -132,8 +132,8 @@ def check_flow(tolerance: float, threads: int | None) -> None:
         raise InputError(
             f"tolerance = {tolerance!r}: must be a number above 0 and below 1, for example {DEFAULT_TOLERANCE:g}"
         )
-    if threads is not None and not (isinstance(threads, int) and threads >= 1):
-        raise InputError(f"threads = {threads!r}: must be at least 1; leave it out to use all cores")
+    if threads is not None:
+        check_count("threads", threads, 1, ALL_CORES)
 
 
 def _states(name: str, value: npt.ArrayLike, members: Members) -> Array:

@@ -8,6 +8,7 @@ their explanations from the section "Parameters" of its docstring, each written 
 from __future__ import annotations
 
 import inspect
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -114,7 +115,9 @@ class Analysis:
     def compute(self) -> Callable[..., Any]:
         """The function of cells: (members, states, **options) -> findings; `InputError` where there is none."""
         if not self.swept:
-            raise InputError(f"{self.name}: cannot be swept; use gelcone.{self.name}")
+            raise InputError(
+                f"{self.name}: cannot be swept; run `gelcone {self.command}` (in Python gelcone.{self.name})"
+            )
         return getattr(import_module(self.call.__module__), f"{self.name}_cells")
 
     @cached_property
@@ -212,12 +215,17 @@ def _explanation(name: str, text: str) -> tuple[str, str]:
     return f"{sentences[0][:1].upper()}{sentences[0][1:].rstrip('. ')}.", default.rstrip(". ")
 
 
+def check_number(name: str, value: Any) -> None:
+    """`InputError` for a value of an option that is not a number."""
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise InputError(f"{name} = {reprlib.repr(value)}: must be a number, without a unit")
+
+
 def _checked(option: Option, value: Any) -> Any:
     """A value of an option, a whole number as a float where the option is one."""
     if value is None or option.kind not in (float, int):
         return value
-    if isinstance(value, bool) or not hasattr(value, "__float__"):
-        raise InputError(f"{option.name} = {value!r}: must be a number")
+    check_number(option.name, value)
     if option.kind is int:
         if int(value) != value:
             raise InputError(f"{option.name} = {value}: must be a whole number")
