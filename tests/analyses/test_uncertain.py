@@ -33,7 +33,13 @@ def test_uncertain_parameters_are_read():
             read_uncertain([text], alone)
     spread = read_uncertain(["film_thickness=0.2 mm~10 um", "frequency=8:10"], device)
     assert spread == {"film_thickness": Normal(2e-4, 1e-5), "frequency": Uniform(8.0, 10.0)}
+    for text in ("spring_rate=15 N/m~3%", "spring_rate=15 ~ 3 %", "spring_rate=15 N/m~0.45 N/m"):
+        spread = read_uncertain([text], device)["spring_rate"]
+        assert (spread.mean, spread.deviation) == (15.0, pytest.approx(0.45, rel=1e-15))
+    assert read_uncertain(["prestretch=1.2~5%"], alone)["prestretch"].deviation == pytest.approx(0.06, rel=1e-15)
     for text, message in {
+        "spring_rate=15 N/m~-3%": "--uncertain spring_rate = '-3%': must be a share such as '2 %'",
+        "voltage_offset=0~3%": "--uncertain voltage_offset = '3%': is a share of 0; give the deviation with a unit",
         "voltage=1~0.1": "did you mean 'voltage_amplitude'",
         "frequency=8:9 Hz": "8 has no unit, but the others do",
     }.items():

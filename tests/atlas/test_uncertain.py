@@ -123,7 +123,7 @@ def test_another_seed_gives_other_draws(method):
 
 
 def test_a_device_is_uncertain_in_texts_with_units():
-    spread = {"film_thickness": Normal("0.2 mm", "5 um"), "frequency": Uniform("0.009 kHz", "11 Hz")}
+    spread = {"film_thickness": Normal("0.2 mm", "2.5 %"), "frequency": Uniform("0.009 kHz", "11 Hz")}
     in_numbers = {"film_thickness": Normal(2e-4, 5e-6), "frequency": Uniform(9.0, 11.0)}
     for name, values in draw(in_numbers, 16).items():
         np.testing.assert_array_equal(draw(spread, 16)[name], values)

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 
 def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribution]:
-    """``name=low:high`` and ``name=mean~deviation`` as distributions, and names alone whose range the material states;
-    `InputError` for anything else."""
+    """``name=low:high`` and ``name=mean~deviation`` as distributions, and names alone whose range the material states.
+
+    A deviation may be a share of the mean, ``3%``. Raises `InputError` for anything else."""
     from gelcone.atlas.uncertain import Normal, Uniform
 
     device, system = subject.device, subject.model.system
@@ -83,9 +84,14 @@ def read_drawn(option: str, name: str, numbers: Array, unit: str, subject: Subje
 
 def _two(option: str, text: str, parts: list[str], name: str, device: Device | None) -> list[float]:
     """The two numbers of a distribution."""
-    one_manner(f"{option}={text}", parts)
-    if device is None:
-        return [plain(option, part) for part in parts]
     from gelcone.devices.points import point_fields
+    from gelcone.devices.units import parse_deviation
 
-    return [of_field(option, part, point_fields(device)[name]) for part in parts]
+    def read(part: str) -> float:
+        return plain(option, part) if device is None else of_field(option, part, point_fields(device)[name])
+
+    if "~" in text and parts[1].endswith("%"):
+        mean = read(parts[0])
+        return [mean, parse_deviation(option, parts[1], "1", mean)]
+    one_manner(f"{option}={text}", parts)
+    return [read(part) for part in parts]

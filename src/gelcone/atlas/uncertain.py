@@ -14,7 +14,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.fields import SWEPT_FIELDS
 from gelcone.devices.points import STATE_FIELDS
-from gelcone.devices.units import parse
+from gelcone.devices.units import parse, parse_deviation
 from gelcone.errors import InputError, unknown_name
 from gelcone.quantity import Array
 
@@ -63,7 +63,7 @@ class Normal:
     Parameters
     ----------
     mean : its mean; of a field of a device a text with a unit.
-    deviation : its standard deviation, likewise.
+    deviation : its standard deviation, likewise; or a share of the mean, as ``"3 %"``.
 
     Examples
     --------
@@ -114,8 +114,11 @@ def _in_numbers(name: str, given: Distribution) -> Distribution:
     fields = {**SWEPT_FIELDS, **STATE_FIELDS}
     if name not in fields:
         raise InputError(f"{name}: {given} has units, and {name} is not a device's field with one; give numbers")
-    one, other = (parse(name, v, fields[name].unit, example=fields[name].example_text()) for v in astuple(given))
-    return type(given)(one, other)
+    field, (one, other) = fields[name], astuple(given)
+    first = parse(name, one, field.unit, example=field.example_text())
+    if isinstance(given, Normal):
+        return Normal(first, parse_deviation(name, other, field.unit, first))
+    return Uniform(first, parse(name, other, field.unit, example=field.example_text()))
 
 
 def draw(

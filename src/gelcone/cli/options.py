@@ -106,8 +106,9 @@ def uncertain_parameters() -> list[click.Parameter]:
     return [
         click.Option(
             ["--uncertain"], multiple=True, metavar="NAME=DISTRIBUTION|TABLE",
-            help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal); "
-            "may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be correlated.",
+            help="A parameter that is drawn at every point: low:high (uniform) or mean~deviation (normal, such as "
+            "'15 N/m~3%'); may be repeated. Or a table of draws as they come from a fit (.csv, .nc), which may be "
+            "correlated.",
         ),
         click.Option(["--count"], type=int, default=64, show_default=True, help="Draws of the uncertain parameters."),
         click.Option(

@@ -217,6 +217,30 @@ def _read(value: Any, unit: str, dimension: Dimension) -> float | str:
     return f"must be a number or a string, not {type(value).__name__}"
 
 
+def parse_share(name: str, value: Any) -> float:
+    """A share, ``"2 %"`` or 0.02, as a number; `FieldError` unless it is positive and below 10."""
+    text = str(value).strip()
+    try:
+        number = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < 10.0:
+        raise FieldError(name, f"{name} = {text[:60]!r}: must be a share such as '2 %'")
+    return number
+
+
+def parse_deviation(name: str, text: str, unit: str, value: float) -> float:
+    """A standard deviation of a ``value``, both in SI: a share of it, ``"3 %"``, or a number with a unit.
+
+    Raises `FieldError` as `parse` and `parse_share`, and for a share of 0.
+    """
+    if not text.strip().endswith("%"):
+        return parse(name, text, unit)
+    if value == 0.0:
+        raise FieldError(name, f"{name} = {text!r}: is a share of 0; give the deviation with a unit")
+    return parse_share(name, text) * abs(value)
+
+
 def parse_many(
     name: str,
     value: Any,

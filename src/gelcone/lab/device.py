@@ -13,7 +13,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
-from gelcone.devices.units import FieldError, parse
+from gelcone.devices.units import parse, parse_share
 from gelcone.errors import DoubtfulInput, InputError, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
@@ -28,7 +28,7 @@ from gelcone.lab.device_fit import (
     plan_of,
     profiled,
 )
-from gelcone.lab.device_tests import DeviceTests, read_share
+from gelcone.lab.device_tests import DeviceTests
 from gelcone.lab.predictions import predictions_of, read_predictions
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Array
@@ -62,13 +62,9 @@ def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
             warnings.warn(f"--free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
             found[name] = WIDE
         elif spread.endswith("%"):
-            found[name] = read_share(f"--free {name}", spread)
+            found[name] = parse_share(f"--free {name}", spread)
         else:
-            unit = device.swept_fields()[name].unit
-            try:
-                found[name] = parse(f"--free {name}", spread, unit, above=0.0) / value
-            except FieldError as error:
-                raise InputError(str(error)) from None
+            found[name] = parse(f"--free {name}", spread, device.swept_fields()[name].unit, above=0.0) / value
     return found
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.devices.units import DIMENSIONS, FieldError, parse
+from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
 from gelcone.errors import InputError, unknown_name
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import refuse_kilovolts
@@ -103,20 +103,8 @@ def read_device_tests(path: str | Path) -> DeviceTests:
         own = name.replace("_", " ")
         if own not in INSTRUMENTS:
             raise InputError(f"{path}: {unknown_name('instrument', own, INSTRUMENTS)}")
-        gains[own] = read_share(f"{path}: instruments.{name}", value)
+        gains[own] = parse_share(f"{path}: instruments.{name}", value)
     return DeviceTests(tuple(_test(path, k, entry) for k, entry in enumerate(entries, start=1)), gains)
-
-
-def read_share(where: str, value: Any) -> float:
-    """A relative standard deviation, such as ``"2 %"`` or 0.02."""
-    text = str(value).strip()
-    try:
-        number = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
-    except ValueError:
-        number = np.nan
-    if not 0.0 < number < 10.0:
-        raise InputError(f"{where} = {text[:60]!r}: must be a share such as '2 %'")
-    return number
 
 
 def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:

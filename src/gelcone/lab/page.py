@@ -15,11 +15,10 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.materials import find_material
-from gelcone.devices.units import FieldError, format_si, parse
+from gelcone.devices.units import FieldError, format_si, parse, parse_share
 from gelcone.errors import InputError, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.lab.device_fit import STEP, Problem
-from gelcone.lab.device_tests import read_share
 from gelcone.lab.material import fit_material
 from gelcone.lab.measured import place_of, read_tests
 from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_predictions
@@ -192,7 +191,7 @@ def _number(where: str, entry: Any, unit: str) -> Number:
     value = _si(where, entry.get("value"), str(entry.get("unit", "")), unit)
     if kind == "assumed" and "deviation" not in entry:
         raise InputError(f'{where}: is assumed; say how far off it may be, deviation = "20 %"')
-    share = read_share(f"{where}.deviation", entry["deviation"]) if "deviation" in entry else KINDS[kind]
+    share = parse_share(f"{where}.deviation", entry["deviation"]) if "deviation" in entry else KINDS[kind]
     return Number(value, share * abs(value), kind)
 
 
