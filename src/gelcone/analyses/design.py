@@ -25,7 +25,7 @@ def design_words(result: xr.Dataset) -> str:
         f"{attrs['margin']:.0%} below all limits",
         "".join(f"{name:{width}s}" for name, width in zip(_HEADS, _WIDTHS, strict=True)).rstrip(),
     ]
-    lines += [_row(result.isel(design=k)) for k in range(count)]
+    lines += [*(_row(result.isel(design=k)) for k in range(count)), _AS_MEMBRANE]
     lines += [line for k in range(count) for line in _about(result.isel(design=k), json.loads(attrs["free"]))]
     lines += [f"left out: {reason}" for reason in json.loads(attrs["left_out"])]
     traps = json.loads(attrs["nominal_probabilities"])
@@ -48,6 +48,10 @@ def _drawn(result: xr.Dataset) -> bool:
     return bool(json.loads(result.attrs.get("samples", "{}")))
 
 
+_AS_MEMBRANE = (
+    "as membrane: the settled stroke by the default film of devices; all else is of the wrinkling cone, which is faster"
+)
+"""The explanation of a column."""
 _HEADS = ("design", "stroke", "as membrane", "peak", "apparent", "probability", "first limit")
 
 

@@ -15,7 +15,7 @@ import click
 
 from gelcone.analyses.answer import answer_json, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
-from gelcone.cli.waiting import BAR_SECONDS, logging, preparing, ticking
+from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking
 from gelcone.codes import Outcome
 from gelcone.plots import plot
 
@@ -83,8 +83,12 @@ def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
 
     def say() -> None:
         spent = time.monotonic() - begun
-        left = f", {spent * (1.0 / done - 1.0):.0f} s left" if 0.0 < done < 1.0 else ""
-        click.echo(f"{now}: {100.0 * done:.0f} % after {spent:.0f} s{left}", err=True)
+        share, left = f"{100.0 * done:.0f} % after {spent:.0f} s", ""
+        if now != label:  # what is made moves no share, and says nothing about the time left
+            share = f"{STORED}; {share}"
+        elif 0.0 < done < 1.0:
+            left = f", {spent * (1.0 / done - 1.0):.0f} s left"
+        click.echo(f"{now}: {share}{left}", err=True)
 
     with preparing(label, name), logging(say):
 

@@ -14,6 +14,8 @@ from gelcone import disk_cache
 
 BAR_SECONDS = 1.0
 """Time after which a bar on a terminal is drawn again, whether or not there is news."""
+STORED = "stored for later runs"
+"""Words about what is made."""
 FIRST_SECONDS, LOG_SECONDS = 5.0, 20.0
 """Time to the first line about a run that is not watched on a terminal, and between the others."""
 
@@ -69,7 +71,7 @@ def _line(text: str) -> Iterator[None]:
     """A line with the time since on a terminal, else one now and then."""
     if not sys.stderr.isatty():
         begun = time.monotonic()
-        with logging(lambda: click.echo(f"{text}: {time.monotonic() - begun:.0f} s", err=True)):
+        with logging(lambda: click.echo(f"{text}: {STORED}; after {time.monotonic() - begun:.0f} s", err=True)):
             yield
         return
     from tqdm import tqdm
