@@ -40,6 +40,12 @@ def described(value: object) -> str:
     return name if value is None else f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
 
 
+def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
+    """`InputError`, which ends in ``remedy``, unless ``value`` is of this kind."""
+    if not isinstance(value, kind):
+        raise InputError(f"{name}: was given {described(value)}; {remedy}")
+
+
 class DoubtfulInput(UserWarning):
     """A usable value that is probably not meant. The command line prints it as one line and continues."""
 

@@ -248,6 +248,19 @@ def test_a_docstring_states_once_of_each_parameter_what_it_is_of_a_device():
         (lambda: gelcone.rates(gelcone.ConeModel()), "rates: takes a device, and was given a ConeModel"),
         (lambda: gelcone.integrate(gelcone.find_device("biased-pump"), (0.0, 0.0), [1.0]), "integrate: takes a model"),
         (lambda: gelcone.model_of(3), "model_of: was given the number 3; give a Dataset"),
+        (
+            lambda: gelcone.design("wish.toml"),
+            "design: was given the text 'wish.toml'; give a wish, such as gelcone.read_",
+        ),
+        (
+            lambda: gelcone.fit_device(DEVICE, "tests.toml", {}),
+            "fit_device: was given the text 'tests.toml'; give tests",
+        ),
+        (lambda: gelcone.plan_device(DEVICE, None, {}), "plan_device: was given None; give tests on a device, such as"),
+        (
+            lambda: gelcone.fit_material("a.csv"),
+            "fit_material: was given the text 'a.csv'; give tests on coupons, such",
+        ),
     ],
 )
 def test_what_a_function_does_not_take_is_refused_in_words(call, message):

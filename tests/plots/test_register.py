@@ -273,9 +273,18 @@ def test_what_is_no_result_is_refused_with_a_remedy(given):
         gelcone.plot(given)
 
 
+def test_a_panel_that_a_diagram_does_not_have_is_refused_with_those_that_it_has():
+    with pytest.raises(InputError, match="'phase' is not a middle; known: exponent, extent"):
+        gelcone.plot(RESULTS["bifurcation diagram"](), middle="phase")
+
+
 @pytest.mark.parametrize(
     ("title", "option", "remedy"),
-    [("extrema", "kind", "this figure has none"), ("bifurcation diagram", "midle", "did you mean 'middle'")],
+    [
+        ("extrema", "kind", "this figure has none"),
+        ("bifurcation diagram", "midle", "did you mean 'middle'"),
+        ("parameter map", "color", "did you mean 'colour'"),
+    ],
 )
 def test_an_option_that_the_figure_does_not_have_is_refused_by_name(title, option, remedy):
     with pytest.raises(InputError, match=f"'{option}' is not an option of plot for this result; {remedy}"):

@@ -18,7 +18,7 @@ import numpy as np
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
-from gelcone.errors import DoubtfulInput, InputError
+from gelcone.errors import DoubtfulInput, InputError, check_kind
 from gelcone.lab.front import (
     AGAIN,
     Problem,
@@ -184,6 +184,7 @@ def design(
     >>> found = gelcone.design(wish)  # doctest: +SKIP
     >>> devices = gelcone.designed_devices(found)  # doctest: +SKIP
     """
+    check_kind("design", wish, Wish, "give a wish, such as gelcone.read_wish('wish.toml')")
     if samples is not None:
         named = samples.data_vars.items() if hasattr(samples, "data_vars") else samples.items()
         wish = with_samples(wish, {str(name): np.asarray(values) for name, values in named})

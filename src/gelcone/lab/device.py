@@ -14,7 +14,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse, parse_share
-from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, check_kind, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
     REFUSED,
@@ -45,6 +45,8 @@ UPWARD, OPPOSITE = ("force", "stroke"), -0.8
 """Readings that have a direction, and the cosine between measured and predicted ones below which theirs is reversed."""
 CERTAIN = 5.0
 """Root mean square, over the noise, that both have where their direction is judged."""
+READ_TESTS = "give tests on a device, such as gelcone.read_device_tests('tests.toml')"
+"""Remedy where something else is given."""
 UNDECIDED = 4.0
 """Films whose objectives differ by less cannot be distinguished."""
 
@@ -109,6 +111,7 @@ def plan_device(
     >>> f"the mass will be known to {plan.left.item():.2%}, before to {plan.prior.item():.0%}"
     'the mass will be known to 0.35%, before to 10%'
     """
+    check_kind("plan_device", tests, DeviceTests, READ_TESTS)
     problem = _problem(device, tests, free, film, loss)
     plan = plan_of(problem)
     asked = read_predictions(predict)
@@ -166,6 +169,7 @@ def fit_device(
     >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g"
     '8.16 g'
     """
+    check_kind("fit_device", tests, DeviceTests, READ_TESTS)
     if not tests.measured:
         raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
     chosen = itertools.product(

@@ -17,7 +17,7 @@ from gelcone.devices.materials import Material
 from gelcone.devices.record import Record
 from gelcone.devices.template import material_text
 from gelcone.devices.units import FieldError, format_si
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_kind, unknown_name
 from gelcone.lab.coupons import Coupon, Spectrum, same_temperature
 from gelcone.lab.material_fit import (
     Band,
@@ -97,6 +97,7 @@ def fit_material(
     >>> f"{gelcone.fitted_material(fit).shear_modulus:.0f} Pa"
     '8000 Pa'
     """
+    check_kind("fit_material", tests, Measured, "give tests on coupons, such as gelcone.read_tests('tension.csv')")
     chosen_laws = _checked_laws(laws)
     counts = _checked_counts(branches)
     if flow not in FLOWS:

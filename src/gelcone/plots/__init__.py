@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from inspect import Parameter, signature
+from inspect import signature
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -86,10 +86,8 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
     4
     """
     draw = figure_of(result)
-    takes = signature(draw).parameters
-    known = list(takes)[1:]
-    passed_on = any(parameter.kind is Parameter.VAR_KEYWORD for parameter in takes.values())
-    if unknown := [name for name in options if name not in known and not passed_on]:
+    known = list(signature(draw).parameters)[1:]
+    if unknown := [name for name in options if name not in known]:
         otherwise = "" if known else "this figure has none"
         raise unknown_name("option of plot for this result", unknown[0], known, otherwise)
     from gelcone.plots.frame import add_footnote, fixed_parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from gelcone.plots.map import Lines
 
 WIDEST = 6
 """Most variables that are drawn."""
@@ -239,7 +241,7 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
     return styled(7.2, 0.4 + 2.5 * rows + 0.3, draw)
 
 
-def any_figure(cells: xr.Dataset, **of_map: Any) -> Figure:
+def any_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
     """The picture of a sweep: a probability, a map with the options of `map_figure`, or else what is known over the
     first axes."""
     if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
@@ -252,5 +254,5 @@ def any_figure(cells: xr.Dataset, **of_map: Any) -> Figure:
     if "regime" in cells and cells["regime"].ndim == 2 and not _unordered(cells):
         from gelcone.plots.map import map_figure
 
-        return map_figure(cells, **of_map)
+        return map_figure(cells, lines, colour)
     return sweep_figure(cells)
