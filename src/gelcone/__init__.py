@@ -121,7 +121,7 @@ if TYPE_CHECKING:
     """Exponent and regime over two parameters."""
     from gelcone.atlas.sweep import sweep as sweep
 
-    """Any analysis over any parameters, and the probability of chaos."""
+    """An analysis over any parameters, and the probability of chaos."""
     from gelcone.atlas.record import show as show
 
     """What a file or a store holds, also while its run continues."""

@@ -4,7 +4,7 @@ from gelcone.analyses import (
     answer,
     frequency,
 )  # fmt: skip
-from gelcone.analyses.request import Subject
+from gelcone.analyses.request import Subject, read_subject
 from gelcone.codes import Outcome
 from tests.analyses.said import EVENTS, MODEL, NAN
 from tests.edited import coded, edited, made
@@ -40,6 +40,13 @@ def response_lines(shown, model=MODEL):
     subject = Subject(model)
     head = len(answer.heading(subject, ["drive_frequency"]))
     return frequency.frequency_words(shown, subject).splitlines()[head:]
+
+
+def test_the_heading_leaves_out_the_frequency_of_the_device_itself():
+    device = read_subject("biased-pump", settings=["film=taut", "frequency=7 Hz"])
+    said = frequency.frequency_words(sweeps(), device)
+    assert "voltage_amplitude 680 V" in said
+    assert "7 Hz" not in said
 
 
 def test_a_frequency_response():

@@ -7,6 +7,7 @@ import pytest
 from gelcone.cli.options import subject_parameters
 from gelcone.physics.records import FILMS
 from gelcone.presets import load_presets
+from gelcone.register import analyses
 
 RECORDING = "time (s),voltage (V)\n0,0\n0.1,100\n0.2,0\n"
 
@@ -31,6 +32,14 @@ def test_options_of_a_recording_need_one(command_line):
     code, _, err = command_line("simulate", "biased-pump", "--drive-scale", "2")
     assert code == 2
     assert "--drive-scale: there is no --drive; name a CSV file" in err
+
+
+@pytest.mark.parametrize("command", [name for name, own in analyses.COMMANDS.items() if own in analyses.ANALYSES])
+def test_the_help_of_an_analysis_says_what_a_device_is_and_names_no_function_of_python(command, command_line):
+    text = " ".join(command_line(command, "--help")[1].split())
+    assert ("[DEVICE]" in text) == ("DEVICE is a device file (`gelcone init` writes one)" in text)
+    assert "continue_branch" not in text
+    assert "shape (" not in text
 
 
 def test_the_help_names_every_preset_and_film():

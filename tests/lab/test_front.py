@@ -270,11 +270,23 @@ def test_a_population_has_the_best_in_front_and_a_quarter_of_a_further_search_is
     assert ((new >= 0.0) & (new <= 1.0)).all()
 
 
+def test_a_search_reports_each_generation_and_finds_the_same(small):
+    shares = []
+    best, population, fitness = small.search(POWER, generations=4, progress=shares.append)
+    assert shares == [0.25] * 4
+    again = small.search(POWER, generations=4)
+    np.testing.assert_array_equal(best, again[0])
+    np.testing.assert_array_equal(population, again[1])
+    assert fitness == again[2]
+
+
 def test_the_front_leads_from_the_best_of_the_first_objective_to_that_of_the_second(small, monkeypatch):
     """Levels of the second between both, and with three objectives a bound on the middle one; no design is an error."""
     asked, shares = [], []
 
-    def search(own, which, start=None, generations=fronts.GENERATIONS):
+    def search(own, which, start=None, generations=fronts.GENERATIONS, progress=None):
+        if progress is not None:
+            progress(1.0)
         asked.append((own.levels, which, None if start is None else start.shape))
         return unit_of(5.0, 1000.0 if which == POWER else 600.0), np.zeros((fronts.POPULATION, 2)), fitness
 

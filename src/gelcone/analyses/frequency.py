@@ -23,7 +23,7 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
     hertz, length = unit_of(shown["drive_frequency"]), unit_of(shown["stroke"])
     frequency = shown["drive_frequency"].values
     lines = [
-        *heading(subject, ["drive_frequency"]),
+        *heading(subject, ["drive_frequency", "frequency"]),
         f"drive frequency {frequency[0]:.6g} to {frequency[-1]:.6g}{hertz}, {frequency.size} values",
         *outcome_lines(shown),
     ]

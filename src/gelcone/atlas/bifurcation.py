@@ -83,7 +83,7 @@ def bifurcation(
         displacement moved by 1e-4, so that hysteresis shows. Default both.
     bisections : the range of each change of regime is narrowed down to 2 to the power of minus this number, unless it
         stops changing before. Default 8.
-    branches : whether branches of periodic orbits, stable and unstable, are followed too, see `continue_branch`.
+    branches : whether branches of periodic orbits, stable and unstable, are followed too. See `continue_branch`.
         Default no.
     transient, patience, budget, tolerance : as in `regime`.
     threads : worker threads; default one a core. Does not change a bit of the result.

@@ -101,7 +101,7 @@ def frequency(
         frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
         from a tenth to three times its natural frequency under the bias, and more where the stroke bends.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
-    branches : whether branches of periodic orbits, stable and unstable, are followed too, see `continue_branch`; of
+    branches : whether branches of periodic orbits, stable and unstable, are followed too; see `continue_branch`; of
         one actuator. Default no.
     transient, patience : as in `settled`.
     tolerance : relative error of one integration step. Default 1e-15.

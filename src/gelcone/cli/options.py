@@ -56,9 +56,9 @@ def subject_parameters(*, starts: bool = True) -> list[click.Parameter]:
         click.Option(
             ["--film"],
             metavar="membrane|wrinkling|taut",
-            help="membrane, the membrane that wrinkles (default of devices; of the device's a/b, or --set "
-            "radius_ratio=..., default 0.2); for study a homogeneous cone: wrinkling, or taut, which bears compression "
-            "(the paper's; default without a device).",
+            help="membrane, which wrinkles (default of devices); for study a homogeneous cone: wrinkling, or taut, "
+            "which bears compression (the paper's; default without a device). Without a device a membrane takes a/b "
+            "from --set radius_ratio=..., default 0.2.",
         ),
     ]
 
@@ -90,7 +90,14 @@ def help_of(analysis: Analysis) -> str:
     else:
         text = inspect.cleandoc(analysis.call.__doc__ or "").split("\n\n")[0].replace("`", "")
     examples = "\n".join(f"gelcone {analysis.command} {example}" for example in analysis.examples)
-    return f"{text}\n\n\b\n{examples}" if examples else text
+    return "\n\n".join([text, OF_DEVICE, *([f"\b\n{examples}"] if examples else [])])
+
+
+OF_DEVICE = (
+    "DEVICE is a device file (`gelcone init` writes one) or a name that `gelcone devices` lists. Without one all "
+    "numbers are dimensionless."
+)
+"""The explanation of the first argument of an analysis."""
 
 
 def samples_parameter() -> click.Parameter:

@@ -18,7 +18,7 @@ from gelcone.devices.units import format_si
 from gelcone.errors import InputError
 from gelcone.lab.candidates import LIMITS, Found, draws_of, examine
 from gelcone.lab.wish import Objective, Wish
-from gelcone.progress import Progress
+from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
 POPULATION, GENERATIONS, AGAIN = 64, 60, 40
@@ -147,16 +147,20 @@ class Problem:
         return fitness
 
     def search(
-        self, which: Objective, start: Array | None = None, generations: int = GENERATIONS
+        self,
+        which: Objective,
+        start: Array | None = None,
+        generations: int = GENERATIONS,
+        progress: Progress = None,
     ) -> tuple[Array, Array, float]:
         """The best design in the unit cube, the last population, and its fitness, by differential evolution."""
         from scipy.optimize import differential_evolution
 
-        population = self._population(start)
+        population, report = self._population(start), weighted(progress, 1.0 / generations)
         found = differential_evolution(
             lambda unit: self.fitness(unit.T, which), [(0.0, 1.0)] * len(self.names), init=population,
             maxiter=generations, tol=0.0, atol=0.0, polish=False, vectorized=True, updating="deferred",
-            recombination=0.9, seed=self.seed,
+            recombination=0.9, seed=self.seed, callback=None if report is None else lambda *_: report(1.0),
         )  # fmt: skip
         return np.asarray(found.x), np.asarray(found.population), float(found.fun)
 
@@ -179,10 +183,8 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
     """Designs along the objectives, with the problem and the last population of each; `InputError` where none meets
     all."""
     problem = Problem(wish, 1 if nominal or not wish.uncertain else DRAWS, seed)
-    progress = progress or (lambda share: None)
     first, *others = wish.objectives
-    best, population, fitness = problem.search(first)
-    progress(0.3)
+    best, population, fitness = problem.search(first, progress=weighted(progress, 0.3))
     if not feasible(fitness) and first.name != "probability":
         best, population, fitness = problem.search(first, with_best(population, best), AGAIN)
     if not feasible(fitness):
@@ -192,15 +194,14 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
         return found
     second = others[-1]
     ends = [objective_of(problem, best, one) for one in others]
-    last, population, _ = problem.search(second, with_best(population, best))
-    progress(0.1)
+    last, population, _ = problem.search(second, with_best(population, best), progress=weighted(progress, 0.1))
     lowest = objective_of(problem, last, second)
     for level in levels_between(ends[-1], lowest):
         bounded = replace(problem, levels=((second, level),))
         if len(others) > 1:
             bounded = replace(bounded, levels=(*bounded.levels, (others[0], ends[0])))
-        best, population, fitness = bounded.search(first, with_best(population, last), AGAIN)
-        progress(0.6 / (ROWS - 1))
+        part = weighted(progress, 0.6 / (ROWS - 1))
+        best, population, fitness = bounded.search(first, with_best(population, last), AGAIN, part)
         if feasible(fitness):
             found.append((bounded, best, population))
     return found

@@ -70,7 +70,7 @@ def static(
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
-    voltages : constant voltages v, at least 0, one number or shape (voltages,). Default the peak of the drive and,
+    voltages : constant voltages v, at least 0, one or several. Default the peak of the drive and,
         where it has one, its offset.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     at_once : of a film that creeps, before its branches have relaxed: the first stroke of a step, the blocked force
@@ -297,7 +297,7 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive plays no part.
-    voltages : constant voltages v, at least 0, one number or shape (voltages,).
+    voltages : constant voltages v, at least 0, one or several.
     start : as in `pull_in_voltage`.
 
     Returns

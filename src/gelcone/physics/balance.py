@@ -47,7 +47,7 @@ class PullIn(IntEnum):
     * ``PITCHFORK``: loses stability in a pitchfork: the flat film buckles to either side
     * ``FOLD``: meets an unstable equilibrium in a fold and vanishes
     * ``SEARCH_RANGE``: leaves the searched displacements, |x| up to 1000
-    * ``FILM``: comes to where the film pulls in
+    * ``FILM``: reaches a displacement at which the film pulls in
 
     Examples
     --------
@@ -73,7 +73,7 @@ _MEANINGS = {
     PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
     PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
     PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
-    PullIn.FILM: "comes to where the film pulls in",
+    PullIn.FILM: "reaches a displacement at which the film pulls in",
 }
 
 
