@@ -66,8 +66,8 @@ def test_designs_in_the_plural_and_what_was_left_out():
         " ".join(heads).split(), row.split(), row.replace("1 5 mm 4 mm", "2 5 mm unknown").split(),
     ]  # fmt: skip
     assert lines[4] == (
-        "as membrane: the settled stroke by the default film of devices; all else is of the wrinkling cone, which is "
-        "faster"
+        "as membrane: the settled stroke with the film membrane; the other columns are of the wish's film, by default "
+        "wrinkling"
     )
     assert lines[5:] == [
         "design 1: spring_rate 15 N/m", "  natural frequency 2.5 half widths above that of the drive; bound by stroke",

@@ -37,7 +37,7 @@ def test_a_first_file_holds_the_numbers_of_the_pump_under_its_own_name(command_l
 
 
 def test_help_gives_each_subject_its_own_text(command_line):
-    names = ("film", "frequency", "regime", "settled")
+    names = ("film", "frequency", "regime", "settled", "drive")
     of_commands = {name: command_line(name, "--help")[1].rstrip("\n") for name in names}
     texts = {
         "device": field_table(Device.fields),
@@ -51,10 +51,13 @@ def test_help_gives_each_subject_its_own_text(command_line):
         "settled": f"{glossary.explain('settled')}\n\n{of_commands['settled']}",
         "spring_rate": field_help(Device.fields, "spring_rate"),
         "spring-rate": field_help(Device.fields, "spring_rate"),
+        "voltage": field_help(Device.fields, "voltage_amplitude"),
+        "drive": of_commands["drive"],
+        "DEVICE": field_table(Device.fields),
         "operating-limits": command_line("operating-limits", "--help")[1].rstrip("\n"),
         "operating_limits": command_line("operating-limits", "--help")[1].rstrip("\n"),
     }
-    assert len(set(texts.values())) == len(texts) - 2
+    assert len(set(texts.values())) == len(texts) - 3
     for topic, text in texts.items():
         assert command_line("help", topic) == (0, f"{text}\n", ""), topic
     assert command_line("help")[1] == command_line("--help")[1]

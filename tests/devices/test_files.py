@@ -49,12 +49,18 @@ def test_devices_that_ship_are_files_by_name():
 
 
 @pytest.mark.parametrize(
-    ("name", "near"), [("biased", "biased-pump"), ("pump", "biased-pump"), ("snapcone", "snap-cone")]
+    ("name", "near"),
+    [("biased", "biased-pump"), ("pump", "biased-pump"), ("snapcone", "snap-cone"), ("biased-pump.tml", "biased-pump")],
 )
 def test_a_name_that_does_not_ship_suggests_the_one_that_does(name, near):
     with pytest.raises(InputError) as error:
         find_device(name)
     assert str(error.value) == f"{name}: there is no such file; did you mean '{near}', which ships?"
+
+
+def test_a_file_that_is_not_there_is_no_part_of_a_name():
+    with pytest.raises(InputError, match=r"pump\.tml: there is no such file; give a TOML file or a name"):
+        find_device("pump.tml")
 
 
 def test_a_device_is_found_by_name_or_file_only():

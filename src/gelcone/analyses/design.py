@@ -49,7 +49,8 @@ def _drawn(result: xr.Dataset) -> bool:
 
 
 _AS_MEMBRANE = (
-    "as membrane: the settled stroke by the default film of devices; all else is of the wrinkling cone, which is faster"
+    "as membrane: the settled stroke with the film membrane; the other columns are of the wish's film, by default "
+    "wrinkling"
 )
 """The explanation of a column."""
 _HEADS = ("design", "stroke", "as membrane", "peak", "apparent", "probability", "first limit")

@@ -23,9 +23,9 @@ def design_command() -> click.Command:
     A wish is a TOML file: what the device must do, which fields are free within which bounds, and the tolerance of
     each; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,
     checked by their settled motion and their operating envelope, and printed with the share of devices within the
-    tolerances that meet all, of 4,096 new draws. They are found and checked with the film "wrinkling", a cone that
-    stands for the membrane and is faster; the column "as membrane" is their stroke with the film "membrane". --out
-    writes a device file of each, with a table and a figure.
+    tolerances that meet all, of 4,096 new draws. They are found and checked with the film of the wish, by default
+    "wrinkling", a homogeneous cone with the pull-in of the membrane; the column "as membrane" is their stroke with the
+    film "membrane". --out writes a device file of each, with a table and a figure.
 
     \b
     gelcone init --wish wish.toml

@@ -83,18 +83,18 @@ def explain(*, topic: str | None) -> None:
     assert isinstance(group.command, click.Group)
     if topic is None:
         click.echo(group.get_help())
-    elif topic == "device":
+    elif (subject := topic.lower()) == "device":
         from gelcone.devices.device import Device
         from gelcone.devices.template import field_table
 
         click.echo(field_table(Device.fields))
-    elif topic == "units":
+    elif subject == "units":
         from gelcone.devices.template import unit_table
 
         click.echo(unit_table())
-    elif topic == "glossary":
+    elif subject == "glossary":
         click.echo("\n".join(map(glossary.explain, glossary.GLOSSARY)))
-    elif not (found := [*_of_terms(topic), *_of_commands(topic, group)]):
+    elif not (found := [*_of_terms(topic), *_of_commands(topic, group)] or _fields_called(topic)):
         known = [*TOPICS, *group.command.list_commands(group), *glossary.GLOSSARY, *_fields()]
         raise unknown_name("subject of help", topic, known, "`gelcone help glossary` lists the terms")
     else:
@@ -128,3 +128,11 @@ def _field(topic: str) -> str | None:
     from gelcone.devices.template import field_help
 
     return field_help(Device.fields, topic.lower().replace("-", "_"))
+
+
+def _fields_called(topic: str) -> list[str]:
+    """The help on the fields for which people use this name."""
+    from gelcone.devices.fields import DEVICE_FIELDS
+
+    name = topic.lower().replace("-", "_").replace(" ", "_")
+    return [text for own, field in DEVICE_FIELDS.items() if name in field.near and (text := _field(own))]

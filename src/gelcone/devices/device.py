@@ -215,7 +215,7 @@ class Device(DeviceFields):
         Raises `InputError` with the file, and the line where it is known, for a file that cannot be read or used.
         """
         path = Path(path)
-        return cls._from_text(read_text(path, what_ships(path.stem)), str(path), path.stem)
+        return cls._from_text(read_text(path, what_ships(path.name)), str(path), path.stem)
 
     @classmethod
     def from_text(cls, text: str) -> Device:

@@ -37,7 +37,8 @@ def shipped_devices() -> dict[str, Path]:
 def what_ships(name: str = "") -> str:
     """The remedy for a device file that cannot be read: the device that ships of a similar name, or all of them."""
     shipped = list(shipped_devices())
-    near = [own for own in shipped if name and name in own] or difflib.get_close_matches(name, shipped, n=1, cutoff=0.7)
+    part = [own for own in shipped if name and name in own]
+    near = part or difflib.get_close_matches(name, shipped, n=1, cutoff=0.7)
     if near:
         return f"did you mean {' or '.join(map(repr, near))}, which ships?"
     return f"give a TOML file or a name; devices that ship: {', '.join(shipped) or 'none'}"
