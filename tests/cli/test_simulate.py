@@ -336,7 +336,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--set", "prestretch=1.1", "--set", "hoop_prestretch=1.1"], "give one or the other"),
         # units that are not exact
         (["simulate", "--initial", "5 mm,0"], "must be a number (units need a device)"),
-        (["simulate", "paper-table1", "--set", "voltage_amplitude=1,2 kV"], "decimals with a point"),
+        (["simulate", "paper-table1", "--set", "voltage_amplitude=1,2 kV"], "looks like a decimal comma; write 1.2 kV"),
         (["simulate", "paper-table1", "--set", "film_radius=50 MM"], "'MM' is not a unit of length"),
         (["simulate", "paper-table1", "--set", "film_radius=50 V"], "V is a unit of voltage, not of length"),
         (["simulate", "paper-table1", "--set", "film_radius=about 50 mm"], "is not one decimal number and one unit"),
