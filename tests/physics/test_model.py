@@ -19,6 +19,7 @@ from gelcone.physics import model
 from gelcone.physics.amplifier import ELECTRICS, NEEDS
 from gelcone.physics.bias import BIASES
 from gelcone.physics.drive import VOLTAGE
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.physics.waveforms import WAVEFORMS
@@ -813,3 +814,21 @@ def test_what_was_reduced_has_states_again_where_nothing_is_to_be():
     assert (again.reduced, again.series_resistance) == ((), 0.003)
     assert [state.name for state in again.system.states[2:]] == ["film_voltage"]
     assert small.replace(voltage=0.2).reduced == ("series_resistance",)
+
+
+@pytest.mark.parametrize("film", ["wrinkling", "membrane", "taut"])
+def test_a_film_by_its_name_takes_over_law_meaning_of_the_pre_stretch_and_branches(film):
+    """Whichever it is replaced by; an instance has its own law, and a meaning that is given is taken."""
+    model = ConeModel(
+        law="yeoh", yeoh_c2=0.03, prestretch=1.2, prestretch_mode="equibiaxial", viscous_modulus_1=0.4, flow="linear",
+        rested="raised",
+    )  # fmt: skip
+    found = model.replace(film=film)
+    assert (found.film.name, found.law, found.yeoh_c2) == (film, LAWS["yeoh"], 0.03)
+    assert (found.prestretch_mode, found.stretches) == ("equibiaxial", (1.2, 1.2))
+    assert (found.film.branches, found.film.flow, found.film.rested) == (1, "linear", "raised")
+    other = model.replace(film=film, prestretch_mode="radial")
+    assert (other.prestretch_mode, other.stretches) == ("radial", (1.0, 1.2))
+    assert ConeModel(prestretch_mode="equibiaxial").replace(film=TautCone(Gent(), "radial")).film == TautCone(
+        Gent(), "equibiaxial"
+    )

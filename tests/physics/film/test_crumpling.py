@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gelcone.physics.film.crumpling import slope_within, turnings, within
+from gelcone.physics.film.crumpling import crumpling, slope_within, turnings, within
 from gelcone.physics.laws import LAWS
 
 
@@ -34,3 +34,26 @@ def test_hump_and_valley_of_the_crumpling_voltage_are_its_turning_points():
         pytest.approx(4.0 ** (1 / 3)),
         np.inf,
     ]
+
+
+def test_turnings_are_those_of_each_film_whatever_the_order_of_films_and_numbers():
+    yeoh, c2, c3 = LAWS["yeoh"], np.array([[0.02], [-0.002]]), np.array([0.001, 0.0, -0.0005])
+    both = turnings(yeoh, {"yeoh_c2": c2, "yeoh_c3": c3})
+    for found, other in zip(both, turnings(yeoh, {"yeoh_c3": c3, "yeoh_c2": c2}), strict=True):
+        np.testing.assert_array_equal(found, other)
+    for i, j in np.ndindex(2, 3):
+        own = turnings(yeoh, {"yeoh_c2": c2[i, 0], "yeoh_c3": c3[j]})
+        assert [found[i, j] for found in both] == [pytest.approx(float(one)) for one in own]
+    assert len(np.unique(both[0])) > 3
+
+
+@pytest.mark.parametrize("limit", [3.0, 8.0, 50.0])
+def test_no_voltage_crumples_a_film_at_its_limit(limit):
+    """2 t + t^-2 - 3 = J: just before, the voltage is beyond all others, and there it is infinite."""
+    law = LAWS["gent"]
+    n = law.numbers({"stretch_limit": limit})
+    t = np.roots([2.0, -(limit + 3.0), 0.0, 1.0]).real.max()
+    before, there = crumpling(law, np.array([t * (1.0 - 1e-7), t * (1.0 + 1e-12)]), n)
+    assert 1e5 < before < np.inf
+    assert there == np.inf
+    assert float(crumpling(law, 0.9 * t, n)) == float(within(law, 0.9 * t, n)) < 10.0

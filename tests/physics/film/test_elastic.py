@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -141,3 +142,90 @@ def test_a_slack_film_comes_to_its_hoop_at_the_height_of_its_edge():
         wanted = 0.3 - m["valley_squared"] if expected is None else expected
         (value,) = in_program(own.elastic._failure_border, m, failed, x, np.full(3, 0.3), [])
         np.testing.assert_allclose(value, np.full(3, float(wanted)))
+
+
+def test_a_film_that_would_be_beyond_its_limit_if_it_were_held_flat_wrinkles_or_hangs_loose():
+    """Pre-stretched by 0.6 either way it is as long as its gel at x^2 = 1/0.36 - 1: below, it does not pull; above, it
+    does with the least energy over all widths, of which the mounted one is beyond the limit."""
+    film, squared = WrinklingCone(prestretch_mode="equibiaxial"), 0.1
+    n = film.numbers(film.complete({"prestretch": 0.6, "stretch_limit": 0.1}))
+    edge = 1.0 / 0.36 - 1.0
+    assert film.cone_strain(np.sqrt(2.5), n) > 0.1
+    short = np.sqrt(edge * np.array([0.01, 0.3, 0.7, 0.99]))
+    np.testing.assert_array_equal(film.force(short, squared, [], n)[0], np.zeros(4))
+
+    def energy(x):
+        A = B = 0.36
+        q = 1.0 + x * x
+
+        def at(width):
+            strain = A * q + B * width + 1.0 / (A * B * q * width) - 3.0
+            return np.where(strain < 0.1, -0.05 * np.log1p(-10.0 * strain) - 0.5 * squared * q * width, np.inf)
+
+        widths = np.linspace(1.0, 5.0, 4001)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            middle = widths[np.argmin(at(widths))]
+        return minimize_scalar(
+            at, bounds=(middle - 1e-3, middle + 1e-3), method="bounded", options={"xatol": 1e-12}
+        ).fun
+
+    for x in np.sqrt([2.4, 2.5]):
+        slope = (energy(x + 1e-4) - energy(x - 1e-4)) / 2e-4
+        assert float(film.force(x, squared, [], n)[0]) == pytest.approx(slope, rel=1e-5)
+        assert slope > 0.01
+
+
+@pytest.mark.parametrize("pull_in", ["first", "minimum", "memoryless", "snap"])
+@pytest.mark.parametrize("limit", [8.0, 50.0])
+def test_the_time_in_each_kind_is_that_of_the_states_with_its_switches(pull_in, limit):
+    film, random = WrinklingCone(pull_in=pull_in), np.random.default_rng(5)
+    lm, lh, x = (random.uniform(low, high, 300) for low, high in ((0.7, 1.6), (0.7, 1.7), (0.05, 1.6)))
+    n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=limit)
+    squared = random.uniform(0.0, 1.3, 300) * np.minimum(film.highest_squared(x, n), 3.0)
+    signs, kind = film.switches(x, squared, [], n), film.state(x, np.sqrt(squared), [], n).kind
+    places = sum(((value < 0.0) << k for k, value in enumerate(signs.values())), np.zeros(300, dtype=int))
+    dwell = np.zeros((300, 2 ** len(signs)))
+    dwell[np.arange(300), places] = 1.0
+    times = film.times_of_kinds(tuple(signs), dwell)
+    there = kind >= 0
+    np.testing.assert_array_equal(np.argmax(times, axis=1)[there], kind[there])
+    np.testing.assert_array_equal(times.sum(axis=1), np.ones(300))
+    assert np.bincount(kind[there], minlength=len(film.kinds)).min() > 3
+    below = n["A"] * (1.0 + x * x) < n["end_of_slack"]
+    np.testing.assert_array_equal(signs["below_hump"], np.where(below, 1.0, -1.0))
+
+
+def test_a_film_that_the_disc_stretches_beyond_its_valley_never_pulls_in():
+    """Without tension it lies at one stretch t both ways, behind the valley 2.483, on the rising part of Vb."""
+    film, x = WrinklingCone(), 1.0
+    n = numbers(film, stretch_limit=8.0, meridional_prestretch=1.2)
+    t = 2.88  # A (1 + x^2)
+    assert float(n["valley"]) < t
+    assert film.highest_squared(x, n) == 1e6
+    for squared in (0.5, 1.5, 4.0):
+        force, _ = film.force(x, squared, [], n)
+        m, width = film.lengths(x, squared, n)
+        assert np.isfinite([force, m, width]).all()
+        if m > 2.0 + 1e-9:
+            even = 1.44 * m
+            assert width == pytest.approx(even)
+            Vb = (1.0 - even**-3) / (even * (1.0 - (2.0 * even + even**-2 - 3.0) / 8.0))
+            assert squared / 1.44 == pytest.approx(Vb)
+    assert m > 2.1
+
+
+def test_where_a_film_without_tension_ends_and_where_one_that_has_failed_returns():
+    """Behind the hump, where the disc leaves the valley; a film that pulls has not failed."""
+    given, x = {"meridional_prestretch": 1.3, "hoop_prestretch": 1.1, "stretch_limit": 8.0}, np.array([0.4, 0.8, 1.1])
+    slack = {"pulls": -1.0, "width_held": -1.0, "crumpled": -1.0, "long": 1.0, "below_hump": -1.0}
+    beyond = 1.69 * (1.0 + x * x) - 2.48259
+    for pull_in in ("first", "minimum"):
+        film = WrinklingCone(pull_in=pull_in)
+        (value,) = in_program(film.elastic._end_border, numbers(film, **given), slack, x, np.full(3, 0.3), [])
+        np.testing.assert_allclose(value, beyond, atol=1e-4)
+    film = WrinklingCone(pull_in="memoryless")
+    n = numbers(film, **given)
+    failed, at = slack | {"whole": -1.0}, (x, np.full(3, 0.3), [])
+    np.testing.assert_allclose(in_program(film.elastic._failure_border, n, failed, *at)[0], -beyond, atol=1e-4)
+    taut = failed | {"pulls": 1.0, "width_held": 1.0}
+    np.testing.assert_allclose(in_program(film.elastic._failure_border, n, taut, *at)[0], -np.ones(3))

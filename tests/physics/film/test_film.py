@@ -136,3 +136,33 @@ def test_what_a_film_with_states_does_not_know_is_not_a_number():
     assert film.times_of_kinds(["a"], np.ones((3, 2))).shape == (3, 0)
     with pytest.raises(InputError, match="film 'worn': its charge is not known while a motion is computed"):
         film.capacitance(X, 0.3, [0.5], n, Graph())
+
+
+class Stepped(Film):
+    """F = c x - V x below V = 1 and F = c x - (3 V - 2) x above, up to V = 2; programs know the side by a switch."""
+
+    name = "stepped"
+
+    def force(self, x, squared, y, n, xp=np):
+        if xp is np:
+            taken = np.where(squared > 2.0, np.nan, np.where(squared > 1.0, 3.0 * squared - 2.0, squared))
+        else:
+            low = 0.5 + 0.5 * n["low"]
+            taken = low * squared + (1.0 - low) * (3.0 * squared - 2.0)
+        return (n["c"] - taken) * x, n["c"] - taken + 0.0 * x
+
+    def switches(self, x, squared, y, n):
+        return {"low": np.where(np.asarray(squared) > 1.0, -1.0, 1.0)}
+
+
+def test_the_voltage_weakens_a_film_as_on_its_side_of_a_border_and_a_film_that_is_gone_by_nothing_known():
+    film, n = Stepped(), {"c": -0.7, "low": 1.0}
+    squared = np.array([0.0, 0.9, 1.1, 1.9, 2.1])
+    gain = film.voltage_gain(0.5, squared, n)
+    np.testing.assert_allclose(gain, 0.5 * np.array([1.0, 1.0, 3.0, 3.0, np.nan]))
+    np.testing.assert_allclose(film.voltage_gain(0.5, squared, {**n, "low": -1.0}), gain)
+    assert film.stiffness_scale(n) == 0.7  # of a film that pushes, too
+
+
+def test_a_start_outside_is_named_with_its_sign():
+    assert FILM.outside(-2.5, N).startswith("initial displacement -2.5: the film has no state there")

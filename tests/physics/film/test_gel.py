@@ -114,3 +114,11 @@ def test_a_reduced_branch_loses_what_its_drag_takes():
     assert float(film.dissipation(x, u, 0.2, [], n)) == pytest.approx(drag * u * u)
     assert film.drags
     assert film.states == ()
+
+
+def test_a_slow_branch_keeps_its_states_and_equal_choices_are_one_film():
+    film = TautCone(branches=2, reduced=(1,))
+    with pytest.raises(InputError, match=r"relaxation_time_1 = 0\.02 .*must be below 0\.02"):
+        film.complete({"relaxation_time_1": 0.02})
+    film.complete({"relaxation_time_1": 0.0199, "relaxation_time_2": 5.0})
+    assert TautCone(branches=3, reduced=(3, 1, 3)) == TautCone(branches=3, reduced=(1, 3))

@@ -135,6 +135,15 @@ def test_a_film_that_never_pulls_in_has_no_highest_voltage():
     assert np.isfinite(film.highest_squared(0.5, n))
 
 
+def test_beyond_its_reach_the_film_has_no_state():
+    film, n = film_of(*MADE[0])
+    x = np.array([-1.0 - 1e-6, -1.0 + 1e-6, 1.0 - 1e-6, 1.0 + 1e-6]) * film.reach(n)[1]
+    gone = [True, False, False, True]
+    for found in (*film.force(x, 0.0, [], n), film.work(x, 0.0, [], n), film.state(x, 0.0, [], n).hoop_stress):
+        np.testing.assert_array_equal(np.isnan(found), gone)
+    np.testing.assert_array_equal(film.state(x, 0.0, [], n).kind, [-1, 0, 0, -1])
+
+
 def test_the_kinds_follow_each_other_as_the_voltage_rises():
     film, n = film_of(0.2, 1, 1)
     kinds = film.state(0.5, np.linspace(0.0, 0.66, 40), [], n).kind
