@@ -161,8 +161,11 @@ def test_roots_of_an_array_are_those_of_its_elements_though_some_have_none():
         node = outer(own, p, q, float(shift[i, 0]), float(low[j]))
         alone[i, j] = evaluated([node], {p.index: values[a.index][j], q.index: values[b.index][i, 0]})[0]
     np.testing.assert_allclose(together[:, some], alone[:, some], rtol=1e-13, atol=1e-13)
-    w = np.array([[np.roots([1.0, 0.0, 1.0, -t])[-1].real for t in row] for row in values[a.index] + together])
-    exists = np.abs(np.exp(together) + values[b.index] * together**2 - w - shift) < 1e-12
+    finite = np.isfinite(together)
+    sums = np.where(finite, values[a.index] + np.where(finite, together, 0.0), 0.0)
+    w = np.array([[np.roots([1.0, 0.0, 1.0, -t])[-1].real for t in row] for row in sums])
+    with np.errstate(all="ignore"):
+        exists = finite & (np.abs(np.exp(together) + values[b.index] * together**2 - w - shift) < 1e-12)
     assert 50 < exists.sum() < 200  # the others are of no use, and wander until the last step
 
 
@@ -183,3 +186,45 @@ def test_the_slopes_of_two_roots_that_depend_on_each_other_are_those_of_their_eq
         (slope,) = derivatives([of], by)
         values = {m.index: 0.5, n.index: 1.4, a.index: 0.5 * 1.4**2, b.index: 1.9}
         assert float(evaluated([slope], values)[0]) == pytest.approx(exact(0.5, 1.4), rel=1e-12)
+
+
+def test_two_roots_that_depend_on_each_other_are_found_together():
+    """m n^2 = a and m + n = b, whichever is asked for first."""
+
+    def of(graph, first):
+        a, b = graph.state(0), graph.state(1)
+
+        def n_of(m, a, b, xp):
+            return xp.root("n", lambda n, m, a, b, xp: m + n - b, (m, a, b), lambda m, a, b, xp: 0.7 * b)
+
+        m = graph.root("m", lambda m, a, b, xp: m * n_of(m, a, b, xp) ** 2.0 - a, (a, b), lambda a, b, xp: 0.2 * b)
+        n = n_of(m, a, b, graph)
+        found = evaluated([m, n] if first == "m" else [n, m], {a.index: np.array([0.98, 0.5]), b.index: 1.9})
+        slopes = evaluated(
+            [derivatives([root], by)[0] for root in (m, n) for by in (a, b)],
+            {a.index: np.array([0.98, 0.5]), b.index: 1.9},
+        )
+        return (found if first == "m" else found[::-1]), slopes
+
+    for first in ("m", "n"):
+        (m, n), slopes = of(Graph(), first)
+        np.testing.assert_allclose(m * n**2, [0.98, 0.5], rtol=1e-12)
+        np.testing.assert_allclose(m + n, 1.9, rtol=1e-14)
+        determinant = n * n - 2.0 * m * n
+        exact = [1.0 / determinant, -2.0 * m * n / determinant, -1.0 / determinant, n * n / determinant]
+        np.testing.assert_allclose(slopes, exact, rtol=1e-11)
+
+
+def test_more_than_two_roots_that_depend_on_each_other_are_refused():
+    graph = Graph()
+    a = graph.state(0)
+
+    def third(y, x, a, xp):
+        return xp.root("z", lambda z, x, y, a, xp: z + x * y - a, (x, y, a), lambda x, y, a, xp: a)
+
+    def second(x, a, xp):
+        return xp.root("y", lambda y, x, a, xp: y + x * third(y, x, a, xp) - a, (x, a), lambda x, a, xp: a)
+
+    x = graph.root("x", lambda x, a, xp: x + second(x, a, xp) - a, (a,), lambda a, xp: a)
+    with pytest.raises(ValueError, match="more than two roots depend on each other"):
+        derivatives([x], a)

@@ -55,7 +55,7 @@ def directional(values: Sequence[Node], along: Mapping[Node, Node], fixed: Seque
             if all(change is zero for change in changes):
                 slope |= {root.index: zero for root in block}
                 continue
-            columns = [derivatives(equations, root, held) for root in block]
+            columns = [derivatives(equations, root, (*held, *along)) for root in block]
             if len(block) == 1:
                 slope[node.index] = -(changes[0] / columns[0][0])
                 continue

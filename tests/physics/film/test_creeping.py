@@ -245,3 +245,68 @@ def test_a_film_whose_branch_is_at_its_limit_before_it_softens_never_pulls_in():
     for stress, held in ((own.along, m == q), (own.across, width == 1.0)):
         assert np.where(held, stress >= -1e-9, np.abs(stress) < 1e-6)[:, :3].all()
     assert (np.diff(m * width, axis=0)[:, :3] > 0.0).all()
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_the_time_in_each_kind_is_that_of_the_states_with_its_switches(flow):
+    (film, n), (x, squared, y) = film_of(flow), samples(flow, 120, 9)
+    signs, kind = film.switches(x, squared, y, n), film.state(x, np.sqrt(squared), y, n).kind
+    whole = kind >= 0
+    places = sum(((value < 0.0) << k for k, value in enumerate(signs.values())), np.zeros(120, dtype=int))
+    dwell = np.eye(2 ** len(signs))[places]
+    np.testing.assert_array_equal(np.argmax(film.times_of_kinds(tuple(signs), dwell), axis=1)[whole], kind[whole])
+    assert np.bincount(kind[whole], minlength=4).min() > 1
+
+
+def test_where_a_film_has_no_length_no_switch_has_a_sign():
+    film, n = film_of("log", "minimum")
+    x, _, y = samples("log", 20, 7)
+    highest = film.highest_squared_held(x, y, n)
+    ends = highest < UNREACHED
+    assert ends.sum() > 5
+    for share, lost in ((0.99, False), (1.2, True)):
+        for sign in film.switches(x, share * highest, y, n).values():
+            np.testing.assert_array_equal(np.isnan(sign)[ends], lost)
+
+
+def test_the_border_of_the_meridian_is_its_stress_at_the_width_that_the_film_takes():
+    (film, n), (x, squared, y) = film_of(), samples("log", 240, 13)
+    q = 1.0 + x * x
+    m, width = film.creeping.solved(q, squared, y, n)
+    held = (m <= q) & (width > 1.0)
+    assert held.sum() > 20
+    at = x[held], squared[held], [value[held] for value in y]
+    signs = {"meridian_held": np.ones(held.sum()), "width_held": -np.ones(held.sum())}
+    own = film.creeping.tension(q[held], at[1], width[held], at[2], n)
+    (border,) = [border for border in film.borders if border.switch == "meridian_held"]
+    np.testing.assert_allclose(border.value(*at, {**n, **signs}, np), own.along, rtol=1e-9)
+    np.testing.assert_allclose(own.across, 0.0, atol=1e-8)
+
+
+def test_a_film_that_the_disc_holds_far_beyond_where_it_would_end_free_has_its_minimum_at_any_voltage():
+    """Held shorter it ends as a free one; where the film without tension is firm again it does not."""
+    film, n = film_of("log", "minimum", stretch_limit=8.0, viscous_limit_1=np.inf, viscous_limit_2=np.inf)
+    y = [np.array([0.9])] * 4
+    V, longest = film.creeping._free_end(y, n)
+    assert np.isfinite(V[0])
+    q = longest[0] * np.array([0.6, 0.95, 1.7, 1.9])
+    y = [np.full(4, 0.9)] * 4
+    found = film.highest_squared_held(np.sqrt(q - 1.0), y, n)
+    np.testing.assert_allclose(found[:2], V[0], rtol=1e-6)
+    assert (found[2:] >= UNREACHED).all()
+    m, width = film.creeping.solved(q[2:], np.full(2, 20.0), [value[2:] for value in y], n)
+    assert np.isfinite([m, width]).all()
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+@pytest.mark.parametrize("share", [0.9, 0.99, 0.999])
+def test_a_program_finds_the_lengths_of_a_film_without_tension_next_to_where_its_minimum_ends(flow, share):
+    """Both are roots that depend on each other: there the Hessian is nearly singular."""
+    film, n = film_of(flow, "minimum", meridional_prestretch=1.0, hoop_prestretch=1.0, stretch_limit=50.0)
+    x, _, y = samples(flow, 40, 9)
+    squared = share * np.minimum(film.highest_squared_held(x, y, n), 3.0)
+    signs = film.switches(x, squared, y, n)
+    here = (signs["meridian_held"] < 0.0) & (signs["width_held"] < 0.0)
+    assert here.sum() > 15
+    at, own = (x[here], squared[here], [value[here] for value in y]), {"meridian_held": -1.0, "width_held": -1.0}
+    np.testing.assert_allclose(in_program(film.capacitance, n, own, *at)[0], film.capacitance(*at, n), rtol=1e-10)
