@@ -404,3 +404,53 @@ def test_samples_of_members_stand_in_rows_and_the_detail_counts_pieces_by_four()
             )
     assert WAVEFORMS["triangle"].detail({}) == 1.0
     assert WAVEFORMS["staircase"].detail({}) == 2.0
+
+
+def test_a_corner_at_the_very_start_has_been_passed_and_is_none_of_those_to_come():
+    waveform = WAVEFORMS["triangle"]
+    n = {name: np.ones(1) * value for name, value in waveform.numbers(waveform.complete({})).items()}
+    later = waveform.corners_between(np.zeros(1), np.full(1, 9.0), n).later[0]
+    again = waveform.corners_between(later[:1], np.full(1, 9.0), n).later[0]
+    np.testing.assert_array_equal(again[np.isfinite(again)], later[1:])
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_peak_within_a_piece_is_found_at_either_turn(sign):
+    """s^3 - 7.5 s^2 + 12 s has its top 5.5 at 1 and its bottom -8 at 4; from 4.5 on it goes back to 0."""
+    last = 4.5**3 - 7.5 * 4.5**2 + 12.0 * 4.5
+    back = -last / (2.0 * np.pi - 4.5)
+    terms = sign * np.array([[0.0, 12.0, -7.5, 1.0, 0.0], [last, back, 0.0, 0.0, 0.0]])
+    waveform = Drawn(np.array([0.0, 4.5]), terms)
+    for bias in (9.0, -9.0):
+        extreme = {1.0: 5.5, -1.0: -8.0}[sign * np.sign(bias)]
+        assert waveform.peak(numbers(1.0, bias)) == pytest.approx(abs(bias + sign * extreme), rel=1e-12)
+
+
+@dataclass(frozen=True, eq=False)
+class Gated(Drawn):
+    """A cosine that is let pass in the middle of a repeat: it jumps where its gate opens and closes."""
+
+    @property
+    def gated(self):
+        return True
+
+    def carrier(self, phase, n, xp=np):
+        return 2.0 * xp.cos(phase)
+
+    def carrier_rate(self, phase, n, xp=np):
+        return -2.0 * xp.sin(phase)
+
+
+def test_what_a_gate_lets_pass_counts_for_jumps_and_peaks():
+    """It opens at 1 and closes at 5; where both are turns of the cosine through 0 nothing jumps."""
+    terms = np.zeros((2, 5))
+    terms[0, 4] = 1.0
+    for begins, jumps in ((np.array([1.0, 5.0]), True), (np.array([0.5, 1.5]) * np.pi, False)):
+        waveform = Gated(begins, terms)
+        assert waveform.jumps(numbers()) == jumps
+        phases = np.linspace(0.0, 2.0 * np.pi, 4001)
+        volts = np.where((phases >= begins[0]) & (phases < begins[1]), 2.0 * np.cos(phases), 0.0)
+        np.testing.assert_allclose(waveform.voltage(phases[1:-1], numbers()), volts[1:-1], atol=1e-12)
+        for bias in (0.3, -0.3):
+            peak = np.abs(bias + 0.7 * volts).max()
+            assert waveform.peak(numbers(0.7, bias)) == pytest.approx(peak, rel=1e-3)

@@ -11,7 +11,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.motion.response import simulate
 from gelcone.motion.settled import settled
-from gelcone.physics.drive import Pieced, Pieces
+from gelcone.physics.drive import PHASE_SPEED, Pieced, Pieces
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import (
     WAVEFORMS,
@@ -25,6 +25,7 @@ from gelcone.physics.waveforms import (
     multisine,
     random_levels,
 )
+from gelcone.quantity import LARGEST
 from tests.physics.film.test_branches import CERTIFIED, model_of
 
 CASES = [case for case in CERTIFIED["cases"] if case["kind"] == "wave"]
@@ -419,3 +420,40 @@ def test_a_multisine_reaches_1_and_no_more_between_all_samples(seed):
     wave = multisine(3, 9, seed)
     top = np.abs(wave.shape(np.linspace(0.0, 2.0 * np.pi, 20_001), {})).max()
     assert 1.0 - 1e-12 < top < 1.004
+
+
+@pytest.mark.parametrize("sweep", ["linear", "logarithmic"])
+@pytest.mark.parametrize("repeat", [True, False])
+def test_a_chirp_is_the_same_over_its_phase_as_over_the_time(sweep, repeat):
+    waveform, times = Chirp(sweep, repeat), np.array([0.3, 2.6, 6.1])
+    own = {"voltage": 0.7, "voltage_bias": 0.2, "drive_frequency": 0.8, "start_frequency": 0.9, "end_frequency": 2.5}
+    n = waveform.numbers(waveform.complete(own))
+    by_phase = {**n, "drive_frequency": 1.0, PHASE_SPEED: 0.8}
+    for name in ("voltage", "voltage_rate"):
+        found = getattr(waveform, name)(0.8 * times, by_phase)
+        np.testing.assert_allclose(found, getattr(waveform, name)(times, n), rtol=1e-12)
+
+
+def test_a_sum_of_harmonics_is_antiperiodic_where_all_of_them_are_odd():
+    for numbers, odd in (((1, 3, 7), True), ((1, 2), False), ((2, 4), False), ((3,), True), ((4, 1, 3), False)):
+        waveform = Harmonics(tuple((k, 1.0, 0.3 * k) for k in numbers))
+        assert waveform.antiperiodic == odd
+        phase = np.linspace(0.0, 3.0, 7)
+        assert np.allclose(waveform.shape(phase + np.pi, {}), -waveform.shape(phase, {})) == odd
+
+
+def test_a_chirp_behind_a_filter_takes_a_resistance_without_a_state_where_it_does_not_jump_back():
+    """It begins at 0 and holds its last voltage; a repeated one ends within a swing, unless its swings are whole."""
+    reduced = {"film": "taut", "filter_time": 0.3, "series_resistance": 0.005, "reduced": "series_resistance"}
+    assert ConeModel(**reduced, waveform="chirp").system.circuit.reduced
+    whole = {"start_frequency": 1.0, "end_frequency": 3.0}  # their mean makes two swings in a repeat
+    assert ConeModel(**reduced, waveform=Chirp(repeat=True), **whole).system.circuit.reduced
+    with pytest.raises(InputError, match="the voltage of the waveform 'chirp' jumps"):
+        ConeModel(**reduced, waveform=Chirp(repeat=True), start_frequency=1.0, end_frequency=3.5)
+
+
+def test_no_number_of_a_list_may_be_too_large_to_compute_with():
+    Samples((0.0, 0.5, 1.0), (0.0, LARGEST, 0.0))
+    for values in ((0.0, 10.0 * LARGEST, 0.0), (0.0, -np.inf, 0.0), (0.0, np.nan, 0.0)):
+        with pytest.raises(InputError, match=r"^samples: values = .*: must be a list of numbers of at most"):
+            Samples((0.0, 0.5, 1.0), values)

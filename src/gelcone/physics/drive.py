@@ -224,7 +224,8 @@ class Pieced(Waveform):
         if self.gated:
             trailing = {name: np.asarray(value)[..., None] for name, value in n.items()}
             after, before = (
-                value + terms[4] * self.carrier(phase, trailing) for value, phase in ((after, begins), (before, ends))
+                value + terms[4] * self.carrier(begins + since, {**trailing, "since": since})
+                for value, since in ((after, 0.0 * s), (before, s))
             )
         steps = np.abs(before - np.roll(after, -1, axis=-1))[..., : None if self.repeat else -1]
         return bool(np.max(steps) > JUMP * np.max(np.abs(terms[[0, 4]])))
