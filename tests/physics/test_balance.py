@@ -422,3 +422,86 @@ def test_where_no_voltage_balances_a_film_its_turning_is_that_without_voltage():
     """x dF/dx - F of x^3 + k3 x^3."""
     balance = one(ConeModel(film=Unyielding(), bias=CubicBias(), bias_cubic=0.25))
     np.testing.assert_allclose(balance.turning(X), 2.0 * X**3 + 2.0 * 0.25 * X**3, rtol=1e-12)
+
+
+def test_the_turning_next_to_pull_in_is_that_of_the_voltage_of_equilibrium():
+    """x F' = -x dF/dV dw/dx also where w is most of what the wrinkled film withstands."""
+    balance = one(ConeModel(film="wrinkling", prestretch=1.1, spring_stiffness=1.0, rest_height=1.0))
+    x, h = np.linspace(0.7, 0.9, 80), 1e-5
+    share = 1.0 + balance.excess(x)
+    x = x[(share > 0.6) & (share < 0.99)]
+    assert x.size > 5
+    slope = (balance.squared(x + h) - balance.squared(x - h)) / (2.0 * h)
+    gain = balance.system.film.voltage_gain(x, balance.squared(x), balance.n)
+    assert (np.abs(gain / x - 1.0) > 0.1).sum() > 5
+    np.testing.assert_allclose(balance.turning(x), x * gain * slope, rtol=1e-5, atol=1e-7)
+
+
+def test_a_flat_film_at_a_pitchfork_from_which_it_jumps_is_not_stable():
+    """w = 0.5 - s + s^2 falls from the pitchfork; w = 0.5 + s - s^2/4 rises from it."""
+    for k3, k5, stable in ((-1.0, -1.0, False), (1.0, 0.25, True)):
+        found = one(quintic(k3=k3, k5=k5)).equilibria(np.array([0.5]))[0]
+        (flat,) = [e for e in found if e.displacement == 0.0]
+        assert flat.stable == stable
+
+
+def test_a_fold_at_a_voltage_that_the_film_does_not_withstand_is_none():
+    """w = k1 + s - s^2/4 has its fold at V = k1 + 1, of a film that pulls in at 2."""
+    numbers = {"film": NoStateAbove(), "film_modulus": 0.0, "bias": Quintic(), "k3": 1.0, "k5": 0.25}
+    folds = one(ConeModel(**numbers, k1=0.9)).folds()
+    assert [round(x, 6) for _, x in folds] == [round(-math.sqrt(2.0), 6), round(math.sqrt(2.0), 6)]
+    assert one(ConeModel(**numbers, k1=1.1)).folds() == []
+
+
+def test_what_is_reached_begins_inside_the_stretch_limit_and_a_wall_counts_as_far_as_the_search():
+    wide = ConeModel(prestretch=0.5, prestretch_mode="equibiaxial", stretch_limit=8.0)
+    balance = one(wide)
+    assert balance.lowest > 0.5
+    assert wide.strain(balance.lowest) < 8.0
+    assert np.isfinite(balance.force(balance.lowest, 0.0))
+    far = one(ConeModel(stretch_limit=5e5))  # x = 707
+    assert (far.wall, far.highest) == (True, pytest.approx(math.sqrt(5e5), rel=1e-4))
+
+
+class Waning(Bias):
+    """w = 0.3 - 0.2 s + 0.6 sin 4 s, s = x^2: stretches rise again behind the first, each less high."""
+
+    name = "waning"
+
+    def force(self, x, y, n, xp=np):
+        s = x * x
+        w, slope = 0.3 - 0.2 * s + 0.6 * xp.sin(4.0 * s), -0.2 + 2.4 * xp.cos(4.0 * s)
+        return x * w, w + 2.0 * s * slope
+
+
+def test_a_ramp_does_not_fall_back_to_a_stretch_that_its_voltage_has_left_behind():
+    balance = replace(one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Waning())), highest=2.5)
+    pitchfork, fold = balance.losses(0.0)
+    top = math.acos(0.2 / 2.4) / 4.0
+    assert (pitchfork.kind, pitchfork.voltage) == (PullIn.PITCHFORK, pytest.approx(math.sqrt(0.3)))
+    squared = 0.3 - 0.2 * top + 0.6 * math.sin(4.0 * top)
+    assert (fold.kind, fold.voltage, fold.after) == (PullIn.FOLD, pytest.approx(math.sqrt(squared)), math.inf)
+
+
+def test_curves_of_equilibria_have_the_slope_of_the_force_along_them_to_the_end_of_the_search():
+    balance = one(ConeModel(law="neo-hookean", spring_stiffness=0.7, rest_height=0.2))
+    for x, voltage, slope in balance.curves(2.0):
+        np.testing.assert_allclose(balance.force(x, voltage**2), 0.0, atol=1e-9)
+        inner = slope != 0.0
+        assert inner.sum() >= x.size - 2  # in folds it is 0
+        near = np.abs(x) < 50.0
+        np.testing.assert_allclose(slope[inner & near], balance.slope(x, voltage**2)[inner & near], rtol=1e-6)
+    x, _, slope = one(ConeModel(law="neo-hookean", spring_stiffness=0.7)).curves(2.0)[1]
+    assert x[-1] == SEARCH_RANGE
+    assert slope[-1] == pytest.approx(4.0 * x[-1] ** 2 / (1.0 + x[-1] ** 2) ** 3, rel=1e-6)
+
+
+def test_of_two_rests_the_one_near_where_the_bias_is_free_is_taken():
+    """A weak spring that is free at 0.3 moves both wells up: the lower one is nearer to the flat film."""
+    model = ConeModel(meridional_prestretch=0.7, hoop_prestretch=1.0, spring_stiffness=0.05, rest_height=0.3)
+    balance = one(model)
+    lower, upper = (e.displacement for e in balance.equilibria(np.zeros(1))[0] if e.stable)
+    assert -lower < upper
+    assert upper - 0.3 < 0.3 - lower
+    assert rest_of(balance, None) == upper == pytest.approx(rest_displacement(model))
+    assert rest_of(balance, 0.0) == lower

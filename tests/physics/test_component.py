@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
+from gelcone import permission
 from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, LinearSpring, Together
-from gelcone.physics.component import Component, from_record, names_of, to_record
+from gelcone.physics.component import Component, from_record, names_of, same_formula, to_record
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent, StrainEnergyLaw, Yeoh
 from gelcone.physics.model import ConeModel
@@ -276,3 +277,30 @@ def test_each_component_of_a_class_is_proved_by_what_it_holds():
     assert ConeModel(law=Scaled()).law == Scaled()
     with pytest.raises(InputError, match=r"scaled: .* correct its formula"):
         ConeModel(law=Scaled(1.1))
+
+
+def test_components_that_are_no_dataclasses_are_equal_where_they_hold_the_same():
+    class Held(Gent):
+        def __init__(self, factor):
+            self.factor = factor
+
+    assert Held(0.5) == Held(0.5)
+    assert Held(0.5) != Held(0.6)
+    assert hash(Held(0.5)) == hash(Held(0.5))
+
+
+def test_a_formula_is_compared_where_the_other_one_has_a_value_and_named_where_it_first_differs():
+    at, stated = np.array([0.5, 1.0, 2.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0])
+    same_formula(Gent(), "x", at, stated, lambda: np.array([np.nan, 2.0, np.inf, 4.0]))
+    with pytest.raises(InputError, match=r"^gent: x: it is 3 at 2, and must be 3\.5; correct its formula$"):
+        same_formula(Gent(), "x", at, stated, lambda: np.array([1.0, 2.0, 3.5, 4.5]))
+
+
+def test_the_data_of_a_class_that_does_not_ship_are_read_as_they_are_and_put_to_the_question(monkeypatch):
+    """Only a table of ``nested`` alone is a component of its own; permission is asked for all fields."""
+    asked = []
+    monkeypatch.setattr(permission, "check_data", lambda *given: asked.append(given))
+    record = {"component": f"{HERE}:Cubic", "cubic": 0.25, "offsets": {"nested": "spring", "more": 1}}
+    assert read(record).offsets == {"nested": "spring", "more": 1}
+    data = {"cubic": 0.25, "offsets": {"nested": "spring", "more": 1}}
+    assert asked == [("bias", f"{HERE}:Cubic", data)]

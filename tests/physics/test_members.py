@@ -255,3 +255,55 @@ def test_force_and_stiffness_are_known_up_to_the_voltage_at_which_a_film_pulls_i
         for found in (model.force(x, share * highest), model.stiffness(x, share * highest)):
             np.testing.assert_array_equal(np.isfinite(found), known)
     assert np.isnan(model.force(np.array([0.6, 9.0]))).tolist() == [False, True]
+
+
+def test_a_pair_whose_second_film_has_pulled_in_has_no_force_also_without_voltage_on_the_first():
+    pair = ConeModel(film="wrinkling", second_film="wrinkling", second_drive="constant", second_voltage=[0.1, 5.0])
+    assert np.isfinite(pair.force(np.array([0.3, 0.3]))).tolist() == [True, False]
+
+
+def test_a_fast_circuit_bounds_how_fast_deviations_move_and_a_slow_part_how_long_they_last():
+    """A film behind a resistance follows within rho (1 + x^2); the slowest of film, bias and circuit counts."""
+    model = ConeModel(film="taut", series_resistance=[0.02, 0.001], voltage=0.3)
+    np.testing.assert_allclose(model.members().fastest, [50.0, 1000.0], rtol=1e-12)
+    slow = ConeModel(
+        film="taut", filter_time=[0.5, 30.0], viscous_modulus_1=0.5, relaxation_time_1=6.0, voltage=0.3
+    ).members()
+    np.testing.assert_allclose(slow.time_constant, [9.0, 30.0], rtol=1e-14)
+    turning = ConeModel(film="taut", bias=Slow(), filter_time=0.5).members()
+    np.testing.assert_allclose(turning.time_constant, [70.0])
+
+
+class Slow(CubicBias):
+    """A bias that takes long to settle."""
+
+    name = "slow"
+
+    def time_constant(self, n):
+        return 70.0
+
+
+def test_a_field_that_follows_late_presses_the_film_by_what_of_it_is_there():
+    """Stresses are those of the square (1 - chi) v^2 + chi w^2, the true field that of v."""
+    model = ConeModel(film="taut", dielectric_share=0.4, dielectric_time=2.0, voltage=0.5, hoop_prestretch=1.2)
+    members = model.members()
+    x, late, v = 0.6, 0.2, np.array([[0.7]])
+    area = 1.0 + x * x
+    assert [state.name for state in model.system.states[2:]] == ["slow_charge"]
+    (found,) = members.film_states(np.array([[[x, 0.1, area * late]]]), [v])
+    squared = 0.6 * 0.49 + 0.4 * late**2
+    held = members.system.film.state(x, np.sqrt(squared), [], members.numbers_at(0))
+    for name in ("meridional_stress", "hoop_stress"):
+        assert getattr(found, name).item() == pytest.approx(float(getattr(held, name)), rel=1e-12)
+    assert found.true_field.item() == pytest.approx(0.7 * np.sqrt(area), rel=1e-12)
+
+
+def test_the_state_of_an_ensembles_film_takes_samples_of_each_member():
+    model = ConeModel(hoop_prestretch=[1.1, 1.3])
+    x = np.array([[0.1, 0.4, 0.9], [0.2, 0.5, 1.0]])
+    found = model.film_state(x, 0.3)
+    for k, row in enumerate(x):
+        own = model.take(k).film_state(row, 0.3)
+        for name in ("hoop_stretch", "meridional_stress", "limit_share"):
+            together = np.broadcast_to(getattr(found, name), x.shape)[k]
+            np.testing.assert_allclose(together, np.broadcast_to(getattr(own, name), 3), rtol=1e-14)

@@ -832,3 +832,19 @@ def test_a_film_by_its_name_takes_over_law_meaning_of_the_pre_stretch_and_branch
     assert ConeModel(prestretch_mode="equibiaxial").replace(film=TautCone(Gent(), "radial")).film == TautCone(
         Gent(), "equibiaxial"
     )
+
+
+def test_a_film_has_as_many_branches_as_it_was_given_and_as_have_numbers():
+    film = TautCone(branches=2)
+    for own, count in (({}, 2), ({"viscous_modulus_1": 0.3}, 2), ({"relaxation_time_3": 4.0}, 3)):
+        assert ConeModel(film=film, **own).film.branches == count
+
+
+def test_what_could_do_without_states_is_listed():
+    """What is below its bound and of the taut film, and is not reduced yet."""
+    fast = {"film": "taut", "viscous_modulus_1": 0.4, "relaxation_time_1": 0.01}
+    both = ConeModel(**fast, series_resistance=0.005, relaxation_time_2=3.0)
+    assert both.stiff == ("series_resistance", "relaxation_time_1")
+    assert both.replace(reduced="series_resistance").stiff == ("relaxation_time_1",)
+    assert ConeModel(**fast, series_resistance=0.02).stiff == ("relaxation_time_1",)
+    assert ConeModel().stiff == ()

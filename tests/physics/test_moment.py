@@ -5,7 +5,7 @@ import pytest
 
 from gelcone.physics.amplifier import Amplifier
 from gelcone.physics.model import ConeModel
-from tests.physics.test_system import MODELS, ViscousFilm, every_model, points
+from tests.physics.test_system import MODELS, Lagging, ViscousFilm, every_model, points
 from tests.toys import SaturatingAmplifier
 
 
@@ -84,13 +84,15 @@ def test_the_sources_of_two_lines_supply_and_lose_together():
     assert powers["resistor"] == pytest.approx(0.4 * sum(i * i for i in currents), rel=1e-12)
 
 
-def test_the_rate_of_a_voltage_that_time_and_states_make_is_its_difference_along_the_motion():
-    """Of a resistance without a state, and a film with states of its own."""
+@pytest.mark.parametrize("branches", [0, 1])
+def test_the_rate_of_a_voltage_that_time_and_states_make_is_its_difference_along_the_motion(branches):
+    """Of a resistance without a state, and a film with states of its own or without."""
+    branch = {"viscous_modulus_1": 0.5, "relaxation_time_1": 3.0} if branches else {}
     model = ConeModel(
-        film="taut", circuit=Amplifier(reduced=True), series_resistance=0.005, viscous_modulus_1=0.5,
-        relaxation_time_1=3.0, voltage=0.7,
+        film="taut", circuit=Amplifier(reduced=True), series_resistance=0.005, voltage=0.7, **branch
     )  # fmt: skip
-    system, n, tau, z, h = model.system, model.own_numbers, 1.1, np.array([0.4, -0.5, 1.1, 0.95]), 1e-5
+    system, n, tau, h = model.system, model.own_numbers, 1.1, 1e-5
+    z = np.array([0.4, -0.5, 1.1, 0.95][: 2 + 2 * branches])
     rates = np.array(system.rates(tau, z, n), dtype=float)
     ahead, behind = (system.voltages(tau + s * h, z + s * h * rates, n)[0] for s in (1.0, -1.0))
     (found,) = system.voltage_rates(tau, z, n)
@@ -105,3 +107,75 @@ def test_each_films_states_move_under_its_own_voltage():
     rates = system.rates(0.7, z, n)
     assert rates[2] == pytest.approx((0.4 - 0.1) * (1.0 + volts**2) + 0.2 * np.sin(0.2), rel=1e-13)
     assert rates[3] == pytest.approx((-0.4 + 0.3) * (1.0 + 1.3**2) - 0.2 * np.sin(0.2), rel=1e-13)
+
+
+def test_a_resistance_without_a_state_delays_each_films_own_command():
+    """v = c - rho ((1 + p^2) c' + 2 p p' c) with the command c = v0 +- v sin and the place p of either film."""
+    rho = 0.004
+    pair = ConeModel(
+        film="taut", second_film="taut", second_drive="opposite", second_flat_height=0.9, voltage=0.7, voltage_bias=0.3,
+        circuit=Amplifier(reduced=True), series_resistance=rho,
+    )  # fmt: skip
+    tau, x, u = 1.1, 0.4, -0.5
+    for sign, p, found in zip(
+        (1.0, -1.0), (x, 0.9 - x), pair.system.voltages(tau, [x, u], pair.own_numbers), strict=True
+    ):
+        command, rate = 0.3 + sign * 0.7 * np.sin(tau), sign * 0.7 * np.cos(tau)
+        expected = command - rho * ((1.0 + p * p) * rate + 2.0 * p * sign * u * command)
+        assert found == pytest.approx(expected, rel=1e-12)
+    rates = pair.system.rates(tau, [x, u], pair.own_numbers)
+    h = 1e-6
+    ahead, behind = (
+        pair.system.voltages(tau + s * h, [x + s * h * u, u + s * h * rates[1]], pair.own_numbers) for s in (1.0, -1.0)
+    )
+    slopes = [(a - b) / (2.0 * h) for a, b in zip(ahead, behind, strict=True)]
+    np.testing.assert_allclose(pair.system.voltage_rates(tau, [x, u], pair.own_numbers), slopes, rtol=1e-7)
+
+
+def test_the_slope_of_the_acceleration_counts_both_films_and_the_bias():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.6, hoop_prestretch=1.3, second_hoop_prestretch=1.1
+    )
+    system, n, h = pair.system, pair.own_numbers, 1e-6
+    assert system.planar
+    slopes = system.flow(0.7, [0.2, 0.1], n)[1]
+    ahead, behind = (system.rates(0.7, [0.2 + s * h, 0.1], n)[1] for s in (1.0, -1.0))
+    assert slopes[1][0] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-8)
+
+
+def test_the_states_of_a_bias_move_once_behind_those_of_the_first_film():
+    pair = ConeModel(film=ViscousFilm(), second_film=ViscousFilm(), bias=Lagging())
+    system, n = pair.system, pair.own_numbers
+    z = [0.3, -0.2, 0.1, 0.25, -0.4]
+    assert [state.name for state in system.states[2:]] == ["dashpot", "hung_height", "second_dashpot"]
+    rates = system.rates(0.4, z, n)
+    assert len(rates) == 5
+    assert rates[3] == pytest.approx(1.2 * (0.3 - 0.25) + 0.02, rel=1e-13)
+
+
+def test_switches_are_those_of_films_and_of_each_lines_own_circuit():
+    """The second line's current is beyond its limit, that of the first is not."""
+    pair = ConeModel(
+        film="wrinkling", second_film="wrinkling", second_drive="opposite", voltage=0.0, voltage_bias=0.3,
+        series_resistance=0.4, current_limit=0.5,
+    )  # fmt: skip
+    z = [np.asarray(value) for value in (0.4, 0.0, 0.25, 0.02)]
+    assert [state.name for state in pair.system.states[2:]] == ["film_voltage", "second_film_voltage"]
+    found = pair.system.switches(0.0, z, pair.own_numbers)
+    own = {name: float(value) for name, value in found.items() if "current" in name}
+    names = ("current_limit_above", "current_limit_below")
+    assert own == dict.fromkeys(names, 1.0) | {"second_current_limit_above": -1.0, "second_current_limit_below": 1.0}
+    assert {"width_held", "second_width_held"} <= found.keys()
+
+
+def test_what_films_lose_is_lost_by_both():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.8, viscous_modulus_1=0.6, relaxation_time_1=2.0
+    )
+    system, n, z = pair.system, pair.own_numbers, [0.4, 0.3, 0.8, 0.9, 1.1, 0.95]
+    powers = dict(zip(system.causes, system.powers(0.5, z, n), strict=True))
+    each = [
+        system.film.viscous.dissipation(1.0 + place * place, 1.0, y, n) for place, y in ((0.4, z[2:4]), (0.4, z[4:6]))
+    ]
+    assert min(each) > 1e-3
+    assert powers["film"] == pytest.approx(sum(each), rel=1e-12)

@@ -59,13 +59,14 @@ def test_a_system_is_written_with_its_law_and_its_second_film():
     [
         ({"waveform": {"component": "square", "duty": 0.3}}, {"waveform": "square", "duty": 0.3}),
         ({"circuit": {"component": "amplifier", "series_resistance": 0.3}}, {"series_resistance": 0.3}),
+        ({"circuit": {"component": "amplifier", "filter_time": 0.3}}, {"circuit": "amplifier", "filter_time": 0.3}),
         (
             {"bias": [{"component": "spring", "spring_stiffness": 2.0}, "weight"]},
             {"bias": "spring+weight", "spring_stiffness": 2.0},
         ),
         ({"film": {"component": "wrinkling", "hoop_prestretch": 1.2}}, {"film": "wrinkling", "hoop_prestretch": 1.2}),
     ],
-    ids=["waveform", "circuit", "bias", "film"],
+    ids=["waveform", "circuit", "electrics", "bias", "film"],
 )
 def test_numbers_in_tables_of_components_are_parameters(tables, same):
     model, other = ConeModel(**tables), ConeModel(**same)

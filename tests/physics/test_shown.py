@@ -11,6 +11,7 @@ from gelcone.physics.model import ConeModel
     ("changes", "inner", "height", "second"),
     [
         ({"rest_height": 0.5}, None, 0.5, None),
+        ({"bias": "weight"}, None, 0.0, None),
         ({"rest_height": [0.4, 0.6], "radius_ratio": 0.4}, 0.4, 0.5, None),
         ({"rest_height": 0.3, "radius_ratio": 0.25, "second_film": "taut", "second_flat_height": 0.8}, 0.25, 0.3, 0.8),
     ],
@@ -30,4 +31,7 @@ def test_heights_are_drawn_over_the_radius_of_the_film(monkeypatch, changes, inn
     assert labels[2] == f"x0 = {height:g}"
     rows = {name: value for name, value, _ in drawn["rows"]}
     assert rows["film"] == "taut"
+    if "rest_height" not in changes:
+        assert "rest_height" not in rows
+        return
     assert rows["rest_height"] == ("0.4 to 0.6 (2)" if np.ndim(changes["rest_height"]) else f"{height:g}")

@@ -17,6 +17,7 @@ from gelcone.physics.statics import (
     switched_off,
 )  # fmt: skip
 from gelcone.quantity import Quantity
+from tests.toys import CubicBias
 
 MODEL = ConeModel(
     rest_height=[0.5, 0.2, 0.5, 0.2],
@@ -171,3 +172,31 @@ def test_no_more_rests_are_held_than_there_is_room_for(monkeypatch):
         statics.keep_rests({(system, bytes([k])): float(k)})
         assert len(statics._rests) <= 6
         assert statics.kept_rests([(system, bytes([k])), (system, b"other")]) == {(system, bytes([k])): float(k)}
+
+
+def test_a_hand_within_a_hand_leaves_the_outer_ones_rests_as_they_were():
+    statics._rests.clear()
+    outer = {}
+    with continuing(outer):
+        first = rest_displacements(ConeModel(rest_height=0.5))
+        with continuing({}):
+            rest_displacements(ConeModel(rest_height=0.6))
+        assert list(outer.values()) == [first]
+        last = rest_displacements(ConeModel(rest_height=0.52))
+        assert list(outer.values()) == [last]
+    rest_displacements(ConeModel(rest_height=0.7))
+    assert list(outer.values()) == [last]
+
+
+def test_a_refused_ensemble_says_what_its_first_member_needs():
+    with pytest.raises(InputError, match=r"stretch_limit = 0\.3: "):
+        balances_of(ConeModel(stretch_limit=[0.3, 0.1, 0.2], prestretch=1.8))
+
+
+def test_biases_of_equal_numbers_have_rests_of_their_own():
+    """A spring that is free at 0.6, and a cubic bias whose cubic stiffness is 0.6."""
+    statics._rests.clear()
+    spring = ConeModel(spring_stiffness=0.9, rest_height=0.6)
+    cubic = ConeModel(bias=CubicBias(), bias_stiffness=0.9, bias_cubic=0.6)
+    assert rest_displacements(spring) > 0.1
+    assert rest_displacements(cubic) == 0.0

@@ -182,3 +182,29 @@ def test_behind_a_filter_a_resistance_without_a_state_takes_corners_but_no_jumps
     assert ConeModel(**reduced, waveform="square").system.circuit.reduced
     with pytest.raises(InputError, match="reduced: the voltage of the waveform 'square' jumps, and behind a filter"):
         ConeModel(**reduced, waveform="square", rise=0.0)
+
+
+def test_in_a_pair_the_bias_stands_behind_the_first_film_and_a_held_circuit_begins_with_nothing():
+    pair = ConeModel(
+        film=ViscousFilm(), second_film=ViscousFilm(), bias=Lagging(), circuit=Charging(), filter_time=0.25,
+        second_drive="constant",
+    )  # fmt: skip
+    names = ["dashpot", "hung_height", "film_voltage", "second_dashpot"]
+    assert [state.name for state in pair.system.states[2:]] == names
+    assert pair.system.starts(0.8, pair.own_numbers) == [0.1, 0.2, 0.2, 0.1]
+    np.testing.assert_array_equal(pair.system.mirror, [-1.0, -1.0, -1.0, -1.0, 1.0, -1.0])
+
+
+def test_a_bias_may_not_claim_the_dielectric_strength():
+    class Claims(LinearSpring):
+        name = "claims"
+        parameters = dict(LinearSpring.parameters) | {"dielectric_strength": Quantity("E", "of its own", 1.0)}
+
+    with pytest.raises(InputError, match="dielectric_strength: two components use this name"):
+        ConeModel(bias=Claims())
+
+
+def test_what_is_not_given_of_a_second_film_is_what_the_first_one_has():
+    system = ConeModel(film="taut", second_film="taut", law="yeoh").system
+    values = system.complete({"prestretch": 1.3, "yeoh_c2": 0.1, "second_yeoh_c2": 0.2})
+    assert (values["second_prestretch"], values["second_yeoh_c2"], values["second_yeoh_c3"]) == (1.3, 0.2, 0.0)

@@ -351,3 +351,42 @@ def test_a_pair_has_pulled_in_where_either_film_has(first):
     model = ConeModel(film=films[0], second_film=films[1])
     found = model.system.pulled_in(np.array([0.1, 0.2]), np.array([1.9, 2.1]), model.own_numbers)
     assert found.tolist() == [False, True]
+
+
+def test_the_power_that_a_film_loses_bears_on_the_length_of_steps():
+    creeping = ConeModel(film="taut", viscous_modulus_1=0.5, relaxation_time_1=3.0).system
+    assert creeping.causes[:3] == ("motion", "damper", "film")
+    assert creeping.bounding_powers == 3
+
+
+def test_a_pair_has_pulled_in_at_each_films_own_voltage():
+    """At a constant voltage on the second film, whatever that on the first."""
+    own = {"film": PowerFilm(), "second_film": NoStateAbove(), "second_drive": "constant"}
+    for volts, gone in ((1.4, False), (1.42, True)):
+        model = ConeModel(**own, second_voltage=volts)
+        assert bool(model.system.pulled_in(0.1, 0.0, model.own_numbers)) == gone
+        assert bool(model.system.pulled_in(0.1, 9.0, model.own_numbers)) == gone
+
+
+def test_the_current_of_a_film_that_creeps_is_that_of_its_charge_at_its_states():
+    """By the difference of v C along the motion, behind an ideal source, of a film whose hoop is slack."""
+    model = ConeModel(film="wrinkling", viscous_modulus_1=0.8, relaxation_time_1=2.0, hoop_prestretch=1.05, voltage=0.7)
+    system, n, tau, h = model.system, model.own_numbers, 0.9, 1e-5
+    z = np.array([0.7, 0.2, 0.6, 0.9])
+
+    def charge(tau, z):
+        v = system.voltages(tau, z, n)[0]
+        return v * system.film.capacitance(z[0], v * v, list(z[2:]), n)
+
+    rates = np.array(system.rates(tau, [*z], {**n, **system.switches(tau, [*z], n)}), dtype=float)
+    assert float(system.switches(tau, [*z], n)["width_held"]) < 0.0
+    slope = (charge(tau + h, z + h * rates) - charge(tau - h, z - h * rates)) / (2.0 * h)
+    (found,) = system.currents(tau, [*z], n)
+    assert float(found) == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_a_start_outside_names_the_film_that_has_no_state_there():
+    pair = ConeModel(film="taut", second_film="taut", second_flat_height=3.0, stretch_limit=4.0)
+    n = pair.own_numbers
+    assert pair.system.outside(0.2, n).startswith("second film, stretch_limit = 4: must exceed I1 - 3 = ")
+    assert pair.system.outside(2.9, n).startswith("stretch_limit = 4: must exceed I1 - 3 = ")

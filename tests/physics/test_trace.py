@@ -125,3 +125,46 @@ def test_what_is_drawn_together_has_the_value_of_what_was_written(graph, operati
         if not undefined:
             (found,) = evaluated([graph.node(operation(one, other))], values)
             assert found == pytest.approx(operation(first, second), rel=1e-12), (first, second)
+
+
+def test_zeros_of_either_sign_and_arrays_of_other_shapes_are_not_drawn_together(graph):
+    assert graph.constant(-0.0) is not graph.constant(0.0)
+    assert np.signbit(graph.constant(-0.0).value)
+    six = np.arange(6.0)
+    assert graph.node(six) is graph.node(six.copy())
+    assert graph.node(six.reshape(2, 3)) is not graph.node(six.reshape(3, 2))
+    assert graph.node(six) is not graph.node(six.astype(np.float32))
+
+
+def test_nothing_over_a_value_is_nothing_and_large_powers_go_by_logarithm(graph):
+    x = graph.state(0)
+    assert (0.0 / x).value == 0.0
+    for exponent in (32, -32):
+        assert (x**exponent).operation in ("multiply", "divide")
+    for exponent in (33, -33, 40.5, -1000):
+        assert (x**exponent).operation == "power"
+
+
+def test_the_maximum_is_the_larger_one(graph):
+    x, y = graph.state(0), graph.state(1)
+    one, other = np.array([0.3, -2.0, 5.0, 1.0]), np.array([0.4, -3.0, -5.0, 1.0])
+    found = evaluated([graph.maximum(x, y), graph.maximum(x, 0.5)], {x.index: one, y.index: other})
+    np.testing.assert_allclose(found, [np.maximum(one, other), np.maximum(one, 0.5)], rtol=1e-15)
+
+
+def rooted(graph, factor=1.0, begin=0.0, longest=0.5):
+    x = graph.state(0)
+    return graph.root("y", lambda y, x, xp: factor * y + y * y * y - x, [x], lambda x, xp: begin + x, longest)
+
+
+def test_a_name_of_a_root_stands_for_one_equation(graph):
+    assert rooted(graph) is rooted(graph)
+    with pytest.raises(ValueError, match="root 'y': stands for two equations; give one of them another name"):
+        rooted(graph, factor=2.0)
+
+
+@pytest.mark.parametrize("other", [{"factor": 2.0}, {"begin": 0.1}, {"longest": 0.25}])
+def test_a_fingerprint_tells_roots_of_another_equation_beginning_or_longest_step_apart(other):
+    """A program that is stored under it would else solve another equation, or come to another root."""
+    own, same, changed = (fingerprint([2.0 * rooted(Graph(), **more)]) for more in ({}, {}, other))
+    assert own == same != changed

@@ -126,3 +126,50 @@ def test_a_film_reaches_as_far_as_the_lower_of_its_limits(law, branch):
     else:
         q = 1.0 + end * end
         assert q + 1.0 / q - 2.0 == pytest.approx(lowest, rel=1e-9)
+
+
+def test_what_is_asked_of_a_film_at_once_is_that_of_the_film_at_its_held_states():
+    model = ConeModel(film="wrinkling", hoop_prestretch=1.1, viscous_modulus_1=0.8, relaxation_time_1=5.0)
+    model = model.replace(viscous_limit_1=3.0)
+    y = [0.7, 0.9]
+    held = films_at_once(model, np.array([[0.3, 0.0, *y]]))
+    film, n = held.system.film, held.numbers_at(0)
+    own = film.film
+    x, squared = np.array([0.4, 0.9]), np.array([0.2, 0.4])
+    for name in ("work", "capacitance"):
+        found = getattr(film, name)(x, squared, [], n)
+        np.testing.assert_allclose(found, getattr(own, name)(x, squared, y, n), rtol=1e-14)
+        assert (np.abs(found - getattr(own, name)(x, squared, [], n)) > 1e-4).any()
+    share = film.limit_share(x, np.sqrt(squared), [], n)
+    np.testing.assert_allclose(share, own.limit_share(x, np.sqrt(squared), y, n), rtol=1e-14)
+    assert (np.abs(share - own.limit_share(x, np.sqrt(squared), [], n)) > 1e-3).any()
+    assert (film.linear_charge, films_at_once(model.replace(film="taut")).system.film.linear_charge) == (False, True)
+    assert film.kinds == own.kinds
+
+
+def test_no_voltage_makes_a_film_at_once_push_and_one_that_has_pulled_in_turns_nothing():
+    held = films_at_once(model_of(CERTIFIED["delays"][0]))
+    n, film = held.numbers_at(0), held.system.film
+    x = np.array([0.4, 1.0])
+    at_rest = film.balancing(x, 0.0, n)
+    for pull in (-1e-3, -0.5):
+        np.testing.assert_allclose(film.balancing(x, pull, n), at_rest - 1e10 * pull, rtol=1e-9)
+    highest = film.highest_squared(x, n)
+    gone = 5.0 * highest
+    assert np.isnan(film.force(x, gone, [], n)[0]).all()
+    np.testing.assert_array_equal(film.turning(x, gone, n), [0.0, 0.0])
+    assert (np.abs(film.turning(x, 0.9 * highest, n)) > 1e-3).any()
+
+
+def test_each_film_of_a_pair_is_held_at_its_own_states():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.6, viscous_modulus_1=0.8, relaxation_time_1=5.0
+    )
+    names = [state.name for state in pair.system.states]
+    held = films_at_once(pair, np.array([[0.3, 0.0, 0.7, 0.8, 1.1, 1.2]]))
+    for name, value in zip(names[2:], (0.7, 0.8, 1.1, 1.2), strict=True):
+        key = f"second_held_{name.removeprefix('second_')}" if name.startswith("second_") else f"held_{name}"
+        assert held.values[key].tolist() == [value]
+    n, x = held.numbers_at(0), 0.2
+    for film, own, y in zip(held.system.films, pair.system.films, ([0.7, 0.8], [1.1, 1.2]), strict=True):
+        assert film.force(x, 0.3, [], n) == pytest.approx(own.force(x, 0.3, y, n), rel=1e-14)

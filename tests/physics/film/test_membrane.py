@@ -142,6 +142,8 @@ def test_beyond_its_reach_the_film_has_no_state():
     for found in (*film.force(x, 0.0, [], n), film.work(x, 0.0, [], n), film.state(x, 0.0, [], n).hoop_stress):
         np.testing.assert_array_equal(np.isnan(found), gone)
     np.testing.assert_array_equal(film.state(x, 0.0, [], n).kind, [-1, 0, 0, -1])
+    bound = f"initial displacement -9: must be less than {n['reach_squared'] ** 0.5:g} times film_radius - disc_radius "
+    assert film.outside(-9.0, n).startswith(bound)
 
 
 def test_the_kinds_follow_each_other_as_the_voltage_rises():

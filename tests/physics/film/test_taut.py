@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.errors import InputError
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS
@@ -228,3 +229,32 @@ def test_a_program_has_the_stresses_and_the_force_of_a_film_with_branches(flow):
         in_program(film.force, n, {}, x, voltage**2, y), film.force(x, voltage**2, y, n), rtol=1e-12
     )
     assert np.abs(along - film.state(x, voltage, [], n).meridional_stress).max() > 0.1
+
+
+def test_a_film_that_is_too_wide_while_flat_reaches_nothing_and_says_what_it_needs():
+    """I1 - 3 is least at q = (G/A)^(1/2), which is below 1 for a film that is stretched along its meridian."""
+    for lm, lh, limit in ((1.2, 1.0, 0.1), (1.3, 0.7, 0.3)):
+        model = ConeModel(meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=limit)
+        assert np.isnan(model.film.reach(model.own_numbers)).all()
+        least = lm**2 + lh**2 + 1.0 / (lm * lh) ** 2 - 3.0
+        assert least == pytest.approx(model.strain(np.linspace(0.0, 3.0, 1001)).min(), rel=1e-12)
+        assert f"smallest I1 - 3 = {least:.4g} " in model.film.unreachable(model.own_numbers)
+
+
+def test_a_voltage_gives_a_flat_film_no_energy_that_moves_it():
+    """-2 dE/dV is the change of the capacitance: 0 while the film is flat."""
+    film, n = film_and_numbers("gent")
+    assert film.work(0.0, 0.7, [], n) == film.work(0.0, 0.0, [], n)
+    change = -2.0 * (film.work(X, 0.7, [], n) - film.work(X, 0.0, [], n)) / 0.7
+    np.testing.assert_allclose(change, film.capacitance(X, 0.3, [], n) - 1.0, rtol=1e-12)
+
+
+def test_it_rests_as_long_as_its_gap_and_says_how_it_creeps():
+    film = TautCone(branches=2, flow="linear")
+    lengths = film.resting_lengths(X, {})
+    np.testing.assert_allclose(lengths[0], 1.0 + X**2)
+    assert lengths[1] == 1.0
+    assert film.describe().endswith("bears compression; it creeps: 2 Maxwell branches, linear flow")
+    with pytest.raises(InputError, match="radius_ratio"):
+        film.complete({"radius_ratio": 0.0})
+    assert film.complete({"radius_ratio": 0.3})["radius_ratio"] == 0.3

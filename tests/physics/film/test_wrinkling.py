@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gelcone.codes import FilmPullIn
+from gelcone.errors import InputError
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.flow import integrate
 from gelcone.physics.film import elastic
@@ -101,6 +103,25 @@ def test_a_slack_film_pulls_in_at_the_hump_or_its_hoop_and_never_where_that_lies
     assert float(n["end_of_slack"]) == pytest.approx(t)
 
 
+def test_where_a_film_without_tension_changes_and_how_long_its_gel_is_by_hand():
+    """The A x^2 at which A q = B; the V of the valley; the q at which A q is the natural 1, or 1/B^(1/2) of a hoop that
+    is wider than its gel, of films that would be beyond their limit if they were as short as their gap."""
+    n = numbers(WrinklingCone(pull_in="snap"), meridional_prestretch=0.8, hoop_prestretch=1.2, stretch_limit=8.0)
+    assert float(n["edge"]) == pytest.approx(1.44 - 0.64)
+    t = float(n["valley"])
+    stress = (1.0 - t**-3) / (t * (1.0 - (2.0 * t + t**-2 - 3.0) / 8.0))
+    assert float(n["valley_squared"]) == pytest.approx(stress * (0.8 * 1.2) ** 2, rel=1e-9)
+    for lm, lh, natural in ((0.6, 0.7, 1.0), (0.6, 1.2, 1.0 / 1.2), (0.5, 1.0, 1.0)):
+        film = WrinklingCone()
+        n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=0.7)
+        assert float(n["shortest"]) == pytest.approx(natural / lm**2 - 1.0)
+        x = np.sqrt(natural / lm**2 - 1.0)
+        m, width = film.resting_lengths(np.array([0.5, 0.999, 1.02]) * x, n)
+        np.testing.assert_allclose(lm**2 * m[:2], natural, rtol=1e-6)
+        np.testing.assert_allclose(width[:2], max(1.0, lh**-2), rtol=1e-6)
+        assert lm**2 * m[2] > natural * (1.0 + 1e-3)
+
+
 # --- borders ----------------------------------------------------------------------------------------------------------
 
 
@@ -173,3 +194,88 @@ def test_the_strain_is_that_of_the_lengths_without_voltage(law):
     np.testing.assert_allclose(film.strain(x, n), exact, atol=1e-9)
     kinds = 2 * (m > (1.0 + x * x) * (1.0 + 1e-9)) + (width > 1.0 + 1e-9)
     assert np.bincount(kinds, minlength=4).min() > 5
+
+
+# --- branches ---------------------------------------------------------------------------------------------------------
+
+CREEPING = {
+    "hoop_prestretch": 1.1, "stretch_limit": 20.0, "viscous_modulus_1": 0.6, "relaxation_time_1": 2.0,
+    "viscous_limit_1": 5.0,
+}  # fmt: skip
+
+
+def creeping(count=80, **changes):
+    """A film with a branch, its numbers, and heights, squared voltages and states at which it has a length."""
+    film, random = WrinklingCone(branches=1), np.random.default_rng(4)
+    n = numbers(film, **CREEPING | changes)
+    x, squared = random.uniform(0.05, 1.2, count), random.uniform(0.0, 0.9, count)
+    y = [random.uniform(0.5, 1.05, count), random.uniform(0.75, 1.05, count)]
+    whole = np.isfinite(film.force(x, squared, y, n)[0])
+    return film, n, x[whole], squared[whole], [value[whole] for value in y]
+
+
+def test_a_film_that_creeps_pulls_with_its_meridional_stress_and_has_none_across_its_wrinkles():
+    """F = x s1/q; at n > 1 the hoop has no stress. A share of a limit is the larger one of law and branch."""
+    film, n, x, squared, y = creeping()
+    state, (m, width) = film.state(x, np.sqrt(squared), y, n), film._lengths_at(x, squared, y, n)
+    pull = state.meridional_stress * x / (1.0 + x * x)
+    np.testing.assert_allclose(film.force(x, squared, y, n)[0], np.where(m > 1.0 + x * x, 0.0, pull), atol=1e-9)
+    slack = width > 1.0
+    assert 5 < slack.sum() < x.size - 5
+    np.testing.assert_allclose(state.hoop_stress[slack], 0.0, atol=1e-8)
+    assert (state.hoop_stress[~slack] > 0.0).all()
+    of_law = (n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0) / 20.0
+    first, second = y[0] * m, y[1] * width
+    of_branch = (first + second + 1.0 / (first * second) - 3.0) / 5.0
+    assert (of_branch > of_law).any()
+    assert (of_branch < of_law).any()
+    np.testing.assert_allclose(film.limit_share(x, np.sqrt(squared), y, n), np.maximum(of_law, of_branch), rtol=1e-12)
+
+
+def test_a_program_has_the_stresses_and_shares_of_a_film_that_creeps_and_of_one_that_is_short():
+    """The elastic film's share of the limit is that without voltage, also where it is longer than its gap."""
+    film, n, x, squared, y = creeping()
+    state, share = film.state(x, np.sqrt(squared), y, n), film.limit_share(x, np.sqrt(squared), y, n)
+    signs = film.switches(x, squared, y, n)
+    for held, narrow in np.ndindex(2, 2):
+        own = {"meridian_held": 1.0 - 2.0 * held, "width_held": 1.0 - 2.0 * narrow}
+        here = np.all([signs[name] == sign for name, sign in own.items()], axis=0)
+        at = x[here], squared[here], [value[here] for value in y]
+        along, across, field, limit = in_program(film.traced_state, n, own, *at)
+        np.testing.assert_allclose(along, state.meridional_stress[here], rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(across, state.hoop_stress[here], rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(field, state.true_field[here] ** 2, rtol=1e-7)
+        np.testing.assert_allclose(limit, share[here], rtol=1e-7)
+    plain = WrinklingCone()
+    for lm, lh in ((0.6, 0.9), (0.6, 1.2), (1.1, 0.8), (1.1, 1.2)):
+        n, x = numbers(plain, meridional_prestretch=lm, hoop_prestretch=lh), np.linspace(0.05, 1.3, 12)
+        signs = plain.switches(x, 0.1, [], n)
+        for k, place in enumerate(x):
+            own = {name: float(np.broadcast_to(value, x.shape)[k]) for name, value in signs.items()}
+            found = in_program(plain.traced_state, n, own, np.array([place]), np.array([0.1]), [])
+            np.testing.assert_allclose(found[3], plain.limit_share(place, 0.0, [], n), rtol=1e-9)
+
+
+def test_where_and_how_a_film_that_creeps_ends_is_said_by_its_own_states():
+    film, n, x, _, y = creeping()
+    np.testing.assert_array_equal(film.shortest_lengths(x, n)[0], 1.0 + x * x)
+    assert film.shortest_lengths(x, n)[1] == 1.0
+    held = film.highest_squared_held(x, y, n)
+    np.testing.assert_array_equal(held, film.creeping.highest_squared(x, y, n))
+    assert (np.abs(held - film.highest_squared(x, n)) > 1e-3).all()
+    for meridian in (1.0, -1.0):
+        for width in (1.0, -1.0):
+            kind = film.pull_in_kind({"meridian_held": meridian, "width_held": width})
+            assert kind == (FilmPullIn.LOCALISATION if meridian > 0.0 else FilmPullIn.MINIMUM)
+    for pull_in in ("memoryless", "snap"):
+        with pytest.raises(InputError, match=f"pull_in = {pull_in}: a film with branches ends there"):
+            WrinklingCone(branches=1, pull_in=pull_in)
+
+
+def test_a_voltage_gives_a_flat_film_no_energy_while_it_is_taut():
+    film = WrinklingCone()
+    n = numbers(film, meridional_prestretch=1.2, hoop_prestretch=1.3)
+    assert float(film.work(0.0, 0.5, [], n)) == float(film.work(0.0, 0.0, [], n))
+    h, x, squared = 1e-5, np.array([0.0, 0.4, 0.9]), 0.3
+    change = (film.work(x, squared - h, [], n) - film.work(x, squared + h, [], n)) / h
+    np.testing.assert_allclose(film.capacitance(x, squared, [], n), 1.0 + change, rtol=1e-7)
