@@ -9,7 +9,7 @@ from gelcone.physics.bias import Together, Weight
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.members import Rows
 from gelcone.physics.model import ConeModel
-from tests.physics.test_system import ViscousFilm
+from tests.physics.test_system import NoStateAbove, ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
 
@@ -259,6 +259,8 @@ def test_force_and_stiffness_are_known_up_to_the_voltage_at_which_a_film_pulls_i
 
 def test_a_pair_whose_second_film_has_pulled_in_has_no_force_also_without_voltage_on_the_first():
     pair = ConeModel(film="wrinkling", second_film="wrinkling", second_drive="constant", second_voltage=[0.1, 5.0])
+    assert np.isfinite(pair.force(np.array([0.3, 0.3]))).tolist() == [True, False]
+    pair = ConeModel(film=PowerFilm(), second_film=NoStateAbove(), second_drive="constant", second_voltage=[1.4, 1.42])
     assert np.isfinite(pair.force(np.array([0.3, 0.3]))).tolist() == [True, False]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import gelcone
 from gelcone.physics.balance import SEARCH_RANGE, PullIn
-from gelcone.physics.pair import PairBalance
+from gelcone.physics.pair import Leg, PairBalance, _isolated
 from gelcone.physics.statics import balances_of, rest_displacements
 from tests.toys import CubicBias, PowerFilm
 
@@ -179,3 +179,60 @@ def test_each_curve_of_equilibria_is_followed_once():
     for x, voltage, slope in curves:
         np.testing.assert_allclose(balance.force(x, voltage**2), 0.0, atol=1e-8)
         np.testing.assert_allclose(slope, balance.slope(x, voltage**2), rtol=1e-12, atol=1e-14)
+
+
+def test_a_pair_is_flat_where_nothing_lifts_it_and_films_are_flat_together():
+    for changes, flat in (({}, True), ({"rest_height": 0.2}, False), ({"second_flat_height": 0.3}, False)):
+        own = {"second_flat_height": 0.0, "rest_height": 0.0} | changes
+        (balance,) = balances_of(PAIR.replace(**own).members())
+        assert balance.flat == flat
+        assert (balance.flat_height, balance.highest_squared) == (own["second_flat_height"], math.inf)
+
+
+def test_a_pair_reaches_what_both_of_its_films_reach():
+    """The flat films of pre-stretch 0.5 are beyond their limit of 8: the disc stays away from either plane."""
+    wide = {"law": "gent", "stretch_limit": 8.0, "prestretch": 0.5, "prestretch_mode": "equibiaxial"}
+    model = PAIR.replace(**wide, second_flat_height=4.0, second_prestretch=0.5, second_stretch_limit=6.0)
+    (balance,) = balances_of(model.members())
+    (least, most), (near, far) = (film.film.reach(film.own(balance.n)) for film in model.system.films)
+    assert least > 0.5
+    assert near > least
+    x = np.array([-1.01 * (far - 4.0), 0.0, 0.99 * least, 1.01 * least, 4.0 - 1.01 * near, 4.0 - 0.99 * near, 4.0])
+    inside = [4.0 - far < place < most and abs(place) > least and abs(4.0 - place) > near for place in x]
+    assert balance.inside(x).tolist() == inside
+    assert 0 < sum(inside) < x.size
+    assert (balance.lowest, balance.highest) == (
+        pytest.approx(max(-most, 4.0 - far)),
+        pytest.approx(min(most, 4.0 + far)),
+    )
+
+
+def test_past_a_fold_the_disc_goes_where_the_force_leads_it():
+    """A weak spring between two raised films: the upper well is lost, and the disc falls through both planes."""
+    model = PAIR.replace(law="gent", hoop_prestretch=1.3, spring_stiffness=0.05, rest_height=0.3)
+    (balance,) = balances_of(model.replace(second_flat_height=1.5).members())
+    lost = balance.losses(
+        float(balance.legs(float(rest_displacements(model.replace(second_flat_height=1.5))))[0].x[0])
+    )[0]
+    assert lost.kind == PullIn.FOLD
+    between = np.linspace(lost.before, lost.after, 50)[1:-1]
+    force = balance.force(between, (1.001 * lost.voltage) ** 2)
+    assert (force * (lost.after - lost.before) < 0.0).all()
+    assert abs(lost.after - lost.before) > 0.5
+
+
+def test_a_fold_that_leads_nearby_is_a_jump_and_a_pitchfork_that_does_is_none():
+    (balance,) = balances_of(PAIR.members())
+    for end, before in ((PullIn.FOLD, 0.31), (PullIn.PITCHFORK, 0.30)):
+        legs = [
+            Leg(np.array([0.2, 0.3]), np.array([0.0, 0.5]), end),
+            Leg(np.array([0.31]), np.array([0.5]), PullIn.NEVER),
+        ]
+        assert balance._loss(legs, 0).after == before
+
+
+def test_of_places_in_a_row_at_which_nothing_acts_the_middle_one_counts():
+    x = np.arange(10.0)
+    holds = np.array([0, 1, 1, 1, 0, 0, 1, 0, 1, 1], dtype=bool)
+    assert _isolated(x, holds) == [2.0, 6.0, 9.0]
+    assert _isolated(x, np.zeros(10, dtype=bool)) == []

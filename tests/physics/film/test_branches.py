@@ -446,3 +446,71 @@ def test_the_slowest_creep_of_a_soft_film_is_slower_than_its_slowest_relaxation(
     model = ConeModel(film=TautCone(branches=2), **{"viscous_modulus_1": 3.0, "relaxation_time_1": 2.0})
     two = model.replace(viscous_modulus_2=0.5, relaxation_time_2=5.0)
     assert float(two.members().time_constant[0]) == pytest.approx(8.0)
+
+
+# --- formulas ---------------------------------------------------------------------------------------------------------
+
+
+def numbers(branches, **given):
+    own = {name: given.get(name, quantity.default) for name, quantity in branches.parameters.items()}
+    return branches.numbers(own)
+
+
+THREE = {
+    "viscous_modulus_1": 0.5, "viscous_modulus_2": 0.9, "viscous_modulus_3": 0.2, "relaxation_time_1": 0.01,
+    "relaxation_time_2": 4.0, "relaxation_time_3": 0.015,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("taut", [True, False])
+@pytest.mark.parametrize("flow", ["log", "linear"])
+def test_nothing_flows_and_nothing_is_lost_where_branches_have_relaxed(flow, taut):
+    branches = Branches(2, flow, 1, taut)
+    n = numbers(branches, viscous_modulus_1=0.5, viscous_modulus_2=0.3, relaxation_time_2=1.0)
+    m, width = 1.7, 1.0 if taut else 1.3
+    y = branches.relaxed(m, width)
+    assert len(y) == len(branches.states)
+    np.testing.assert_allclose(branches.rates(m, width, y, n), 0.0, atol=1e-15)
+    np.testing.assert_allclose(branches.stresses(m, width, y, n), 0.0, atol=1e-15)
+    assert branches.dissipation(m, width, y, n) == pytest.approx(0.0, abs=1e-30)
+    assert branches.energy(m, width, y, n) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("flow", ["log", "linear"])
+def test_the_free_length_is_the_longest_at_which_a_branch_carries_nothing_along_it(flow):
+    branches = Branches(2, flow, 1, True)
+    n = numbers(branches, viscous_modulus_1=0.5, viscous_modulus_2=0.3)
+    y = [0.6, 1.2, 0.8, 0.9]
+    longest = branches.free_length(y)
+    each = []
+    for k in (0, 1):
+        one = Branches(1, flow, 1, True)
+        own, of = y[2 * k : 2 * k + 2], numbers(one, viscous_modulus_1=0.5)
+        each.append(one.free_length(own))
+        assert one.stresses(each[-1], 1.0, own, of)[0] == pytest.approx(0.0, abs=1e-14)
+        assert one.stresses(1.01 * each[-1], 1.0, own, of)[0] > 0.0
+    assert longest == max(each)
+    assert branches.stresses(1.01 * longest, 1.0, y, n)[0] > 0.0
+
+
+def test_reduced_branches_drag_and_have_neither_states_nor_stiffness():
+    """4 g tau x^2/q^2 of each; those with states count for stiffness and for the time to settle."""
+    branches = Branches(3, "log", 1, True, (1, 3))
+    n = numbers(branches, **THREE)
+    x = np.array([-0.7, 0.3, 1.4])
+    viscosity = 0.5 * 0.01 + 0.2 * 0.015
+    np.testing.assert_allclose(branches.drag(x, n), 4.0 * viscosity * x**2 / (1.0 + x**2) ** 2, rtol=1e-14)
+    assert branches.modulus(n) == 0.9
+    assert branches.time_constant(n) == pytest.approx(1.9 * 4.0)
+    assert [state.name for state in branches.states] == ["viscous_meridional_2", "viscous_hoop_2"]
+    assert Branches(2, "log", 1, True, (1, 2)).time_constant(n) == 0.0
+    assert "3 Maxwell branches, logarithmic flow, 2 of them without states as damper" in branches.words
+
+
+def test_a_reduced_branch_relaxes_faster_than_its_bound_in_every_member():
+    branches = Branches(3, "log", 1, True, (1, 3))
+    branches.check(THREE)
+    for name, times in (("relaxation_time_1", [0.001, 0.02]), ("relaxation_time_3", [0.03, 0.001])):
+        with pytest.raises(InputError, match=rf"^{name} = {max(times)} \(times Omega0\): .* below 0\.02"):
+            branches.check(THREE | {name: np.array(times)})
+    branches.check(THREE | {"relaxation_time_2": 100.0})

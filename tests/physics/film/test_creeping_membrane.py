@@ -200,3 +200,14 @@ def test_a_loose_film_hangs_where_it_pulls_nothing_also_below_the_height_at_whic
     strong = film.place(np.array([0.0, 0.03, 0.05]), 0.0, [0.99, 1.0], MADE)  # it pulls wherever it may
     np.testing.assert_allclose(strong[0], [0.04, 0.04, 0.05])
     assert strong[1].tolist() == [0.0, 0.0, 1.0]
+
+
+def test_a_film_with_stiff_branches_that_crept_at_its_reach_hangs_loose_next_to_it():
+    """Its natural height, where K = 0, is found over all that the membrane reaches."""
+    film, own = CreepingMembrane(Relaxed()), MADE | {"viscous_modulus_1": 5000.0, "inverse_viscous_limit_1": 0.0}
+    y = [1.0 / mean_length(np.array(8.7), own)[0], 1.0]
+    at, pulls = film.place(np.array([0.0, 1.0, 8.0]), 0.1, y, own)
+    assert pulls.tolist() == [0.0, 0.0, 0.0]
+    np.testing.assert_allclose(at, at[0], rtol=1e-12)
+    assert 8.3 < at[0] < 8.7
+    assert film.pull(at[0], 0.1, y, own)[0] == pytest.approx(0.0, abs=1e-10)

@@ -393,15 +393,59 @@ def test_a_program_has_the_formulas_of_a_film_that_creeps():
 
     def formulas(x, squared, y, n, xp):
         borders = [border.value(x, squared, y, n, xp) for border in film.borders[:-1]]
-        return [film.force(x, squared, y, n, xp)[0], film._place(x, squared, y, n, xp), *borders]
+        own = film.traced_state(x, squared, y, n, xp)
+        return [film.force(x, squared, y, n, xp)[0], film._place(x, squared, y, n, xp), *own, *borders]
 
     for own, here in by_switches(film.switches(x, squared, y, n)):
         at = x[here], squared[here], [value[here] for value in y]
         force = film.force(*at, n)[0]
         whole = np.isfinite(force)
-        found, place, *borders = in_program(formulas, n, own, *at)
+        found, place, along, across, field, share, *borders = in_program(formulas, n, own, *at)
+        state = film.state(at[0], np.sqrt(at[1]), at[2], n)
+        np.testing.assert_allclose(along[whole], state.meridional_stress[whole], rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(across[whole], state.hoop_stress[whole], rtol=1e-7, atol=1e-8)
+        np.testing.assert_allclose(field[whole], state.true_field[whole] ** 2, rtol=1e-7)
+        right = film.limit_share(at[0], np.sqrt(at[1]), at[2], n)
+        np.testing.assert_allclose((share + 0.0 * at[0])[whole], right[whole], rtol=1e-7)
         np.testing.assert_allclose((found + 0.0 * at[0])[whole], force[whole], rtol=1e-8, atol=1e-10)
         np.testing.assert_allclose((place + 0.0 * at[0])[whole], film._place(*at, n)[whole], rtol=1e-7)
         near = [border.switch for border in film.borders].index("near")  # by the height at which it hangs
         np.testing.assert_allclose(borders[near], own["near"] * (n["cut_squared"] - place), rtol=1e-12)
         assert all(np.all((value + 0.0 * at[0])[whole] > -1e-9) for value in borders)
+
+
+def test_the_energy_of_a_flat_film_has_no_step_where_the_voltage_takes_its_tension():
+    """With the numbers of a film that keeps it up to V = 0.2; slack, no voltage weakens a force that there is not."""
+    film, n = film_of(*MADE[0])
+    own, V = {**n, "flat_voltage": 0.2}, np.array([0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.3])
+    work = film.work(np.zeros(4), V, [], own)
+    np.testing.assert_allclose(work[:3], work[0], atol=1e-6)
+    slack = film.work(0.0, np.array([0.2, 0.3]), [], n)
+    assert work[3] - work[1] == pytest.approx(slack[1] - slack[0], rel=1e-9)
+    assert abs(slack[0]) > 1e-3
+    np.testing.assert_array_equal(film.voltage_gain(0.3, np.array([0.4, 0.43]), n), [0.0, 0.0])
+    assert film.voltage_gain(0.5, 0.1, n) > 0.1
+
+
+@pytest.mark.parametrize("made", MADE[:2])
+def test_a_program_in_which_a_switch_may_change_has_the_same_formulas(made):
+    """The circuit's limits and the second film's switches do not divide laws: formulas then weigh both sides."""
+    film, n = film_of(*made)
+    x, squared = sampled(n, 120, 7)
+    signs = film.switches(x, squared, [], n)
+    state, own = film.state(x, np.sqrt(squared), [], n), {**n, **signs}
+
+    def formulas(x, squared, n, xp):
+        borders = [border.value(x, squared, [], n, xp) for border in film.borders]
+        traced = film.traced_state(x, squared, [], n, xp)
+        return [*film.force(x, squared, [], n, xp), film.capacitance(x, squared, [], n, xp), *traced, *borders]
+
+    force, slope, charge, along, across, field, limit, *borders = in_program(formulas, own, {}, x, squared)
+    np.testing.assert_allclose((force, slope), film.force(x, squared, [], n), 1e-9, 1e-12)
+    np.testing.assert_allclose(charge, film.capacitance(x, squared, [], n), rtol=3e-3)
+    np.testing.assert_allclose(along, state.meridional_stress, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(across, state.hoop_stress, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(field, state.true_field**2, rtol=1e-8)
+    np.testing.assert_allclose(limit, film.limit_share(x, np.sqrt(squared), [], n), rtol=1e-8)
+    for border in borders:
+        assert (border > -1e-12).all()

@@ -128,3 +128,29 @@ def test_circuits_give_equal_bits_on_other_threads():
     several = ConeModel(**BEHIND | {"voltage": [0.2, 0.3, 0.4, 0.5, 0.55]})
     one, four = (simulate(several, (0.6, 0.0), times=TIMES[:101], threads=count) for count in (1, 4))
     assert one.identical(four)
+
+
+def test_of_many_films_each_has_the_charge_of_its_own():
+    both = ConeModel(
+        film="membrane", stretch_limit=50.0, meridional_prestretch=[[1.0], [1.3]], hoop_prestretch=[[1.0], [1.1]],
+        radius_ratio=[[0.2], [0.3]],
+    )  # fmt: skip
+    together = both.members()
+    for k, name in enumerate(("unstretched", "mixed")):
+        alone = film_of(name)[1]
+        own = together.numbers_at(k)
+        assert {key: own[key] for key in membrane_charge.names()} == {k: alone[k] for k in membrane_charge.names()}
+
+
+def test_a_charge_is_stored_by_film_and_law(monkeypatch):
+    """Laws may have equal numbers and be others."""
+    asked = []
+    monkeypatch.setattr(
+        membrane_charge.disk_cache, "made", lambda kind, parts, make, sources: asked.append(parts) or bytes(8)
+    )
+    own = {"film_error": 0.1, "other": 2.0}
+    for law in ("first", "second"):
+        membrane_charge._made.cache_clear()
+        membrane_charge._made(lambda n: None, tuple(own), np.array(list(own.values())).tobytes(), law)
+    membrane_charge._made.cache_clear()
+    assert len({repr(parts) for parts in asked}) == 2

@@ -198,3 +198,39 @@ def test_few_films_and_films_without_curves_are_not_interpolated(monkeypatch):
     members = ConeModel(film="wrinkling", pull_in="minimum", hoop_prestretch=np.linspace(1.1, 1.2, 9)).members()
     with pull_in.interpolated_curves(members) as between:
         assert between is None
+
+
+def test_next_to_the_flat_film_a_strong_hoop_pulls_in_at_no_voltage_and_a_place_without_state_says_so():
+    found = curve_at(1.0, 1.5)
+    volts = found.voltage(np.array([0.0, 1e-3, 0.2, 0.9 * found.reach]))
+    assert not np.isnan(volts).any()
+    unknown = pull_in.PullInCurve({**found.numbers, "slack_limit": np.nan})
+    assert unknown.voltage(np.array([0.0])) == [np.inf]
+
+
+def test_a_hand_within_a_hand_leaves_out_what_the_outer_one_does(monkeypatch):
+    monkeypatch.setattr(pull_in, "_curves", {})
+    monkeypatch.setattr(pull_in, "curve_of", lambda *key: pytest.fail("a curve was made"))
+    members, x = WRINKLING.replace(radius_ratio=0.25).members(), np.array([[0.2]])
+    film = members.system.films[0]
+    with pull_in.known_curves() as outer:
+        with pull_in.known_curves() as inner:
+            assert pull_in.over_pull_in(film, members.values, x, x) is None
+        assert (len(inner), len(outer)) == (1, 0)
+        assert pull_in.over_pull_in(film, members.values, x, x) is None
+        assert outer == inner
+
+
+@pytest.mark.parametrize(("bend", "interpolated"), [(0.0, True), (3.0, False)])
+def test_curves_that_bend_too_much_are_not_interpolated(monkeypatch, bend, interpolated):
+    """Their error by leaving one out is more than 3 %: each film then has a membrane of its own."""
+    numbers = {"film_error": 0.0, "reach_squared": 4.0}
+
+    def curve_of(law, of_law, A, B, ratio):
+        return ReadCurve(numbers, np.full(2, 0.5 + 0.2 * B + bend * (B - 1.4) ** 2))
+
+    monkeypatch.setattr(pull_in, "curve_of", curve_of)
+    members = ConeModel(film="wrinkling", hoop_prestretch=np.linspace(1.05, 1.35, 40)).members()
+    with pull_in.interpolated_curves(members) as between:
+        assert (between is not None) == interpolated
+        assert bool(pull_in._between) == interpolated

@@ -292,9 +292,10 @@ class MembraneFilm(BranchedFilm):
         return refusal(self.law, law, n["radius_ratio"], n["A"], n["B"])
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
-        """The larger share of a limit: that of the strain of the innermost ring, or that of the height."""
+        """The larger share of a limit: of the strain of the innermost ring, or of the height at which it hangs."""
         own = self.state(x, voltage, y, n) if state is None else state
-        found = np.fmax(super().limit_share(x, voltage, y, n), own.limit_share)
+        height = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n) / n["reach_squared"]
+        found = np.fmax(height, own.limit_share)
         if not (self.branches and y):
             return found
         lengths = self.branch_lengths(np.asarray(x), np.square(voltage), y, n)
@@ -505,6 +506,8 @@ class MembraneFilm(BranchedFilm):
                     own = formulas.spot(piece, s, squared, n)
                     found = formulas.ends_of(piece, own.u, own.q, n)
                     disc, largest = disc + part * (found.disc - 1.0), largest + part * (found.field - 1.0)
+        if known(pulls) is None:  # the formulas of a film in tension may give a slack one a negative length
+            disc = pulls * disc + (1.0 - pulls)
         width = self._traced_width(disc, squared, pulls, n, xp) if known(pulls) != 0.0 else 1.0
         if known(pulls) != 1.0:
             t = self._slack_stretch(squared, 1.0 - pulls, n, xp)
