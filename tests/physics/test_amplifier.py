@@ -569,3 +569,11 @@ def test_what_stands_for_none_takes_the_parameter_away_and_with_it_what_is_reduc
     assert with_electrics(table, {"series_resistance": 0.2})[0] == Amplifier(("filter_time", "series_resistance"))
     with pytest.raises(InputError, match="reduced: the circuit 'charge' has no series_resistance"):
         with_electrics("charge", {}, True)
+
+
+def test_what_takes_the_voltage_on_the_film_as_a_state_is_refused_without_that_state():
+    for more in (("current_limit",), ("dielectric_share", "dielectric_time")):
+        with pytest.raises(
+            InputError, match=rf"^{more[0]}: takes the voltage on the film as a state; leave it or reduced out"
+        ):
+            Amplifier(("series_resistance", *more), reduced=True)

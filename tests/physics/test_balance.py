@@ -505,3 +505,53 @@ def test_of_two_rests_the_one_near_where_the_bias_is_free_is_taken():
     assert upper - 0.3 < 0.3 - lower
     assert rest_of(balance, None) == upper == pytest.approx(rest_displacement(model))
     assert rest_of(balance, 0.0) == lower
+
+
+def test_a_film_that_has_pulled_in_or_is_beyond_its_limit_is_not_whole():
+    balance = one(ConeModel(film=NoStateAbove(), bias=CubicBias()))
+    assert balance.whole(np.array([0.1, 0.1, 1001.0]), np.array([1.9, 2.1, 1.0])).tolist() == [True, False, False]
+    wide = one(ConeModel(prestretch=0.5, prestretch_mode="equibiaxial", stretch_limit=8.0))
+    x = np.array([-1.0, -1.0 - 1e-6, 0.0, 1.0 - 1e-6, 1.0 + 1e-6]) * wide.lowest
+    assert wide.inside(x).tolist() == [True, True, False, False, True]
+
+
+@pytest.mark.parametrize("film", ["wrinkling", "taut"])
+def test_a_disc_that_hangs_below_has_the_mirror_image_of_the_equilibria_of_one_above(film):
+    """Also where the film has pulled in between two of them, and where a ramp ends."""
+    up, down = (one(ConeModel(film=film, prestretch=1.1, spring_stiffness=0.5, rest_height=x)) for x in (0.9, -0.9))
+    levels = np.linspace(0.0, 1.2, 25)
+    for above, below in zip(up.equilibria(levels), down.equilibria(levels), strict=True):
+        assert [(e.displacement, e.stable) for e in above] == [
+            (pytest.approx(-e.displacement, rel=1e-12), e.stable) for e in below[::-1]
+        ]
+    for lost, same in zip(up.losses(rest_of(up, None)), down.losses(rest_of(down, None)), strict=True):
+        assert (lost.kind, same.voltage) == (same.kind, pytest.approx(lost.voltage, rel=1e-12))
+        assert same.before == pytest.approx(-lost.before, nan_ok=True)
+
+
+def test_a_ramp_begins_where_the_disc_rests_also_beyond_other_stretches():
+    balance = replace(one(ConeModel(film=PowerFilm(), film_modulus=0.0, bias=Falling())), highest=1.6)
+    rests = [e.displacement for e in balance.equilibria(np.zeros(1))[0] if e.stable and e.displacement > 0.0]
+    assert len(rests) == 2
+    for rest in rests:
+        place, losses = balance.along_ramp(rest, np.array([0.0, 1e-4]))
+        assert losses.tolist() == [0, 0]
+        assert place[0] == pytest.approx(rest, rel=1e-9)
+        assert rest < place[1] < rest + 0.01
+
+
+class Falling(Bias):
+    """w = 0.2 sin 4 s - 0.05, s = x^2: it rises through 0 where the sine does."""
+
+    name = "falling"
+
+    def force(self, x, y, n, xp=np):
+        s = x * x
+        w = 0.2 * xp.sin(4.0 * s) - 0.05
+        return x * w, w + 1.6 * s * xp.cos(4.0 * s)
+
+
+def test_curves_reach_the_highest_voltage_that_is_asked_for():
+    for highest in (0.4, 1.7):
+        curves = one(ConeModel(rest_height=0.4)).curves(highest)
+        assert max(voltage.max() for _, voltage, _ in curves) == pytest.approx(highest, rel=1e-9)

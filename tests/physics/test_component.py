@@ -9,7 +9,7 @@ import pytest
 from gelcone import permission
 from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, LinearSpring, Together
-from gelcone.physics.component import Component, from_record, names_of, same_formula, to_record
+from gelcone.physics.component import Component, State, from_record, names_of, same_formula, to_record
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent, StrainEnergyLaw, Yeoh
 from gelcone.physics.model import ConeModel
@@ -304,3 +304,18 @@ def test_the_data_of_a_class_that_does_not_ship_are_read_as_they_are_and_put_to_
     assert read(record).offsets == {"nested": "spring", "more": 1}
     data = {"cubic": 0.25, "offsets": {"nested": "spring", "more": 1}}
     assert asked == [("bias", f"{HERE}:Cubic", data)]
+
+
+def test_numbers_stand_in_the_order_of_the_parameters_and_a_state_begins_at_nothing():
+    assert LinearSpring().number_names == ("spring_stiffness", "rest_height")
+    assert State("lag", "its state").start == 0.0
+    assert not State("lag", "its state").mirrored
+
+
+def test_components_in_a_tuple_are_written_each_with_its_own_data():
+    import json
+
+    both = Together((Cubic(0.3, (1.0,)), LinearSpring()))
+    record = json.loads(json.dumps(to_record(both, {})))
+    assert [part["nested"] for part in record["parts"]] == [to_record(part, {}) for part in both.parts]
+    assert read(record) == both

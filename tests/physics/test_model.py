@@ -848,3 +848,11 @@ def test_what_could_do_without_states_is_listed():
     assert both.replace(reduced="series_resistance").stiff == ("relaxation_time_1",)
     assert ConeModel(**fast, series_resistance=0.02).stiff == ("relaxation_time_1",)
     assert ConeModel().stiff == ()
+
+
+@pytest.mark.parametrize(("first", "second"), [("membrane", "taut"), ("taut", "wrinkling"), ("wrinkling", "membrane")])
+def test_a_second_film_is_of_the_gel_of_the_first(first, second):
+    model = ConeModel(film=first, second_film=second, law="yeoh", prestretch_mode="equibiaxial", yeoh_c2=0.02)
+    other = model.system.films[1].film
+    assert (other.name, other.law, other.prestretch_mode) == (second, LAWS["yeoh"], "equibiaxial")
+    assert model.values["second_yeoh_c2"] == 0.02

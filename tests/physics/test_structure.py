@@ -208,3 +208,11 @@ def test_what_is_not_given_of_a_second_film_is_what_the_first_one_has():
     system = ConeModel(film="taut", second_film="taut", law="yeoh").system
     values = system.complete({"prestretch": 1.3, "yeoh_c2": 0.1, "second_yeoh_c2": 0.2})
     assert (values["second_prestretch"], values["second_yeoh_c2"], values["second_yeoh_c3"]) == (1.3, 0.2, 0.0)
+
+
+def test_a_strength_that_is_none_is_refused():
+    for wrong in (0.0, -1.0, np.nan):
+        with pytest.raises(InputError, match="dielectric_strength"):
+            ConeModel(dielectric_strength=wrong)
+    assert ConeModel(dielectric_strength=2.0).values["dielectric_strength"] == 2.0
+    assert "dielectric_strength" not in ConeModel().values

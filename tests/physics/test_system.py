@@ -390,3 +390,40 @@ def test_a_start_outside_names_the_film_that_has_no_state_there():
     n = pair.own_numbers
     assert pair.system.outside(0.2, n).startswith("second film, stretch_limit = 4: must exceed I1 - 3 = ")
     assert pair.system.outside(2.9, n).startswith("stretch_limit = 4: must exceed I1 - 3 = ")
+
+
+def test_the_static_slope_of_a_pair_is_that_of_both_films_and_its_limit_that_of_any():
+    pair, h = PAIRS["pair"], 1e-6
+    n, x = pair.own_numbers, np.array([-0.4, 0.1, 0.9])
+    force = [pair.system.static_force(x + s * h, 0.3, n)[0] for s in (1.0, -1.0)]
+    np.testing.assert_allclose(pair.system.static_force(x, 0.3, n)[1], (force[0] - force[1]) / (2.0 * h), rtol=1e-7)
+    for first, second, limit in ((20.0, np.inf, 1.0), (np.inf, 20.0, 1.0), (np.inf, np.inf, np.inf), (20.0, 30.0, 1.0)):
+        own = pair.replace(stretch_limit=first, second_stretch_limit=second)
+        assert own.system.strain_limit(own.own_numbers) == limit
+
+
+def test_a_line_has_the_voltage_of_its_films_and_its_source_that_before_the_resistance():
+    """y' = (v_s - y)/t_f, C v' + C' v = (y - v)/rho: states, and the rates of either voltage along the motion."""
+    model = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4, voltage=0.7)
+    system, n, z = model.system, model.own_numbers, [0.4, -0.3, 0.5, 0.2]
+    tau, (line,) = 0.8, system.lines
+    command, rate = 0.7 * np.sin(tau), 0.7 * np.cos(tau)
+    v, *rates = system.electric(line, command, rate, z, n)
+    assert v == 0.2
+    assert rates[0] == pytest.approx((command - 0.5) / 0.3, rel=1e-13)
+    assert rates[1] == pytest.approx(((0.5 - 0.2) / 0.4 + 2.0 * 0.4 * 0.3 * 0.2) / 1.16, rel=1e-12)
+    assert system.source_rates(tau, z, n) == [pytest.approx(rates[0], rel=1e-13)]
+    assert system.voltage_rates(tau, z, n) == [pytest.approx(rates[1], rel=1e-12)]
+    assert (system.source_voltages(tau, z, n), system.voltages(tau, z, n)) == ([0.5], [0.2])
+
+
+def test_films_behind_one_resistance_leak_each_by_its_own_capacitance_and_lines_have_borders_of_their_own():
+    own = {"film": "taut", "second_film": "taut", "second_flat_height": 0.9, "series_resistance": 0.5}
+    pair = ConeModel(**own, leakage_time=4.0)
+    x = np.array([0.2, 0.7])
+    found = pair.system.leaking_at_rest(x, [0.6, 0.6], pair.own_numbers)
+    for leak, place in zip(found, (x, 0.9 - x), strict=True):
+        np.testing.assert_allclose(leak, 0.36 * (1.0 + place**2) / 4.0, rtol=1e-12)
+    limited = ConeModel(**own, current_limit=0.3, second_drive="opposite").system
+    names = [f"{prefix}current_limit_{side}" for prefix in ("", "second_") for side in ("above", "below")]
+    assert [border.switch for _, border in limited.borders] == names

@@ -457,3 +457,10 @@ def test_no_number_of_a_list_may_be_too_large_to_compute_with():
     for values in ((0.0, 10.0 * LARGEST, 0.0), (0.0, -np.inf, 0.0), (0.0, np.nan, 0.0)):
         with pytest.raises(InputError, match=r"^samples: values = .*: must be a list of numbers of at most"):
             Samples((0.0, 0.5, 1.0), values)
+
+
+def test_a_triangle_passes_its_corners_where_a_generator_does():
+    waveform = WAVEFORMS["triangle"]
+    n = waveform.numbers(waveform.complete({"voltage": 1.0}))
+    phases = np.pi * np.array([-0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0])
+    np.testing.assert_allclose(waveform.voltage(phases, n), [-0.5, 0.0, 0.5, 1.0, 0.5, 0.0, -1.0, 0.0], atol=1e-14)

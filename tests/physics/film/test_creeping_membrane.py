@@ -180,6 +180,9 @@ def test_a_film_of_formulas_pulls_with_its_branches_by_the_slope_of_their_length
     for pull in (0.0, 0.15):
         squared = film.balancing(x, pull, y, MADE)
         np.testing.assert_allclose(film.pull(s, squared, y, MADE)[0], pull, atol=1e-12)
+    (low, steep, _), below = mean_length(np.array(0.04), MADE), np.array([0.0, 0.1, 0.19])
+    more = steep * Relaxed.viscous.pull(low, y, MADE)[0]  # below its begin its branches are as long as there
+    np.testing.assert_allclose(film.balancing(below, 0.15, y, MADE), 0.2 + 0.5 * below**2 - 0.15 + more)
     np.testing.assert_array_equal(film.highest_squared(x, y, MADE), 7.0 + x)
     assert length.min() > 1.0
 

@@ -229,3 +229,48 @@ def test_where_a_film_without_tension_ends_and_where_one_that_has_failed_returns
     np.testing.assert_allclose(in_program(film.elastic._failure_border, n, failed, *at)[0], -beyond, atol=1e-4)
     taut = failed | {"pulls": 1.0, "width_held": 1.0}
     np.testing.assert_allclose(in_program(film.elastic._failure_border, n, taut, *at)[0], -np.ones(3))
+
+
+@pytest.mark.parametrize(("pull_in", "pulls"), [("memoryless", 1.0), ("snap", 0.0)])
+def test_a_film_that_has_failed_pulls_again_at_once_or_once_it_has_snapped_back(pull_in, pulls):
+    film = WrinklingCone(pull_in=pull_in)
+    n, x = numbers(film, hoop_prestretch=1.2, stretch_limit=8.0), np.array([0.4, 0.8])
+    taut = {"pulls": 1.0, "width_held": 1.0, "crumpled": -1.0, "long": 1.0, "below_hump": 1.0}
+    force, slope = (value for value in film.force(x, 0.05, [], n))
+    for whole, share in ((1.0, 1.0), (-1.0, pulls)):
+        for value, right in zip(
+            in_program(film.force, n, taut | {"whole": whole}, x, np.full(2, 0.05), []), (force, slope), strict=True
+        ):
+            np.testing.assert_allclose(value + 0.0 * x, share * right, rtol=1e-12)
+
+
+@pytest.mark.parametrize("limit", [8.0, 50.0])
+def test_balancing_is_the_voltage_at_which_a_film_pulls_so_taut_or_wrinkled(limit):
+    film, random = WrinklingCone(), np.random.default_rng(6)
+    lm, lh, x = (random.uniform(low, high, 300) for low, high in ((0.8, 1.4), (0.8, 1.5), (0.1, 1.2)))
+    n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=limit)
+    squared = random.uniform(0.0, 0.99, 300) * np.minimum(film.highest_squared(x, n), 3.0)
+    force, kind = film.force(x, squared, [], n)[0], film.state(x, np.sqrt(squared), [], n).kind
+    pulls = (force > 1e-3) & (film.strain(x, n) < 0.99 * limit)
+    np.testing.assert_allclose(film.balancing(x, force / x, n)[pulls], squared[pulls], rtol=1e-9, atol=1e-10)
+    assert np.bincount(kind[pulls], minlength=2).min() > 20
+    np.testing.assert_allclose(film.balancing(x, -0.1, n), film.balancing(x, 0.0, n) + 1e9, rtol=1e-9)
+
+
+@pytest.mark.parametrize("limit", [8.0, 20.0, 50.0])
+def test_a_film_localises_at_the_voltage_at_which_its_border_says_so(limit):
+    """Above it the meridional force falls as a ring lengthens; behind the valley a film may do so, too."""
+    film, random = WrinklingCone(), np.random.default_rng(9)
+    lm, lh, x = (random.uniform(low, high, 2000) for low, high in ((0.6, 2.2), (0.5, 1.6), (0.1, 3.0)))
+    n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=limit)
+    localises = film.elastic._localising(x * x, n)
+    found = (localises <= film.highest_squared(x, n)) & (localises < 1e5) & (film.strain(x, n) < limit)
+    behind = n["A"] * (1.0 + x * x) >= n["valley"]
+    assert (found & ~behind).sum() > 50
+    assert (found & behind).sum() > 10 or limit < 20.0
+    for share, whole in ((1.0 - 1e-6, True), (1.0 + 1e-6, False)):
+        squared = np.where(found, share * localises, 0.1)
+        own = {**n, **film.switches(x, squared, [], n)}
+        with np.errstate(all="ignore"):
+            value = film.elastic._end_border(x, squared, [], own, np)
+        np.testing.assert_array_equal(value[found] > 0.0, whole)

@@ -166,3 +166,14 @@ def test_the_voltage_weakens_a_film_as_on_its_side_of_a_border_and_a_film_that_i
 
 def test_a_start_outside_is_named_with_its_sign():
     assert FILM.outside(-2.5, N).startswith("initial displacement -2.5: the film has no state there")
+
+
+def test_a_film_loses_power_where_it_says_how_much():
+    class Lossy(PowerFilm):
+        name = "lossy"
+
+        def dissipation(self, x, velocity, squared, y, n, xp=np):
+            return 0.3 * velocity * velocity
+
+    assert (Lossy().dissipates, PowerFilm().dissipates) == (True, False)
+    assert PowerFilm().dissipation(X, 0.4, 0.3, [], N) == 0.0

@@ -122,3 +122,7 @@ def test_a_slow_branch_keeps_its_states_and_equal_choices_are_one_film():
         film.complete({"relaxation_time_1": 0.02})
     film.complete({"relaxation_time_1": 0.0199, "relaxation_time_2": 5.0})
     assert TautCone(branches=3, reduced=(3, 1, 3)) == TautCone(branches=3, reduced=(1, 3))
+    with pytest.raises(InputError, match="'lifted' is not a rested; known: flat, raised"):
+        TautCone(branches=1, rested="lifted")
+    with pytest.raises(InputError, match="prestretch_mode"):
+        TautCone(prestretch_mode="hoop")
