@@ -309,3 +309,11 @@ def test_the_state_of_an_ensembles_film_takes_samples_of_each_member():
         for name in ("hoop_stretch", "meridional_stress", "limit_share"):
             together = np.broadcast_to(getattr(found, name), x.shape)[k]
             np.testing.assert_allclose(together, np.broadcast_to(getattr(own, name), 3), rtol=1e-14)
+
+
+def test_the_rate_counts_the_stiffness_of_a_flat_film_that_is_close_to_its_limit():
+    """h + kappa at the flat film, where that is more than A + kappa."""
+    model = ConeModel(hoop_prestretch=1.9, stretch_limit=2.0, spring_stiffness=0.5, voltage=0.0, damping_ratio=0.0)
+    stiffness = float(model.stiffness(0.0))
+    assert stiffness > 3.0
+    assert model.members().rate[0] == pytest.approx(np.sqrt(1.0 + stiffness), rel=1e-12)

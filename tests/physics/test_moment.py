@@ -179,3 +179,16 @@ def test_what_films_lose_is_lost_by_both():
     ]
     assert min(each) > 1e-3
     assert powers["film"] == pytest.approx(sum(each), rel=1e-12)
+
+
+def test_the_charge_on_the_films_of_a_line_is_that_at_their_own_voltage_and_held_fields_pull_each_its_film():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.9, second_hoop_prestretch=1.2, series_resistance=0.4,
+        voltage=0.7,
+    )  # fmt: skip
+    system, n, z = pair.system, pair.own_numbers, [0.3, -0.2, 0.25]
+    assert system.stored(0.8, z, n) == pytest.approx(0.25 * (2.0 + 0.3**2 + 0.6**2), rel=1e-14)
+    first, second = system.films
+    expected = -first.force(0.3, 0.5, [], n)[0] - second.force(0.3, 0.1, [], n)[0]
+    expected += 0.1 * 0.2 - system.bias.force(0.3, [], n)[0]
+    assert system.rates_held([0.5, 0.1], z, n)[1] == pytest.approx(expected, rel=1e-12)

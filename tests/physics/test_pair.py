@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.physics.balance import SEARCH_RANGE, PullIn
+from gelcone.physics.balance import SEARCH_RANGE, PullIn, rest_of
 from gelcone.physics.pair import Leg, PairBalance, _isolated
 from gelcone.physics.statics import balances_of, rest_displacements
 from tests.toys import CubicBias, PowerFilm
@@ -236,3 +236,23 @@ def test_of_places_in_a_row_at_which_nothing_acts_the_middle_one_counts():
     holds = np.array([0, 1, 1, 1, 0, 0, 1, 0, 1, 1], dtype=bool)
     assert _isolated(x, holds) == [2.0, 6.0, 9.0]
     assert _isolated(x, np.zeros(10, dtype=bool)) == []
+
+
+@pytest.mark.parametrize("drive", ["same", "constant"])
+def test_folds_and_losses_of_a_pair_lie_where_its_force_and_its_slope_vanish(drive):
+    model = PAIR.replace(law="gent", hoop_prestretch=1.3, spring_stiffness=0.05, rest_height=0.3, second_drive=drive)
+    (balance,) = balances_of(model.replace(second_flat_height=1.5).members())
+    folds = balance.folds()
+    assert len(folds) > 0
+    assert folds == sorted(folds)
+    rest = rest_of(balance, None)
+    lost = [(loss.voltage, loss.before) for loss in balance.losses(rest) if loss.kind == PullIn.FOLD]
+    for voltage, x in folds + lost:
+        assert abs(float(balance.force(x, voltage**2))) < 1e-9
+        assert abs(float(balance.slope(x, voltage**2))) < 1e-5
+    assert lost == [] or min(abs(voltage - lost[0][0]) for voltage, _ in folds) < 1e-8
+    x = np.array([-0.2, 0.4, 1.1])
+    taken = balance.voltage_force(x, 0.4)
+    np.testing.assert_allclose(balance.force(x, 0.4), balance.force(x, 0.0) - taken, rtol=1e-12)
+    each = 0.4 * x - (0.4 * (1.5 - x) if drive == "same" else 0.0)
+    np.testing.assert_allclose(taken, each, rtol=1e-12)
