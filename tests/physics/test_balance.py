@@ -555,3 +555,16 @@ def test_curves_reach_the_highest_voltage_that_is_asked_for():
     for highest in (0.4, 1.7):
         curves = one(ConeModel(rest_height=0.4)).curves(highest)
         assert max(voltage.max() for _, voltage, _ in curves) == pytest.approx(highest, rel=1e-9)
+
+
+def test_a_curve_has_no_points_where_the_film_would_have_pulled_in():
+    """w = k1 + k3 x^2 of a film that withstands V = 2."""
+    balance = one(
+        ConeModel(film=NoStateAbove(), film_modulus=0.0, bias=CubicBias(), bias_stiffness=0.5, bias_cubic=1.0)
+    )
+    for x, voltage, slope in balance.curves(3.0):
+        known = np.isfinite(x)
+        np.testing.assert_array_equal(np.isfinite([voltage, slope]), [known, known])
+        assert np.nanmax(voltage) <= math.sqrt(2.0) * (1.0 + 1e-12)
+        assert known.sum() > 2
+    assert any(np.nanmax(np.abs(x)) > 1.2 for x, _, _ in balance.curves(3.0))

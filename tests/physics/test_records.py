@@ -100,3 +100,9 @@ def test_what_a_table_does_not_take_is_refused(given, words):
         with pytest.raises(InputError) as error:
             make(**given)
         assert str(error.value) == words
+
+
+@pytest.mark.parametrize("film", FILMS)
+def test_a_film_of_a_gel_is_written_with_its_law_and_the_meaning_of_its_pre_stretch(film):
+    record = system_record(ConeModel(film=film, law="yeoh", prestretch_mode="equibiaxial").system)
+    assert (record["film"], record["law"], record["prestretch_mode"]) == (film, "yeoh", "equibiaxial")

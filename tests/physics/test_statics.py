@@ -200,3 +200,12 @@ def test_biases_of_equal_numbers_have_rests_of_their_own():
     cubic = ConeModel(bias=CubicBias(), bias_stiffness=0.9, bias_cubic=0.6)
     assert rest_displacements(spring) > 0.1
     assert rest_displacements(cubic) == 0.0
+
+
+def test_rests_have_the_shape_of_the_ensemble():
+    model = ConeModel(rest_height=[[0.2], [0.5]], spring_stiffness=[0.5, 1.0, 2.0])
+    rests = rest_displacements(model)
+    assert rests.shape == (2, 3)
+    for place in np.ndindex(2, 3):
+        own = ConeModel(rest_height=[0.2, 0.5][place[0]], spring_stiffness=[0.5, 1.0, 2.0][place[1]])
+        assert rests[place] == pytest.approx(rest_displacement(own), rel=1e-12)

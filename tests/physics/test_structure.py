@@ -216,3 +216,12 @@ def test_a_strength_that_is_none_is_refused():
             ConeModel(dielectric_strength=wrong)
     assert ConeModel(dielectric_strength=2.0).values["dielectric_strength"] == 2.0
     assert "dielectric_strength" not in ConeModel().values
+
+
+def test_each_film_of_a_pair_has_rested_at_its_own_place():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.9, rested="raised", viscous_modulus_1=0.4,
+        relaxation_time_1=3.0,
+    )  # fmt: skip
+    starts = pair.system.starts(0.2, pair.own_numbers)
+    assert starts == pytest.approx([1.0 / 1.04, 1.0, 1.0 / 1.49, 1.0])

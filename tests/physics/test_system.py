@@ -427,3 +427,18 @@ def test_films_behind_one_resistance_leak_each_by_its_own_capacitance_and_lines_
     limited = ConeModel(**own, current_limit=0.3, second_drive="opposite").system
     names = [f"{prefix}current_limit_{side}" for prefix in ("", "second_") for side in ("above", "below")]
     assert [border.switch for _, border in limited.borders] == names
+
+
+def test_the_field_that_pulls_is_that_of_what_has_followed_of_a_permittivity_that_is_late():
+    """(1 - chi) v^2 + chi w^2 with the late charge C w over its share."""
+    model = ConeModel(film="taut", dielectric_share=0.4, dielectric_time=2.0, voltage=0.5)
+    system, n, area = model.system, model.own_numbers, 1.0 + 0.6**2
+    z = [0.6, 0.1, area * 0.2]
+    v = 0.5 * np.sin(1.1)
+    expected = 0.6 * v * v + 0.4 * 0.04
+    assert system.squares(1.1, z, n) == [pytest.approx(expected, rel=1e-13)]
+    assert system.squared_at(v, z, n) == pytest.approx(expected, rel=1e-13)
+    assert system.stored(1.1, z, n) == pytest.approx(area * (0.6 * v + 0.4 * 0.2), rel=1e-13)
+    assert system.rates(1.1, z, n)[1] == pytest.approx(
+        -0.1 * 0.1 - system.film.force(0.6, expected, [], n)[0] - 1.5 * 0.6, rel=1e-12
+    )

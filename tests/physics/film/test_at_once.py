@@ -145,6 +145,11 @@ def test_what_is_asked_of_a_film_at_once_is_that_of_the_film_at_its_held_states(
     assert (np.abs(share - own.limit_share(x, np.sqrt(squared), [], n)) > 1e-3).any()
     assert (film.linear_charge, films_at_once(model.replace(film="taut")).system.film.linear_charge) == (False, True)
     assert film.kinds == own.kinds
+    for name, sign in film.switches(x, squared, [], n).items():
+        np.testing.assert_array_equal(sign, own.switches(x, squared, y, n)[name])
+    state, right = film.state(x, np.sqrt(squared), [], n), own.state(x, np.sqrt(squared), y, n)
+    np.testing.assert_allclose(state, right, rtol=1e-14)
+    assert (np.abs(state.meridional_stress - own.state(x, np.sqrt(squared), [], n).meridional_stress) > 1e-3).any()
 
 
 def test_no_voltage_makes_a_film_at_once_push_and_one_that_has_pulled_in_turns_nothing():
@@ -173,3 +178,14 @@ def test_each_film_of_a_pair_is_held_at_its_own_states():
     n, x = held.numbers_at(0), 0.2
     for film, own, y in zip(held.system.films, pair.system.films, ([0.7, 0.8], [1.1, 1.2]), strict=True):
         assert film.force(x, 0.3, [], n) == pytest.approx(own.force(x, 0.3, y, n), rel=1e-14)
+
+
+def test_a_film_at_once_that_is_too_wide_while_flat_begins_where_its_film_does():
+    wide = {"prestretch": 0.5, "prestretch_mode": "equibiaxial", "stretch_limit": 8.0}
+    model = ConeModel(**wide, viscous_modulus_1=0.5, relaxation_time_1=3.0)
+    film, n = (held := films_at_once(model)).system.film, held.numbers_at(0)
+    begin, end = film.reach(n)
+    assert (begin, end) == model.film.reach(model.own_numbers)
+    assert begin > 0.5
+    near = films_at_once(model.replace(viscous_limit_1=1.0))
+    assert near.system.film.reach(near.numbers_at(0))[0] == begin

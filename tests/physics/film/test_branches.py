@@ -16,7 +16,7 @@ from gelcone.motion.lyapunov import lyapunov
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
 from gelcone.motion.state_space import small_signal_response, state_space
-from gelcone.physics.film.branches import Branches
+from gelcone.physics.film.branches import Branches, branches_of
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement
@@ -504,6 +504,7 @@ def test_reduced_branches_drag_and_have_neither_states_nor_stiffness():
     assert branches.time_constant(n) == pytest.approx(1.9 * 4.0)
     assert [state.name for state in branches.states] == ["viscous_meridional_2", "viscous_hoop_2"]
     assert Branches(2, "log", 1, True, (1, 2)).time_constant(n) == 0.0
+    assert len(branches.relaxed(1.3, 1.0)) == 2
     assert "3 Maxwell branches, logarithmic flow, 2 of them without states as damper" in branches.words
 
 
@@ -514,3 +515,8 @@ def test_a_reduced_branch_relaxes_faster_than_its_bound_in_every_member():
         with pytest.raises(InputError, match=rf"^{name} = {max(times)} \(times Omega0\): .* below 0\.02"):
             branches.check(THREE | {name: np.array(times)})
     branches.check(THREE | {"relaxation_time_2": 100.0})
+
+
+def test_a_number_of_a_branch_is_one_by_its_whole_name():
+    assert branches_of(["viscous_modulus_2", "relaxation_time_1", "voltage"]) == 2
+    assert branches_of(["viscous_modulus_2_of", "second_relaxation_time_1", "viscous_modulus_0", "flow_stress"]) == 0

@@ -310,3 +310,18 @@ def test_a_program_finds_the_lengths_of_a_film_without_tension_next_to_where_its
     assert here.sum() > 15
     at, own = (x[here], squared[here], [value[here] for value in y]), {"meridian_held": -1.0, "width_held": -1.0}
     np.testing.assert_allclose(in_program(film.capacitance, n, own, *at)[0], film.capacitance(*at, n), rtol=1e-10)
+
+
+def test_a_free_film_whose_hoop_is_held_is_as_soft_as_along_its_meridian():
+    """-h11 where its width is the mounted one, the Hessian where both lengths are free; minima end in folds."""
+    film, n = film_of("log", "minimum", meridional_prestretch=0.8, hoop_prestretch=1.4)
+    y, m = [np.full(3, 0.9)] * 4, np.array([1.2, 1.5, 4.5])
+    width = film.creeping.free_width(m, y, n)
+    assert (width > 1.0).tolist() == [False, False, True]
+    own = film.creeping.tension(m, 0.0, width, y, n)
+    at = film.creeping.tension(m, own.along / (own.compliance * m * width), width, y, n)
+    h11, h12, h22 = film.creeping.slopes(at, m, width, y, n)
+    softness, whole = film.creeping.softness(m, y, n)
+    assert whole.all()
+    np.testing.assert_allclose(softness, np.where(width > 1.0, h12 * h12 - h11 * h22, -h11), rtol=1e-12)
+    assert [border.folds for border in film.borders] == [False, False, True]

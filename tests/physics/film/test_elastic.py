@@ -1,5 +1,6 @@
 """The wrinkling film without branches: its force is the slope of the relaxed energy, and a table of forces."""
 
+import itertools
 import json
 from pathlib import Path
 
@@ -274,3 +275,12 @@ def test_a_film_localises_at_the_voltage_at_which_its_border_says_so(limit):
         with np.errstate(all="ignore"):
             value = film.elastic._end_border(x, squared, [], own, np)
         np.testing.assert_array_equal(value[found] > 0.0, whole)
+
+
+def test_where_the_place_is_unknown_so_are_the_lengths():
+    film = WrinklingCone()
+    x = np.array([0.1, np.nan, 0.8])
+    for lm, lh, squared in itertools.product((0.9, 1.0), (0.9, 1.1), (0.0, 0.1, 0.3)):
+        n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh)
+        for found in film.lengths(x, squared, n):
+            assert np.isnan(found).tolist() == [False, True, False]

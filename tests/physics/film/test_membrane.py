@@ -162,6 +162,10 @@ def test_balancing_is_the_voltage_at_which_the_film_pulls_so(prestretch):
     pull = film.force(x, V, [], n)[0] / x
     assert film.balancing(x, pull, n) == pytest.approx(V, rel=1e-9)
     assert np.all(film.balancing(x, -np.ones(3), n) > 1e6)
+    far = 0.9 * film.reach(n)[1]  # where it localises under tension no voltage makes it pull less
+    highest = float(film.highest_squared(far, n))
+    weakest = film.force(far, highest * (1.0 - 1e-9), [], n)[0] / far
+    assert film.balancing(far, 0.5 * weakest, n) == pytest.approx(highest + 0.5e10 * weakest, rel=1e-6)
 
 
 @pytest.mark.parametrize(("prestretch", "voltage", "start"), [(1.0, 0.6, 0.5), (1.0, 0.3, 0.3), (1.5, 0.6, 0.5)])

@@ -234,3 +234,16 @@ def test_curves_that_bend_too_much_are_not_interpolated(monkeypatch, bend, inter
     with pull_in.interpolated_curves(members) as between:
         assert (between is not None) == interpolated
         assert bool(pull_in._between) == interpolated
+
+
+def test_curves_are_held_in_numbers_and_those_of_films_themselves_come_before_interpolated_ones(monkeypatch):
+    monkeypatch.setattr(pull_in, "MOST", 3)
+    monkeypatch.setattr(pull_in, "_curves", {})
+    own, between = Ten({}, np.zeros(1)), ReadCurve({}, np.zeros(1))
+    keys = [(LAWS["gent"], (("inverse_stretch_limit", 0.02),), 1.0, 1.0 + k, 0.2) for k in range(9)]
+    for key in keys:
+        pull_in.keep_curve(key, own)
+        assert len(pull_in._curves) <= 3
+    monkeypatch.setattr(pull_in, "_between", {keys[-1]: between, keys[0]: between})
+    assert pull_in.curve_of(*keys[-1]) is own
+    assert pull_in.curve_of(*keys[0]) is between

@@ -120,6 +120,8 @@ def test_where_a_film_without_tension_changes_and_how_long_its_gel_is_by_hand():
         np.testing.assert_allclose(lm**2 * m[:2], natural, rtol=1e-6)
         np.testing.assert_allclose(width[:2], max(1.0, lh**-2), rtol=1e-6)
         assert lm**2 * m[2] > natural * (1.0 + 1e-3)
+        free = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=1e3)
+        assert float(free["shortest"]) == -1.0  # compressed as far it is within its limit
 
 
 # --- borders ----------------------------------------------------------------------------------------------------------
@@ -279,3 +281,25 @@ def test_a_voltage_gives_a_flat_film_no_energy_while_it_is_taut():
     h, x, squared = 1e-5, np.array([0.0, 0.4, 0.9]), 0.3
     change = (film.work(x, squared - h, [], n) - film.work(x, squared + h, [], n)) / h
     np.testing.assert_allclose(film.capacitance(x, squared, [], n), 1.0 + change, rtol=1e-7)
+
+
+@pytest.mark.parametrize(("pull_in", "gone"), [("first", -1), ("minimum", -1), ("memoryless", 4), ("snap", 4)])
+def test_the_kind_of_a_film_is_that_of_its_lengths_and_of_one_that_has_failed_its_own(pull_in, gone):
+    """In the order taut, hoop slack, meridional slack, crumpled; a charge is known unless a run continues."""
+    film, n, x, random = drawn(50.0, pull_in)
+    squared = random.uniform(0.0, 1.2, x.size) * np.minimum(film.highest_squared(x, n), 3.0)
+    kind, (m, width) = film.state(x, np.sqrt(squared), [], n).kind, film.lengths(x, squared, n)
+    longer, wider = m > (1.0 + x * x) * (1.0 + 1e-9), width > 1.0 + 1e-9
+    np.testing.assert_array_equal(kind, np.where(np.isnan(m), gone, np.where(longer, 2, 0) + np.where(wider, 1, 0)))
+    assert all((kind == place).any() for place in (0, 1, 2, 3, gone))
+    assert film.kinds == ("taut", "hoop_slack", "meridional_slack", "crumpled", "pulled_in")[: 4 + (gone == 4)]
+    assert film.traced_charge == (gone == -1)
+
+
+def test_the_energy_of_a_film_that_creeps_has_the_force_as_its_slope():
+    film, n, x, squared, y = creeping()
+    h = 1e-5
+    ahead, own, behind = (film.work(x + d, squared, y, n) for d in (h, 0.0, -h))
+    smooth = np.abs(ahead - 2.0 * own + behind) < 1e-8
+    assert smooth.sum() > 30
+    np.testing.assert_allclose(film.force(x, squared, y, n)[0][smooth], ((ahead - behind) / (2 * h))[smooth], atol=1e-5)
