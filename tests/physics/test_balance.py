@@ -568,3 +568,9 @@ def test_a_curve_has_no_points_where_the_film_would_have_pulled_in():
         assert np.nanmax(voltage) <= math.sqrt(2.0) * (1.0 + 1e-12)
         assert known.sum() > 2
     assert any(np.nanmax(np.abs(x)) > 1.2 for x, _, _ in balance.curves(3.0))
+
+
+def test_a_film_that_is_pushed_while_flat_has_no_pitchfork():
+    assert math.isnan(one(ConeModel(rest_height=0.3)).pitchfork())
+    assert math.isnan(one(ConeModel(film=Pushed(), spring_stiffness=0.7)).pitchfork())
+    assert one(ConeModel(spring_stiffness=0.7)).pitchfork() == pytest.approx(0.7)

@@ -317,3 +317,18 @@ def test_the_rate_counts_the_stiffness_of_a_flat_film_that_is_close_to_its_limit
     stiffness = float(model.stiffness(0.0))
     assert stiffness > 3.0
     assert model.members().rate[0] == pytest.approx(np.sqrt(1.0 + stiffness), rel=1e-12)
+
+
+def test_each_film_of_a_pair_has_the_state_of_its_own_place_voltage_and_branches():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.9, second_hoop_prestretch=1.3, viscous_modulus_1=0.5,
+        relaxation_time_1=3.0, viscous_limit_1=9.0,
+    )  # fmt: skip
+    members, z = pair.members(), np.array([[[0.2, 0.0, 0.9, 1.0, 0.7, 1.1]]])
+    first, second = members.film_states(z, [np.array([[0.3]]), np.array([[0.6]])])
+    n = members.numbers_at(0)
+    own = {name.removeprefix("second_"): value for name, value in n.items() if name.startswith("second_")}
+    film = pair.film
+    for found, right in ((first, film.state(0.2, 0.3, [0.9, 1.0], n)), (second, film.state(0.7, 0.6, [0.7, 1.1], own))):
+        for value, exact in zip(found[:-1], right[:-1], strict=True):
+            assert np.ravel(value)[0] == pytest.approx(float(np.ravel(exact)[0]), rel=1e-13)

@@ -856,3 +856,22 @@ def test_a_second_film_is_of_the_gel_of_the_first(first, second):
     other = model.system.films[1].film
     assert (other.name, other.law, other.prestretch_mode) == (second, LAWS["yeoh"], "equibiaxial")
     assert model.values["second_yeoh_c2"] == 0.02
+
+
+def test_a_pre_stretch_of_the_second_film_may_be_given_in_the_other_way():
+    pair = ConeModel(second_film="taut", prestretch=1.1, second_prestretch=1.3)
+    found = pair.replace(second_hoop_prestretch=1.2)
+    assert (found.second_prestretch, found.second_hoop_prestretch, found.second_meridional_prestretch) == (
+        None,
+        1.2,
+        1.0,
+    )
+    assert found.prestretch == 1.1
+    again = found.replace(second_prestretch=1.4)
+    assert (again.second_prestretch, again.second_hoop_prestretch) == (1.4, None)
+
+
+def test_a_film_without_a_law_is_named_where_one_is_needed():
+    with pytest.raises(InputError, match=r"^film = power film: has no strain-energy law, which this needs"):
+        ConeModel(film=PowerFilm()).gel_law()
+    assert ConeModel(law="yeoh").gel_law() == LAWS["yeoh"]

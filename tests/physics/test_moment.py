@@ -192,3 +192,9 @@ def test_the_charge_on_the_films_of_a_line_is_that_at_their_own_voltage_and_held
     expected = -first.force(0.3, 0.5, [], n)[0] - second.force(0.3, 0.1, [], n)[0]
     expected += 0.1 * 0.2 - system.bias.force(0.3, [], n)[0]
     assert system.rates_held([0.5, 0.1], z, n)[1] == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_voltage_of_a_source_is_that_before_the_resistance_and_after_the_filter():
+    model = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4, voltage=0.7)
+    assert model.system.source_voltages(0.8, [0.3, 0.1, 0.5, 0.2], model.own_numbers) == [0.5]
+    assert model.system.voltages(0.8, [0.3, 0.1, 0.5, 0.2], model.own_numbers) == [0.2]

@@ -9,6 +9,7 @@ import pytest
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.drive import PIECE
+from gelcone.physics.film.taut import TautCone
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import BIAS_SHARE
 from gelcone.physics.trace import Graph
@@ -442,3 +443,10 @@ def test_the_field_that_pulls_is_that_of_what_has_followed_of_a_permittivity_tha
     assert system.rates(1.1, z, n)[1] == pytest.approx(
         -0.1 * 0.1 - system.film.force(0.6, expected, [], n)[0] - 1.5 * 0.6, rel=1e-12
     )
+
+
+def test_what_a_second_film_alone_loses_counts_and_the_last_state_of_a_circuit_carries_the_voltage():
+    pair = ConeModel(film="taut", second_film=TautCone(branches=1), second_viscous_modulus_1=0.4)
+    assert "film" in pair.system.causes
+    behind = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4).system
+    assert [behind.states[place].name for place in behind.charged] == ["film_voltage"]

@@ -8,7 +8,7 @@ import pytest
 
 from gelcone import ConeModel
 from gelcone.motion.equilibrium import jump_voltages
-from gelcone.physics.film.at_once import films_at_once
+from gelcone.physics.film.at_once import FilmAtOnce, films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.statics import rest_displacement
@@ -189,3 +189,26 @@ def test_a_film_at_once_that_is_too_wide_while_flat_begins_where_its_film_does()
     assert begin > 0.5
     near = films_at_once(model.replace(viscous_limit_1=1.0))
     assert near.system.film.reach(near.numbers_at(0))[0] == begin
+
+
+class Lopsided(TautCone):
+    """A film that is not odd in x, and says where a start is."""
+
+    odd = False
+
+    def outside(self, x, n):
+        return f"start {x:g}"
+
+    def unreachable(self, n):
+        return "nowhere"
+
+
+def test_what_branches_do_not_change_is_that_of_the_film():
+    film, x = FilmAtOnce(Lopsided(branches=1)), np.array([0.3, 0.8])
+    n = film.numbers(film.complete({"hoop_prestretch": 1.2}))
+    assert (film.odd, FilmAtOnce(TautCone(branches=1)).odd) == (False, True)
+    assert (film.outside(-2.0, n), film.unreachable(n)) == ("start -2", "nowhere")
+    np.testing.assert_array_equal(film.strain(x, n), film.film.strain(x, n))
+    assert film.strain_limit(n) == film.film.strain_limit(n)
+    assert film.stiffness_scale(n) == film.film.stiffness_scale(n) == 1.0 + 0.5
+    assert film.held(n) == [1.0, 1.0]

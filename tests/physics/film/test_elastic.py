@@ -284,3 +284,36 @@ def test_where_the_place_is_unknown_so_are_the_lengths():
         n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh)
         for found in film.lengths(x, squared, n):
             assert np.isnan(found).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("pull_in", ["first", "minimum", "memoryless", "snap"])
+@pytest.mark.parametrize("limit", [8.0, 50.0])
+def test_programs_have_the_force_of_arrays_and_borders_on_the_side_of_their_switches(pull_in, limit):
+    """Whether the switches are fixed by the program, as those of a first film, or may change, as those of a second."""
+    film, random = WrinklingCone(pull_in=pull_in), np.random.default_rng(11)
+    lm, lh, x = (random.uniform(low, high, 150) for low, high in ((0.7, 1.6), (0.7, 1.7), (0.05, 1.6)))
+    n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=limit)
+    squared = random.uniform(0.0, 0.98, 150) * np.minimum(film.highest_squared(x, n), 3.0)
+    signs = film.switches(x, squared, [], n)
+    names = [border.switch for border in film.borders if border.switch]
+    assert sorted(names) == sorted(signs)
+
+    def formulas(x, squared, y, n, xp):
+        return [*film.force(x, squared, y, n, xp), *(border.value(x, squared, y, n, xp) for border in film.borders)]
+
+    def check(found, here):
+        for value, right in zip(found[:2], film.force(x[here], squared[here], [], taken(here)), strict=True):
+            np.testing.assert_allclose(value + 0.0 * x[here], right, rtol=1e-7, atol=1e-8)
+        for value, border in zip(found[2:], film.borders, strict=True):
+            assert np.all(value > -1e-12), border.switch
+
+    def taken(here):
+        return {name: np.broadcast_to(value, x.shape)[here] for name, value in n.items()}
+
+    everywhere = np.ones(150, dtype=bool)
+    check(in_program(formulas, {**n, **signs}, {}, x, squared, []), everywhere)
+    table = np.array([signs[name] for name in names]).T
+    for row in np.unique(table, axis=0):
+        here = (table == row).all(axis=1)
+        own = dict(zip(names, row, strict=True))
+        check(in_program(formulas, taken(here), own, x[here], squared[here], []), here)

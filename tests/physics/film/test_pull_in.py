@@ -131,6 +131,7 @@ def test_curves_between_others_are_the_plane_through_them_and_their_error_is_tha
         off = []
         for (_, _, A, B, ratio), curve in pull_in._between.items():
             assert A == 1.0
+            assert ratio in ratios
             assert curve.reach == 2.0
             assert curve.error == pytest.approx(0.01 * max(B for B, _ in made))
             off.append(np.max(np.abs(curve.voltage(places) / volts(B, ratio) - 1.0)))
