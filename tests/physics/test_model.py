@@ -875,3 +875,9 @@ def test_a_film_without_a_law_is_named_where_one_is_needed():
     with pytest.raises(InputError, match=r"^film = power film: has no strain-energy law, which this needs"):
         ConeModel(film=PowerFilm()).gel_law()
     assert ConeModel(law="yeoh").gel_law() == LAWS["yeoh"]
+
+
+def test_a_number_of_branches_that_is_given_is_not_raised_by_a_number_of_a_further_one():
+    with pytest.raises(InputError, match="'relaxation_time_2' is not a model parameter"):
+        ConeModel(branches=1, relaxation_time_2=3.0)
+    assert ConeModel(branches=3, relaxation_time_2=3.0).film.branches == 3

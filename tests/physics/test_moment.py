@@ -198,3 +198,13 @@ def test_the_voltage_of_a_source_is_that_before_the_resistance_and_after_the_fil
     model = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4, voltage=0.7)
     assert model.system.source_voltages(0.8, [0.3, 0.1, 0.5, 0.2], model.own_numbers) == [0.5]
     assert model.system.voltages(0.8, [0.3, 0.1, 0.5, 0.2], model.own_numbers) == [0.2]
+
+
+def test_rates_stand_in_the_order_of_the_states_of_film_bias_and_circuit():
+    model = MODELS["five"]
+    system, n, tau = model.system, model.own_numbers, 0.7
+    z = [0.3, -0.2, 0.1, 0.25, 0.6]
+    rates = system.rates(tau, z, n)
+    assert rates[2] == pytest.approx((0.3 - 0.1) * (1.0 + 0.36) + 0.2 * np.sin(-0.2), rel=1e-13)
+    assert rates[3] == pytest.approx(1.2 * (0.3 - 0.25) + 0.02, rel=1e-13)
+    assert rates[4] == pytest.approx((system.waveform.voltage(tau, n) - 0.6) / 0.3, rel=1e-13)

@@ -450,3 +450,15 @@ def test_what_a_second_film_alone_loses_counts_and_the_last_state_of_a_circuit_c
     assert "film" in pair.system.causes
     behind = ConeModel(film="taut", filter_time=0.3, series_resistance=0.4).system
     assert [behind.states[place].name for place in behind.charged] == ["film_voltage"]
+
+
+def test_each_film_pulls_in_statics_at_its_own_voltage():
+    pair = ConeModel(
+        film="taut", second_film="taut", second_flat_height=0.6, second_drive="constant", second_voltage=0.9,
+        second_hoop_prestretch=1.2, rest_height=0.2,
+    )  # fmt: skip
+    n, x = pair.own_numbers, 0.35
+    first, second = pair.system.films
+    expected = first.force(x, 0.3, [], n)[0] + second.force(x, 0.81, [], n)[0] + 1.5 * (x - 0.2)
+    assert pair.system.static_force(x, 0.3, n)[0] == pytest.approx(expected, rel=1e-13)
+    assert pair.system.force_under(x, [0.3, 0.81], n)[0] == pytest.approx(expected, rel=1e-13)

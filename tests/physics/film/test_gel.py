@@ -126,3 +126,18 @@ def test_a_slow_branch_keeps_its_states_and_equal_choices_are_one_film():
         TautCone(branches=1, rested="lifted")
     with pytest.raises(InputError, match="prestretch_mode"):
         TautCone(prestretch_mode="hoop")
+
+
+def test_a_film_loses_what_its_branches_lose_at_their_lengths():
+    """(t1^2 - t1 t2 + t2^2)/(3 g tau) of the stresses that its branch has, of which it feels those."""
+    film = TautCone(branches=1)
+    n = film.numbers(film.complete(BRANCH))
+    x, y = 0.7, [0.8, 1.1]
+    first, second = 0.8 * (1.0 + x * x), 1.1
+    third = 1.0 / (first * second)
+    response = 0.6 / (1.0 - (first + second + third - 3.0) / 4.0)
+    along, across = response * (first - third), response * (second - third)
+    lost = (along**2 - along * across + across**2) / (3.0 * 0.6 * 2.0)
+    assert float(film.dissipation(x, 0.3, 0.2, y, n)) == pytest.approx(lost, rel=1e-12)
+    plain = TautCone()
+    assert plain.dissipation(x, 0.3, 0.2, [], plain.numbers(plain.complete({}))) == 0.0
