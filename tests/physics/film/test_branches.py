@@ -520,3 +520,9 @@ def test_a_reduced_branch_relaxes_faster_than_its_bound_in_every_member():
 def test_a_number_of_a_branch_is_one_by_its_whole_name():
     assert branches_of(["viscous_modulus_2", "relaxation_time_1", "voltage"]) == 2
     assert branches_of(["viscous_modulus_2_of", "second_relaxation_time_1", "viscous_modulus_0", "flow_stress"]) == 0
+
+
+def test_a_branch_without_states_is_fast_where_its_time_is_not_given():
+    model = ConeModel(film="taut", viscous_modulus_1=0.5, reduced="relaxation_time_1")
+    assert (model.relaxation_time_1, len(model.system.states)) == (0.01, 2)
+    assert ConeModel(film="taut", viscous_modulus_1=0.5).relaxation_time_1 == 10.0

@@ -258,3 +258,13 @@ def test_it_rests_as_long_as_its_gap_and_says_how_it_creeps():
     with pytest.raises(InputError, match="radius_ratio"):
         film.complete({"radius_ratio": 0.0})
     assert film.complete({"radius_ratio": 0.3})["radius_ratio"] == 0.3
+
+
+@pytest.mark.parametrize("flow", ["log", "linear"])
+def test_the_force_of_a_film_with_branches_is_the_slope_of_what_film_and_branches_store(flow):
+    film, h = TautCone(branches=1, flow=flow), 1e-5
+    n = film.numbers(film.complete({"viscous_modulus_1": 0.7, "hoop_prestretch": 1.2, "stretch_limit": 30.0}))
+    y = [0.8, 1.1]
+    energy = [film.work(X + d, 0.3, y, n) for d in (h, -h)]
+    np.testing.assert_allclose(film.force(X, 0.3, y, n)[0], (energy[0] - energy[1]) / (2.0 * h), rtol=1e-7, atol=1e-9)
+    assert (np.abs(film.force(X, 0.3, y, n)[0] - film.force(X, 0.3, [], n)[0]) > 1e-3).any()
