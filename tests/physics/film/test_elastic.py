@@ -124,6 +124,8 @@ def test_a_film_pulls_in_by_whichever_comes_first(limit):
     ends, whole = minimum.highest_squared(x, n), first.highest_squared(x, n)
     localises = first.elastic._localising(x * x, n)
     np.testing.assert_array_equal(whole, np.minimum(ends, localises))
+    for pull_in in ("memoryless", "snap"):  # their runs end by neither; the film fails where its minimum ends
+        np.testing.assert_array_equal(WrinklingCone(pull_in=pull_in).highest_squared(x, n), ends)
     assert (localises < ends).any()
     assert (localises > ends).any()
 

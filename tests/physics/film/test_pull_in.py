@@ -248,3 +248,24 @@ def test_curves_are_held_in_numbers_and_those_of_films_themselves_come_before_in
     monkeypatch.setattr(pull_in, "_between", {keys[-1]: between, keys[0]: between})
     assert pull_in.curve_of(*keys[-1]) is own
     assert pull_in.curve_of(*keys[0]) is between
+
+
+def test_only_films_with_a_curve_and_pull_in_at_the_same_places_are_interpolated(monkeypatch):
+    """A taut cone has a curve where its radius ratio is given; inf next to numbers cannot be interpolated."""
+    numbers, hoops = {"film_error": 0.0, "reach_squared": 4.0}, np.linspace(1.05, 1.35, 40)
+    never = np.inf
+
+    def curve_of(law, of_law, A, B, ratio):
+        return ReadCurve(numbers, np.array([0.5, 0.5, 0.5 if B < 1.5 else never]))
+
+    monkeypatch.setattr(pull_in, "curve_of", curve_of)
+    for film, more, there in (
+        ("wrinkling", {}, True), ("taut", {}, False), ("taut", {"radius_ratio": 0.2}, True), ("membrane", {}, False),
+    ):  # fmt: skip
+        never = 0.5
+        members = ConeModel(film=film, hoop_prestretch=hoops, **more).members()
+        with pull_in.interpolated_curves(members) as between:
+            assert (between is not None) == there
+    never = np.inf
+    with pull_in.interpolated_curves(ConeModel(film="wrinkling", hoop_prestretch=hoops).members()) as between:
+        assert between is None
