@@ -68,66 +68,6 @@ def test_a_bar_on_a_terminal_moves_without_news(shown, monkeypatch):
     assert screen.getvalue().count("static:") >= 3
 
 
-@pytest.mark.parametrize("shown", ["progress_lines", "tally_shown"])
-def test_a_line_says_that_membranes_are_made_and_programs_compiled(shown, monkeypatch, capsys, tmp_path):
-    monkeypatch.setenv(disk_cache.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
-    monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
-
-    def slowly():
-        time.sleep(0.12)
-        return b"made"
-
-    with getattr(output, shown)("map") as report:
-        for kind, parts in (("code", 2), (disk_cache.MEMBRANES, 1), (disk_cache.MEMBRANES, 2), ("code", 1)):
-            disk_cache.made(kind, parts, slowly, (Path(__file__),))
-        report(Tally(8, asked=8, computed=2, seconds=1.0) if shown == "tally_shown" else 0.5)
-        time.sleep(0.12)
-        disk_cache.made(disk_cache.MEMBRANES, 1, slowly, (Path(__file__),))
-    names = [line.split(":")[0] for line in capsys.readouterr().err.splitlines()]
-    membranes = [f"map, making membrane {k}" for k in (1, 2)]
-    assert list(dict.fromkeys(names)) == ["map, compiling", *membranes, "map"]
-
-
-def test_while_something_is_made_no_time_is_foretold(monkeypatch, capsys):
-    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
-    with output.progress_lines("map") as report:
-        report(0.5)
-        with disk_cache.making("code"):
-            time.sleep(0.08)
-    assert capsys.readouterr().err.splitlines() == ["map, compiling: stored for later runs; 50 % after 0 s"]
-
-
-def test_what_two_threads_make_is_named_until_both_have_it():
-    names = []
-    with waiting.preparing("map", names.append), disk_cache.making("code"):
-        with disk_cache.making("code"):
-            pass
-        assert names == ["map, compiling"] * 2
-    assert names[2:] == ["map"]
-
-
-def test_a_membrane_of_the_cache_whose_charge_is_new_is_the_first():
-    names = []
-    with waiting.preparing("map", names.append), disk_cache.making(disk_cache.CHARGES):
-        pass
-    assert names == ["map, making membrane 1", "map"]
-
-
-def test_an_export_says_that_it_compiles(tmp_path):
-    names = []
-    with waiting.preparing("export", names.append):
-        compile_library([sys.executable, "-c", "pass"], tmp_path / "pump.c", tmp_path / "pump.so")
-    assert names == ["export, compiling", "export"]
-
-
-def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):
-    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
-    with waiting.said_before("map"), output.progress_lines("map"), disk_cache.making("code"):
-        time.sleep(0.08)
-    assert capsys.readouterr().err.splitlines() == ["map, compiling: stored for later runs; 0 % after 0 s"]
-
-
 ASKED = {
     "map": ("--over", "voltage_amplitude=100 V:200 V:2", "--over", "frequency=5 Hz:6 Hz:2"),
     "sweep": ("--over", "voltage_amplitude=100 V,200 V", "--analysis", "limits"),

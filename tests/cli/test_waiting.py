@@ -58,11 +58,20 @@ def test_an_export_says_that_it_compiles(tmp_path):
     assert names == ["export, compiling", "export"]
 
 
+def test_while_something_is_made_no_time_is_foretold(monkeypatch, capsys):
+    monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
+    with output.progress_lines("map") as report:
+        report(0.5)
+        with disk_cache.making("code"):
+            time.sleep(0.08)
+    assert capsys.readouterr().err.splitlines() == ["map, compiling: stored for later runs; 50 % after 0 s"]
+
+
 def test_a_command_and_its_progress_say_it_once(monkeypatch, capsys):
     monkeypatch.setattr(waiting, "FIRST_SECONDS", 0.05)
     with waiting.said_before("map"), output.progress_lines("map"), disk_cache.making("code"):
         time.sleep(0.08)
-    assert capsys.readouterr().err.splitlines() == ["map, compiling: 0 % after 0 s"]
+    assert capsys.readouterr().err.splitlines() == ["map, compiling: stored for later runs; 0 % after 0 s"]
 
 
 # --- for how long -----------------------------------------------------------------------------------------------------
