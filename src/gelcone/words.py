@@ -161,15 +161,21 @@ def interval_in_words(sheet: xr.Dataset, name: str) -> str:
     return high if low == high else f"{first if shared else low} to {high}"
 
 
+ATOM = 1e-10
+"""In metres: a shorter length is shown as 0, such as the stroke of a disc that is at rest."""
+
+
 def sized(variable: xr.DataArray, digits: int = 4) -> str:
     """A single number with the unit in which it reads well."""
     measure = MEASURES.get(str(variable.attrs.get("quantity")))
     value = float(variable)
     if measure is None or measure.unit not in DIMENSIONS or unit_of(variable) != f" {measure.shown}":
         return measured(variable, digits)
-    return (
-        format_si(value / measure.per_unit, measure.unit, digits) if math.isfinite(value) else missing(value, variable)
-    )
+    if not math.isfinite(value):
+        return missing(value, variable)
+    own = value / measure.per_unit
+    small = measure.unit == "m" and abs(own) < ATOM
+    return f"0{unit_of(variable)}" if small else format_si(own, measure.unit, digits)
 
 
 def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:
