@@ -103,3 +103,22 @@ def test_help_speaks_of_devices():
     assert "default its own rest or release" in text
     assert "With a device in V, or texts with units." in inspect.getdoc(gelcone.static)
     assert "With a device in s," in inspect.getdoc(gelcone.map)
+
+
+REQUIRED = {
+    name: [
+        own
+        for own in inspect.signature(public(name)).parameters.values()
+        if own.default is own.empty and own.kind in (own.POSITIONAL_ONLY, own.POSITIONAL_OR_KEYWORD)
+    ]
+    for name in NAMES
+    if inspect.isfunction(public(name))
+}
+"""Of each public function the parameters that it cannot do without."""
+
+
+@pytest.mark.parametrize("name", [name for name, required in REQUIRED.items() if required])
+def test_a_number_in_place_of_what_a_function_takes_is_refused_in_a_line(name):
+    with pytest.raises(gelcone.InputError) as refused:
+        public(name)(*[3] * len(REQUIRED[name]))
+    assert "\n" not in str(refused.value)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import os
 import reprlib
 from collections.abc import Iterable
 from numbers import Number
+from types import UnionType
 
 
 class InputError(ValueError):
@@ -40,10 +42,21 @@ def described(value: object) -> str:
     return name if value is None else f"{'an' if name[0].lower() in 'aeiou' else 'a'} {name}"
 
 
-def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
+def check_kind(name: str, value: object, kind: type | UnionType, remedy: str) -> None:
     """`InputError`, which ends in ``remedy``, unless ``value`` is of this kind."""
     if not isinstance(value, kind):
         raise InputError(f"{name}: was given {described(value)}; {remedy}")
+
+
+def check_result(name: str, result: object) -> None:
+    """`InputError` unless ``result`` is a Dataset."""
+    if not hasattr(result, "data_vars"):
+        raise InputError(f"{name}: was given {described(result)}; give a Dataset that an analysis returned")
+
+
+def check_path(name: str, path: object) -> None:
+    """`InputError` unless ``path`` is one."""
+    check_kind(name, path, str | os.PathLike, "give the path of a file or folder")
 
 
 class DoubtfulInput(UserWarning):

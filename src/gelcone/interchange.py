@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.errors import InputError, MissingDependency, described, unknown_name
+from gelcone.errors import InputError, MissingDependency, check_result, unknown_name
 from gelcone.files import write_together
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ def export(result: xr.Dataset, path: str | Path, *, force: bool = False) -> list
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
         raise unknown_name("format of other programs", kind or str(path), FORMATS)
-    if not hasattr(result, "data_vars"):
-        raise InputError(f"export: was given {described(result)}; give a Dataset that an analysis returned")
+    check_result("export", result)
     writers: dict[Path, Callable[[Path], None]]
     if kind == "mat":
         writers = {path: partial(_write_mat, result)}
@@ -93,8 +92,7 @@ def table(result: xr.Dataset, over: str | Sequence[str] | None = None) -> pd.Dat
     >>> len(frame), float(frame["displacement"][0])
     (3, 1.0)
     """
-    if not hasattr(result, "data_vars"):
-        raise InputError(f"table: was given {described(result)}; give a Dataset that an analysis returned")
+    check_result("table", result)
     known = _by_dims(result)
     first = tuple(map(str, result.sizes))[:1]
     most = max(known, key=lambda dims: len(known[dims]), default=())

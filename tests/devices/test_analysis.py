@@ -106,7 +106,7 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
         (lambda: gelcone.map(DEVICE.to_model(), {"voltage": [0.1, 0.2]}, workers=2), "workers"),
         (lambda: gelcone.sweep(DEVICE), "was given a Device; give a plan"),
         (lambda: gelcone.regime(gelcone.simulate(DEVICE, periods=1)), "was given a result"),
-        (lambda: gelcone.to_si(DEVICE), "in place of a result"),
+        (lambda: gelcone.to_si(DEVICE), "to_si: was given a Device; give a Dataset"),
         (lambda: gelcone.to_si(xr.Dataset()), "does not say of which device"),
         (lambda: gelcone.simulate(DEVICE, times=["20 mm"]), "mm is a unit of length, not of time"),
         (lambda: gelcone.simulate(DEVICE, (1.0,)), "must be a displacement and a velocity, such as"),

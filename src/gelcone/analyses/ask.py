@@ -16,7 +16,7 @@ from gelcone.analyses import tables
 from gelcone.analyses.answer import in_si, result_json
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import measure_reader, read_measures
-from gelcone.errors import DoubtfulInput, InputError, described
+from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
@@ -74,8 +74,7 @@ DRAWS = "draws"
 
 def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     """The answers of the command that gave a result, and its subject; `InputError` for another Dataset."""
-    if not hasattr(result, "data_vars"):
-        raise InputError(f"in_words: was given {described(result)}; give a Dataset that an analysis returned")
+    check_result("in_words", result)
     title = str(result.attrs.get("title", "")).partition(":")[0]
     from gelcone.dataset import model_of
     from gelcone.devices.si import device_of

@@ -18,7 +18,7 @@ from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
 from gelcone.devices.points import read_state
 from gelcone.devices.si import device_attributes
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_result
 from gelcone.motion.attractor.classification import Evidence, classify
 from gelcone.motion.attractor.search import transient_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -296,6 +296,7 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
     >>> [(change["from"], change["to"], round(change["low"], 3)) for change in gelcone.thresholds_of(diagram)]
     [('rest', 'periodic', 0.599), ('rest', 'periodic', 0.599)]
     """
+    check_result("thresholds_of", diagram)
     if "threshold_branch" not in diagram:
         raise InputError("thresholds_of: was given another result; give one of gelcone.bifurcation")
     columns = [diagram[f"threshold_{n}"].values for n in ("branch", "from", "to", "low", "high")]

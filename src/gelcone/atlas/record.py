@@ -18,7 +18,7 @@ from gelcone.atlas.store import Field, Status, Store, read_plan
 from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
 from gelcone.devices.si import DRAWN, device_attributes, to_si
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_path
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 
@@ -136,6 +136,7 @@ def show(path: str | Path) -> xr.Dataset:
     >>> gelcone.show(store).pitchfork_voltage.values[0].round(4).tolist()
     [0.7071, 1.0]
     """
+    check_path("show", path)
     stored = stored_sweep(path)
     plan = stored.plan
     fields = Store(Path(path), {}, plan.dims, plan.shape).read()

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.atlas.uncertain import share_interval
 from gelcone.codes import Outcome, Regime
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_result
 from gelcone.quantity import Array
 from gelcone.statistics import CONFIDENCE
 
@@ -58,6 +58,7 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     >>> gelcone.tolerances(cells).probability.sel(risk="chaos").values.tolist()
     [0.0, 0.0]
     """
+    check_result("tolerances", cells)
     if "draw" not in cells.dims or "regime" not in cells:
         raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
     drawn = {str(name).removeprefix("drawn_"): cells[name].values for name in cells.coords if "drawn_" in str(name)}

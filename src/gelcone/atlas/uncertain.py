@@ -15,7 +15,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.fields import SWEPT_FIELDS
 from gelcone.devices.points import STATE_FIELDS
 from gelcone.devices.units import parse, parse_deviation
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_kind, check_result, unknown_name
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -157,6 +157,7 @@ def draw(
     >>> sorted(draws), draws["voltage"].shape, round(float(draws["voltage"].mean()), 3)
     (['damping_ratio', 'voltage'], (8,), 0.601)
     """
+    check_kind("draw", uncertain, Mapping, "give name -> distribution, such as {'voltage': gelcone.Uniform(0.4, 0.8)}")
     if not uncertain:
         raise InputError("uncertain: is empty; give at least one parameter and its distribution")
     if count < 2:
@@ -233,6 +234,7 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     >>> found.probability.values.tolist(), found.low.values.round(3).tolist()
     ([1.0, 1.0], [0.398, 0.398])
     """
+    check_result("probability", cells)
     if "draw" not in cells.dims or "regime" not in cells:
         raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
     if not 0.0 < confidence < 1.0:

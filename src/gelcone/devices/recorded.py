@@ -12,7 +12,7 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.units import DIMENSIONS
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_path
 from gelcone.files import read_text
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import MOST_PIECES, Samples
@@ -68,6 +68,7 @@ def recorded(
     >>> device.voltage_amplitude, device.frequency
     (700.0, 5.0)
     """
+    check_path("recorded", path)
     if isinstance(scale, bool) or not isinstance(scale, float | int) or not math.isfinite(scale) or scale == 0.0:
         raise InputError(f"scale = {scale!r}: must be a finite number other than 0")
     times, voltages = read_recording(path, isinstance(model, Device))

@@ -17,7 +17,7 @@ from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import GELS, STATE_FIELDS, STATES, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
 from gelcone.devices.units import DIMENSIONS, format_si
-from gelcone.errors import InputError, described
+from gelcone.errors import InputError, check_result
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -65,8 +65,7 @@ def model_of(result: xr.Dataset) -> ConeModel:
     >>> gelcone.model_of(response).voltage
     0.4
     """
-    if not hasattr(result, "data_vars"):
-        raise InputError(f"model_of: was given {described(result)}; give a Dataset that an analysis returned")
+    check_result("model_of", result)
     device = device_of(result)
     fields = _points(result)
     if device is None or not fields:
@@ -148,8 +147,7 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     >>> gelcone.to_si(plain, device).displacement.units, round(float(gelcone.to_si(plain, device).displacement[0]), 2)
     ('mm', 12.59)
     """
-    if not hasattr(result, "data_vars"):
-        raise InputError(f"to_si: was given {described(result)} in place of a result; give a Dataset of an analysis")
+    check_result("to_si", result)
     device = device_of(result) if device is None else device
     if not isinstance(device, Device):
         raise InputError("to_si: the result does not say of which device it is; give the device too")

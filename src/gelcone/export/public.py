@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone import interchange
 from gelcone.devices.device import Device
-from gelcone.errors import DoubtfulInput, InputError, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, check_path, unknown_name
 from gelcone.export.fmu import HOST, VERSIONS, write_fmu
 from gelcone.export.names import c_name
 from gelcone.export.reference import test_program
@@ -77,6 +77,7 @@ def export(
     >>> len(files[0].read_text().splitlines())
     102
     """
+    check_path("export", path)
     path = Path(path)
     if not isinstance(what, Device):
         if drive is not None:

@@ -18,7 +18,7 @@ import numpy as np
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
-from gelcone.errors import DoubtfulInput, InputError, check_kind
+from gelcone.errors import DoubtfulInput, InputError, check_kind, check_result
 from gelcone.lab.front import (
     AGAIN,
     Problem,
@@ -234,6 +234,7 @@ def designed_devices(result: xr.Dataset) -> list[Device]:
     ...     print("error 2:", error)
     error 2: designed_devices: was given no designs; give a result of gelcone.design
     """
+    check_result("designed_devices", result)
     if "devices" not in result.attrs:
         raise InputError("designed_devices: was given no designs; give a result of gelcone.design")
     return [Device.from_text(text) for text in json.loads(result.attrs["devices"])]

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_path, unknown_name
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import refuse_kilovolts
 from gelcone.lab.measured import listed_tables, place_of
@@ -94,6 +94,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
     >>> planned.kind, planned.set["voltage"].tolist()
     ('stroke over voltage', [1000.0])
     """
+    check_path("read_device_tests", path)
     path = Path(path)
     if path.suffix.lower() != ".toml":
         raise InputError(f'{path}: of a device, --data is a list of tests (tests.toml), with kind = "blocked force"')

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.devices.device import Device
-from gelcone.errors import InputError
+from gelcone.errors import InputError, check_result
 from gelcone.lab.bench import Variants, field_value
 from gelcone.quantity import check_count
 from gelcone.statistics import spread
@@ -46,6 +46,7 @@ def fitted_device(result: xr.Dataset) -> Device:
     >>> f"{1e3 * gelcone.fitted_device(fit).moving_mass:.2f} g in place of {1e3 * device.moving_mass:.2f} g"
     '8.14 g in place of 5.00 g'
     """
+    check_result("fitted_device", result)
     if "fitted" not in result.attrs:
         raise InputError("fitted_device: was given no device fit; give a result of gelcone.fit_device")
     return Device.from_text(result.attrs["fitted"])

@@ -17,7 +17,7 @@ from gelcone.devices.materials import Material
 from gelcone.devices.record import Record
 from gelcone.devices.template import material_text
 from gelcone.devices.units import FieldError, format_si
-from gelcone.errors import InputError, check_kind, unknown_name
+from gelcone.errors import InputError, check_kind, check_result, unknown_name
 from gelcone.lab.coupons import Coupon, Spectrum, same_temperature
 from gelcone.lab.material_fit import (
     Band,
@@ -168,6 +168,7 @@ def fitted_material(result: xr.Dataset) -> Material:
     >>> f"{gel.shear_modulus:.0f} Pa", gel.relative_permittivity
     ('8000 Pa', 5.0)
     """
+    check_result("fitted_material", result)
     if "material" not in result.attrs:
         raise InputError("fitted_material: was given no material fit; give a result of gelcone.fit_material")
     return Material(**json.loads(result.attrs["material"]))
@@ -199,13 +200,13 @@ def fitted_text(result: xr.Dataset) -> str:
     >>> [line for line in gelcone.fitted_text(fit).splitlines() if line.startswith("shear_modulus")][0]
     'shear_modulus = "8 kPa"                  # small-strain shear modulus'
     """
-    comments = {}
+    material, comments = fitted_material(result), {}
     for k, name in enumerate(result["parameter"].values):
         low, high = float(result["low"][k]), float(result["high"][k])
         if np.isfinite(low):
             comments[str(name)] = "95 %: " + " to ".join(format_si(end, unit_of(str(name)), 3) for end in (low, high))
     head = f"# {result.attrs['title']}, made by gelcone {result.attrs['gelcone_version']}. Paste it into a device file."
-    return f"{head}\n{material_text(fitted_material(result), comments)}\n"
+    return f"{head}\n{material_text(material, comments)}\n"
 
 
 # --- what is asked ----------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.materials import find_material
 from gelcone.devices.units import FieldError, format_si, parse, parse_share
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.lab.device_fit import STEP, Problem
 from gelcone.lab.material import fit_material
@@ -98,6 +98,7 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
     >>> len(page.missing), len(page.compared)
     (2, 0)
     """
+    check_path("compare_measured", path)
     path = Path(path)
     content = read_toml(path, read_text(path, REMEDY))
     for key in content:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.motion.envelope import MARGIN
 from gelcone.physics.records import FILMS
@@ -144,6 +144,7 @@ def read_wish(path: str | Path) -> Wish:
     >>> sorted(wish.free), [f"{low:g} to {high:g}" for low, high in wish.free.values()]
     (['initial_height', 'spring_rate'], ['1 to 100', '0.005 to 0.04'])
     """
+    check_path("read_wish", path)
     path = Path(path)
     text = read_text(path, REMEDY)
     content = read_toml(path, text)
