@@ -10,6 +10,7 @@ from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab import device as module
 from gelcone.lab.bench import DeviceTest
 from gelcone.lab.device import WIDE, read_free
+from gelcone.lab.device_tests import DeviceTests
 from tests.lab.made_up_fit import COVARIANCE, FREE, POWERS, PUMP, by_powers, made_up_problem
 
 
@@ -65,8 +66,8 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
         monkeypatch.setattr(module, name, lambda own: own)
     for name in ("_readings", "_others"):
         monkeypatch.setattr(module, name, lambda *_: xr.Dataset())
-    volts = [SimpleNamespace(set={"voltage": np.array([-900.0, 300.0]), "load": np.array([5000.0])})]
-    tests = SimpleNamespace(measured=True, tests=volts, gains={})
+    settings = {"voltage": np.array([-900.0, 300.0]), "load": np.array([5000.0])}
+    tests = DeviceTests((SimpleNamespace(set=settings, values=np.zeros(2)),), {})
     found = module.fit_device(PUMP, tests, FREE, films=["taut", "wrinkling"], predict=["stroke@1 kV"])
     np.testing.assert_allclose(found["left"], wider * np.sqrt([0.04, 0.01, 9.0]))
     np.testing.assert_allclose(found["covariance"], wider**2 * COVARIANCE)

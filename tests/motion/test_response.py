@@ -411,7 +411,7 @@ def test_everywhere_a_mirrored_cone_mirrors_its_motion(member):
         ({"periods": -1.5}, "periods = -1.5: must be a positive number of drive periods"),
         ({"periods": np.nan}, "periods = nan: must be a positive number of drive periods"),
         ({"periods": np.inf}, "periods = inf: must be a positive number of drive periods"),
-        ({"periods": "3"}, "periods = '3': must be a positive number of drive periods"),
+        ({"periods": "3"}, "periods = '3': must be a number, without a unit"),
         ({"times": []}, "times: must be a list of at least one number, not of shape (0,)"),
         ({"times": [[1.0, 2.0]]}, "times: must be a list of at least one number, not of shape (1, 2)"),
         ({"times": [1.0, np.nan]}, "times: nan is among them; they must be finite and not before 0"),

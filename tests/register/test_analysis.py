@@ -123,5 +123,5 @@ def test_a_command_has_the_name_of_its_function_in_the_words_of_a_shell(name, co
 
 
 def test_what_cannot_be_swept_has_no_cells():
-    with pytest.raises(InputError, match=r"static: cannot be swept; use gelcone\.static"):
+    with pytest.raises(InputError, match=r"static: cannot be swept; run `gelcone static` \(in Python gelcone.static\)"):
         _ = find_analysis("static").compute
