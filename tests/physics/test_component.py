@@ -13,6 +13,7 @@ from gelcone.physics.component import Component, State, from_record, names_of, s
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent, StrainEnergyLaw, Yeoh
 from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import Harmonics, Square
 from gelcone.quantity import Quantity
 
 HERE = __name__
@@ -61,6 +62,20 @@ def test_components_of_a_class_are_equal_where_they_hold_the_same():
     assert TautCone(Gent()) == TautCone(Gent())
     assert TautCone(Gent()) != TautCone(Yeoh())
     assert {Gent(): 1}[Gent()] == 1
+
+
+def test_what_a_component_has_computed_does_not_count():
+    """Square waves know the number of their pieces once they were asked. Were they keys that differ before and are
+    equal after, the cache of systems would give another's as soon as it lets go of one of the two."""
+    first, second = Square(), Square()
+    assert ConeModel(waveform=first).system is ConeModel(waveform=second).system
+    assert second.piece_count == 4 and first == second
+    ConeModel(waveform=second)
+    assert first.piece_count == 4
+    for k in range(100):
+        other = ConeModel(waveform=Harmonics(((1, 1.0, float(k)),)))
+        assert other.system.waveform.terms[0][2] == k
+        assert type(ConeModel(waveform=second, duty=0.3).system.waveform) is Square
 
 
 def test_a_class_derived_from_another_is_not_equal_to_it():

@@ -111,8 +111,10 @@ class Component(ABC):
         return uncached(self)
 
     def __eq__(self, other: object) -> bool:
-        """Components of a class that hold the same are equal: another process's needs no new program."""
-        return self is other or (type(self) is type(other) and vars(self) == vars(other))
+        """Components of a class that hold the same are equal: another process's needs no new program. What they have
+        computed meanwhile does not count, for they are keys of caches, and those that became equal only then would
+        lead to each other's systems."""
+        return self is other or (type(self) is type(other) and uncached(self) == uncached(other))
 
     def __hash__(self) -> int:
         return hash(type(self))
