@@ -89,6 +89,12 @@ def test_a_plan_of_a_device_survives_its_store(tmp_path):
         (lambda: gelcone.simulate(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]})), "was given a plan"),
         (lambda: gelcone.simulate(3), "was given the number 3 in place of a ConeModel or a Device"),
         (lambda: gelcone.settled(DEVICE, tolerance="x"), "tolerance = 'x': must be a number, without a unit"),
+        (lambda: gelcone.limits(DEVICE, at_once="x"), "at_once = 'x': must be True or False"),
+        (lambda: gelcone.limits(DEVICE.to_model(), at_once=1), "at_once = 1: must be True or False"),
+        (
+            lambda: gelcone.sweep(gelcone.Plan(DEVICE, {"frequency": [8.0, 9.0]}, options={"at_once": "x"}), "limits"),
+            "at_once = 'x': must be True or False",
+        ),
         (lambda: gelcone.lyapunov(DEVICE.to_model(), window="5 s"), "window = '5 s': must be a number, without a unit"),
         (
             lambda: gelcone.settled(DEVICE, threads="two"),

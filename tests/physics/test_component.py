@@ -69,7 +69,8 @@ def test_what_a_component_has_computed_does_not_count():
     equal after, the cache of systems would give another's as soon as it lets go of one of the two."""
     first, second = Square(), Square()
     assert ConeModel(waveform=first).system is ConeModel(waveform=second).system
-    assert second.piece_count == 4 and first == second
+    assert second.piece_count == 4
+    assert first == second
     ConeModel(waveform=second)
     assert first.piece_count == 4
     for k in range(100):

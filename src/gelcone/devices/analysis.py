@@ -20,7 +20,7 @@ from gelcone.devices.units import FieldError, parse_many
 from gelcone.errors import DoubtfulInput, InputError, described, unknown_name
 from gelcone.physics.members import Ensemble
 from gelcone.progress import barred
-from gelcone.register.analysis import Analysis, annotation_of, check_number
+from gelcone.register.analysis import Analysis, annotation_of, check_flag, check_number
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -181,7 +181,7 @@ def check_device(device: Any, name: str) -> None:
 
 def check_options(function: Callable[..., Any], options: Mapping[str, Any], units: bool = False) -> None:
     """`InputError` for workers, given to an analysis that runs in this process, for an unknown option, and for one that
-    must be a number and is not.
+    must be a number or a flag and is not.
 
     ``units`` leaves options that may have a unit to those that read it.
     """
@@ -196,6 +196,8 @@ def check_options(function: Callable[..., Any], options: Mapping[str, Any], unit
         kind, quantity = annotation_of(function, name)
         if value is not None and kind is float and not (units and quantity):
             check_number(name, value)
+        if kind is bool:
+            check_flag(name, value)
 
 
 def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -221,8 +221,16 @@ def check_number(name: str, value: Any) -> None:
         raise InputError(f"{name} = {reprlib.repr(value)}: must be a number, without a unit")
 
 
+def check_flag(name: str, value: Any) -> None:
+    """`InputError` for a value of an option that is neither true nor false."""
+    if not isinstance(value, bool):
+        raise InputError(f"{name} = {reprlib.repr(value)}: must be True or False")
+
+
 def _checked(option: Option, value: Any) -> Any:
     """A value of an option, a whole number as a float where the option is one."""
+    if option.kind is bool:
+        check_flag(option.name, value)
     if value is None or option.kind not in (float, int):
         return value
     check_number(option.name, value)
