@@ -67,6 +67,14 @@ def test_force_is_solid_where_its_slope_is_positive_and_dashed_where_it_is_negat
         assert line(axes, f"voltage {LEVELS[i]:.4g}").get_color() == CYCLE[k]
 
 
+def test_what_is_stable_everywhere_has_no_name_for_unstable():
+    axes = blank()
+    equilibrium_branches(statics(branch_slope=[2.0, 1.0, 1.0, 0.5]), axes)
+    names = {one.get_label() for one in axes.lines}
+    assert "stable" in names
+    assert "unstable" not in names
+
+
 def test_stable_equilibria_are_filled_and_unstable_ones_open_at_zero_force():
     axes = blank()
     force_curves(statics(), axes)

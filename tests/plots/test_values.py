@@ -56,6 +56,19 @@ def test_a_number_that_is_missing_has_no_unit():
     ]
 
 
+def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_another():
+    names = {"one": "short", "two": " ".join(["constant voltage at which a film"] * 6), "three": "short, too"}
+    result = xr.Dataset({name: ((), 1.0, {"long_name": meaning}) for name, meaning in names.items()})
+    figure = values_figure(result)
+    figure.draw_without_rendering()
+    texts = figure.axes[0].texts
+    assert [" ".join(text.get_text().split()) for text in texts] == [f"{meaning}: 1" for meaning in names.values()]
+    boxes = [text.get_window_extent() for text in texts]
+    assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
+    assert all(above.y0 > below.y1 for above, below in zip(boxes, boxes[1:], strict=False))
+    assert boxes[1].height > 2.5 * boxes[0].height
+
+
 def test_each_other_entry_of_a_number_is_a_curve_over_the_axis():
     """Also where the axis is the last dim; up to six of them."""
     values = np.arange(24.0).reshape(8, 3)

@@ -124,7 +124,8 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     voltage, place = member["branch_voltage"], member["branch_displacement"]
     split_by_stability(voltage, place, member["branch_slope"], axes, colour=BLUE, both=VERMILION)
     axes.plot([], [], color=BLUE, label="stable")
-    axes.plot([], [], color=VERMILION, ls="--", label="unstable")
+    if (member["branch_slope"] <= 0.0).any():
+        axes.plot([], [], color=VERMILION, ls="--", label="unstable")
     pitchfork = float(member["pitchfork_voltage"])
     if np.isfinite(pitchfork):
         named = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"

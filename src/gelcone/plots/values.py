@@ -19,6 +19,8 @@ MOST_PANELS = 8
 MOST_CURVES = 6
 LABEL_WIDTH = 20
 """Most letters of a line of a label: a panel is not higher."""
+LINE_WIDTH = 80
+"""Most letters of a line of text: more would leave the figure."""
 MOST_NUMBERS = 6
 """Most values of one variable that are written out."""
 
@@ -29,11 +31,13 @@ def values_figure(result: xr.Dataset) -> Figure:
     along = next((str(dim) for v in numbers.values() for dim in v.dims if axis_of(result, str(dim)) is not None), None)
     curves = {name: v for name, v in numbers.items() if along in v.dims and np.isfinite(v).any()}
     shown = list(curves)[:MOST_PANELS]
+    texts = ["\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH)) for name, v in numbers.items()]
+    height = 0.25 * len(texts) + 0.13 * "".join(texts).count("\n") if along is None else 1.4 * len(shown)
 
     def draw(figure: Figure) -> None:
         figure.suptitle(result.attrs.get("device", result.attrs.get("title", "")), fontsize=9.0)
         if along is None:
-            write_numbers(numbers, figure.add_subplot())
+            write_lines(texts, figure.add_subplot())
             return
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(panels, shown, strict=True):
@@ -42,7 +46,7 @@ def values_figure(result: xr.Dataset) -> Figure:
         if axis is not None:
             panels[-1].set_xlabel(axis_label(axis, str(axis.name)))
 
-    return styled(5.6, 0.8 + (0.25 * len(numbers) if along is None else 1.4 * len(shown)), draw)
+    return styled(5.6, 0.8 + height, draw)
 
 
 def is_number(variable: xr.DataArray) -> bool:
@@ -73,12 +77,18 @@ def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Ax
     axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name)), LABEL_WIDTH)))
 
 
-def write_numbers(numbers: dict[str, xr.DataArray], axes: Axes) -> None:
-    """Each number on a line with its meaning and unit."""
+def number_text(variable: xr.DataArray, name: str) -> str:
+    """Meaning, first values and unit of a number."""
+    values = variable.values.ravel()[:MOST_NUMBERS].astype(float)
+    named = [f"{value:.5g}" if np.isfinite(value) else missing(value, variable) for value in values]
+    unit = unit_of(variable) if np.isfinite(values).any() else ""
+    return f"{variable.attrs.get('long_name', name)}: {', '.join(named)}{unit}"
+
+
+def write_lines(texts: list[str], axes: Axes) -> None:
+    """Texts one below the other, each as high as its lines."""
     axes.set_axis_off()
-    for line, (name, variable) in enumerate(numbers.items()):
-        values = variable.values.ravel()[:MOST_NUMBERS].astype(float)
-        named = [f"{value:.5g}" if np.isfinite(value) else missing(value, variable) for value in values]
-        unit = unit_of(variable) if np.isfinite(values).any() else ""
-        text = f"{variable.attrs.get('long_name', name)}: {', '.join(named)}{unit}"
-        axes.text(0.0, 1.0 - (line + 0.5) / len(numbers), text, transform=axes.transAxes, va="center")
+    ends = np.cumsum([2.0 + text.count("\n") for text in texts])
+    for text, end in zip(texts, ends, strict=True):
+        middle = end - 0.5 * (2.0 + text.count("\n"))
+        axes.text(0.0, 1.0 - middle / ends[-1], text, transform=axes.transAxes, va="center")
