@@ -1,5 +1,7 @@
 """The figure of results that have none of their own."""
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
 
@@ -65,7 +67,7 @@ def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_anoth
     assert [" ".join(text.get_text().split()) for text in texts] == [f"{meaning}: 1" for meaning in names.values()]
     boxes = [text.get_window_extent() for text in texts]
     assert all(figure.bbox.x0 <= box.x0 and box.x1 <= figure.bbox.x1 for box in boxes)
-    assert all(above.y0 > below.y1 for above, below in zip(boxes, boxes[1:], strict=False))
+    assert all(above.y0 > below.y1 for above, below in pairwise(boxes))
     assert boxes[1].height > 2.5 * boxes[0].height
 
 
