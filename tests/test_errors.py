@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError
-from gelcone.errors import MissingDependency, described, unknown_name
+from gelcone.errors import MissingDependency, check_name, described, unknown_name
 
 
 def test_an_input_error_is_a_value_error():
@@ -14,6 +14,12 @@ def test_an_input_error_is_a_value_error():
 def test_an_unknown_name_suggests_the_nearest_one_or_lists_them_all():
     assert str(unknown_name("fruit", "aple", iter(["apple", "pear"]))) == "'aple' is not a fruit; did you mean 'apple'?"
     assert str(unknown_name("fruit", "zzz", ["apple", "pear"])) == "'zzz' is not a fruit; known: apple, pear"
+
+
+def test_a_name_that_is_not_known_is_refused_in_short_words_that_begin_with_the_place():
+    check_name("fruit", "pear", {"apple": 1, "pear": 2})
+    with pytest.raises(InputError, match=r"^basket: 'x{60}' is not a fruit; known: apple, pear$"):
+        check_name("fruit", 100 * "x", ["apple", "pear"], where="basket: ")
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import difflib
 import os
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from numbers import Number
 from types import UnionType
+from typing import Any
 
 
 class InputError(ValueError):
@@ -30,6 +31,12 @@ def unknown_name(kind: str, name: str, known: Iterable[str], otherwise: str = ""
     remedy = f"did you mean {near[0]!r}?" if near else otherwise or f"known: {', '.join(known)}"
     article = "an" if kind[0] in "aeiou" else "a"
     return InputError(f"{name!r} is not {article} {kind}; {remedy}")
+
+
+def check_name(kind: str, name: Any, known: Collection[str], where: str = "") -> None:
+    """`InputError`, which begins with ``where``, unless ``name`` is one of the ``known``."""
+    if name not in known:
+        raise InputError(f"{where}{unknown_name(kind, str(name)[:60], known)}")
 
 
 def described(value: object) -> str:

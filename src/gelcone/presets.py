@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
 
-from gelcone.errors import unknown_name
+from gelcone.errors import check_name
 from gelcone.physics.model import ConeModel
 
 
@@ -45,6 +45,5 @@ def load_presets() -> dict[str, Preset]:
 def find_preset(name: str) -> Preset:
     """The parameter set of that name; `InputError` with the nearest name when there is none."""
     presets = load_presets()
-    if name not in presets:
-        raise unknown_name("preset of the paper", name, presets)
+    check_name("preset of the paper", name, presets)
     return presets[name]

@@ -27,7 +27,7 @@ from gelcone.analyses.values import (
 )
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.devices.points import STATES
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 from gelcone.register.analysis import Analysis, annotation_of
@@ -191,8 +191,7 @@ def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[fl
     given = [(name.strip(), value.strip()) for name, value in named] or list(zip(names, parts, strict=False))
     found: dict[str, float] = {}
     for name, part in given:
-        if name not in names:
-            raise unknown_name("component of --initial", name, names)
+        check_name("component of --initial", name, names)
         if name in found:
             raise InputError(f"--initial {name}: is given twice; give it once")
         found[name] = _read_component(name, part, states[names.index(name)].quantity, device)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.values import plain, read_field, read_measures, read_numbers
 from gelcone.devices.points import STATES
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.model import parameter_names, parameter_quantity
 from gelcone.quantity import Array
 
@@ -92,8 +92,7 @@ def read_states(over: Iterable[str], device: Device | None, system: ConeSystem |
     known = list(STATES) if system is None or device is not None else [state.name for state in system.states]
     given: dict[str, str] = {}
     for name, text in pairs(over, f"name=from:to:count, for example {example(device, 'displacement')}"):
-        if name not in known:
-            raise unknown_name("component of the initial state", name, known)
+        check_name("component of the initial state", name, known)
         if name in given:
             raise InputError(f"--over {name}: is given twice; give it once")
         given[name] = text

@@ -26,7 +26,7 @@ from gelcone.devices.points import at
 from gelcone.devices.scales import MEASURES
 from gelcone.devices.si import device_attributes, shown_values, to_si
 from gelcone.devices.units import parse_many
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import MARGIN, peaks_of, plane_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
@@ -111,8 +111,7 @@ def over_draws(
         )
     values = {str(n): v.values for n, v in draws.data_vars.items()} if hasattr(draws, "data_vars") else dict(draws)
     known = (*sweepable(), *ALONE, SHEET)
-    if analysis not in known:
-        raise unknown_name("analysis of draws", analysis, known)
+    check_name("analysis of draws", analysis, known)
     if initial is not None and analysis in ("envelope", SHEET):
         raise InputError(f"initial: {analysis} has a start of its own; leave it out")
     plan = Plan(model, {}, initial, values, {} if analysis in (*ALONE, SHEET) else options)

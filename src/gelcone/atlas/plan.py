@@ -18,7 +18,7 @@ from gelcone.dataset import attributes
 from gelcone.devices.analysis import check_model, dimensionless
 from gelcone.devices.device import Device
 from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept, shown_value
-from gelcone.errors import InputError, described, unknown_name
+from gelcone.errors import InputError, check_name, described
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
 from gelcone.register.analyses import sweepable
@@ -156,8 +156,7 @@ class Plan:
         if self.device is not None:
             return read_swept(self.device, name, values)
         known = [*self.cone.system.parameters, *STATES, *self._own_states]
-        if name not in known:
-            raise unknown_name(f"parameter that can be {how}", name, known)
+        check_name(f"parameter that can be {how}", name, known)
         if name in STATES:
             return STATES[name].check(name, values)
         if name in self._own_states:

@@ -15,7 +15,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.fields import SWEPT_FIELDS
 from gelcone.devices.points import STATE_FIELDS
 from gelcone.devices.units import parse, parse_deviation
-from gelcone.errors import InputError, check_kind, check_result, unknown_name
+from gelcone.errors import InputError, check_kind, check_name, check_result
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -162,8 +162,7 @@ def draw(
         raise InputError("uncertain: is empty; give at least one parameter and its distribution")
     if count < 2:
         raise InputError(f"count = {count}: must be at least 2 draws")
-    if method not in METHODS:
-        raise unknown_name("method of drawing", str(method), METHODS)
+    check_name("method of drawing", method, METHODS)
     known = {name: _in_numbers(name, given) for name, given in uncertain.items()}
     if indices and (len(uncertain) < 2 or count & (count - 1)):
         raise InputError(

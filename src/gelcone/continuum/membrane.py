@@ -33,7 +33,7 @@ from gelcone.continuum.mesh import (
     stretches,
 )
 from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, settled, slackens
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.progress import Progress
@@ -122,8 +122,7 @@ def membrane(
     """
     x, levels = check_displacements(displacements), check_voltages(voltages)
     model, ratios = ensemble(model, radius_ratio)
-    if wrinkles not in WRINKLES:
-        raise unknown_name("way to treat wrinkles", str(wrinkles), WRINKLES)
+    check_name("way to treat wrinkles", wrinkles, WRINKLES)
     relaxed = wrinkles == "relax"
     films = [mesh_film(single(model, i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
     _check_reachable(films, x)

@@ -15,7 +15,7 @@ from gelcone.devices.given import MaterialValues
 from gelcone.devices.parts import component_of, field_of, own_fields, part_record, read_part
 from gelcone.devices.record import Field, Record, plain
 from gelcone.devices.units import FieldError
-from gelcone.errors import unknown_name
+from gelcone.errors import check_name
 from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
@@ -326,6 +326,5 @@ def find_material(name: str) -> Material:
     >>> round(find_material("PVC-DBA 4:1").shear_modulus)
     18700
     """
-    if name not in _library():
-        raise unknown_name("material", name, _library())
+    check_name("material", name, _library())
     return _library()[name]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from gelcone._version import __version__
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.export.compiler import compile_library, cross_compiler, find_compiler
 from gelcone.export.sources import RATE, Exported, Variable, filled, sources
 from gelcone.files import write_whole
@@ -73,8 +73,7 @@ def _compilers(name: str, fmi: int, platforms: Sequence[str]) -> dict[str, list[
     found: dict[str, list[str]] = {}
     host = _SYSTEMS.get(platform.system(), "") + _MACHINES.get(platform.machine().lower(), "?")
     for own in platforms:
-        if own != HOST and own not in PLATFORMS:
-            raise unknown_name("platform", own, [HOST, *PLATFORMS])
+        check_name("platform", own, [HOST, *PLATFORMS])
         known = PLATFORMS.get(host if own == HOST else own)
         folder = "" if known is None else known.second if fmi == 2 else known.third
         if known is not None and not folder and own != HOST:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, format_si
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.lab.reading import Column, Table
 from gelcone.quantity import Array
 
@@ -121,8 +121,7 @@ def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, 
     for role, text in named.items():
         before, comma, after = text.rpartition(",")
         own, named_unit = (before.strip(), after.strip()) if comma else (text.strip(), "")
-        if own not in table.columns:
-            raise InputError(f"{table.file}: {role} = {text!r}: {unknown_name('column', own, table.columns)}")
+        check_name("column", own, table.columns, where=f"{table.file}: {role} = {text!r}: ")
         found[role] = table.columns[own], named_unit or table.columns[own].unit
     taken = {column.name for column, _ in found.values()}
     for name, column in table.columns.items():

@@ -14,7 +14,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse, parse_share
-from gelcone.errors import DoubtfulInput, InputError, check_kind, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, check_kind, check_name, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
     REFUSED,
@@ -250,8 +250,7 @@ def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
     """The profile intervals of the unknowns that are wanted; NaN for all others."""
     names = best.problem.names
     for name in wanted:
-        if name not in names:
-            raise InputError(f"--profile {unknown_name('free field or gain of this fit', name[:60], names)}")
+        check_name("free field or gain of this fit", name, names, where="--profile ")
     ends = np.array([profiled(best, name) if name in wanted else (np.nan, np.nan) for name in names])
     return dataset.columns("unknown", {
         "profile_low": (ends[:, 0], "lower end of the profile interval, as a logarithm", "share"),
@@ -279,8 +278,7 @@ def _problem(
 
 def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[Device, dict[str, float]]:
     """A device with another structure of its loss, and its free fields."""
-    if loss not in LOSSES:
-        raise unknown_name("structure of the loss", str(loss)[:60], LOSSES)
+    check_name("structure of the loss", loss, LOSSES)
     if device.damping_coefficient is None:
         raise InputError("--loss: needs damping_coefficient in place of a damping that changes with other fields")
     branches = {

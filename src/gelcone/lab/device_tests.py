@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
-from gelcone.errors import InputError, check_path, unknown_name
+from gelcone.errors import InputError, check_name, check_path
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import refuse_kilovolts
 from gelcone.lab.measured import listed_tables, place_of
@@ -102,8 +102,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
     gains = dict(GAINS)
     for name, value in others.get("instruments", {}).items():
         own = name.replace("_", " ")
-        if own not in INSTRUMENTS:
-            raise InputError(f"{path}: {unknown_name('instrument', own, INSTRUMENTS)}")
+        check_name("instrument", own, INSTRUMENTS, where=f"{path}: ")
         gains[own] = parse_share(f"{path}: instruments.{name}", value)
     return DeviceTests(tuple(_test(path, k, entry) for k, entry in enumerate(entries, start=1)), gains)
 
@@ -112,13 +111,11 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
     """A test of the list."""
     where = f"{path}, test {number}"
     kind = str(entry.get("kind"))
-    if kind not in KINDS:
-        raise InputError(f"{where}: {unknown_name('kind of test on a device', kind[:60], KINDS)}")
+    check_name("kind of test on a device", kind, KINDS, where=f"{where}: ")
     units = _units(kind)
     known = ("file", "kind", "noise", *units)
     for key in entry:
-        if key not in known:
-            raise InputError(f"{where}: {unknown_name(f'setting of a {kind} test', key, known)}")
+        check_name(f"setting of a {kind} test", key, known, where=f"{where}: ")
     table = read_table(place_of(path, where, entry["file"])) if "file" in entry else None
     numbers = {}
     for name, unit in units.items():
@@ -265,8 +262,7 @@ def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None,
     given = given.removeprefix("-")
     before, comma, after = given.rpartition(",")
     own, stated = (before.strip(), after.strip()) if comma else (given.strip(), None)
-    if own not in table.columns:
-        raise InputError(f"{where}: {name} = {given!r}: {unknown_name('column', own, table.columns)}")
+    check_name("column", own, table.columns, where=f"{where}: {name} = {given!r}: ")
     return own, stated
 
 

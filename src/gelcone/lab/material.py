@@ -17,7 +17,7 @@ from gelcone.devices.materials import Material
 from gelcone.devices.record import Record
 from gelcone.devices.template import material_text
 from gelcone.devices.units import FieldError, format_si
-from gelcone.errors import InputError, check_kind, check_result, unknown_name
+from gelcone.errors import InputError, check_kind, check_name, check_result
 from gelcone.lab.coupons import Coupon, Spectrum, same_temperature
 from gelcone.lab.material_fit import (
     Band,
@@ -100,8 +100,7 @@ def fit_material(
     check_kind("fit_material", tests, Measured, "give tests on coupons, such as gelcone.read_tests('tension.csv')")
     chosen_laws = _checked_laws(laws)
     counts = _checked_counts(branches)
-    if flow not in FLOWS:
-        raise unknown_name("flow", str(flow), FLOWS)
+    check_name("flow", flow, FLOWS)
     check_count("draws", draws, 0)
     known = _known_fields(material)
     temperature, coupons = same_temperature(tests.coupons)
@@ -215,8 +214,7 @@ def fitted_text(result: xr.Dataset) -> str:
 def _checked_laws(laws: Sequence[str] | None) -> list[str]:
     chosen = list(LAWS) if laws is None else [laws] if isinstance(laws, str) else list(laws)
     for law in chosen:
-        if law not in LAWS:
-            raise unknown_name("law", str(law), LAWS)
+        check_name("law", law, LAWS)
     return list(dict.fromkeys(chosen))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from gelcone.devices.units import FieldError, parse
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.files import read_text, read_toml
 from gelcone.lab.coupons import KINDS, MODES, ROLES, USES, WIDTHS, Coupon, Spectrum, coupons_of, spectra_of
 from gelcone.lab.reading import read_table
@@ -130,8 +130,7 @@ def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path
     """The file of a table [[test]], and its settings in SI."""
     where = f"{path}, test {number}"
     for key in entry:
-        if key not in KEYS:
-            raise InputError(f"{where}: {unknown_name('setting of a test', key, KEYS)}")
+        check_name("setting of a test", key, KEYS, where=f"{where}: ")
     place = place_of(path, where, entry.get("file"))
     columns = {key: value for key, value in entry.items() if key in ROLES and not _begins_a_number(value)}
     for key, value in columns.items():
@@ -149,8 +148,7 @@ def _setting(where: str, key: str, value: Any) -> Any:
     """A setting, checked, numbers in SI."""
     try:
         if key in _CHOICES:
-            if value not in _CHOICES[key]:
-                raise unknown_name(key, str(value)[:60], _CHOICES[key])
+            check_name(key, value, _CHOICES[key])
             return value
         if key in _NUMBERS:
             bounds: dict[str, Any] = {"least": 0.0} if key in ("voltage", "hold_from") else {"above": 0.0}
@@ -178,6 +176,5 @@ def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]
         return tests
     own = {test.name.rsplit(" ", 1)[-1]: test for test in tests}
     for one in ids:
-        if one not in own:
-            raise InputError(f"{file}: {unknown_name('test of the file', one, own)}")
+        check_name("test of the file", one, own, where=f"{file}: ")
     return [own[one] for one in ids]

@@ -16,7 +16,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.materials import find_material
 from gelcone.devices.units import FieldError, format_si, parse, parse_share
-from gelcone.errors import InputError, check_path, unknown_name
+from gelcone.errors import InputError, check_name, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.lab.device_fit import STEP, Problem
 from gelcone.lab.material import fit_material
@@ -102,8 +102,7 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
     path = Path(path)
     content = read_toml(path, read_text(path, REMEDY))
     for key in content:
-        if key not in KEYS:
-            raise InputError(f"{path}: {unknown_name('key of a measured device', key[:60], KEYS)}")
+        check_name("key of a measured device", key, KEYS, where=f"{path}: ")
     texts = [content.get(key, "") for key in ("title", "source")]
     missing = content.get("missing", [])
     if not all(isinstance(text, str) and text for text in texts):
@@ -182,11 +181,9 @@ def _number(where: str, entry: Any, unit: str) -> Number:
     if not isinstance(entry, dict):
         raise InputError(f"{where}: must be a table {{value = ..., unit = ..., sentence = ..., kind = ...}}")
     for key in entry:
-        if key not in keys:
-            raise InputError(f"{where}: {unknown_name('key of a number', key[:60], keys)}")
+        check_name("key of a number", key, keys, where=f"{where}: ")
     kind, sentence = str(entry.get("kind")), entry.get("sentence")
-    if kind not in KINDS:
-        raise InputError(f"{where}: {unknown_name('kind of number', kind[:60], KINDS)}")
+    check_name("kind of number", kind, KINDS, where=f"{where}: ")
     if not isinstance(sentence, str) or not sentence.strip():
         raise InputError(f"{where}: the sentence that states it is missing")
     value = _si(where, entry.get("value"), str(entry.get("unit", "")), unit)
@@ -253,8 +250,7 @@ def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
     if not isinstance(given, dict):
         raise InputError(f"{path}: [coupons] must be a table; {REMEDY}")
     for key in given:
-        if key not in keys:
-            raise InputError(f"{path}: coupons: {unknown_name('setting', key[:60], keys)}")
+        check_name("setting", key, keys, where=f"{path}: coupons: ")
     tests = read_tests(place_of(path, f"{path}: coupons", given.get("tests")))
     laws = [str(given["law"])] if "law" in given else None
     counts = [given["branches"]] if "branches" in given else None

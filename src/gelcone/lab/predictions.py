@@ -10,7 +10,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.devices.units import FieldError, parse
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.lab.bench import Variants
 from gelcone.lab.device_fit import STEP, Problem, next_experiments
 from gelcone.motion.equilibrium import pull_in_voltage
@@ -36,8 +36,7 @@ def read_predictions(texts: Sequence[str]) -> list[Asked]:
     found = []
     for text in texts:
         kind, at, voltage = (part.strip() for part in text.partition("@"))
-        if kind not in PREDICTIONS:
-            raise unknown_name("prediction", kind[:60], PREDICTIONS)
+        check_name("prediction", kind, PREDICTIONS)
         if bool(at) == (kind == "pull-in"):
             raise InputError(f"--predict {text!r}: {'takes no voltage' if at else f'give a voltage, {kind}@1 kV'}")
         try:

@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
-from gelcone.errors import InputError, check_path, unknown_name
+from gelcone.errors import InputError, check_name, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.motion.envelope import MARGIN
 from gelcone.physics.records import FILMS
@@ -162,8 +162,7 @@ def with_samples(wish: Wish, draws: Mapping[str, Array]) -> Wish:
     """
     fields = wish.device.swept_fields()
     for name, values in draws.items():
-        if name not in fields:
-            raise InputError(f"samples: {unknown_name('field of a design', name[:60], fields)}")
+        check_name("field of a design", name, fields, where="samples: ")
         if any(one.name == name for one in wish.tolerances):
             raise InputError(
                 f"--samples and [tolerances] {name}: the samples hold it already, with its correlations; leave one out"
@@ -199,8 +198,7 @@ def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
         fixed | {key: float(_middle(span)) for key, span in bounds.items()} | {"name": fixed.get("name", name)}
     )
     for key in bounds:
-        if key not in device.swept_fields():
-            raise InputError(f"[free] {unknown_name('field that can be free', key, device.swept_fields())}")
+        check_name("field that can be free", key, device.swept_fields(), where="[free] ")
     return Wish(
         text,
         device,
@@ -251,8 +249,7 @@ def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
 
     found = {}
     for name, value in free.items():
-        if name not in DEVICE_FIELDS:
-            raise InputError(f"[free] {unknown_name('device field', name, DEVICE_FIELDS)}")
+        check_name("device field", name, DEVICE_FIELDS, where="[free] ")
         low, colon, high = (part.strip() for part in str(value).partition(":"))
         if not colon:
             raise InputError(f'[free] {name} = {str(value)[:60]!r}: must be two bounds, such as "4 mm:15 mm"')
@@ -311,8 +308,7 @@ def _check(device: Device) -> None:
 
 def _tolerance(device: Device, name: str, value: Any) -> Tolerance:
     fields = device.swept_fields()
-    if name not in fields:
-        raise InputError(f"[tolerances] {unknown_name('field with a tolerance', name, fields)}")
+    check_name("field with a tolerance", name, fields, where="[tolerances] ")
     text = str(value).strip()
     if text.endswith("%"):
         return Tolerance(name, 0.01 * parse(f"[tolerances] {name}", _number(text[:-1].strip()), "1", above=0.0), True)
@@ -329,8 +325,7 @@ def _objectives(content: Mapping[str, Any]) -> tuple[Objective, ...]:
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise InputError(f'{key} = {str(given)[:60]!r}: must be a list of names, such as ["{known[0]}"]')
         for name in names:
-            if name not in known:
-                raise InputError(f"{key}: {unknown_name('objective', name[:60], known)}")
+            check_name("objective", name, known, where=f"{key}: ")
             found.append(Objective(name, key == "largest"))
     if len(found) > MOST_OBJECTIVES:
         raise InputError(f"{len(found)} objectives: give at most {MOST_OBJECTIVES}")

@@ -11,7 +11,7 @@ from gelcone.codes import Regime
 from gelcone.devices.analysis import analysis, dimensionless, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.motion.envelope import MARGIN, envelope
 from gelcone.motion.plane import NUDGE, DriveShape
 from gelcone.motion.regime import regime
@@ -117,8 +117,7 @@ def drive(
     >>> best.attrs["limit"], round(best.peak_voltage.item(), 4), best.drive_frequency.item()
     ('meridional slack', 0.7191, 0.805)
     """
-    if largest not in get_args(Largest):
-        raise unknown_name("quantity to be largest", largest, get_args(Largest))
+    check_name("quantity to be largest", largest, get_args(Largest))
     device = model if isinstance(model, Device) else None
     cone = model if device is None else device.to_model()
     if not isinstance(cone, ConeModel) or cone.shape:

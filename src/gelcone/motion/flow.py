@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import check_model
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.motion.job import KEEPS, Backend, Job, Keep, Portable, Trajectories
 from gelcone.motion.jumps import end_films
 from gelcone.physics.driven import DrivenSystem
@@ -96,8 +96,7 @@ def integrate(
     """
     check_model(model, "integrate")
     members = model.members()
-    if keep not in KEEPS:
-        raise unknown_name("thing to keep", str(keep), KEEPS)
+    check_name("thing to keep", keep, KEEPS)
     check_flow(tolerance, threads)
     states0 = _states("initial", initial, members)
     t0 = _fit("start", start, (members.size,))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, transient_of, transient_of_the_disc
 from gelcone.motion.corners import between_corners, sampled_evenly
@@ -108,8 +108,7 @@ class Plane:
     limits_from: str = "rest"
 
     def __post_init__(self) -> None:
-        if self.limits_from not in FROM:
-            raise unknown_name("motion that limits hold from", str(self.limits_from), FROM)
+        check_name("motion that limits hold from", self.limits_from, FROM)
 
     @classmethod
     def of(

@@ -12,7 +12,7 @@ from gelcone import dataset
 from gelcone.devices.analysis import check_model, device_words, dimensionless, for_devices
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
-from gelcone.errors import InputError, MissingDependency, unknown_name
+from gelcone.errors import InputError, MissingDependency, check_name
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.linear import all_ideal, at_rest, uncurrented
 from gelcone.physics.component import State
@@ -153,8 +153,7 @@ def _linearised(
         raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
         for name in given:
-            if name not in known:
-                raise unknown_name(f"{kind} of a linear model", name, known)
+            check_name(f"{kind} of a linear model", name, known)
     system, n = model.system, model.numbers()
     bias = float(model.voltage_bias if voltage is None else voltage)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.circuit import Circuit, IdealSource, Port
 from gelcone.physics.component import Numbers, State
 from gelcone.physics.film.film import Border
@@ -84,8 +84,7 @@ class Amplifier(Circuit):
 
     def __post_init__(self) -> None:
         for name in self.takes:
-            if name not in ELECTRICS:
-                raise unknown_name("parameter of an amplifier", str(name), ELECTRICS)
+            check_name("parameter of an amplifier", name, ELECTRICS)
             if (owner := NEEDS.get(name)) and owner not in self.takes:
                 raise InputError(f"{name}: there is no {owner}; give {owner}, or leave {name} out")
         object.__setattr__(self, "takes", tuple(name for name in ELECTRICS if name in self.takes))

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.physics.amplifier import ELECTRICS, with_electrics
 from gelcone.physics.bias import BIASES
 from gelcone.physics.component import Component, find_component
@@ -444,6 +444,5 @@ def parameter_names() -> list[str]:
 def parameter_quantity(name: str, system: ConeSystem | None = None) -> Quantity:
     """The `Quantity` behind a numeric parameter; `InputError` for an unknown or non-numeric one."""
     known = PARAMETERS | (system.parameters if system else {})
-    if name not in known:
-        raise unknown_name("numeric model parameter", name, known)
+    check_name("numeric model parameter", name, known)
     return known[name]

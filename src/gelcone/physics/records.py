@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.amplifier import ELECTRICS, Amplifier
 from gelcone.physics.bias import BIASES, Bias, Together
 from gelcone.physics.circuit import ChargeControl, Circuit, IdealSource
@@ -131,8 +131,7 @@ def _without_numbers(kind: str, find: Callable[[Any], Component], table: Any, fo
     data: list[str] = [field.name for field in fields(component)] if is_dataclass(component) else []
     numbers = [*component.parameters, *(ELECTRICS if isinstance(component, Amplifier) else ())]
     for name in (name for name in table if name not in ("component", *data)):
-        if name not in numbers:
-            raise unknown_name(f"field of the {kind} {component.name!r}", str(name), [*data, *numbers])
+        check_name(f"field of the {kind} {component.name!r}", name, [*data, *numbers])
         if found.get(name) is not None:
             raise InputError(f"{name}: stands in the table of the {kind} and as a parameter; give it once")
         found[name] = table[name]

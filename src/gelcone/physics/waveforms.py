@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.component import Numbers
 from gelcone.physics.drive import PHASE_SPEED, PHASES, VOLTAGE, Pieced, Pieces, Waveform, of_points
 from gelcone.quantity import LARGEST, Array, Quantity
@@ -240,8 +240,7 @@ class Chirp(Pieced):
 
     def __post_init__(self) -> None:
         _check_flags(self.name, repeat=self.repeat)
-        if self.sweep not in SWEEPS:
-            raise unknown_name("sweep of a chirp", str(self.sweep), SWEEPS)
+        check_name("sweep of a chirp", self.sweep, SWEEPS)
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
         values = super().complete(given)
@@ -384,8 +383,7 @@ class Samples(Pieced):
 
     def __post_init__(self) -> None:
         _check_flags(self.name, repeat=self.repeat, jump=self.jump)
-        if self.interpolation not in INTERPOLATIONS:
-            raise unknown_name("interpolation", str(self.interpolation), INTERPOLATIONS)
+        check_name("interpolation", self.interpolation, INTERPOLATIONS)
         shares, values = (_list_of_numbers(f"samples: {own}", getattr(self, own)) for own in ("shares", "values"))
         if not 2 <= shares.size == values.size <= MOST_PIECES:
             raise InputError(f"samples: takes 2 to {MOST_PIECES} values, as many as shares")

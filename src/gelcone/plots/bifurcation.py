@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
-from gelcone.errors import unknown_name
+from gelcone.errors import check_name
 from gelcone.plots.branches import BRUTE_FORCE, event_ticks, events, exponents, flags, orbits
 from gelcone.plots.branches import legend as branch_legend
 from gelcone.plots.regime import (
@@ -62,8 +62,7 @@ MIDDLES = ("exponent", "extent")
 
 def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"] = "exponent") -> Figure:
     """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
-    if middle not in MIDDLES:
-        raise unknown_name("middle", middle, MIDDLES)
+    check_name("middle", middle, MIDDLES)
     name = diagram.attrs["parameter"]
     rows, followed = diagram.sizes["branch"], attached_branches(diagram)
     slack = slack_states(diagram)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.atlas.maps import ALSO
 from gelcone.codes import Regime
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.plots.regime import (
     cell_legend,
     edges,
@@ -43,8 +43,7 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exp
     ``lines`` are drawn over both, for example where rest loses its stability; ``colour`` is ``"exponent"``,
     ``"stroke"``, or what the map was asked for ``also``: ``"power"`` or ``"margin"``.
     """
-    if colour not in COLOURS:
-        raise unknown_name("colour", colour, COLOURS)
+    check_name("colour", colour, COLOURS)
     if colour in ALSO and colour not in cells:
         raise InputError(f"colour = {colour}: the map does not hold it; compute it with also = {colour!r}")
     from matplotlib.patches import Patch

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import gelcone
-from gelcone.errors import unknown_name
+from gelcone.errors import check_name
 from gelcone.register.analysis import Analysis, command_name
 
 
@@ -44,6 +44,5 @@ def sweepable() -> dict[str, Analysis]:
 
 def find_analysis(name: str) -> Analysis:
     """The analysis of that name; `InputError` with the nearest name when there is none."""
-    if name not in ANALYSES:
-        raise unknown_name("analysis", name, ANALYSES)
+    check_name("analysis", name, ANALYSES)
     return ANALYSES[name]

@@ -16,7 +16,7 @@ from gelcone.analyses.answer import in_si
 from gelcone.analyses.ask import arguments_of
 from gelcone.analyses.values import is_number
 from gelcone.devices.units import DIMENSIONS, parse
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
 from gelcone.studio.grids import Axis, Source
@@ -55,8 +55,7 @@ class Wanted:
     @classmethod
     def read(cls, name: Any, options: Any, axes: tuple[Axis, ...]) -> Wanted:
         """From what the page sends; `InputError` for what it cannot save."""
-        if name not in OPTIONS:
-            raise unknown_name("result that can be saved", str(name), OPTIONS)
+        check_name("result that can be saved", name, OPTIONS)
         if not isinstance(options, dict) or not options.keys() <= set(OPTIONS[name]):
             raise InputError(f"options of {name}: must be among {', '.join(OPTIONS[name]) or 'none'}")
         checked = {option: OPTIONS[name][option](value) for option, value in options.items()}
@@ -88,8 +87,7 @@ def make(source: Source, wanted: Wanted, form: str) -> bytes:
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
-    if form not in FORMATS:
-        raise unknown_name("format", form, FORMATS)
+    check_name("format", form, FORMATS)
     subject = source.subject()
     shown = in_si(compute(subject, wanted), subject)
     with TemporaryDirectory() as folder:

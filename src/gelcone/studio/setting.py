@@ -26,7 +26,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.physics.bias import BIASES, Together
 from gelcone.physics.component import names_of
 from gelcone.physics.film.membrane import MembraneFilm
@@ -121,11 +121,9 @@ class Shelf:
         if setting.file is not None:
             return None
         if setting.device is None:
-            if setting.preset not in load_presets():
-                raise unknown_name("preset of the paper", str(setting.preset), load_presets())
+            check_name("preset of the paper", setting.preset, load_presets())
             return None
-        if setting.device not in self.devices:
-            raise unknown_name("device", setting.device, self.devices)
+        check_name("device", setting.device, self.devices)
         return self.devices[setting.device]
 
     def called(self, setting: Setting) -> str:

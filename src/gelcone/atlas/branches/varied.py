@@ -19,7 +19,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.numbers import SHIPPED
 from gelcone.devices.points import at, field_attributes, read_swept, shown_value
 from gelcone.devices.si import device_attributes, state_factors
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.orbit import Kind, Settings, Shooting, repeat_phase, segments_for
 from gelcone.motion.start import complete, start_states
@@ -177,8 +177,7 @@ def _interval(target: ConeModel | Device, name: str, low: Any, high: Any) -> tup
     if isinstance(target, Device):
         low, high = (float(end) for end in read_swept(target, name, [low, high]))
     else:
-        if name not in target.values:
-            raise unknown_name("parameter of the model", name, list(target.values))
+        check_name("parameter of the model", name, target.values)
         for end in (low, high):
             target.replace(**{name: end})
     if not (np.isfinite([low, high]).all() and low < high):

@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.component import Numbers, State
 from gelcone.physics.laws import LAWS
 from gelcone.quantity import Quantity
@@ -85,8 +85,7 @@ class Branches:
     reduced: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.flow not in FLOWS:
-            raise unknown_name("flow", str(self.flow), FLOWS)
+        check_name("flow", self.flow, FLOWS)
         if not (isinstance(self.count, int) and 0 <= self.count <= MOST_BRANCHES):
             raise InputError(f"branches = {self.count}: must be a whole number from 0 to {MOST_BRANCHES}")
         if not (isinstance(self.exponent, int) and self.exponent >= 1 and self.exponent % 2):

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.physics.component import Numbers, State
 from gelcone.physics.film.branches import RESTED, Branches
 from gelcone.physics.film.film import Film, FilmState, TracedState
@@ -103,8 +103,7 @@ class GelFilm(Film):
 
 def check_prestretch_mode(mode: str) -> None:
     """`InputError` unless it is one of `PRESTRETCH_MODES`."""
-    if mode not in PRESTRETCH_MODES:
-        raise unknown_name("prestretch_mode", str(mode), PRESTRETCH_MODES)
+    check_name("prestretch_mode", mode, PRESTRETCH_MODES)
 
 
 @dataclass(frozen=True)
@@ -128,8 +127,7 @@ class BranchedFilm(GelFilm):
         check_prestretch_mode(self.prestretch_mode)
         object.__setattr__(self, "reduced", tuple(sorted({int(k) for k in self.reduced})))
         _ = self.viscous
-        if self.rested not in RESTED:
-            raise unknown_name("rested", str(self.rested), RESTED)
+        check_name("rested", self.rested, RESTED)
 
     @cached_property
     def viscous(self) -> Branches:

@@ -38,7 +38,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.codes import FilmPullIn
-from gelcone.errors import InputError, unknown_name
+from gelcone.errors import InputError, check_name
 from gelcone.membrane.table import NEVER
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import Creeping
@@ -92,8 +92,7 @@ class WrinklingCone(TautCone):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.pull_in not in PULL_IN:
-            raise unknown_name("pull_in", str(self.pull_in), PULL_IN)
+        check_name("pull_in", self.pull_in, PULL_IN)
         if self.branches and self.elastic.goes_on:
             raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
 
