@@ -5,7 +5,14 @@ import threading
 import pytest
 
 from gelcone import ConeModel, simulate
-from gelcone.progress import Stopped, Watch, split_progress, watching, weighted
+from gelcone.progress import Stopped, Watch, advance, split_progress, watching, weighted
+
+
+def test_a_share_is_reported_to_a_progress_if_there_is_one():
+    told = []
+    advance(told.append, 0.25)
+    advance(None, 0.5)
+    assert told == [0.25]
 
 
 def test_a_weighted_progress_is_a_share_of_the_whole():

@@ -45,6 +45,12 @@ def current_watch() -> Watch | None:
     return getattr(_watched, "watch", None)
 
 
+def advance(progress: Progress, share: float) -> None:
+    """Report a share of the work to a progress, if there is one."""
+    if progress is not None:
+        progress(share)
+
+
 def weighted(progress: Progress, weight: float) -> Progress:
     """A progress whose whole is the share ``weight`` of the given one's."""
     if progress is None:
@@ -67,8 +73,7 @@ class Counted:
 
     def __call__(self, share: float) -> None:
         self._done += share
-        if self._report is not None:
-            self._report(share)
+        advance(self._report, share)
 
     def finish(self) -> None:
         """Reports the share that has not been reported yet."""

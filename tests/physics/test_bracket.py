@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from gelcone.physics.bracket import crossing, first_passing, rise, sign_change, sign_changes
+from gelcone.physics.bracket import crossing, first_passing, halved, rise, sign_change, sign_changes
 
 
 @settings(deadline=None)
@@ -127,3 +127,10 @@ def test_what_lies_beyond_the_ends_of_one_element_does_not_concern_the_others() 
         return np.where(np.isnan(wanted), np.where((x > 0.0) & (x < 1.0), np.nan, 1.0), x - wanted)
 
     np.testing.assert_allclose(rise(function, np.zeros(2), np.ones(2)), [0.0, 0.3], rtol=1e-15)
+
+
+def test_halving_ends_around_where_a_condition_ends_of_each_element():
+    low, high = halved(lambda x: x * x < np.array([2.0, 9.0]), np.zeros(2), np.array([2.0, 4.0]), 50)
+    assert (low <= [2.0**0.5, 3.0]).all()
+    assert (high >= [2.0**0.5, 3.0]).all()
+    np.testing.assert_allclose(high - low, np.array([2.0, 4.0]) / 2.0**50, rtol=0.5)

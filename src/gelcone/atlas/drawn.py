@@ -34,7 +34,7 @@ from gelcone.motion.settle import single
 from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from gelcone.physics.film.pull_in import Between, interpolated_curves
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Counted, Progress, weighted
+from gelcone.progress import Counted, Progress, advance, weighted
 from gelcone.quantity import Array
 from gelcone.register.analyses import find_analysis, sweepable
 from gelcone.statistics import spread
@@ -284,8 +284,7 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
     model, states = plan.at(plan.grid)
     if np.ndim(model.drive_frequency):
         model = model.replace(drive_frequency=float(plan.cone.drive_frequency))
-    if progress is not None:
-        progress(1.0 - DRAWN_SHARE)
+    advance(progress, 1.0 - DRAWN_SHARE)
 
     def of(rows: Array, share: Progress = None) -> xr.Dataset:
         some = model.replace(**{n: np.asarray(v)[rows] for n, v in model.values.items() if np.ndim(v)})
@@ -362,8 +361,7 @@ def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress
             one, failed = None, failed + 1
         for name, found in rows.items():
             found.append(np.full_like(sheet[name].values, np.nan) if one is None else one[name].values)
-        if progress is not None:
-            progress(1.0 / plan.size)
+        advance(progress, 1.0 / plan.size)
     for name, found in rows.items():
         for end, values in zip(("low", "high"), spread(found)[[0, 2]], strict=True):
             sheet[f"{name}_{end}"] = sheet[name].dims, values, dict(sheet[name].attrs)

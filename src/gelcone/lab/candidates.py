@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.device import Device
+from gelcone.physics.bracket import halved
 from gelcone.quantity import Array
 
 HEIGHTS = 40
@@ -98,10 +99,7 @@ def _rest(system: Any, n: Any, size: int) -> tuple[Array, Array]:
     most = np.where(np.isfinite(limit), np.minimum(np.sqrt(above - 1.0), most), most)
     low, high = np.full((size, 1), 1e-6), most.copy()
     held = (system.static_force(low, 0.0, n)[0] < 0.0) & (system.static_force(high, 0.0, n)[0] > 0.0)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        pulls = system.static_force(middle, 0.0, n)[0] > 0.0
-        low, high = np.where(pulls, low, middle), np.where(pulls, middle, high)
+    low, high = halved(lambda x: ~(system.static_force(x, 0.0, n)[0] > 0.0), low, high, BISECTIONS)
     return np.where(held, 0.5 * (low + high), np.nan), most
 
 

@@ -23,7 +23,7 @@ from gelcone.physics.balance import StaticBalance
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Voltages
 
 if TYPE_CHECKING:
@@ -103,11 +103,9 @@ def datasheet(
     found = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)
     found = found.assign(_static_numbers(model, found))
     found = found.assign(_dynamic_numbers(model, found))
-    if progress is not None:
-        progress(0.3)
+    advance(progress, 0.3)
     found = _with_limits(found.assign(_drive(model, threads)), model, threads)
-    if progress is not None:
-        progress(0.4)
+    advance(progress, 0.4)
     options = {"voltages": None if voltages is None else levels[1:].tolist()}
     return found.assign_attrs(title="data sheet", options=json.dumps(options))
 

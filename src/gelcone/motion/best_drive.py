@@ -20,7 +20,7 @@ from gelcone.motion.start import start_states
 from gelcone.motion.swing import settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import rest_displacement, rest_displacements
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Frequency
 
 if TYPE_CHECKING:
@@ -183,8 +183,7 @@ def drive(
         title="best drive",
     )
     about = {} if device is None else device_attributes(device)
-    if progress is not None:
-        progress(0.05)
+    advance(progress, 0.05)
     return result.assign_attrs(limit=limit, largest=largest, **about)
 
 

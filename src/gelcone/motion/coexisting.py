@@ -20,6 +20,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.settle import repeats_lasting, settle
 from gelcone.motion.swing import Swing, settled_swing, swing
 from gelcone.motion.validity import unknown
+from gelcone.physics.bracket import halved
 from gelcone.physics.members import Members
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array
@@ -268,16 +269,11 @@ def _edge(kicks: _Kicks, found: list[Motions], rows: Rows, phases: Array, sizes:
     """The smallest kicks that lead away at these phases, halved down from ``sizes``; NaN where those do not."""
     low, high = np.zeros(len(rows)), np.asarray(sizes, dtype=float)
 
-    def leads(tried: Array) -> Array:
+    def stays(tried: Array) -> Array:
         motions = kicks.after(rows, phases, tried)
-        return np.array([found[row].number_of(motion) > 0 for row, motion in zip(rows, motions, strict=True)])
+        return np.array([found[row].number_of(motion) == 0 for row, motion in zip(rows, motions, strict=True)])
 
-    away = leads(high)
-    for _ in range(HALVINGS + 1):
-        middle = 0.5 * (low + high)
-        hit = leads(middle)
-        high, low = np.where(hit, middle, high), np.where(hit, low, middle)
-    return np.where(away, high, np.nan)
+    return np.where(stays(high), np.nan, halved(stays, low, high, HALVINGS + 1)[1])
 
 
 def _same(one: Swing, other: Swing) -> bool:

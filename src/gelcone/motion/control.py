@@ -11,6 +11,7 @@ from scipy.interpolate import make_interp_spline
 from gelcone import dataset
 from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
+from gelcone.physics.bracket import halved
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Capacitance, Capacitances, Lengths, Times, Voltage
@@ -208,8 +209,5 @@ def _inverted(known: Any, wanted: Array, reach: tuple[float, float]) -> Array:
         return np.full(wanted.shape, np.nan)
     ends = known(there[[0, -1]])
     low, high = np.full(wanted.shape, there[0]), np.full(wanted.shape, there[-1])
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        below = known(middle) < wanted
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    low, high = halved(lambda x: known(x) < wanted, low, high, HALVINGS)
     return np.where((wanted >= ends[0]) & (wanted <= ends[1]), 0.5 * (low + high), np.nan)

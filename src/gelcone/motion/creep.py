@@ -27,7 +27,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
 from gelcone.physics.system import BIAS_SHARE
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltages
 
 if TYPE_CHECKING:
@@ -146,8 +146,7 @@ def creep(
         options={"duration": duration, "tolerance": tolerance},
         title="creep",
     )
-    if progress is not None:
-        progress(0.1)
+    advance(progress, 0.1)
     outcome = np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
     return result.assign(outcome=dataset.outcome_array(outcome, along))
 

@@ -33,7 +33,7 @@ from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import membrane_pull_in
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Frequencies, Time, Voltages
 from gelcone.register.analysis import Axis
 
@@ -318,8 +318,7 @@ def operating_limits_cells(
                 values, outcome[row] = {}, Outcome.ERROR
             for name, value in values.items():
                 found[name][row] = value
-        if progress is not None:
-            progress(1.0 / members.size)
+        advance(progress, 1.0 / members.size)
     return Findings(
         {
             f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))

@@ -18,7 +18,7 @@ from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
@@ -93,8 +93,7 @@ def limits_cells(
         held = films_at_once(part) if at_once else part
         found["pitchfork_voltage"][reachable] = pitchfork_voltage(held)
         found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(held)
-    if progress is not None:
-        progress(0.1 if flat.any() else 1.0)
+    advance(progress, 0.1 if flat.any() else 1.0)
     if flat.any():
         onset = onset_voltage(
             members.take(flat), tolerance=tolerance, threads=threads, progress=weighted(progress, 0.9)

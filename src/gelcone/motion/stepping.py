@@ -20,7 +20,7 @@ from gelcone.motion.attractor.search import integration
 from gelcone.motion.start import nudge
 from gelcone.motion.swing import Swing, settled_swing, swing_of
 from gelcone.physics.members import Members
-from gelcone.progress import Progress
+from gelcone.progress import Progress, advance
 from gelcone.quantity import Array
 
 NUDGE = 1e-4
@@ -140,8 +140,8 @@ def walk(model: Members, grids: Array, initial: Array, progress: Progress, searc
         more = done[place[done] < steps]
         step[more] = grids[more, place[more]] - at[more]
         distance[more] = np.abs(step[more])
-        if progress is not None and done.size:
-            progress(done.size / grids.size)
+        if done.size:
+            advance(progress, done.size / grids.size)
     return Walk(reached, falls, trail)
 
 

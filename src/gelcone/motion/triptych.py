@@ -16,7 +16,7 @@ from gelcone.motion.regime import regime_cells
 from gelcone.motion.section import section_cells
 from gelcone.motion.start import start_states
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, check_count
 
 if TYPE_CHECKING:
@@ -102,8 +102,7 @@ def triptych(
     repeats = np.arange(SECTION_POINTS) < np.where(open_ended, SECTION_POINTS, section.shape[1])
     first, after = (_sampled(count, members.drive_period, members.rate) for count in (periods, late_periods))
     runs = integrate(members, states, first, **flow), integrate(members, late, after, **flow)
-    if progress is not None:
-        progress(0.1)
+    advance(progress, 0.1)
     variables: dict[str, dataset.Variable] = {
         name: variable for name, variable in found.variables.items() if name != "section"
     }

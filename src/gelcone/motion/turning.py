@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.motion.flow import integrate
+from gelcone.physics.bracket import halved
 from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
@@ -39,12 +40,13 @@ def turning_share(gap: Array, x: Array, u: Array, a: Array) -> Array:
     sign = np.sign(np.where(u0 == 0.0, slope0, u0))
     # The cubic of the values and slopes has the mean (u0 + u1)/2 + (slope0 - slope1)/12; s^2 (1 - s)^2 has 1/30.
     bump = 30.0 * (mean - 0.5 * (u0 + u1) - (slope0 - slope1) / 12.0)
-    for _ in range(40):
-        s = 0.5 * (low + high)
+
+    def before(s: Array) -> Any:
         r = 1.0 - s
         value = r * r * ((1.0 + 2.0 * s) * u0 + s * slope0) + s * s * ((1.0 + 2.0 * r) * u1 - r * slope1 + r * r * bump)
-        before = value * sign > 0.0
-        low, high = np.where(before, s, low), np.where(before, high, s)
+        return value * sign > 0.0
+
+    low, high = halved(before, low, high, 40)
     return 0.5 * (low + high)
 
 

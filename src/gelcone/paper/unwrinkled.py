@@ -23,6 +23,7 @@ import numpy as np
 
 from gelcone.codes import Outcome
 from gelcone.physics.balance import NEAR_PULL_IN
+from gelcone.physics.bracket import halved
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film
 
@@ -147,10 +148,7 @@ class UnwrinkledFilm(Film):
             wanted = pull + 0.0 * x
             low, high = np.zeros_like(s), NEAR_PULL_IN * highest
             pulls = [self.stiffness(s, squared)[0] - squared for squared in (low, high)]
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (low + high)
-                above = self.stiffness(s, middle)[0] - middle > wanted
-                low, high = np.where(above, middle, low), np.where(above, high, middle)
+            low, high = halved(lambda v: self.stiffness(s, v)[0] - v > wanted, low, high, BISECTIONS)
             beyond = np.where(wanted < pulls[1], highest + pulls[1] - wanted, 0.5 * (low + high))
             return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
 

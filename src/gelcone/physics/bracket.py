@@ -87,6 +87,16 @@ def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) 
     return found
 
 
+def halved(before: Callable[[Any], Any], low: Any, high: Any, rounds: int) -> tuple[Any, Any]:
+    """Ranges between ``low`` and ``high`` (arrays of one shape), halved ``rounds`` times around the end of the places
+    of which ``before`` is true."""
+    for _ in range(rounds):
+        middle = 0.5 * (low + high)
+        below = before(middle)
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return low, high
+
+
 def crossing(times: Array, values: Array, level: float) -> float:
     """When values first come to a level, between samples by a straight line; NaN where they never do."""
     above = np.flatnonzero(values >= level)

@@ -22,7 +22,7 @@ from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study
-from gelcone.physics.bracket import first_passing
+from gelcone.physics.bracket import first_passing, halved
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -97,11 +97,7 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
 def _reach(model: ConeModel) -> Any:
     """Largest displacement inside the stretch limit, by bisection, per member."""
     low, high = np.zeros(model.size), np.full(model.size, 100.0)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        inside = model.strain(middle) < model.strain_limit()
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return low
+    return halved(lambda x: model.strain(x) < model.strain_limit(), low, high, 60)[0]
 
 
 def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:

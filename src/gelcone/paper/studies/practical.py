@@ -22,7 +22,7 @@ from gelcone.paper.studies.study import Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress as MaybeProgress
-from gelcone.progress import weighted
+from gelcone.progress import advance, weighted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,8 +80,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
         run[list(shares)].rename(shares),
         dataset.label(model, numbers | _thresholds(model), options={}, title=""),
     )
-    if progress is not None:
-        progress(0.7)
+    advance(progress, 0.7)
     in_volts = {"long_name": "voltage amplitude", "units": "V"}
     volts = np.asarray(device.voltage_amplitude)
     in_si = to_si(result, device).assign_coords(voltage_amplitude=("member", volts, in_volts))

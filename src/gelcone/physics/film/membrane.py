@@ -31,7 +31,7 @@ from gelcone.membrane.made import numbers_of, refusal
 from gelcone.membrane.mean_length import mean_length
 from gelcone.membrane.table import FLAT, NEVER
 from gelcone.membrane.table import names as table_names
-from gelcone.physics.bracket import RESOLVED, rise
+from gelcone.physics.bracket import RESOLVED, halved, rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.film.creeping_membrane import CreepingMembrane
@@ -444,10 +444,7 @@ class MembraneFilm(BranchedFilm):
         """The s at which the film begins to pull."""
         low = np.zeros_like(V) + n["begin_squared"]
         high = np.maximum(low, np.zeros_like(V) + n["cut_squared"])
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            slack = formulas.tension(middle, V, n) < 0.0
-            low, high = np.where(slack, middle, low), np.where(slack, high, middle)
+        low, _ = halved(lambda s: formulas.tension(s, V, n) < 0.0, low, high, BISECTIONS)
         return np.where(n["cut_squared"] > 0.0, np.where(low > n["begin_squared"], low, n["begin_squared"]), 0.0)
 
     def _kink(self, piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> Any:
@@ -456,14 +453,9 @@ class MembraneFilm(BranchedFilm):
         def distance(s: Any) -> Any:
             return formulas.distance(piece, which, s, V, n)
 
-        begin, end = np.array(low), np.array(high)
-        sign = np.sign(distance(begin))
-        none = sign == np.sign(distance(end))
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (begin + end)
-            before = np.sign(distance(middle)) == sign
-            begin, end = np.where(before, middle, begin), np.where(before, end, middle)
-        return np.where(none, high, end)
+        sign = np.sign(distance(low))
+        none = sign == np.sign(distance(high))
+        return np.where(none, high, halved(lambda s: np.sign(distance(s)) == sign, low, high, BISECTIONS)[1])
 
     # --- what is asked of a film -------------------------------------------------------------------------------------
 
