@@ -70,7 +70,7 @@ def test_what_no_voltage_gives_is_said_and_the_largest_voltage_kept():
     ("changes", "times", "match"),
     [
         ({"circuit": VoltageBehindResistor()}, np.linspace(0.0, 1.0, 9), "voltage_on_film"),
-        ({"film_thickness": [1.9e-4, 2e-4]}, np.linspace(0.0, 1.0, 9), "single model"),
+        ({"film_thickness": [1.9e-4, 2e-4]}, np.linspace(0.0, 1.0, 9), "one actuator"),
         ({"second_film": "taut", "second_flat_height": 0.02}, np.linspace(0.0, 1.0, 9), "one film"),
         ({}, np.linspace(0.0, 1.0, 5), "at least 6"),
         ({}, np.zeros(9), "must increase"),

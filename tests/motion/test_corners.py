@@ -8,6 +8,7 @@ import pytest
 import gelcone
 from gelcone.motion import corners as module
 from gelcone.motion.corners import Weighted, between_corners, root_mean_squares
+from tests.motion.made_up import MadeUp
 
 HELD = {"rest_height": 0.5, "spring_stiffness": 1e6, "damping_ratio": 20.0, "drive_frequency": 0.7, "film": "taut"}
 CAPACITANCE = 1.25
@@ -99,6 +100,6 @@ def test_a_source_has_its_own_voltage_and_the_current_of_all_its_films():
         source_voltages=lambda *_: [7.0, np.array([[1.0, 3.0]]), np.array([[1.0, 3.0]])],
         currents=lambda *_: [100.0, np.array([[2.0, 4.0]]), np.array([[1.0, -2.0]])],
     )
-    members, line = SimpleNamespace(system=system, numbers=lambda trailing: {}), SimpleNamespace(films=(1, 2))
+    members, line = MadeUp(system=system), SimpleNamespace(films=(1, 2))
     voltage, current = root_mean_squares(members, line, path)
     assert (voltage[0], current[0]) == (np.sqrt(0.25 + 0.75 * 9.0), np.sqrt(0.25 * 9.0 + 0.75 * 4.0))

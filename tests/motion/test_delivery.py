@@ -11,6 +11,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.jumps import jumps_between
 from gelcone.motion.natural import frequency_of, natural_frequency
 from gelcone.physics.model import ConeModel
+from tests.motion.made_up import MadeUp
 
 NAMES = ("rms_voltage", "rms_current", "apparent_power", "peak_current", "peak_slew_rate")
 
@@ -88,7 +89,7 @@ def test_each_source_has_its_own_numbers(monkeypatch):
     monkeypatch.setattr(
         peaks, "integrate", lambda members, begin, times, **_: SimpleNamespace(states=np.zeros((*times.shape, 2)))
     )
-    members = SimpleNamespace(system=system, numbers=lambda trailing: {})
+    members = MadeUp(system=system)
     members.take = lambda rows: members
     for jump, infinite in ((0.0, False), (1.0, True)):
         lost = np.where(times > 3.0 * np.pi, jump, 0.0)

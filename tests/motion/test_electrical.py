@@ -15,6 +15,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.response import heats
 from gelcone.presets import find_preset
 from gelcone.studio import look
+from tests.motion.made_up import MadeUp
 from tests.recorded import record
 
 PUMP = gelcone.find_device("biased-pump").replace(film="wrinkling")
@@ -231,7 +232,7 @@ class Sources:
 def test_each_source_has_the_current_of_all_its_films_and_its_own_voltage():
     """The sum over the sources of the products of two root mean squares, one of them a constant."""
     times = 2.0 * np.pi * np.arange(64)[None] / 64
-    members = SimpleNamespace(system=Sources(), numbers=lambda trailing: {})
+    members = MadeUp(system=Sources())
     found = apparent_power(
         members, sampled_evenly(times, np.zeros((1, 64, 2)), np.zeros((1, 2)), np.zeros(1), np.full(1, 7.0))
     )
@@ -263,8 +264,8 @@ def test_power_is_what_is_lost_heat_that_in_both_films_and_the_field_the_largest
     """Next to voltage times current a loss that is rounding is none."""
     times, system = 2.0 * np.pi * np.tile(np.arange(1, 65), (4, 1)) / 64, Films()
     field = np.where(np.arange(64) == 7, 8.0, 0.25) + 0.0 * times
-    members = SimpleNamespace(
-        system=system, numbers=lambda trailing: {}, voltages=lambda times, states: [np.sin(times), np.sin(times)],
+    members = MadeUp(
+        system=system, voltages=lambda times, states: [np.sin(times), np.sin(times)],
         film_states=lambda states, voltages: [SimpleNamespace(true_field=one) for one in (0.5 * field, field)],
     )  # fmt: skip
     lost = np.array([0.0, 0.0, 0.0, 4.0])
@@ -301,6 +302,6 @@ def test_the_size_of_currents_and_charges_counts_and_that_of_the_largest_film():
         currents=lambda *_: [np.array([[-3.0, 1.0]]), np.array([[2.0, 2.0]])],
         source_charges=lambda *_: [np.array([[1.0, -4.0]]), 0.5],
     )
-    members = SimpleNamespace(system=system, numbers=lambda trailing: {})
+    members = MadeUp(system=system)
     assert module.current_of(members, times, np.zeros((1, 2, 2))).tolist() == [[3.0, 2.0]]
     assert module.charge_of(members, times, np.zeros((1, 2, 2))).tolist() == [[1.0, 4.0]]

@@ -81,7 +81,7 @@ def test_frequencies_are_positive(frequencies):
 
 
 def test_an_ensemble_has_no_single_state_space():
-    with pytest.raises(InputError, match="single"):
+    with pytest.raises(InputError, match="one actuator"):
         state_space(ConeModel(voltage=[0.1, 0.2]))
 
 

@@ -149,6 +149,12 @@ def plain(function: Callable[..., R]) -> Callable[..., R]:
     return inspect.unwrap(function)
 
 
+def check_one(model: Ensemble, name: str) -> None:
+    """`InputError` for an ensemble of actuators."""
+    if model.shape:
+        raise InputError(f"{name}: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+
+
 def check_model(model: Any, name: str) -> None:
     """`InputError` unless ``model`` is a model; a device is taken by those that know devices."""
     if isinstance(model, Ensemble):

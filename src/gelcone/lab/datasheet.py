@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gelcone import dataset
-from gelcone.devices.analysis import analysis, plain
-from gelcone.errors import InputError
+from gelcone.devices.analysis import analysis, check_one, plain
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.envelope import operating_limits
@@ -95,8 +94,7 @@ def datasheet(
     >>> sheet.natural_frequency.values.round(4).tolist(), sheet.first_limit
     ([1.5788, 1.4842, 1.3535], 'driven meridional slack')
     """
-    if model.shape:
-        raise InputError(f"datasheet: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    check_one(model, "datasheet")
     levels = own_levels(model) if voltages is None else np.unique(np.asarray(voltages, dtype=float))
     levels = np.unique([0.0, *np.atleast_1d(levels)])
     ramp, displacements = _ramp(model, float(levels[-1]))

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 from gelcone import dataset
-from gelcone.devices.analysis import for_devices
+from gelcone.devices.analysis import check_one, for_devices
 from gelcone.errors import InputError
 from gelcone.physics.bracket import halved
 from gelcone.physics.driven import INPUTS, driven
@@ -101,8 +101,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
 def _plain_system(model: ConeModel, name: str) -> Any:
     """The system, of one film without states and an ideal source."""
     system = model.system
-    if model.shape:
-        raise InputError(f"{name}: takes a single model, not an ensemble of shape {model.shape}")
+    check_one(model, name)
     if len(system.films) > 1:
         raise InputError(f"{name}: takes one film, and here are two; leave second_film out")
     if not system.planar or system.circuit.borders or system.circuit.name != "ideal":

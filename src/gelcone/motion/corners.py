@@ -75,8 +75,7 @@ def between_corners(members: Members, begin: Array, start: Array, spans: Array, 
 
 def root_mean_squares(members: Members, line: Line, path: Weighted) -> tuple[Array, Array]:
     """Those of a source's voltage and current, (members,) each."""
-    system, n, z = members.system, members.numbers(trailing=1), list(np.moveaxis(path.states, -1, 0))
-    voltages, currents = system.source_voltages(path.times, z, n), system.currents(path.times, z, n)
+    voltage = members.along(members.system.source_voltages, path.times, path.states)[line.films[0]]
+    currents = members.along(members.system.currents, path.times, path.states)
     current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
-    voltage = voltages[line.films[0]]
     return np.sqrt(path.mean(voltage * voltage)), np.sqrt(path.mean(current * current))

@@ -13,7 +13,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import analysis
+from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.electrical import heating
 from gelcone.motion.equilibrium import constant_voltages, own_levels
@@ -109,8 +109,7 @@ def creep(
     >>> f"from {held.begin.item():.4f} to {held.end.item():.4f}, never pulls in: {held.long_time_voltage.item()}"
     'from 0.6374 to 0.7070, never pulls in: inf'
     """
-    if model.shape:
-        raise InputError(f"creep: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    check_one(model, "creep")
     _check_creeps(model, "creep", "or use step")
     levels = constant_voltages(own_levels(model) if voltages is None else voltages)
     lasts = _checked(DECAYS * float(model.members().time_constant[0]) if duration is None else duration)
@@ -347,11 +346,10 @@ def _passes(member: Members, times: Array, states: Array, middle: float, way: fl
 
 def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
     """The currents into the films together, and the power that heats them over their volume, (members, samples)."""
-    system, n = members.system, members.numbers(trailing=1)
+    system = members.system
     with np.errstate(all="ignore"):
-        z = list(np.moveaxis(run.states, -1, 0))
-        current = np.sum(np.broadcast_arrays(run.times, *system.currents(run.times, z, n))[1:], axis=0)
-        powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+        current = np.sum(members.along(system.currents, run.times, run.states), axis=0)
+        powers = dict(zip(system.causes, members.along(system.powers, run.times, run.states), strict=True))
         heat = heating(powers, run.times.shape) / len(system.films)
     return current, heat
 

@@ -90,26 +90,23 @@ def _between_corners(members: Members, times: Array, states: Array, half: int) -
 
 def _voltage(line: Line, members: Members, times: Array, states: Array) -> Array:
     """A source's voltage at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    voltages = members.system.source_voltages(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
-    return np.broadcast_to(voltages[line.films[0]], times.shape)
+    return members.along(members.system.source_voltages, times, states)[line.films[0]]
 
 
 def _rate(line: Line, members: Members, times: Array, states: Array) -> Array:
     """The rate of change of a source's voltage, as `_voltage`."""
-    rates = members.system.source_rates(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
-    return np.broadcast_to(rates[line.films[0]], times.shape)
+    return members.along(members.system.source_rates, times, states)[line.films[0]]
 
 
 def _charge(line: Line, members: Members, times: Array, states: Array) -> Array:
     """The charge on the films of a source, as `_voltage`."""
-    system, z, n = members.system, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1)
-    return np.broadcast_to(system.source_charges(times, z, n)[system.lines.index(line)], times.shape)
+    return members.along(members.system.source_charges, times, states)[members.system.lines.index(line)]
 
 
 def _current(line: Line, members: Members, times: Array, states: Array) -> Array:
     """The current into the films of a source, as `_voltage`; 0 where that is rounding."""
-    currents = members.system.currents(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
-    current = np.broadcast_to(sum((currents[k] for k in line.films[1:]), currents[line.films[0]]), times.shape)
+    currents = members.along(members.system.currents, times, states)
+    current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
     return np.where(np.abs(current) <= NO_CURRENT * np.abs(_charge(line, members, times, states)), 0.0, current)
 
 

@@ -43,10 +43,8 @@ class Path:
     @cached_property
     def rates(self) -> Array:
         """Rates of change of the states, (members, samples, N)."""
-        n, z = self.members.numbers(trailing=1), list(np.moveaxis(self.states, -1, 0))
         with np.errstate(all="ignore"):
-            found = self.members.system.rates(self.times, z, n)
-        return np.stack([np.broadcast_to(rate, self.times.shape) for rate in found], axis=-1)
+            return np.stack(self.members.along(self.members.system.rates, self.times, self.states), axis=-1)
 
     def at(self, rows: Rows, interval: Rows, share: Array, *, cubic: bool = False) -> tuple[Array, Array]:
         """Times (points,) and states (points, N) at a ``share`` of intervals behind samples of members ``rows``;

@@ -50,9 +50,9 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
     lasts = (times[:, 1] - times[:, 0]) * times.shape[1]
     work = integrate(members, begin, lasts[:, None], keep="work", **flow).work
     assert work is not None
-    z, n, system = list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1), members.system
+    system = members.system
     with np.errstate(all="ignore"):  # of a motion that has ended
-        voltages, currents = members.voltages(times, states), system.currents(times, z, n)
+        voltages, currents = members.voltages(times, states), members.along(system.currents, times, states)
         back_and_forth = np.abs(sum(v * i for v, i in zip(voltages, currents, strict=True))).max(axis=1)
         means = {
             cause: work[:, 0, system.causes.index(cause)] / lasts if cause in system.causes else np.zeros(len(times))
@@ -103,8 +103,7 @@ def apparent_power(members: Members, path: Weighted) -> Array:
 
 def current_of(members: Members, times: Array, states: Array) -> Array:
     """The largest current into a film at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    currents = members.system.currents(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
-    return np.asarray(np.max([np.abs(np.broadcast_to(own, times.shape)) for own in currents], axis=0))
+    return np.asarray(np.abs(members.along(members.system.currents, times, states)).max(axis=0))
 
 
 def field_of(members: Members, times: Array, states: Array) -> Array:
@@ -115,5 +114,4 @@ def field_of(members: Members, times: Array, states: Array) -> Array:
 
 def charge_of(members: Members, times: Array, states: Array) -> Array:
     """The largest charge of a source at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    charges = members.system.source_charges(times, list(np.moveaxis(states, -1, 0)), members.numbers(trailing=1))
-    return np.asarray(np.max([np.abs(np.broadcast_to(own, times.shape)) for own in charges], axis=0))
+    return np.asarray(np.abs(members.along(members.system.source_charges, times, states)).max(axis=0))

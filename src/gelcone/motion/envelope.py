@@ -16,7 +16,7 @@ import numpy.typing as npt
 from gelcone import dataset
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
-from gelcone.devices.analysis import analysis
+from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
 from gelcone.motion.creep import Holding, thresholds
@@ -150,8 +150,7 @@ def envelope(
     >>> window.recommended_peak.values.round(3).tolist()
     [0.727, 0.681]
     """
-    if model.shape:
-        raise InputError(f"envelope: takes a single device, not an ensemble of shape {model.shape}; take one member")
+    check_one(model, "envelope")
     if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
         raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
     own_peak = peak_of(model)

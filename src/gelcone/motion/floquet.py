@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.devices.analysis import analysis, for_devices
+from gelcone.devices.analysis import analysis, check_one, for_devices
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -277,8 +277,7 @@ def tongues(
     >>> (found.growth_rate.values > 0.0).tolist(), round(float(found.onset_voltage[1]), 5)
     ([[False, False], [False, True]], 0.59953)
     """
-    if model.shape:
-        raise InputError(f"tongues takes one actuator, not an ensemble of shape {model.shape}; take one member")
+    check_one(model, "tongues")
     omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
     _check_rest(model)
     options = Options(tolerance, threads)

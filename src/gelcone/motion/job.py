@@ -83,7 +83,8 @@ class Job:
     result: Trajectories
 
 
-class Portable(Protocol):
+@dataclass
+class Portable:
     """The program of one member as text in LLVM's language, and what a caller must know of its arrays.
 
     ``modules`` hold ``prepare``, ``start``, ``advance``, ``serve`` and ``step`` - one in the first module, or with
@@ -108,6 +109,7 @@ class Portable(Protocol):
         self, numbers: Mapping[str, Any], states: Array, length: float, smallest_step: float, most_steps: float
     ) -> Ended:
         """Run one member, compiled, from the time 0 over a length."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.devices.analysis import check_model, device_words, dimensionless, for_devices
+from gelcone.devices.analysis import check_model, check_one, device_words, dimensionless, for_devices
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, check_name
@@ -149,8 +149,7 @@ def _linearised(
     model: ConeModel, device: Device | None, voltage: Any, inputs: Sequence[str], outputs: Sequence[str]
 ) -> StateSpace:
     """`state_space`, with the voltage in the model's units."""
-    if model.shape:
-        raise InputError(f"a state-space model is that of a single actuator, not of an ensemble of shape {model.shape}")
+    check_one(model, "state_space")
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
         for name in given:
             check_name(f"{kind} of a linear model", name, known)

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import analysis
+from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
@@ -87,8 +87,7 @@ def step(
     >>> f"overshoot {answer.overshoot.item():.3f} of the way, settled after {answer.settling_time.item():.1f}"
     'overshoot 0.647 of the way, settled after 19.5'
     """
-    if model.shape:
-        raise InputError(f"step: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    check_one(model, "step")
     levels = constant_voltages(own_levels(model) if voltages is None else voltages)
     start = float(stroke_and_blocked_force(model, [before])["displacement"][0])
     if not np.isfinite(start):

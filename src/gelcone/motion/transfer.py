@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import analysis
+from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
@@ -92,8 +92,7 @@ def transfer(
     >>> f"{found.gain[1].item():.4f}, measured {found.measured_gain[0, 1].item():.4f}"
     '2.5067, measured 2.4473'
     """
-    if model.shape:
-        raise InputError(f"transfer: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+    check_one(model, "transfer")
     if not np.all(model.members().damped):
         raise InputError("damping_ratio = 0: without damping no signal settles; give it some")
     about = float(np.asarray(model.voltage_bias)) if bias is None else float(bias)
@@ -209,7 +208,6 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     """Complex amplitudes at the drive frequency of the displacement and the source's current, (2, members)."""
     run = sampled(members, states, period, SAMPLES, **options)
     spacing = (run.times.shape[1] - 1) // run.path.shape[1]
-    z, system = list(np.moveaxis(run.path, -1, 0)), members.system
-    currents = system.currents(run.times[:, spacing::spacing], z, members.numbers(trailing=1))
-    current = np.sum([np.broadcast_to(currents[k], z[0].shape) for k in system.lines[0].films], axis=0)
-    return np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in (z[0], current)])
+    currents = members.along(members.system.currents, run.times[:, spacing::spacing], run.path)
+    current = np.sum([currents[k] for k in members.system.lines[0].films], axis=0)
+    return np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in (run.path[..., 0], current)])

@@ -7,7 +7,7 @@ arrays (members,) by name.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, reduce
 from typing import Any
 
@@ -345,5 +345,10 @@ class Members(Ensemble):
 
     def voltages(self, times: Array, states: Array) -> list[Array]:
         """Voltage on each film along motions."""
-        found = self.system.voltages(times, list(np.moveaxis(states, -1, 0)), self.numbers(times.ndim - 1))
-        return [np.broadcast_to(voltage, times.shape) for voltage in found]
+        return self.along(self.system.voltages, times, states)
+
+    def along(self, values: Callable[..., Sequence[Any]], times: Array, states: Array) -> list[Array]:
+        """The values that a function of the system, such as its `currents`, has along motions, (members, samples) each,
+        at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+        found = values(times, list(np.moveaxis(states, -1, 0)), self.numbers(times.ndim - 1))
+        return [np.broadcast_to(value, times.shape) for value in found]

@@ -16,7 +16,7 @@ from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import Job, Layout, Plan
 from gelcone.motion.engine.program import ARRIVED, Program
 from gelcone.motion.engine.recurrences import Jet, equations_of, evaluate, held_values
-from gelcone.motion.job import Ended
+from gelcone.motion.job import Ended, Portable
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array
@@ -26,19 +26,10 @@ Outputs = Callable[[Node, Sequence[Node], Mapping[str, Node], Graph], Mapping[st
 
 
 @dataclass
-class Text:
-    """The text of a `gelcone.motion.job.Portable`, and the program that was compiled of it."""
+class Text(Portable):
+    """The text, and the program that was compiled of it."""
 
     program: Program
-    modules: tuple[str, ...]
-    points: tuple[str, ...]
-    outputs: tuple[str, ...]
-    sizes: Mapping[str, int]
-    numbers: tuple[str, ...]
-    used: frozenset[str]
-    switches: tuple[str, ...]
-    telling: tuple[int, ...]
-    border_switches: tuple[int, ...]
 
     def run(
         self, numbers: Mapping[str, Any], states: Array, length: float, smallest_step: float, most_steps: float
