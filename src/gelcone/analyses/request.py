@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.swept import example, increasing, only_of_model, pairs, read_over
+from gelcone.analyses.swept import example, increasing, only_of_model, read_over
 from gelcone.analyses.values import (
     measure_reader,
     no_decimal_comma,
+    pairs,
     parts_of,
     read_field,
     read_measures,
@@ -83,12 +84,11 @@ class Subject:
         named = {k: a.of_model if self.device is None else a.of_device for k, a in analysis.axes.items()}
         known = {name: keyword for keyword, name in named.items()}
         found: dict[str, Array] = {}
-        for name, values in pairs(texts, f"name=from:to:count, for example {example(self.device, next(iter(known)))}"):
+        form = f"name=from:to:count, for example {example(self.device, next(iter(known)))}"
+        for name, values in pairs("--over", texts, form).items():
             if name not in known:
                 own = " and ".join(known)
                 raise InputError(f"--over {name}: cannot be swept here; {analysis.command} sweeps {own}")
-            if known[name] in found:
-                raise InputError(f"--over {name}: is given twice; give it once")
             _, quantity = annotation_of(analysis.call, known[name])
             numbers = read_measures(f"--over {name}", values, quantity, self.device)
             found[known[name]] = increasing(f"--over {name}", np.atleast_1d(numbers))

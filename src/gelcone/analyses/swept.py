@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.analyses.values import plain, read_field, read_measures, read_numbers
+from gelcone.analyses.values import pairs, plain, read_field, read_measures, read_numbers
 from gelcone.devices.points import STATES
 from gelcone.errors import InputError, check_name
 from gelcone.physics.model import parameter_names, parameter_quantity
@@ -43,11 +43,9 @@ def read_over(over: Iterable[str], device: Device | None = None, system: ConeSys
     swept: dict[str, Array] = {}
     name = "voltage" if device is None else "voltage_amplitude"
     form = f"name=from:to:count or name=v1,v2,..., for example {example(device, name)}"
-    for name, text in pairs(over, form):
+    for name, text in pairs("--over", over, form).items():
         option = f"--over {name}"
         sweepable(option, name, device, system)  # refuses an unknown name before its values are read
-        if name in swept:
-            raise InputError(f"{option}: is given twice; give it once")
         values = np.atleast_1d(_values(option, text, name, device, system))
         swept[name] = values if values.dtype.kind == "U" else increasing(option, values)
     return swept
@@ -90,12 +88,9 @@ def read_states(over: Iterable[str], device: Device | None, system: ConeSystem |
     """The values of two initial states, with a device in m and m/s: displacement and velocity by default, without a
     device any of the states of a ``system``."""
     known = list(STATES) if system is None or device is not None else [state.name for state in system.states]
-    given: dict[str, str] = {}
-    for name, text in pairs(over, f"name=from:to:count, for example {example(device, 'displacement')}"):
+    given = pairs("--over", over, f"name=from:to:count, for example {example(device, 'displacement')}")
+    for name in given:
         check_name("component of the initial state", name, known)
-        if name in given:
-            raise InputError(f"--over {name}: is given twice; give it once")
-        given[name] = text
     if len(given) > 2:
         raise InputError(f"--over: {', '.join(given)} are {len(given)} states; vary two of them")
     names = [*given, *(name for name in STATES if name not in given)][:2]
@@ -109,15 +104,6 @@ def _states(name: str, text: str | None, device: Device | None) -> Array:
     option = f"--over {name}"
     quantity = STATES.get(name, "1")
     return increasing(option, np.atleast_1d(read_measures(option, text, quantity, device, in_si=True)))
-
-
-def pairs(over: Iterable[str], form: str) -> Iterable[tuple[str, str]]:
-    """The name and the values, as texts, of each ``--over``; `InputError`, which states ``form``, for another text."""
-    for text in over:
-        name, equals, values = (part.strip() for part in text.partition("="))
-        if not (equals and name and values):
-            raise InputError(f"--over {text!r}: must be {form}")
-        yield name, values
 
 
 def increasing(option: str, values: Array) -> Array:

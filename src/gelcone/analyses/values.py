@@ -24,16 +24,22 @@ Reader = Callable[[str, str], float]
 
 def read_pairs(settings: Iterable[str], device: bool = False) -> dict[str, str]:
     """``name=value`` pairs as texts; `InputError` for one that is not a pair, or a name given twice."""
-    values: dict[str, str] = {}
     example = '--set "voltage_amplitude=500 V"' if device else "--set voltage=1.04"
-    for setting in settings:
-        name, equals, value = (part.strip() for part in setting.partition("="))
-        if not equals or not name or not value:
-            raise InputError(f"--set {setting!r}: must be name=value, for example {example}")
-        if name in values:
-            raise InputError(f"--set {name}: is given twice; give it once")
-        values[name] = value
-    return values
+    return pairs("--set", settings, f"name=value, for example {example}")
+
+
+def pairs(option: str, texts: Iterable[str], form: str) -> dict[str, str]:
+    """The values, as texts, by the names of an option that is given several times; `InputError`, which states ``form``,
+    for another text, and for a name given twice."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        if not (equals and name and values):
+            raise InputError(f"{option} {text!r}: must be {form}")
+        if name in found:
+            raise InputError(f"{option} {name}: is given twice; give it once")
+        found[name] = values
+    return found
 
 
 def read_value(text: str) -> Any:

@@ -118,12 +118,9 @@ def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
     falls = np.diff(squared, axis=1) <= 0.0
     fold = np.where(falls.any(axis=1), falls.argmax(axis=1), HEIGHTS - 1)
     voltage = np.sqrt(np.maximum(squared, 0.0))
-    state = system.film.state(x, voltage, [], n)
-    strength = own.get("dielectric_strength", np.inf)
-    beyond = (-state.hoop_stress, -state.meridional_stress, state.true_field / strength - 1.0, state.limit_share - 1.0)
     top = np.take_along_axis(voltage, fold[:, None], axis=1)[:, 0]
     found = [np.where(falls.any(axis=1), top, np.inf)]
-    found += [_first(voltage, np.broadcast_to(one, voltage.shape), fold) for one in beyond]
+    found += [_first(voltage, np.broadcast_to(one, voltage.shape), fold) for one in _beyond(system, n, own, x, voltage)]
     return np.where(np.isfinite(x[:, 0]), np.array(found), np.nan)
 
 
@@ -177,17 +174,15 @@ def _on_ramp(x: Array, squared: Array, mean: Array) -> Array:
 
 def _failing(system: Any, n: Any, own: Mapping[str, Array], motion: Motion) -> Array:
     """The largest share by which a motion leaves tension, dielectric strength or stretch limit, or the raised side."""
-    state = system.film.state(motion.x, motion.voltage, [], n)
-    strength = own.get("dielectric_strength", np.full((len(motion.x), 1), np.inf))
-    strength = np.where(np.isnan(strength), np.inf, strength)
-    shares = (
-        -state.hoop_stress,
-        -state.meridional_stress,
-        state.true_field / strength - 1.0,
-        state.limit_share - 1.0,
-        -motion.x,
-    )
+    shares = (*_beyond(system, n, own, motion.x, motion.voltage), -motion.x)
     return np.max([np.broadcast_to(one, motion.x.shape).max(axis=1) for one in shares], axis=0)
+
+
+def _beyond(system: Any, n: Any, own: Mapping[str, Array], x: Array, voltage: Array) -> tuple[Array, ...]:
+    """By how much a film is beyond each of `LIMITS` but pull-in."""
+    state = system.film.state(x, voltage, [], n)
+    strength = np.nan_to_num(own.get("dielectric_strength", np.inf), nan=np.inf, posinf=np.inf)
+    return -state.hoop_stress, -state.meridional_stress, state.true_field / strength - 1.0, state.limit_share - 1.0
 
 
 def draws_of(spread: Sequence[float], count: int, seed: int) -> Array:

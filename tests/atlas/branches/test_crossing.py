@@ -14,7 +14,7 @@ from gelcone.analyses.branches import continue_branch_words
 from gelcone.analyses.request import Subject
 from gelcone.atlas.branches import crossing
 from gelcone.atlas.branches.branch import Walk
-from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, at_value
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
 from gelcone.atlas.branches.varied import vary
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
@@ -219,7 +219,7 @@ def test_a_pair_passes_the_unit_circle_where_its_modulus_does():
 @pytest.mark.parametrize("grows", [True, False])
 def test_a_torus_is_born_on_the_side_where_its_pair_is_outside(monkeypatch, ends, grows):
     """Known as well as its bracket where no orbit is found inside."""
-    monkeypatch.setattr(crossing, "correct", lambda *_: Corrected(None))
+    monkeypatch.setattr(crossing, "point_between", lambda *_: None)
     pairs = [(0.9j, -0.9j), (1.2j, -1.2j)]
     tangent = Direction(np.ones((1, 2)), 1.0)
     a, b = (

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from gelcone.atlas.branches.branch import Event, EventKind, Walk
 from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular, bordered, born, locate
-from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, between, correct
+from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, between, point_between
 from gelcone.motion.orbit import Shooting
 
 SECTIONS = 30
@@ -47,10 +47,10 @@ def _event(
     metric = Metric.of(a.nodes, walk.scale)
     width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
     for _ in range(SECTIONS):
-        guess = between(a, b, share, walk.scale)
         if resting:
             orbit = _at_rest(shooting, a, b, at)
         else:
+            guess = between(a, b, share, walk.scale)
             orbit = locate(shooting, guess.nodes, np.array([guess.value]), at, 0.5)
         if orbit is not None:
             off = Direction(orbit.nodes - a.nodes, float(orbit.values[0]) - a.value)
@@ -58,15 +58,9 @@ def _event(
             place = metric.inner(off, chord) / metric.inner(chord, chord)
             if resting or (-1e-6 <= place <= 1.0 + 1e-6 and metric.length(off) < 2.0 * width):
                 return _named(shooting, orbit, side, after, resting, True)
-        chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
-        middle = correct(shooting, guess, chord, metric).point
-        if middle is None:
-            guess = between(a, b, 0.5, walk.scale)
-            middle = correct(shooting, guess, chord, metric).point
+        middle = point_between(shooting, a, b, share, metric) or point_between(shooting, a, b, 0.5, metric)
         if middle is None:
             return None
-        if metric.inner(middle.tangent, a.tangent) < 0.0:
-            middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
         one, other, here = (p.fold if at == FOLD else p.double for p in (a, b, middle))
         if (one < 0.0) != (here < 0.0):
             b, other = middle, here
@@ -152,14 +146,9 @@ def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Ev
     side = float(np.sign(outside.value - (b if outside is a else a).value))
     pairs, low, high = _pairs_outside(a), a, b
     while abs(high.value - low.value) > TORUS_WIDTH * walk.scale:
-        metric = Metric.of(low.nodes, walk.scale)
-        chord = metric.unit(Direction(high.nodes - low.nodes, high.value - low.value))
-        share = _crossing(low, high)
-        middle = correct(shooting, between(low, high, share, walk.scale), chord, metric).point
+        middle = point_between(shooting, low, high, _crossing(low, high), Metric.of(low.nodes, walk.scale))
         if middle is None:
             break
-        if metric.inner(middle.tangent, low.tangent) < 0.0:
-            middle = Point(middle.nodes, middle.value, middle.multipliers, -middle.tangent)
         low, high = (middle, high) if _pairs_outside(middle) == pairs else (low, middle)
     zeros = np.zeros_like(low.nodes)
     error = np.array([abs(high.value - low.value) + ROUNDING_AT_TORUS * walk.scale])

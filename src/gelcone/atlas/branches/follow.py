@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gelcone.atlas.branches.branch import Branch, Ending, Walk
@@ -18,6 +20,8 @@ from gelcone.atlas.branches.point import (
     between,
     correct,
     cubic_weights,
+    facing,
+    point_between,
 )
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
@@ -159,11 +163,9 @@ def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: 
         share = -slope / (2.0 * bend * ahead) if bend * middle > 0.0 else 0.0
         if not 0.0 < share < 1.0 or (middle + 0.5 * slope * share * ahead) / middle > CLOSE * min(1.0, last / middle):
             continue
-        chord = metric.unit(Direction(point.nodes - here.nodes, point.value - here.value))
-        found = correct(shooting, between(here, point, share, metric.value), chord, metric).point
+        found = point_between(shooting, here, point, share, metric)
         if found is not None and (found.fold if at > 0.0 else found.double) * middle < 0.0:
-            turned = metric.inner(found.tangent, here.tangent) < 0.0
-            return Point(found.nodes, found.value, found.multipliers, -found.tangent) if turned else found
+            return found
     return None
 
 
@@ -188,10 +190,7 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
     found = at_value(shooting, guess.nodes, border, metric)
     if found.point is None or found.step > FARTHEST:
         return None
-    tangent = found.point.tangent
-    if metric.inner(tangent, beyond.tangent) < 0.0:
-        tangent = -tangent
-    return Point(found.point.nodes, border, found.point.multipliers, tangent)
+    return replace(facing(found.point, beyond.tangent, metric), value=border)
 
 
 # --- ends within the interval -----------------------------------------------------------------------------------------

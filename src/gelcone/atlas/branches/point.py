@@ -7,7 +7,7 @@ the pseudo-arclength method of Keller (1977), with Newton's method on all shooti
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -167,6 +167,18 @@ def between(a: Point, b: Point, share: float, scale: float) -> Direction:
     weights = _cubic(a, b, np.array(share), scale)
     nodes = weights[0] * a.nodes + weights[1] * b.nodes + weights[2] * a.tangent.nodes + weights[3] * b.tangent.nodes
     return Direction(np.asarray(nodes), float(_values(a, b, weights)))
+
+
+def facing(point: Point, way: Direction, metric: Metric) -> Point:
+    """A point with the one of its two tangents that does not point against a way."""
+    return replace(point, tangent=-point.tangent) if metric.inner(point.tangent, way) < 0.0 else point
+
+
+def point_between(shooting: Shooting, a: Point, b: Point, share: float, metric: Metric) -> Point | None:
+    """The point of a branch between two of it, at about a ``share`` of the way; None where none is found."""
+    chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
+    found = correct(shooting, between(a, b, share, metric.value), chord, metric).point
+    return None if found is None else facing(found, a.tangent, metric)
 
 
 def shares_at(a: Point, b: Point, value: float, scale: float) -> list[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gelcone.atlas.branches.branch import Event, EventKind, Walk, born_map
-from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, correct
+from gelcone.atlas.branches.point import Corrected, Direction, Metric, Point, correct, facing
 from gelcone.motion.orbit import Shooting
 
 SMALLEST_AMPLITUDE = 1e-5
@@ -43,9 +43,6 @@ def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting
         found: Corrected = correct(child, guess, tangent, metric)
         if found.point is not None and found.step < 0.3 * amplitude and found.point.double > 0.0:
             start = Point(nodes, value, found.point.multipliers, tangent)
-            point = found.point
-            if metric.inner(point.tangent, tangent) < 0.0:
-                point = Point(point.nodes, point.value, point.multipliers, -point.tangent)
-            return child, start, point
+            return child, start, facing(found.point, tangent, metric)
         amplitude *= 0.4
     return None
