@@ -8,10 +8,9 @@ from typing import Any
 
 import click
 
-from gelcone.analyses.answer import bare_answer
 from gelcone.cli.options import PLACE, output_parameters
-from gelcone.cli.output import print_json, progress_bar
-from gelcone.files import check_writable, write_together, writer_of
+from gelcone.cli.output import Output, progress_bar
+from gelcone.files import writer_of
 
 FILES = ("design.nc", "design.png")
 
@@ -58,22 +57,18 @@ def run_design(
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
-    places = [] if out is None else [out / name for name in FILES]
-    check_writable(places, force=force)
+    output = Output("design", out, force, as_json)
+    places = output.places(FILES)
     asked = read_wish(wish)
     subject = Subject(asked.device.to_model(), asked.device)
     draws = None if samples is None else read_samples(samples, (), subject)
     with progress_bar("design") as progress:
         result = design(asked, samples=draws, nominal=nominal, seed=seed, progress=progress)
-    if out is not None:
-        writers: list[Any] = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
-        for k in range(result.sizes["design"]):
-            places.append(out / f"design-{k + 1}.toml")
-            writers.append(writer_of(device_text(result, k)))
-        check_writable(places, force=force)
-        write_together(dict(zip(places, writers, strict=True)), force=force)
-    if as_json:
-        print_json(bare_answer("design", design_json(result)))
-        return 0
-    click.echo("\n".join([design_words(result), *(f"wrote {path}" for path in places)]))
+    writers: list[Any] = []
+    if places:
+        designs = range(result.sizes["design"])
+        places += output.places(f"design-{k + 1}.toml" for k in designs)
+        writers = [partial(write_netcdf, result), partial(style.draw_file, plot(result))]
+        writers += [writer_of(device_text(result, k)) for k in designs]
+    output.deliver(design_words(result), design_json(result), places, writers)
     return 0

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from gelcone.analyses.answer import bare_answer
 from gelcone.cli.command import command_of, run, run_drawn
 from gelcone.cli.options import PLACE, output_parameters, samples_parameter, uncertain_parameters
-from gelcone.cli.output import print_json, progress_bar
+from gelcone.cli.output import Output, progress_bar
 from gelcone.errors import InputError
-from gelcone.files import check_writable, read_text, read_toml, write_together, writer_of
+from gelcone.files import check_writable, read_text, read_toml, writer_of
 from gelcone.register.analyses import find_analysis
 
 if TYPE_CHECKING:
@@ -98,32 +97,11 @@ def run_fit(
             raise InputError(f"--{name}: is an option of the fit of {other}; leave it out")
     if of_device:
         assert subject is not None
-        return _fit_device(subject, data, Output(out, force, as_json), {name: options[name] for name in OF_DEVICES})
+        return _fit_device(
+            subject, data, Output("fit", out, force, as_json), {name: options[name] for name in OF_DEVICES}
+        )
     own = {name: options[name] for name in OF_MATERIALS}
-    return _fit_material(subject, content or {}, data, Output(out, force, as_json), own)
-
-
-class Output(NamedTuple):
-    """Where a result goes: the folder of ``--out``, whether files are overwritten, and whether JSON is printed."""
-
-    out: Path | None
-    force: bool
-    as_json: bool
-
-    def places(self, names: tuple[str, ...]) -> list[Path]:
-        """The files of these names; refuses those that exist."""
-        found = [] if self.out is None else [self.out / name for name in names]
-        check_writable(found, force=self.force)
-        return found
-
-    def deliver(self, words: str, as_json: dict[str, Any], places: list[Path], writers: list[Any]) -> None:
-        """Writes the files, and prints text or JSON."""
-        if places:
-            write_together(dict(zip(places, writers, strict=True)), force=self.force)
-        if self.as_json:
-            print_json(bare_answer("fit", as_json))
-            return
-        click.echo("\n".join([words, *(f"wrote {path}" for path in places)]))
+    return _fit_material(subject, content or {}, data, Output("fit", out, force, as_json), own)
 
 
 def _fit_material(

@@ -6,17 +6,18 @@ import json
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from gelcone.analyses.answer import answer_json, in_si, plain, write_results
+from gelcone.analyses.answer import answer_json, bare_answer, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
 from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking
 from gelcone.codes import Outcome
+from gelcone.files import check_writable, write_together
 from gelcone.plots import plot
 
 if TYPE_CHECKING:
@@ -55,6 +56,31 @@ def deliver(
 def print_json(content: dict[str, Any]) -> None:
     """One JSON object; what is not a finite number becomes null, an infinite parameter the string "inf"."""
     click.echo(json.dumps(plain(content), allow_nan=False))
+
+
+class Output(NamedTuple):
+    """Where the result of a command goes: the folder of ``--out``, whether files are overwritten, and whether JSON is
+    printed."""
+
+    command: str
+    out: Path | None
+    force: bool
+    as_json: bool
+
+    def places(self, names: Iterable[str]) -> list[Path]:
+        """The files of these names; refuses those that exist."""
+        found = [] if self.out is None else [self.out / name for name in names]
+        check_writable(found, force=self.force)
+        return found
+
+    def deliver(self, words: str, as_json: dict[str, Any], places: list[Path], writers: list[Any]) -> None:
+        """Writes the files, and prints text or JSON."""
+        if places:
+            write_together(dict(zip(places, writers, strict=True)), force=self.force)
+        if self.as_json:
+            print_json(bare_answer(self.command, as_json))
+            return
+        click.echo("\n".join([words, *(f"wrote {path}" for path in places)]))
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -98,15 +99,20 @@ def orbits(result: xr.Dataset, axes: Axes, *, mirrored: bool = True) -> None:
     for k in range(result.sizes["branch"]):
         own = result.isel(branch=k)
         colour, value, lines = colour_of(own), own["value"].values, sections_of(own)
-        faint = 1.0 if int(own["period"]) <= FEW else FAINT
         image = symmetric and not bool(own["symmetric"]) and not bool(own["resting"])
-        for which, (style, width, alpha) in zip(
-            stability_parts(own["stable"].values), (("-", 1.3, 1.0), (DASHED, 0.7 * np.sqrt(faint), faint)), strict=True
-        ):
+        for which, style, width, alpha in _parts(own):
             shown, look = np.where(which[:, None], lines, np.nan), {"color": colour, "ls": style, "lw": width}
             axes.plot(value, shown, **look, alpha=alpha, zorder=2.0 + (style == "-"))
             if image:
                 axes.plot(value, -shown, **look, alpha=LIGHTER * alpha, zorder=1.9)
+
+
+def _parts(branch: xr.Dataset) -> Iterator[tuple[Which, Any, float, float]]:
+    """The stable and the unstable part of a branch, each with its style, width and opacity."""
+    faint = 1.0 if int(branch["period"]) <= FEW else FAINT
+    inside, outside = stability_parts(branch["stable"].values)
+    yield inside, "-", 1.3, 1.0
+    yield outside, DASHED, 0.7 * np.sqrt(faint), faint
 
 
 def has_mirror(result: xr.Dataset) -> bool:
@@ -146,10 +152,7 @@ def exponents(result: xr.Dataset, axes: Axes) -> None:
     for k in range(result.sizes["branch"]):
         own = result.isel(branch=k)
         value, growth = own["value"].values, own["lyapunov"].values
-        faint = 1.0 if int(own["period"]) <= FEW else FAINT
-        for which, (style, width, alpha) in zip(
-            stability_parts(own["stable"].values), (("-", 1.3, 1.0), (DASHED, 0.7 * np.sqrt(faint), faint)), strict=True
-        ):
+        for which, style, width, alpha in _parts(own):
             axes.plot(value, np.where(which, growth, np.nan), color=colour_of(own), ls=style, lw=width, alpha=alpha)
     growth = result["lyapunov"].values
     low, high = np.nanquantile(growth, [0.01, 0.99])

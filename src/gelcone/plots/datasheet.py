@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, SKY, VERMILION, axis_label, log_ticks, name_axes, styled
+from gelcone.plots.style import (
+    BLACK,
+    BLUE,
+    CYCLE,
+    GREY,
+    SKY,
+    VERMILION,
+    axis_label,
+    log_ticks,
+    name_axes,
+    second_axes,
+    styled,
+)
 from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
 
 if TYPE_CHECKING:
@@ -104,11 +116,8 @@ def over_voltage(result: xr.Dataset, axes: Axes) -> None:
     volts = result["ramp_voltage"]
     axes.plot(volts, result["ramp_stroke"], color=BLUE)
     axes.set_xlabel(axis_label(volts, "constant voltage"))
-    axes.set_ylabel(axis_label(result["ramp_stroke"], "free stroke"), color=BLUE)
-    other = axes.twinx()
+    other = second_axes(axes, result["ramp_stroke"], "free stroke", result["ramp_blocked_force"], "blocked force")
     other.plot(volts, result["ramp_blocked_force"], color=VERMILION, ls="--")
-    other.set_ylabel(axis_label(result["ramp_blocked_force"], "blocked force"), color=VERMILION)
-    other.spines["right"].set_visible(True)
     axes.margins(x=0)
 
 

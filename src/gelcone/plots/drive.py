@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, VERMILION, axis_label, log_ticks, name_axes, styled
+from gelcone.plots.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    VERMILION,
+    axis_label,
+    log_ticks,
+    name_axes,
+    second_axes,
+    styled,
+)
 from gelcone.words import measured
 
 if TYPE_CHECKING:
@@ -63,12 +74,9 @@ def motion_curves(result: xr.Dataset, axes: Axes) -> None:
     """Displacement and voltage over two drive periods."""
     axes.plot(result["time"], result["displacement"], color=BLUE)
     axes.set_xlabel(axis_label(result["time"], "time"))
-    axes.set_ylabel(axis_label(result["displacement"], "displacement"), color=BLUE)
     axes.set_xlim(0.0, float(result["time"].max()))
-    other = axes.twinx()
+    other = second_axes(axes, result["displacement"], "displacement", result["drive_voltage"], "voltage")
     other.plot(result["time"], result["drive_voltage"], color=VERMILION, ls="--", lw=0.9)
-    other.set_ylabel(axis_label(result["drive_voltage"], "voltage"), color=VERMILION)
-    other.spines["right"].set_visible(True)
 
 
 def sensitivity_bars(result: xr.Dataset, axes: Axes) -> None:

@@ -18,6 +18,7 @@ from gelcone.plots.style import (
     log_ticks,
     name_axes,
     say,
+    second_axes,
     styled,
 )
 from gelcone.words import lasting, unit_of
@@ -158,7 +159,7 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
 
 def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:
     """One curve on the left axis, another, dashed, on the right; both from 0 on where nothing lies below."""
-    other = axes.twinx()
+    other = second_axes(axes, left, name, right, other_name)
     for own, values, colour, style in ((axes, left, BLUE, "-"), (other, right, VERMILION, "--")):
         own.plot(x, values, color=colour, ls=style)
         small = not (np.abs(np.nan_to_num(values.values)) > 1e-9).any()
@@ -167,6 +168,3 @@ def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right:
             own.set_yticks([0.0])
         elif not (values.values < 0.0).any():
             own.set_ylim(bottom=0.0)
-    axes.set_ylabel(axis_label(left, name), color=BLUE)
-    other.set_ylabel(axis_label(right, other_name), color=VERMILION)
-    other.spines["right"].set_visible(True)

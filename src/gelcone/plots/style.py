@@ -107,6 +107,15 @@ def name_axes(axes: Axes, across: xr.DataArray, up: xr.DataArray, x: str = "", y
     axes.set_ylabel(axis_label(up, y or str(up.name)))
 
 
+def second_axes(axes: Axes, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> Axes:
+    """Axes for a second, dashed curve with its values on the right; both labels have the colour of their curve."""
+    other = axes.twinx()
+    axes.set_ylabel(axis_label(left, name), color=BLUE)
+    other.set_ylabel(axis_label(right, other_name), color=VERMILION)
+    other.spines["right"].set_visible(True)
+    return other
+
+
 def log_ticks(axes: Axes) -> None:
     """A log scale along the bottom with plain numbers, for values that span a decade or two."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
