@@ -24,7 +24,7 @@ def test_a_root_mean_square_is_of_the_second_half_whatever_its_spacing():
     expected = np.sqrt(
         np.trapezoid((2.0 + np.sin(2.0 * np.pi * times[0, half:])) ** 2, times[0, half:]) / (end - begin)
     )
-    assert delivery._root_mean_square(times, values)[0] == pytest.approx(expected, rel=1e-12)
+    assert delivery._root_mean_squares(times, values)[0] == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("films", [1, 2])
@@ -183,7 +183,7 @@ def test_a_peak_between_the_samples_of_either_half_counts(monkeypatch):
     times = float(members.drive_period[0]) * np.array([[0.0, 0.2, 0.5, 1.0, 1.1]])
     states = integrate(members, (0.5, 0.0), times).states
     for highest in ([7.0, 1.0, 1.0], [1.0, 7.0, 1.0], [1.0, 1.0, 7.0]):
-        values = iter(np.repeat(highest, 3))
-        monkeypatch.setattr(delivery, "largest", lambda *_, values=values: np.array([next(values)]))
+        values = iter(highest)
+        monkeypatch.setattr(delivery, "largest", lambda *_, values=values: np.full((3, 1), next(values)))
         found = delivery.delivered(members, times, states, np.zeros_like(times))
         assert [found[name][1].tolist() for name in ("peak_charge", "peak_current", "peak_slew_rate")] == [[7.0]] * 3

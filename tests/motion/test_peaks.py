@@ -69,6 +69,27 @@ def test_every_peak_that_may_be_the_largest_is_examined():
     assert largest(members, path, two)[0] == pytest.approx(1.1, rel=1e-9)
 
 
+def test_several_numbers_are_each_as_alone_and_known_samples_are_not_computed_again():
+    members, path = few_samples(held(voltage=[0.1, 0.2], voltage_bias=0.4))
+    alone = [charge_of, current_of, field_of]
+    asked = []
+
+    def together(some, times, states):
+        asked.append(times)
+        return np.stack([of(some, times, states) for of in alone])
+
+    found = largest(members, path, together)
+    assert found.shape == (3, 2)
+    for row, of in zip(found, alone, strict=True):
+        np.testing.assert_array_equal(row, largest(members, path, of))
+    first, rounds = asked[0], len(asked) - 1
+    known = together(members, first, np.concatenate([path.begin[:, None], path.states], axis=1))
+    asked.clear()
+    np.testing.assert_array_equal(largest(members, path, together, known), found)
+    assert len(asked) == rounds
+    assert (largest(members, path, together, 2.0 * known) == 2.0 * known.max(axis=-1)).all()
+
+
 @pytest.mark.parametrize("at", [0.0, 0.3, 8.7, 9.0])
 def test_peaks_at_both_ends_and_in_the_first_and_last_interval_are_found(at):
     members, path = few_samples(held(voltage=0.1))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -34,23 +33,21 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     late = lost[:, -1] > lost[:, times.shape[1] // 2]
     ran, whole, half = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0]), times.shape[1] // 2
     found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
-    sampled = sampled_evenly(times, states, states[:, 0], times[:, 0], times[:, -1])
+    sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
     for line in members.system.lines:
-        of = "the second film's source" if line.prefix else "the source"
-        of_source = {name: partial(value, line) for name, value in _OF_SOURCE.items()}
+        of, sizes = "the second film's source" if line.prefix else "the source", partial(_sizes, line)
         with np.errstate(all="ignore"):
-            known = {name: np.where(ran, value(members, times, states), np.nan) for name, value in of_source.items()}
-            peaks = {name: np.fmax.reduce(np.abs(known[name]), axis=1) for name in _PEAKS}
-            for path in (sampled, *halves):
-                for name, peak in peaks.items():
-                    between = largest(members, path, partial(_size, of_source[name]))
-                    peaks[name] = np.where(whole, np.maximum(peak, between), peak)
-            rms = [_root_mean_square(times, known[name]) for name in ("voltage", "current")]
+            known = np.where(ran, _of_source(line, members, times, states), np.nan)
+            highest, rms = np.fmax.reduce(np.abs(known[1:]), axis=-1), _root_mean_squares(times, known[[0, 2]])
+            between = largest(members, sampled, sizes, np.abs(known[1:]))
+            for peaks in (between, *(largest(members, path, sizes) for path in halves)):
+                highest = np.where(whole, np.maximum(highest, peaks), highest)
             if halves:
                 closer = root_mean_squares(members, line, halves[1])
-                rms = [np.where(whole, *pair) for pair in zip(closer, rms, strict=True)]
+                rms = np.where(whole, closer, rms)
+        charge, current, rate = highest
         if line.circuit.jumps and line.drive != "constant":
-            peaks |= {name: np.where(jumped, np.inf, peaks[name]) for name in ("current", "rate")}
+            current, rate = (np.where(jumped, np.inf, peak) for peak in (current, rate))
             rms[1] = np.where(late, np.inf, rms[1])
         own: dict[str, tuple[Array, str, Any]] = {
             "rms_voltage": (rms[0], f"root mean square voltage of {of} in the second half", absent("voltage")),
@@ -64,9 +61,9 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
                 f"root mean square voltage times current of {of}",
                 absent("apparent power", infinite=JUMPS),
             ),
-            "peak_charge": (peaks["charge"], f"largest charge of {of}", absent("charge")),
-            "peak_current": (peaks["current"], f"largest current of {of}", absent("current", infinite=JUMPS)),
-            "peak_slew_rate": (peaks["rate"], f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
+            "peak_charge": (charge, f"largest charge of {of}", absent("charge")),
+            "peak_current": (current, f"largest current of {of}", absent("current", infinite=JUMPS)),
+            "peak_slew_rate": (rate, f"fastest change of {of}", absent("slew rate", infinite=JUMPS)),
         }
         found |= {line.prefix + name: ((), *variable) for name, variable in own.items()}
         found |= _limited(members, line, times, states)
@@ -88,41 +85,28 @@ def _between_corners(members: Members, times: Array, states: Array, half: int) -
     return [between_corners(members, states[:, a], times[:, a], times[:, b] - times[:, a]) for a, b in ends]
 
 
-def _voltage(line: Line, members: Members, times: Array, states: Array) -> Array:
-    """A source's voltage at ``times`` (members, samples) and ``states`` (members, samples, N)."""
-    return members.along(members.system.source_voltages, times, states)[line.films[0]]
+def _of_source(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """Voltage of a source, charge on its films, current into them and rate of the voltage, (4, members, samples), at
+    ``times`` (members, samples) and ``states`` (members, samples, N); a current that is rounding is 0."""
+    system = members.system
+    values = (system.source_voltages, system.source_charges, system.currents, system.source_rates)
+    voltages, charges, currents, rates = (members.along(value, times, states) for value in values)
+    first, charge = line.films[0], charges[system.lines.index(line)]
+    current = sum((currents[k] for k in line.films[1:]), currents[first])
+    rounding = np.abs(current) <= NO_CURRENT * np.abs(charge)
+    return np.stack([voltages[first], charge, np.where(rounding, 0.0, current), rates[first]])
 
 
-def _rate(line: Line, members: Members, times: Array, states: Array) -> Array:
-    """The rate of change of a source's voltage, as `_voltage`."""
-    return members.along(members.system.source_rates, times, states)[line.films[0]]
+def _sizes(line: Line, members: Members, times: Array, states: Array) -> Array:
+    """The sizes of the last three of `_of_source`."""
+    return np.abs(_of_source(line, members, times, states)[1:])
 
 
-def _charge(line: Line, members: Members, times: Array, states: Array) -> Array:
-    """The charge on the films of a source, as `_voltage`."""
-    return members.along(members.system.source_charges, times, states)[members.system.lines.index(line)]
-
-
-def _current(line: Line, members: Members, times: Array, states: Array) -> Array:
-    """The current into the films of a source, as `_voltage`; 0 where that is rounding."""
-    currents = members.along(members.system.currents, times, states)
-    current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])
-    return np.where(np.abs(current) <= NO_CURRENT * np.abs(_charge(line, members, times, states)), 0.0, current)
-
-
-def _size(value: Callable[..., Array], members: Members, times: Array, states: Array) -> Array:
-    return np.abs(value(members, times, states))
-
-
-_OF_SOURCE = {"voltage": _voltage, "rate": _rate, "charge": _charge, "current": _current}
-_PEAKS = ("charge", "current", "rate")
-
-
-def _root_mean_square(times: Array, values: Array) -> Array:
-    """Of the second half of samples (members, samples), by trapezoids."""
+def _root_mean_squares(times: Array, values: Array) -> Array:
+    """Of the second half of samples (..., members, samples), by trapezoids."""
     half = times.shape[1] // 2
-    along, squares = times[:, half:], np.square(values[:, half:])
-    return np.sqrt(np.trapezoid(squares, along, axis=1) / (along[:, -1] - along[:, 0]))
+    along, squares = times[:, half:], np.square(values[..., half:])
+    return np.asarray(np.sqrt(np.trapezoid(squares, along, axis=-1) / (along[:, -1] - along[:, 0])))
 
 
 def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[str, Variable]:

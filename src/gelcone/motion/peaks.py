@@ -21,13 +21,16 @@ ROUNDS = 4
 """Each takes a sixteenth of the spacing: what is left of a smooth peak is rounding, of a corner 1e-6 of the slope."""
 
 Value = Callable[[Members, Array, Array], Array]
-"""Members, times (members, samples) and states (members, samples, N) -> a number of each (members, samples)."""
+"""Members, times (members, samples) and states (members, samples, N) -> a number of each (members, samples), or
+several (numbers, members, samples)."""
 
 
-def largest(members: Members, path: Weighted, value: Value, **flow: Any) -> Array:
-    """The largest ``value`` (members,) along a ``path``, between its samples, too; NaN where a motion ended before.
+def largest(members: Members, path: Weighted, value: Value, known: Array | None = None, **flow: Any) -> Array:
+    """The largest ``value``, (members,) or (numbers, members), along a ``path``, between its samples, too; NaN where a
+    motion ended before.
 
-    A peak rises above its highest sample by less than that lies above the lower of its neighbours. ``flow``: options of
+    A peak rises above its highest sample by less than that lies above the lower of its neighbours. ``known``: the
+    values at the start of the path and at its samples, where they were computed before. ``flow``: options of
     `integrate`.
     """
     times = np.concatenate([path.start[:, None], path.times], axis=1)
@@ -36,17 +39,23 @@ def largest(members: Members, path: Weighted, value: Value, **flow: Any) -> Arra
     lasts = np.minimum(behind, path.end[:, None])
     inside = np.pad(path.weights > 0.0, ((0, 0), (1, 0)), constant_values=True)
     with np.errstate(all="ignore"):  # of a motion that has ended
-        values = np.where(inside, value(members, times, states), -np.inf)
-        highest, rises = values.max(axis=1), np.diff(values, axis=1)
-        before = np.pad(rises, ((0, 0), (1, 0)))
-        after = np.pad(np.where(inside[:, 1:], -rises, 0.0), ((0, 0), (0, 1)))
-        may = inside & (before >= 0.0) & (after >= 0.0) & (values + np.maximum(before, after) >= highest[:, None])
+        known = value(members, times, states) if known is None else known
+        values = np.where(inside, known, -np.inf)
+        shape, values = values.shape[:-1], values.reshape(-1, *times.shape)
+        highest, rises = values.max(axis=-1), np.diff(values, axis=-1)
+        before = np.pad(rises, ((0, 0), (0, 0), (1, 0)))
+        after = np.pad(np.where(inside[:, 1:], -rises, 0.0), ((0, 0), (0, 0), (0, 1)))
+        may = inside & (before >= 0.0) & (after >= 0.0) & (values + np.maximum(before, after) >= highest[..., None])
     firsts = np.pad(times[:, :-1], ((0, 0), (1, 0)), mode="edge")
-    rows, at = np.nonzero(may & (firsts < lasts))
+    which, rows, at = np.nonzero(may & (firsts < lasts))
     if rows.size:
+
+        def own(some: Members, times: Array, states: Array) -> Array:
+            return value(some, times, states).reshape(-1, *times.shape)[which, np.arange(rows.size)]
+
         some, states = members.take(rows), states[rows, np.maximum(at - 1, 0)]
-        np.fmax.at(highest, rows, _closer(some, states, firsts[rows, at], lasts[rows, at], value, **flow))
-    return np.asarray(highest)
+        np.fmax.at(highest, (which, rows), _closer(some, states, firsts[rows, at], lasts[rows, at], own, **flow))
+    return highest.reshape(shape)
 
 
 def _closer(some: Members, states: Array, begin: Array, end: Array, value: Value, **flow: Any) -> Array:

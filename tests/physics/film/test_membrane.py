@@ -142,6 +142,8 @@ def test_beyond_its_reach_the_film_has_no_state():
     for found in (*film.force(x, 0.0, [], n), film.work(x, 0.0, [], n), film.state(x, 0.0, [], n).hoop_stress):
         np.testing.assert_array_equal(np.isnan(found), gone)
     np.testing.assert_array_equal(film.state(x, 0.0, [], n).kind, [-1, 0, 0, -1])
+    for of in (film.work, film.capacitance):  # as of a motion that has ended
+        assert np.isnan(of(np.array([np.nan, np.nan]), 0.01, [], n)).all()
     bound = f"initial displacement -9: must be less than {n['reach_squared'] ** 0.5:g} times film_radius - disc_radius "
     assert film.outside(-9.0, n).startswith(bound)
     assert film.unreachable(n) == "the film has no state at any displacement; change its parameters"

@@ -395,6 +395,8 @@ class MembraneFilm(BranchedFilm):
         with np.errstate(all="ignore"):
             energy, area = self._without_tension(V, n)
             for piece, low, high in self._parts(s, V, n):
+                if (high <= low).all():
+                    continue
                 k, by_v = _between(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
                 energy, area = energy + 0.5 * k, area - by_v
             gone = self._gone(s, V, n)
