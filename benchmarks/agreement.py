@@ -28,6 +28,8 @@ from gelcone.codes import Outcome, Regime
 DEVICES = ("biased-pump", "soft-film", "beam-cone", "double-cone", "snap-cone", "weight-cone")
 PERIODS, PER_PERIOD = 600, 400
 """Of a long run, whose last periods are those of the settled motion."""
+AT_REST = 1e-12
+"""A stroke, in mm, that is what rounding leaves of a disc at rest; as small are no other answers."""
 HIGHEST = 3000.0
 """Of devices that never pull in: the voltage, in volts, in place of that of the pull-in."""
 QUESTIONS = {
@@ -218,7 +220,7 @@ def main(count: int, seed: int) -> int:
             continue
         for question, one, other in pairs(own, ask):
             a, b = float(one), float(other)
-            same = a == b or (np.isnan(a) and np.isnan(b))
+            same = a == b or (np.isnan(a) and np.isnan(b)) or max(abs(a), abs(b)) < AT_REST
             away = 0.0 if same else abs(a - b) / max(abs(a), abs(b))
             apart[question].append(away)
             if not away <= QUESTIONS[question]:

@@ -41,6 +41,21 @@ def test_the_strength_is_the_largest_field_over_its_share():
     fields(profile(), [(0, 0)], "", axes)
     (dotted,) = (one for one in axes.lines if one.get_linestyle() == ":")
     assert dotted.get_ydata()[0] == 25.0
+    assert dotted.get_label() == "dielectric strength"
+    blind = profile()
+    blind["breakdown_share"][:] = np.nan  # the strength is not known
+    fields(blind, [(0, 0)], "", axes := blank())
+    assert not [one for one in axes.lines if one.get_linestyle() == ":"]
+
+
+def test_wrinkles_are_named_where_a_film_has_some():
+    for prefix in ("", "second_"):
+        found = profile()
+        cone_profile(found, [(0, 0)], "", (smooth := blank()).figure, smooth)
+        assert smooth.get_legend() is None
+        found[f"{prefix}wrinkle_excess"][..., 1] = 0.2
+        cone_profile(found, [(0, 0)], "", (rough := blank()).figure, rough)
+        assert [text.get_text() for text in rough.get_legend().get_texts()] == ["wrinkled"]
 
 
 @pytest.mark.parametrize(("heights", "volts"), [(3, 1), (1, 3), (2, 3)])

@@ -15,6 +15,9 @@ def test_whole_numbers_have_whole_ticks_and_labels_fit_their_panel():
     ticks = axes.get_xticks()
     np.testing.assert_array_equal(ticks, np.round(ticks))
     assert axes.get_ylabel() == "harmonic amplitude\n(mm)"
+    assert axes.lines[0].get_linestyle() == "None"  # there is nothing between two harmonics
+    (stems,) = axes.collections
+    assert [stem[:, 1].tolist() for stem in stems.get_segments()] == [[0.0, 0.3], [0.0, 0.1], [0.0, 0.0], [0.0, 0.0]]
 
 
 def varied(**axes):

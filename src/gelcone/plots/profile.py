@@ -88,8 +88,9 @@ def cone_profile(member: xr.Dataset, states: list[tuple[int, int]], prefix: str,
         axes.set_axis_off()
         return
     figure.colorbar(lines, ax=axes, label=axis_label(member[f"{prefix}true_field"], "true field"), pad=0.01)
-    axes.plot([], [], color=GREY, lw=6.0, alpha=0.35, label="wrinkled")
-    axes.legend(loc="upper right", fontsize=7.0)
+    if any((_row(member, one + "wrinkle_excess", state) > WRINKLED).any() for one in prefixes for state in states):
+        axes.plot([], [], color=GREY, lw=6.0, alpha=0.35, label="wrinkled")
+        axes.legend(loc="upper right", fontsize=7.0)
     axes.autoscale()
     axes.set_aspect("equal", adjustable="datalim")
     name_axes(axes, member[f"{prefix}ring_radius"], member["displacement"], "radius", "height")
@@ -109,15 +110,16 @@ def stretches(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, ax
 
 def fields(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, axes: Axes) -> None:
     """True field over the mounted radius; dotted the dielectric strength, where it is near."""
-    radius, top = member[f"{prefix}mounted_radius"].values, 0.0
+    radius, top, strength = member[f"{prefix}mounted_radius"].values, 0.0, np.inf
     for colour, state in zip(CYCLE, states, strict=False):
         field = _row(member, prefix + "true_field", state)
         axes.plot(radius, field, color=colour)
         top = max(top, float(np.nanmax(field)))
         share = float(member[f"{prefix}breakdown_share"][state])
-        strength = float(member[f"{prefix}largest_field"][state]) / share if share > 0.0 else np.inf
-        if strength < 2.0 * top:
-            axes.axhline(strength, color=VERMILION, ls=":", lw=1.0)
+        strength = float(member[f"{prefix}largest_field"][state]) / share if share > 0.0 else strength
+    if strength < 2.0 * top:
+        axes.axhline(strength, color=VERMILION, ls=":", lw=1.0, label="dielectric strength")
+        axes.legend(fontsize=6.0, handlelength=1.0)
     axes.set_ylim(bottom=0.0)
     name_axes(axes, member[f"{prefix}mounted_radius"], member[f"{prefix}true_field"], "mounted radius", "true field")
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import CYCLE, axis_label, styled
+from gelcone.plots.style import CYCLE, GREY, axis_label, styled
 from gelcone.words import missing, unit_of
 
 if TYPE_CHECKING:
@@ -70,9 +70,13 @@ def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Ax
     if axis is None:
         return
     rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
+    counted = axis.dtype.kind in "iu"  # such as harmonics, between which nothing lies
     for colour, row in zip(CYCLE, rows.T, strict=False):
-        axes.plot(axis.values, row, color=colour, marker=".", ms=3.0)
-    if axis.dtype.kind in "iu":
+        axes.plot(axis.values, row, color=colour, marker=".", ms=3.0, ls="none" if counted else "-")
+        if counted:
+            axes.vlines(axis.values, 0.0, row, color=colour)
+    if counted:
+        axes.axhline(0.0, color=GREY, lw=0.5)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name)), LABEL_WIDTH)))
 
