@@ -61,9 +61,12 @@ def test_a_frequency_response():
     assert response_lines(at_rest)[2] == "            subharmonic at 1 of 3 frequencies"
     assert response_lines(sweeps(jump_event_kind=-1))[-1].endswith("0.5 mm, no bifurcation found there")
     assert response_lines(sweeps().drop_vars("jump_event"))[-1].endswith("0.5 mm")
-    assert response_lines(sweeps().isel(jump=slice(0, 0)))[-1] == "no jump: both sweeps show the same motion"
+    assert response_lines(sweeps().isel(jump=slice(0, 0)))[-1] == "no jump: where both sweeps find a motion, it is the same"
     assert response_lines(sweeps(linear_stroke=[NAN, 1.0, 1.0]))[3] == (
         "no linear theory: no stable equilibrium under the drive's mean square"
     )
     failed = sweeps(outcome=[[0, 0, 0], [0, int(Outcome.PULLED_IN), 0]])
     assert response_lines(failed)[1] == f"1 of 6 run(s) failed: {Outcome.PULLED_IN.meaning}"
+    assert response_lines(failed)[5] == "only one of the sweeps finds a motion at 1 of 3 frequencies"
+    both = sweeps(outcome=[[0, int(Outcome.PULLED_IN), 0]] * 2)
+    assert not [line for line in response_lines(both) if "only one" in line]

@@ -8,6 +8,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.branches import followed_lines
+from gelcone.codes import Outcome
 from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words
 
 if TYPE_CHECKING:
@@ -40,6 +41,9 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         missing = "no stable equilibrium under the drive's mean square"
         why = "a share of the permittivity follows late" if late else missing
         lines.append(f"no linear theory: {why}")
+    alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
+    if alone.any():
+        lines.append(f"only one of the sweeps finds a motion at {alone.sum()} of {frequency.size} frequencies")
     named = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
     return "\n".join(named)
 
@@ -60,7 +64,7 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
 def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
     """Where each sweep jumps, from which stroke to which."""
     if not shown.sizes["jump"]:
-        return ["no jump: both sweeps show the same motion"]
+        return ["no jump: where both sweeps find a motion, it is the same"]
     lines = ["jumps (the sweeps differ between):"]
     for i in range(shown.sizes["jump"]):
         jump = shown.isel(jump=i)
