@@ -153,7 +153,8 @@ def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pa
 
 def run_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
     """Of the last periods of a long run."""
-    turn = int(settled["period"]) * (1 + int(settled["period"]) % 2)
+    period = max(int(settled["period"]), 1)  # 0 of a disc at rest
+    turn = period * (1 + period % 2)
     times = np.arange((PERIODS + turn) * PER_PERIOD + 1) / (PER_PERIOD * own.frequency)
     run = ask(gelcone.simulate, own, times=times)
     if run is None or int(run["outcome"]) != Outcome.OK:
