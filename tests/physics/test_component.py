@@ -13,7 +13,7 @@ from gelcone.physics.component import Component, State, from_record, names_of, s
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.laws import LAWS, Gent, StrainEnergyLaw, Yeoh
 from gelcone.physics.model import ConeModel
-from gelcone.physics.waveforms import Harmonics, Square
+from gelcone.physics.waveforms import Harmonics, Sine, Square
 from gelcone.quantity import Quantity
 
 HERE = __name__
@@ -77,6 +77,48 @@ def test_what_a_component_has_computed_does_not_count():
         other = ConeModel(waveform=Harmonics(((1, 1.0, float(k)),)))
         assert other.system.waveform.terms[0][2] == k
         assert type(ConeModel(waveform=second, duty=0.3).system.waveform) is Square
+
+
+class Held(Sine):
+    """A waveform whose class is no dataclass."""
+
+    name = "held"
+
+    def __init__(self, values):
+        self.values = values
+
+
+@dataclass(frozen=True)
+class Frozen(Sine):
+    values: object = ()
+
+    name = "frozen"
+
+
+@dataclass
+class Thawed(Sine):
+    values: object = ()
+
+    name = "thawed"
+
+
+@pytest.mark.parametrize(
+    ("component", "message"),
+    [
+        (Held(np.ones(2)), r"held: values is an array; hold a tuple of numbers, tuple\(values.tolist\(\)\)"),
+        (Frozen(np.ones(2)), "frozen: values is an array; hold a tuple"),
+        (Frozen([1.0, 2.0]), "frozen: cannot be compared .*'list'.*; make its class a frozen dataclass"),
+        (Thawed((1.0,)), "thawed: cannot be compared .*'Thawed'.*; make its class a frozen dataclass"),
+    ],
+)
+def test_a_component_that_cannot_be_compared_is_refused(component, message):
+    with pytest.raises(InputError, match=message):
+        ConeModel(waveform=component)
+
+
+@pytest.mark.parametrize("kind", [Held, Frozen])
+def test_tuples_can_be_compared(kind):
+    assert ConeModel(waveform=kind((1.0, 2.0))).system is ConeModel(waveform=kind((1.0, 2.0))).system
 
 
 def test_a_class_derived_from_another_is_not_equal_to_it():

@@ -180,14 +180,29 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
 
 
 def find_component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -> C:
-    """A component, from itself or from its record; `InputError` for what is neither, and where its formulas contradict
-    one another."""
+    """A component, from itself or from its record; `InputError` for what is neither, for one that cannot be compared
+    with another, and where its formulas contradict one another."""
     if isinstance(given, str | Mapping):
         given = from_record(kind, given, shipped, base)
     if isinstance(given, base):
+        _check_comparable(given)
         _proved(given)
         return given
     raise InputError(f"{kind} = {given!r}: must be a {kind} or the name of one: {', '.join(shipped)}")
+
+
+def _check_comparable(component: Component) -> None:
+    """`InputError` for a component that holds arrays, or lists in a dataclass: it is a key of caches."""
+    arrays = [name for name, value in uncached(component).items() if isinstance(value, np.ndarray)]
+    if arrays:
+        raise InputError(f"{component.name}: {arrays[0]} is an array; hold a tuple of numbers, tuple(values.tolist())")
+    try:
+        hash(component)
+    except TypeError as error:
+        raise InputError(
+            f"{component.name}: cannot be compared with another component ({error}); make its class a frozen "
+            "dataclass, @dataclass(frozen=True), that holds tuples in place of lists"
+        ) from None
 
 
 _PROVEN: set[tuple[type[Component], str]] = set()
