@@ -142,6 +142,20 @@ def test_what_is_not_made_is_refused_where_one_asks_for_that(folder, monkeypatch
         assert made(2) == CONTENT
 
 
+def test_one_may_ask_whether_content_is_there_and_whether_none_may_be_made(folder, monkeypatch):
+    parts = ("a", 1.5)
+    assert not disk_cache.holds("kind", parts, ())
+    assert not (folder / "kind").exists()
+    disk_cache.made("kind", parts, lambda: b"content", ())
+    assert disk_cache.holds("kind", parts, ())
+    assert not disk_cache.holds("kind", ("a", 2.5), ())
+    assert not disk_cache.holds("other", parts, ())
+    assert not disk_cache.refuses()
+    with disk_cache.unmade_refused():
+        assert disk_cache.refuses()
+    assert not disk_cache.refuses()
+
+
 def test_what_a_class_of_a_session_gives_is_not_stored(folder):
     session = {"__name__": "a session"}
     exec("class Own: pass", session)

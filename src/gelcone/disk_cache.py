@@ -62,6 +62,11 @@ def unmade_refused() -> Iterator[None]:
         _thread.refuses = before
 
 
+def refuses() -> bool:
+    """Whether this thread is within `unmade_refused`."""
+    return getattr(_thread, "refuses", False)
+
+
 Listener = Callable[[str], AbstractContextManager[object]]
 """Takes the kind of content that the cache does not hold; the content is made within the context that it gives."""
 _listeners: list[Listener] = []
@@ -89,16 +94,26 @@ def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) 
 
     ``parts`` are compared by their ``repr``. Raises `Unmade` within `unmade_refused`.
     """
-    digest = digest_of(sources)
-    key = hashlib.sha256(repr((parts, digest)).encode()).hexdigest() if digest else ""
+    key = _key(parts, sources)
     content = read(kind, key)
     if content is None:
-        if key and folder(kind) is not None and getattr(_thread, "refuses", False):
+        if key and folder(kind) is not None and refuses():
             raise Unmade(kind)
         with making(kind):
             content = make()
         write(kind, key, content)
     return content
+
+
+def holds(kind: str, parts: object, sources: Sources) -> bool:
+    """Whether `made` finds the content and makes nothing."""
+    return read(kind, _key(parts, sources)) is not None
+
+
+def _key(parts: object, sources: Sources) -> str:
+    """The key of an entry; empty for one that cannot be stored."""
+    digest = digest_of(sources)
+    return hashlib.sha256(repr((parts, digest)).encode()).hexdigest() if digest else ""
 
 
 @cache

@@ -56,6 +56,19 @@ def test_a_second_program_comes_from_the_cache(folder, compilations):
     assert len(compilations) == 2
 
 
+def test_one_may_ask_whether_a_program_is_in_the_cache(folder, compilations):
+    content, other = "a program", compiler.Machine("x86_64-unknown-linux-gnu", "x86-64", "")
+    assert not compiler.is_stored(content)
+    text = "define double @one() {\n  ret double 1.0\n}\n"
+    made = compiler.library(content, lambda: text)
+    assert made.size > 100
+    assert compiler.is_stored(content)
+    assert compiler.is_stored(content, compiler.host())
+    assert not compiler.is_stored(content, other)
+    assert not compiler.is_stored("another")
+    assert len(compilations) == 1
+
+
 def test_programs_that_differ_have_entries_of_their_own(folder, monkeypatch):
     end()
     (entry,) = folder.iterdir()

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from engine_systems import Cone, Oscillator, cone_numbers
 
+from gelcone import disk_cache
+from gelcone.motion.engine import machine_code
+from gelcone.motion.engine.compile import COLD, QUICK
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
-from gelcone.motion.engine.machine_code import aligned, content_of
+from gelcone.motion.engine.machine_code import SECONDS_PER_BYTE, Compiled, aligned, content_of
 from gelcone.motion.engine.plan import Job
 from gelcone.motion.engine.program import Program
 from gelcone.presets import find_preset
@@ -92,3 +95,56 @@ def test_a_job_holds_the_pieces_of_each_member():
     np.testing.assert_array_equal(arrays.pieces, np.repeat(pieces, 2, axis=0))
     np.testing.assert_array_equal(arrays.first_piece, first)
     np.testing.assert_array_equal(arrays.switches, [[0.0, 1.0]] * 2)
+
+
+@pytest.fixture
+def levels(monkeypatch, tmp_path):
+    """The level of each library that is asked for, with an empty cache."""
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    found, library = [], machine_code.compiler.library
+
+    def recorded(content, text, machine, level):
+        found.append(level)
+        return library(content, text, machine, level)
+
+    monkeypatch.setattr(machine_code.compiler, "library", recorded)
+    return found
+
+
+def wrinkling():
+    """A program of several laws, and a run of it that comes into two of them."""
+    model = find_preset("base").model.replace(film="wrinkling", rest_height=0.3, voltage=0.3)
+    system, numbers = model.system, model.members().own_numbers
+    program = Program(system, "states", 1e-10, border_events(system))
+    return program, lambda: program.run(numbers, [[0.35, 0.0]], 0.0, np.linspace(0.0, 60.0, 20)[None]).states.tobytes()
+
+
+def test_steps_are_made_quickly_and_well_once_they_have_run_for_as_long_as_that_takes(levels):
+    """With the same bits; another process finds the code that runs faster."""
+    program, run = wrinkling()
+    quick = run()
+    (compiled,) = program._compiled.values()
+    laws = [law for law, address in enumerate(compiled.addresses[:-1]) if address]
+    assert len(laws) > 1
+    assert levels == [COLD] + [QUICK] * len(laws)
+    costs = [compiled._quick[law] for law in laws]
+    sizes = [library.size for library in compiled._libraries[1:]]
+    assert sum(costs) == pytest.approx(SECONDS_PER_BYTE * sum(sizes), rel=1e-12)
+    before, spent = list(compiled.addresses), compiled._seconds
+    assert 0.0 < spent < 0.5 * sum(costs)
+    compiled.has_run(0.9 * sum(costs) - spent)
+    assert compiled.addresses == before
+    with disk_cache.unmade_refused():
+        compiled.has_run(0.2 * sum(costs))
+    assert compiled.addresses == before
+    compiled.has_run(0.2 * sum(costs))
+    assert levels[-len(laws) :] == [COLD] * len(laws)
+    changed = [law for law in range(len(before)) if compiled.addresses[law] != before[law]]
+    assert changed == laws
+    compiled.has_run(1e9)
+    assert len(levels) == 1 + 2 * len(laws)
+    assert run() == quick
+    later = Compiled(compiled.plan, None)
+    later.compile_step(laws[0])
+    later.compile_step(laws[0])
+    assert levels[1 + 2 * len(laws) :] == [COLD, COLD]

@@ -152,3 +152,25 @@ def test_a_run_that_was_stopped_does_not_report_the_rest():
         stopped=lambda: True,
     )
     assert sum(told) < 0.5
+
+
+def test_a_thread_takes_over_code_that_was_made_meanwhile_and_counts_its_time(monkeypatch):
+    """Of calls that ran; not of those in which a step was missing."""
+    event = Event(lambda t, z, n, xp: n["s"] * (1e6 - z[0]), -1, "s", divides=True)
+    compiled = Program(Sided(), "states", 1e-6, [event], width=2)._compile(2)
+    arrays = compiled.job({"s": np.ones(2)}, np.zeros((2, 1)), 0.0, np.full((2, 1), 9.0), 0.0, 1e9, None)
+    work, counted = runs.Work(compiled, arrays.fields(2)), []
+    monkeypatch.setattr(compiled, "has_run", counted.append)
+    own = slice(work._compiled.layout.code, work._compiled.layout.missing)
+    assert not work._words[own][:-1].any()
+    work.start()
+    work.advance(3)
+    assert counted == []
+    assert work._words[own].tolist() == compiled.addresses
+    assert work._words[own][:-1].any()
+    before = time.perf_counter()
+    work.advance(3)
+    assert 0.0 < counted[0] <= time.perf_counter() - before
+    monkeypatch.setattr(compiled, "has_run", lambda seconds: setattr(compiled, "addresses", compiled.addresses[::-1]))
+    work.advance(0)
+    assert work._words[own].tolist() == compiled.addresses

@@ -7,10 +7,12 @@ import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone import disk_cache
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import Job, Layout, Plan
@@ -20,6 +22,8 @@ from gelcone.physics.trace import fingerprint
 Array = npt.NDArray[np.float64]
 
 _ALIGNMENT = 128
+SECONDS_PER_BYTE = 1e-5
+"""Of quickly made code, to make it well."""
 _ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
 
 
@@ -34,8 +38,10 @@ class Compiled:
         level = compiler.HOT if len(plan.laws) == 1 else compiler.COLD
         library = compiler.library(self._content, lambda: module_text(plan), machine, level)
         address, whole = ctypes.c_void_p, ctypes.c_int64
-        self._library = library  # its code is freed with it
-        self._steps: dict[int, compiler.Library] = {}
+        self._libraries = [library]  # their code is freed with them, and other threads may run what is replaced
+        self._quick: dict[int, float] = {}
+        """The laws whose steps were made quickly, and the seconds that it takes to make them well."""
+        self._seconds = 0.0
         alone = library.address("step") if len(plan.laws) == 1 else 0
         self.addresses = [*[alone] * len(plan.laws), library.address("serve")]
         """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
@@ -45,14 +51,36 @@ class Compiled:
         self.advance = library.function("advance", whole, address, address, address, address, address, whole)
 
     def compile_step(self, law: int) -> None:
-        """Makes the step of a law, unless it is there."""
+        """Makes the step of a law, unless it is there: quickly, unless the one that runs faster is stored."""
         with self._lock:
-            if law not in self._steps:
-                content = repr((self._content, "step", law))
-                self._steps[law] = compiler.library(
-                    content, lambda: step_text(self.plan, law), self._machine, compiler.COLD
-                )
-                self.addresses[law] = self._steps[law].address("step")
+            if not self.addresses[law]:
+                stored = compiler.is_stored(self._step_content(law, compiler.COLD), self._machine)
+                self._make_step(law, compiler.COLD if stored else compiler.QUICK)
+
+    def has_run(self, seconds: float) -> None:
+        """Counts the ``seconds`` of a call, and makes all steps well once those that were made quickly have run for as
+        long as that takes: at worst a run takes twice as long as if it had been known how long it is."""
+        if not self._quick or disk_cache.refuses() or not self._lock.acquire(blocking=False):
+            return
+        try:
+            self._seconds += seconds
+            if self._seconds > sum(self._quick.values()):
+                for law in list(self._quick):
+                    self._make_step(law, compiler.COLD)
+        finally:
+            self._lock.release()
+
+    def _make_step(self, law: int, level: int) -> None:
+        text = partial(step_text, self.plan, law)
+        library = compiler.library(self._step_content(law, level), text, self._machine, level)
+        self._libraries.append(library)
+        self.addresses[law] = library.address("step")
+        self._quick.pop(law, None)
+        if level == compiler.QUICK:
+            self._quick[law] = SECONDS_PER_BYTE * library.size
+
+    def _step_content(self, law: int, level: int) -> str:
+        return repr((self._content, "step", law, level))
 
     def job(
         self,

@@ -41,12 +41,14 @@ class Work:
 
     def advance(self, steps: int) -> None:
         """Make up to ``steps`` steps of all lanes of a law; none where it had to be compiled first."""
+        before, layout = time.perf_counter(), self._compiled.layout
         self._compiled.advance(*self._advance, steps)
-        layout = self._compiled.layout
         if missing := int(self._words[layout.missing]):
             self._compiled.compile_step(missing - 1)
-            self._words[layout.code : layout.missing] = self._compiled.addresses
             self._words[layout.missing] = 0
+        else:
+            self._compiled.has_run(time.perf_counter() - before)
+        self._words[layout.code : layout.missing] = self._compiled.addresses
 
     @property
     def going(self) -> bool:
