@@ -118,7 +118,7 @@ def dry(monkeypatch, prepared):
         monkeypatch.setattr(place, begin)
     for place in ("cli.command", "cli.grids"):  # results of a name may be there
         monkeypatch.setattr(f"gelcone.{place}.check_folder", lambda *_: None)
-    monkeypatch.setattr("gelcone.cli.lab.check_writable", lambda *_, **__: None)
+    monkeypatch.setattr("gelcone.cli.output.check_writable", lambda *_, **__: None)
     monkeypatch.setattr("gelcone.cli.grids.plain", lambda call: begin)
     monkeypatch.setattr("gelcone.files.write_whole", begin)
     monkeypatch.chdir(prepared)
