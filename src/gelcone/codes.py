@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Self
 
 STEPS_PER_CALL = 800_000
 CALL_SPAN = 2000.0
@@ -10,7 +11,19 @@ CALL_SPAN = 2000.0
 calls an interrupt is noticed and a failing member is separated from its neighbours."""
 
 
-class Outcome(IntEnum):
+class Code(IntEnum):
+    """Numbers in results, each given with what it means."""
+
+    meaning: str
+    """One or two sentences."""
+
+    def __new__(cls, value: int, meaning: str = "") -> Self:
+        code = int.__new__(cls, value)
+        code._value_, code.meaning = value, meaning
+        return code
+
+
+class Outcome(Code):
     """The ending of the run of one member; everything but ``OK`` leaves NaN from where it happened.
 
     * ``OK``: ok
@@ -35,13 +48,32 @@ class Outcome(IntEnum):
     ['0: ok', '6: pulled_in']
     """
 
-    OK = 0
-    OUTSIDE = 1
-    STRETCH_LIMIT = 2
-    STEP_LIMIT = 3
-    NOT_FINITE = 4
-    ERROR = 5
-    PULLED_IN = 6
+    OK = 0, "ok"
+    OUTSIDE = (
+        1,
+        "starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise "
+        "stretch_limit, or take film = wrinkling",
+    )
+    STRETCH_LIMIT = (
+        2,
+        "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
+        "lower the voltage or start with less energy",
+    )
+    STEP_LIMIT = (
+        3,
+        f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too "
+        "stiff, or its drive has corners too often",
+    )
+    NOT_FINITE = (
+        4,
+        "became infinite, because the energy has no bound there (a film without stretch limit, or "
+        "deviations sampled too rarely), or did not start from finite numbers",
+    )
+    ERROR = 5, "the analysis raised an error there; run this point alone to see it"
+    PULLED_IN = (
+        6,
+        "pulled in: the film lost its equilibrium under the voltage; lower the voltage or start with less energy",
+    )
 
     @property
     def label(self) -> str:
@@ -52,27 +84,6 @@ class Outcome(IntEnum):
     def words(self) -> str:
         """The name as in texts and figures, with blanks."""
         return self.label.replace("_", " ")
-
-    @property
-    def meaning(self) -> str:
-        """One line: what happened, and what to do."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Outcome.OK: "ok",
-    Outcome.OUTSIDE: "starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise "
-    "stretch_limit, or take film = wrinkling",
-    Outcome.STRETCH_LIMIT: "came closer to the stretch limit than double precision resolves; raise stretch_limit, "
-    "lower the voltage or start with less energy",
-    Outcome.STEP_LIMIT: f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too "
-    "stiff, or its drive has corners too often",
-    Outcome.PULLED_IN: "pulled in: the film lost its equilibrium under the voltage; lower the voltage or "
-    "start with less energy",
-    Outcome.NOT_FINITE: "became infinite, because the energy has no bound there (a film without stretch limit, or "
-    "deviations sampled too rarely), or did not start from finite numbers",
-    Outcome.ERROR: "the analysis raised an error there; run this point alone to see it",
-}
 
 
 class FilmPullIn(IntEnum):
@@ -88,7 +99,7 @@ class FilmPullIn(IntEnum):
         return self.name.lower()
 
 
-class Regime(IntEnum):
+class Regime(Code):
     """Kinds of motion.
 
     * ``REST``: The disc does not move.
@@ -109,34 +120,24 @@ class Regime(IntEnum):
     ['0: rest', '1: periodic', '2: quasi-periodic', '3: chaotic']
     """
 
-    REST = 0
-    PERIODIC = 1
-    QUASI_PERIODIC = 2
-    CHAOTIC = 3
-    TRANSIENT = 4
-    LEFT_THE_DOMAIN = 5
-    TRANSIENT_CHAOS = 6
+    REST = 0, "The disc does not move."
+    PERIODIC = 1, "A motion that repeats after a whole number of forcing periods, which is its period."
+    QUASI_PERIODIC = 2, "A motion of two frequencies that have no common period."
+    CHAOTIC = (
+        3,
+        "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part exponentially.",
+    )
+    TRANSIENT = (
+        4,
+        "Not settled when the patience ended, or stopped by the integrator before: where it leads is unknown.",
+    )
+    LEFT_THE_DOMAIN = (
+        5,
+        "The run ended where the model does: the film pulled in, or there is no state; the outcome says why.",
+    )
+    TRANSIENT_CHAOS = 6, "Chaos that ends by itself, after its lifetime in the mean."
 
     @property
     def label(self) -> str:
         """The name in words, as printed and in JSON."""
         return "quasi-periodic" if self is Regime.QUASI_PERIODIC else self.name.lower().replace("_", " ")
-
-    @property
-    def meaning(self) -> str:
-        """One or two sentences: what the motion does."""
-        return _REGIMES[self]
-
-
-_REGIMES = {
-    Regime.REST: "The disc does not move.",
-    Regime.PERIODIC: "A motion that repeats after a whole number of forcing periods, which is its period.",
-    Regime.QUASI_PERIODIC: "A motion of two frequencies that have no common period.",
-    Regime.CHAOTIC: "Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part "
-    "exponentially.",
-    Regime.TRANSIENT: "Not settled when the patience ended, or stopped by the integrator before: where it leads is "
-    "unknown.",
-    Regime.LEFT_THE_DOMAIN: "The run ended where the model does: the film pulled in, or there is no state; the outcome "
-    "says why.",
-    Regime.TRANSIENT_CHAOS: "Chaos that ends by itself, after its lifetime in the mean.",
-}

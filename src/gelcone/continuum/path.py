@@ -9,11 +9,11 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from enum import IntEnum
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from gelcone.codes import Code
 from gelcone.continuum.mesh import (
     BAND,
     SLACK_STIFFNESS,
@@ -62,34 +62,17 @@ FIRST_NETS = (4, 0)
 """Places of the nets to begin with, until one leads to rest."""
 
 
-class Ending(IntEnum):
+class Ending(Code):
     """The ending of the search for the film's state at one displacement and voltage."""
 
-    CONVERGED = 0
-    COMPRESSED = 1
-    BEYOND_LIMIT = 2
-    TENSION_LOST = 3
-    PULLED_IN = 4
-    NOT_CONVERGED = 5
-    UNRESOLVED = 6
-    SLACK = 7
-
-    @property
-    def meaning(self) -> str:
-        """One line: what happened."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Ending.CONVERGED: "converged: in tension along the meridian, reached by raising the disc and then the voltage",
-    Ending.COMPRESSED: "converged, but compressed along the meridian: only a film that cannot wrinkle rests there",
-    Ending.BEYOND_LIMIT: "no film of this law spans that height within its stretch limit",
-    Ending.TENSION_LOST: "lost its tension along the meridian on the way: a slack film holds no such state",
-    Ending.PULLED_IN: "pulled in on the way: above a voltage the film has no state in tension there",
-    Ending.NOT_CONVERGED: "the path of equilibria could not be followed to this load",
-    Ending.UNRESOLVED: "found, but the mesh is too coarse for it: take more elements",
-    Ending.SLACK: "slack: wrinkled in all directions, the film does not pull the disc",
-}
+    CONVERGED = 0, "converged: in tension along the meridian, reached by raising the disc and then the voltage"
+    COMPRESSED = 1, "converged, but compressed along the meridian: only a film that cannot wrinkle rests there"
+    BEYOND_LIMIT = 2, "no film of this law spans that height within its stretch limit"
+    TENSION_LOST = 3, "lost its tension along the meridian on the way: a slack film holds no such state"
+    PULLED_IN = 4, "pulled in on the way: above a voltage the film has no state in tension there"
+    NOT_CONVERGED = 5, "the path of equilibria could not be followed to this load"
+    UNRESOLVED = 6, "found, but the mesh is too coarse for it: take more elements"
+    SLACK = 7, "slack: wrinkled in all directions, the film does not pull the disc"
 
 
 class Point(NamedTuple):

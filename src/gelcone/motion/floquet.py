@@ -10,13 +10,13 @@ Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979),
 
 from __future__ import annotations
 
-from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.codes import Code
 from gelcone.devices.analysis import analysis, check_one, for_devices
 from gelcone.errors import InputError
 from gelcone.motion.equilibrium import pitchfork_voltage
@@ -47,7 +47,7 @@ _ONSET = dataset.absent("voltage", nan="not reached")
 PEAK_ROUNDS = 4
 
 
-class Onset(IntEnum):
+class Onset(Code):
     """The multiplier that leaves the unit circle where rest loses its stability.
 
     Examples
@@ -58,23 +58,10 @@ class Onset(IntEnum):
     <Onset.MINUS_ONE: 2>
     """
 
-    NONE = 0
-    PLUS_ONE = 1
-    MINUS_ONE = 2
-    AT_START = 3
-
-    @property
-    def meaning(self) -> str:
-        """One line: what grows there."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Onset.NONE: "rest stays stable in the searched interval",
-    Onset.PLUS_ONE: "multiplier +1: a motion with the period of one forcing period grows",
-    Onset.MINUS_ONE: "multiplier -1: a motion with the period of two forcing periods grows (period doubling)",
-    Onset.AT_START: "rest is unstable without voltage already",
-}
+    NONE = 0, "rest stays stable in the searched interval"
+    PLUS_ONE = 1, "multiplier +1: a motion with the period of one forcing period grows"
+    MINUS_ONE = 2, "multiplier -1: a motion with the period of two forcing periods grows (period doubling)"
+    AT_START = 3, "rest is unstable without voltage already"
 
 
 @for_devices

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.codes import FilmPullIn, Outcome
+from gelcone.codes import Code, FilmPullIn, Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.membrane.elements import Elements
@@ -35,33 +34,19 @@ ROUNDING = 1e-9
 SLACK = KINDS.index("slack")
 
 
-class Held(IntEnum):
+class Held(Code):
     """Whether a film can be held at a height and a voltage, or why not."""
 
-    HELD = 0
-    SLACK = 1
-    LOCALISED = 2
-    MINIMUM = 3
-    STRETCH_LIMIT = 4
-    NO_REST = 5
-    UNRESOLVED = 6
-
-    @property
-    def meaning(self) -> str:
-        """One line: what happens there, and what to do."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Held.HELD: "held in tension",
-    Held.SLACK: "slack: without tension, of no definite shape; raise the disc or lower the voltage",
-    Held.LOCALISED: "pulled in: one ring has localised; lower the voltage or the disc",
-    Held.MINIMUM: "pulled in: the slack film thins without limit; lower the voltage",
-    Held.STRETCH_LIMIT: "beyond 90 % of the stretch limit next to the disc, or of the heights that are computed; lower "
-    "the disc",
-    Held.NO_REST: "the disc does not rest at this voltage on a slow ramp; give a height or a lower voltage",
-    Held.UNRESOLVED: "closer to pull-in than the rings are resolved; lower the voltage slightly",
-}
+    HELD = 0, "held in tension"
+    SLACK = 1, "slack: without tension, of no definite shape; raise the disc or lower the voltage"
+    LOCALISED = 2, "pulled in: one ring has localised; lower the voltage or the disc"
+    MINIMUM = 3, "pulled in: the slack film thins without limit; lower the voltage"
+    STRETCH_LIMIT = (
+        4,
+        "beyond 90 % of the stretch limit next to the disc, or of the heights that are computed; lower the disc",
+    )
+    NO_REST = 5, "the disc does not rest at this voltage on a slow ramp; give a height or a lower voltage"
+    UNRESOLVED = 6, "closer to pull-in than the rings are resolved; lower the voltage slightly"
 
 
 @analysis(

@@ -17,13 +17,13 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.codes import Code
 from gelcone.errors import InputError
 from gelcone.physics.bracket import rise, sign_change, sign_changes
 from gelcone.physics.system import ConeSystem
@@ -40,7 +40,7 @@ ROUNDING = 1e-14
 FILM_SAMPLES = 401
 
 
-class PullIn(IntEnum):
+class PullIn(Code):
     """Ways in which the equilibrium on a slow voltage ramp is lost.
 
     * ``NEVER``: stable at every voltage, approaching the stretch limit asymptotically
@@ -56,25 +56,11 @@ class PullIn(IntEnum):
     [(0, 'NEVER'), (1, 'PITCHFORK'), (2, 'FOLD'), (3, 'SEARCH_RANGE'), (4, 'FILM')]
     """
 
-    NEVER = 0
-    PITCHFORK = 1
-    FOLD = 2
-    SEARCH_RANGE = 3
-    FILM = 4
-
-    @property
-    def meaning(self) -> str:
-        """One line: what happens there."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    PullIn.NEVER: "stable at every voltage, approaching the stretch limit asymptotically",
-    PullIn.PITCHFORK: "loses stability in a pitchfork: the flat film buckles to either side",
-    PullIn.FOLD: "meets an unstable equilibrium in a fold and vanishes",
-    PullIn.SEARCH_RANGE: f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}",
-    PullIn.FILM: "reaches a displacement at which the film pulls in",
-}
+    NEVER = 0, "stable at every voltage, approaching the stretch limit asymptotically"
+    PITCHFORK = 1, "loses stability in a pitchfork: the flat film buckles to either side"
+    FOLD = 2, "meets an unstable equilibrium in a fold and vanishes"
+    SEARCH_RANGE = 3, f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}"
+    FILM = 4, "reaches a displacement at which the film pulls in"
 
 
 class Loss(NamedTuple):

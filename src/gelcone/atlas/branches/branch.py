@@ -12,38 +12,22 @@ import numpy.typing as npt
 from gelcone.atlas.branches.event import DOUBLE, Born, Singular
 from gelcone.atlas.branches.journal import Journal
 from gelcone.atlas.branches.point import Point
+from gelcone.codes import Code
 from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
 
 
-class Ending(IntEnum):
+class Ending(Code):
     """Why a branch ended."""
 
-    LIMIT = 0
-    REST = 1
-    CLOSED = 2
-    WALL = 3
-    PULLED_IN = 4
-    STEP = 5
-    MERGED = 6
-    POINTS = 7
-
-    @property
-    def meaning(self) -> str:
-        """A line."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Ending.LIMIT: "reached an end of the interval",
-    Ending.REST: "shrank to rest",
-    Ending.CLOSED: "closed: came back to where it began",
-    Ending.WALL: "reached the stretch limit",
-    Ending.PULLED_IN: "reached displacements at which the film pulls in",
-    Ending.STEP: "could not be followed with the shortest step",
-    Ending.MERGED: "merged with a branch of half its period, or a symmetric one",
-    Ending.POINTS: "took as many points as were allowed",
-}
+    LIMIT = 0, "reached an end of the interval"
+    REST = 1, "shrank to rest"
+    CLOSED = 2, "closed: came back to where it began"
+    WALL = 3, "reached the stretch limit"
+    PULLED_IN = 4, "reached displacements at which the film pulls in"
+    STEP = 5, "could not be followed with the shortest step"
+    MERGED = 6, "merged with a branch of half its period, or a symmetric one"
+    POINTS = 7, "took as many points as were allowed"
 
 
 class EventKind(IntEnum):
