@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone import InputError
-from gelcone.errors import MissingDependency, check_name, described, unknown_name
+from gelcone.errors import MissingDependency, check_name, check_names, described, unknown_name
 
 
 def test_an_input_error_is_a_value_error():
@@ -20,6 +20,10 @@ def test_a_name_that_is_not_known_is_refused_in_short_words_that_begin_with_the_
     check_name("fruit", "pear", {"apple": 1, "pear": 2})
     with pytest.raises(InputError, match=r"^basket: 'x{60}' is not a fruit; known: apple, pear$"):
         check_name("fruit", 100 * "x", ["apple", "pear"], where="basket: ")
+    check_names("fruit", [], ["apple"])
+    check_names("fruit", {"pear": 1, "apple": 2}, ["apple", "pear"])
+    with pytest.raises(InputError, match=r"^basket: 'plum' is not a fruit; known: apple, pear$"):
+        check_names("fruit", ["apple", "plum"], ["apple", "pear"], where="basket: ")
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,12 @@ def check_name(kind: str, name: Any, known: Collection[str], where: str = "") ->
         raise InputError(f"{where}{unknown_name(kind, str(name)[:60], known)}")
 
 
+def check_names(kind: str, names: Iterable[Any], known: Collection[str], where: str = "") -> None:
+    """`InputError` as by `check_name` unless all are known."""
+    for name in names:
+        check_name(kind, name, known, where)
+
+
 def described(value: object) -> str:
     """Words for an object that was given in place of another: ``the number 3``, ``the text 'x'``, ``an array``."""
     if isinstance(value, str):

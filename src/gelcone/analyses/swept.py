@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.values import pairs, plain, read_field, read_measures, read_numbers
 from gelcone.devices.points import STATES
-from gelcone.errors import InputError, check_name
+from gelcone.errors import InputError, check_names
 from gelcone.physics.model import parameter_names, parameter_quantity
 from gelcone.quantity import Array
 
@@ -89,8 +89,7 @@ def read_states(over: Iterable[str], device: Device | None, system: ConeSystem |
     device any of the states of a ``system``."""
     known = list(STATES) if system is None or device is not None else [state.name for state in system.states]
     given = pairs("--over", over, f"name=from:to:count, for example {example(device, 'displacement')}")
-    for name in given:
-        check_name("component of the initial state", name, known)
+    check_names("component of the initial state", given, known)
     if len(given) > 2:
         raise InputError(f"--over: {', '.join(given)} are {len(given)} states; vary two of them")
     names = [*given, *(name for name in STATES if name not in given)][:2]

@@ -28,7 +28,7 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis
 from gelcone.devices.points import GELS, at
 from gelcone.devices.si import shown_values
-from gelcone.errors import InputError, check_name, described
+from gelcone.errors import InputError, check_names, described
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import complete, start_states
 from gelcone.progress import Progress, Stopped
@@ -161,8 +161,7 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
     if not analysis.swept:
         more = "" if analysis.single else f"; {analysis.command} itself takes lists, which make an ensemble"
         raise InputError(f"{analysis.name}: cannot be swept; choose one of {', '.join(sweepable())}{more}")
-    for name in keep:
-        check_name(f"variable that a sweep of {analysis.name} leaves out", name, analysis.bulky)
+    check_names(f"variable that a sweep of {analysis.name} leaves out", keep, analysis.bulky)
     if coarsest is not None and (not analysis.kinds or plan.draws):
         what = "draws of uncertain parameters" if plan.draws else f"the analysis {analysis.name}"
         raise InputError(f"coarsest = {coarsest}: {what} cannot be refined; compute every cell")

@@ -195,20 +195,13 @@ def subject_of(given: dict[str, Any]) -> Subject:
 
 def _driven(subject: Subject, drive: dict[str, Any]) -> Subject:
     """A subject driven by the recording that was named."""
+    from gelcone.devices.fields import DRIVE_NUMBERS
     from gelcone.devices.recorded import recorded
 
     path = drive.pop("recording", None)
     if path is None:
         raise InputError(f"--{min(drive).replace('_', '-')}: there is no --drive; name a CSV file")
-    fixed = (
-        "voltage_amplitude",
-        "voltage_offset",
-        "frequency",
-        "waveform",
-        "voltage",
-        "voltage_bias",
-        "drive_frequency",
-    )
+    fixed = (*DRIVE_NUMBERS, "waveform", "voltage", "voltage_bias", "drive_frequency")
     if taken := sorted(subject.given & set(fixed)):
         raise InputError(f"--set {taken[0]}: the recording of --drive sets it; leave it out, or give --drive-scale")
     options = {name.removeprefix("drive_"): value for name, value in drive.items()}

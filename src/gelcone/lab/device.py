@@ -14,7 +14,7 @@ from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse, parse_share
-from gelcone.errors import DoubtfulInput, InputError, check_kind, check_name, unknown_name
+from gelcone.errors import DoubtfulInput, InputError, check_kind, check_name, check_names, unknown_name
 from gelcone.lab.bench import KINDS, DeviceTest, field_value, rows_read
 from gelcone.lab.device_fit import (
     REFUSED,
@@ -249,8 +249,7 @@ def _check_signs(problem: Problem) -> None:
 def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
     """The profile intervals of the unknowns that are wanted; NaN for all others."""
     names = best.problem.names
-    for name in wanted:
-        check_name("free field or gain of this fit", name, names, where="--profile ")
+    check_names("free field or gain of this fit", wanted, names, where="--profile ")
     ends = np.array([profiled(best, name) if name in wanted else (np.nan, np.nan) for name in names])
     return dataset.columns("unknown", {
         "profile_low": (ends[:, 0], "lower end of the profile interval, as a logarithm", "share"),

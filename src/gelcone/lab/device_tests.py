@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.devices.units import DIMENSIONS, FieldError, parse, parse_share
-from gelcone.errors import InputError, check_name, check_path
+from gelcone.errors import InputError, check_name, check_names, check_path
 from gelcone.lab.bench import INSTRUMENTS, KINDS, DeviceTest, rows_read
 from gelcone.lab.coupons import refuse_kilovolts
 from gelcone.lab.measured import listed_tables, place_of
@@ -18,13 +18,7 @@ from gelcone.lab.reading import Table, read_table
 from gelcone.physics.waveforms import MOST_PIECES
 from gelcone.quantity import Array
 
-GAINS: Mapping[str, float] = {
-    "load cell": 0.02,
-    "laser": 0.01,
-    "capacitance meter": 0.01,
-    "ammeter": 0.01,
-    "amplifier": 0.01,
-}
+GAINS: Mapping[str, float] = dict.fromkeys(INSTRUMENTS, 0.01) | {"load cell": 0.02}
 """Standard deviation of the gain of each instrument where the list states none."""
 _NEAR = {
     "height": ("height", "h", "position", "z"),
@@ -114,8 +108,7 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
     check_name("kind of test on a device", kind, KINDS, where=f"{where}: ")
     units = _units(kind)
     known = ("file", "kind", "noise", *units)
-    for key in entry:
-        check_name(f"setting of a {kind} test", key, known, where=f"{where}: ")
+    check_names(f"setting of a {kind} test", entry, known, where=f"{where}: ")
     table = read_table(place_of(path, where, entry["file"])) if "file" in entry else None
     numbers = {}
     for name, unit in units.items():

@@ -17,7 +17,7 @@ from gelcone.devices.materials import Material
 from gelcone.devices.record import Record
 from gelcone.devices.template import material_text
 from gelcone.devices.units import FieldError, format_si
-from gelcone.errors import InputError, check_kind, check_name, check_result
+from gelcone.errors import InputError, check_kind, check_name, check_names, check_result
 from gelcone.lab.coupons import Coupon, Spectrum, same_temperature
 from gelcone.lab.material_fit import (
     Band,
@@ -213,8 +213,7 @@ def fitted_text(result: xr.Dataset) -> str:
 
 def _checked_laws(laws: Sequence[str] | None) -> list[str]:
     chosen = list(LAWS) if laws is None else [laws] if isinstance(laws, str) else list(laws)
-    for law in chosen:
-        check_name("law", law, LAWS)
+    check_names("law", chosen, LAWS)
     return list(dict.fromkeys(chosen))
 
 

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from gelcone.devices.units import FieldError, parse
-from gelcone.errors import InputError, check_name
+from gelcone.errors import InputError, check_name, check_names
 from gelcone.files import read_text, read_toml
 from gelcone.lab.coupons import KINDS, MODES, ROLES, USES, WIDTHS, Coupon, Spectrum, coupons_of, spectra_of
 from gelcone.lab.reading import read_table
@@ -129,8 +129,7 @@ def place_of(path: Path, where: str, name: Any) -> Path:
 def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path, dict[str, Any]]:
     """The file of a table [[test]], and its settings in SI."""
     where = f"{path}, test {number}"
-    for key in entry:
-        check_name("setting of a test", key, KEYS, where=f"{where}: ")
+    check_names("setting of a test", entry, KEYS, where=f"{where}: ")
     place = place_of(path, where, entry.get("file"))
     columns = {key: value for key, value in entry.items() if key in ROLES and not _begins_a_number(value)}
     for key, value in columns.items():
@@ -175,6 +174,5 @@ def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]
     if ids is None:
         return tests
     own = {test.name.rsplit(" ", 1)[-1]: test for test in tests}
-    for one in ids:
-        check_name("test of the file", one, own, where=f"{file}: ")
+    check_names("test of the file", ids, own, where=f"{file}: ")
     return [own[one] for one in ids]

@@ -16,7 +16,7 @@ from gelcone.devices.device import Device
 from gelcone.devices.fields import DEVICE_FIELDS
 from gelcone.devices.materials import find_material
 from gelcone.devices.units import FieldError, format_si, parse, parse_share
-from gelcone.errors import InputError, check_name, check_path, unknown_name
+from gelcone.errors import InputError, check_name, check_names, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.lab.device_fit import STEP, Problem
 from gelcone.lab.material import fit_material
@@ -101,8 +101,7 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
     check_path("compare_measured", path)
     path = Path(path)
     content = read_toml(path, read_text(path, REMEDY))
-    for key in content:
-        check_name("key of a measured device", key, KEYS, where=f"{path}: ")
+    check_names("key of a measured device", content, KEYS, where=f"{path}: ")
     texts = [content.get(key, "") for key in ("title", "source")]
     missing = content.get("missing", [])
     if not all(isinstance(text, str) and text for text in texts):
@@ -180,8 +179,7 @@ def _number(where: str, entry: Any, unit: str) -> Number:
     keys = ("value", "unit", "sentence", "kind", "deviation", "quantity")
     if not isinstance(entry, dict):
         raise InputError(f"{where}: must be a table {{value = ..., unit = ..., sentence = ..., kind = ...}}")
-    for key in entry:
-        check_name("key of a number", key, keys, where=f"{where}: ")
+    check_names("key of a number", entry, keys, where=f"{where}: ")
     kind, sentence = str(entry.get("kind")), entry.get("sentence")
     check_name("kind of number", kind, KINDS, where=f"{where}: ")
     if not isinstance(sentence, str) or not sentence.strip():
@@ -249,8 +247,7 @@ def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
     keys = ("tests", "material", "law", "branches", "relative_permittivity")
     if not isinstance(given, dict):
         raise InputError(f"{path}: [coupons] must be a table; {REMEDY}")
-    for key in given:
-        check_name("setting", key, keys, where=f"{path}: coupons: ")
+    check_names("setting", given, keys, where=f"{path}: coupons: ")
     tests = read_tests(place_of(path, f"{path}: coupons", given.get("tests")))
     laws = [str(given["law"])] if "law" in given else None
     counts = [given["branches"]] if "branches" in given else None

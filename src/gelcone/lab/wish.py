@@ -11,7 +11,7 @@ import numpy as np
 
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse
-from gelcone.errors import InputError, check_name, check_path, unknown_name
+from gelcone.errors import InputError, check_name, check_names, check_path, unknown_name
 from gelcone.files import read_text, read_toml
 from gelcone.motion.envelope import MARGIN
 from gelcone.physics.records import FILMS
@@ -197,8 +197,7 @@ def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
     device = _device(
         fixed | {key: float(_middle(span)) for key, span in bounds.items()} | {"name": fixed.get("name", name)}
     )
-    for key in bounds:
-        check_name("field that can be free", key, device.swept_fields(), where="[free] ")
+    check_names("field that can be free", bounds, device.swept_fields(), where="[free] ")
     return Wish(
         text,
         device,

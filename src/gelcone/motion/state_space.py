@@ -12,7 +12,7 @@ from gelcone import dataset
 from gelcone.devices.analysis import check_model, check_one, device_words, dimensionless, for_devices
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
-from gelcone.errors import InputError, MissingDependency, check_name
+from gelcone.errors import InputError, MissingDependency, check_names
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.linear import all_ideal, at_rest, uncurrented
 from gelcone.physics.component import State
@@ -151,8 +151,7 @@ def _linearised(
     """`state_space`, with the voltage in the model's units."""
     check_one(model, "state_space")
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
-        for name in given:
-            check_name(f"{kind} of a linear model", name, known)
+        check_names(f"{kind} of a linear model", given, known)
     system, n = model.system, model.numbers()
     bias = float(model.voltage_bias if voltage is None else voltage)
     place = equilibrium_under_bias(model, float(np.abs(bias * system.circuit.gain(0.0, n))))

@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
-from gelcone.errors import InputError, check_name
+from gelcone.errors import InputError, check_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,8 +148,7 @@ class Analysis:
         number where one is needed.
         """
         known = {name: option for name, option in self.options.items() if name != "threads"}
-        for name in given:
-            check_name(f"option of the analysis {self.name}", name, known)
+        check_names(f"option of the analysis {self.name}", given, known)
         return {name: _checked(option, given.get(name, option.default)) for name, option in known.items()}
 
 
