@@ -425,15 +425,9 @@ class Jet:
 
     def _logarithm(self, node: Node, n: int) -> Coefficient:
         """l_n = (a_n - (1/n) sum_(j=1..n-1) j l_j a_(n-j)) / a_0, with 1 + a_0 in place of a_0 for log1p."""
-        f, own, argument = self._f, self._coefficients[node.index], node.arguments[0]
+        f, argument = self._f, node.arguments[0]
         a = self._coefficients[argument.index]
-        total = self._chain(
-            [
-                (self._weight(node, j), a[n - j])
-                for j in _oldest_first(1, n - 1, n)
-                if own[j] is not None and a[n - j] is not None
-            ]
-        )
+        total = self._chain([(self._weight(node, j), a[n - j]) for j in _oldest_first(1, n - 1, n)])
         if node.operation == "log1p":
             argument = argument.graph.add(1.0, argument)
             self._coefficients.setdefault(argument.index, [f.add(f.real(1.0), _known(a[0]))])
@@ -493,19 +487,12 @@ class Jet:
 
     def _slopes(self, argument: Node, other: Sequence[Coefficient], n: int) -> Coefficient:
         """sum_(j=1..n) j a_j other_(n-j)."""
-        a = self._coefficients[argument.index]
-        return self._chain(
-            [
-                (self._weight(argument, j), other[n - j])
-                for j in _oldest_first(1, n, n)
-                if a[j] is not None and other[n - j] is not None
-            ]
-        )
+        return self._chain([(self._weight(argument, j), other[n - j]) for j in _oldest_first(1, n, n)])
 
-    def _weight(self, node: Node, j: int) -> Value:
+    def _weight(self, node: Node, j: int) -> Coefficient:
         """j a_j."""
-        value = _known(self._coefficients[node.index][j])
-        if j == 1:
+        value = self._coefficients[node.index][j]
+        if j == 1 or value is None:
             return value
         if (node.index, j) not in self._weighted:
             self._weighted[node.index, j] = self._f.multiply(self._f.real(float(j)), value)

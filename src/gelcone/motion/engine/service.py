@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from gelcone.motion.engine.code import Function, Value
 from gelcone.motion.engine.events import ON_BORDER
@@ -142,13 +143,13 @@ def vacate_function(plan: Plan, layout: Layout) -> Function:
     return f
 
 
-def _law(lane: _Lane, plan: Plan, layout: Layout) -> Value:
-    """The place of a member's law among all."""
-    f, law = lane.f, "0"
-    for k, place in enumerate(plan.telling):
-        sign = f.whole("lshr", f.bits(lane.get(layout.switches + place)), "63")
-        law = f.whole("or", law, f.whole("shl", sign, str(k)))
-    return law
+def _negative(lane: _Lane, layout: Layout, switches: Iterable[int]) -> Value:
+    """Which of some switches are negative, a bit each; of those by which laws differ, the place of a law among all."""
+    f, found = lane.f, "0"
+    for k, switch in enumerate(switches):
+        sign = f.whole("lshr", f.bits(lane.get(layout.switches + switch)), "63")
+        found = f.whole("or", found, f.whole("shl", sign, str(k)))
+    return found
 
 
 def refill_function(plan: Plan, layout: Layout) -> Function:
@@ -188,7 +189,7 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
     lane.set(layout.most_steps, f.load(lane.array(Job.MOST_STEPS, member)))
     lane.set(layout.least, f.real(math.inf))
     lane.set(layout.steps, f.real(0.0))
-    law = _law(lane, plan, layout)
+    law = _negative(lane, layout, plan.telling)
     f.line(f"call void @enter(i64 {law}, i64 %slot, ptr %lanes, ptr %words, ptr %store)")
     f.finish()
     return f
@@ -257,7 +258,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
         f.line(f"call void @refill(i64 {slot}, ptr %lanes, ptr %job, ptr %words, ptr %store)")
         f.finish_here()
     if plan.telling:
-        law = _law(lane, plan, layout)
+        law = _negative(lane, layout, plan.telling)
         with f.when(f.compare_whole("ne", law, "%law")):
             for k in range(len(layout.equations)):
                 lane.set(layout.roots + k, f.real(math.nan))
@@ -410,11 +411,7 @@ def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
     f = lane.f
     if not plan.signs:
         return
-    place = "0"
-    for k in range(plan.signs):
-        sign = f.whole("lshr", f.bits(lane.get(layout.switches + k)), "63")
-        place = f.whole("or", place, f.whole("shl", sign, str(k)))
-    address = lane.dwell(layout, place)
+    address = lane.dwell(layout, _negative(lane, layout, range(plan.signs)))
     time = lane.get(layout.time)
     f.store(f.add(f.load(address), f.subtract(time, lane.get(layout.since))), address)
     lane.set(layout.since, time)
