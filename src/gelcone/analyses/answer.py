@@ -349,10 +349,7 @@ def member_lines(result: xr.Dataset, describe: Callable[[xr.Dataset], str]) -> l
 
 def grid_text(shown: xr.Dataset, names: Iterable[Any]) -> str:
     """The swept coordinates in one line."""
-    spans = []
-    for dim in names:
-        spans.append(f"{dim} {_ends(shown[dim])}, {shown.sizes[dim]} values")
-    return "; ".join(spans)
+    return "; ".join(f"{dim} {_ends(shown[dim])}, {shown.sizes[dim]} values" for dim in names)
 
 
 def _ends(coordinate: xr.DataArray) -> str:

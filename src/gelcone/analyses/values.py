@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     from gelcone.devices.device import Device
@@ -45,17 +44,12 @@ def pairs(option: str, texts: Iterable[str], form: str) -> dict[str, str]:
 def read_value(text: str) -> Any:
     """Read a number, a list ``0.5,1,2`` or ``[1, 2]``, a range ``0:2:5``, or else the text itself."""
     if text.count(":") == 2:
-        return read_range(text)
+        return read_numbers("", text, lambda option, part: float(part))
     try:
         numbers = [float(part) for part in parts_of(text)]
     except ValueError:
         return text
     return numbers[0] if len(numbers) == 1 else numbers
-
-
-def read_range(text: str) -> Array:
-    """``from:to:count`` as evenly spaced values."""
-    return read_numbers("", text, lambda option, part: float(part))
 
 
 def read_numbers(option: str, text: str, read: Reader) -> Any:

@@ -63,17 +63,16 @@ class Sweep(NamedTuple):
 
 def run_parameters() -> list[click.Parameter]:
     """--store, --resume, --threads, --workers and --scheduler."""
-    path = PLACE
     return [
         click.Option(
             ["--store"],
-            type=path,
+            type=PLACE,
             metavar="STORE",
             help="Keep results there while they come (Zarr); an interrupted run can be resumed.",
         ),
         click.Option(
             ["--resume"],
-            type=path,
+            type=PLACE,
             metavar="STORE",
             help="Continue with what a store holds; without other arguments its own plan is taken.",
         ),

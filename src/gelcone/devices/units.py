@@ -241,18 +241,8 @@ def parse_deviation(name: str, text: str, unit: str, value: float) -> float:
     return parse_share(name, text) * abs(value)
 
 
-def parse_many(
-    name: str,
-    value: Any,
-    unit: str,
-    *,
-    above: float | None = None,
-    least: float | None = None,
-    infinite: bool = False,
-    example: str = "",
-) -> float | Array:
+def parse_many(name: str, value: Any, unit: str, **bounds: Any) -> float | Array:
     """Like `parse`, but a list or one-dimensional array of values gives a read-only float array of its shape (n,)."""
-    bounds: Any = {"above": above, "least": least, "infinite": infinite, "example": example}
     if hasattr(value, "__array__"):
         value = np.asarray(value)
         if value.ndim > 1:

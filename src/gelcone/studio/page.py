@@ -357,21 +357,15 @@ class Page:
 
     # --- work of seconds ---------------------------------------------------------------------------------------------
 
-    async def _map(self, request: dict[str, Any]) -> None:
-        """A map over two parameters."""
-        self._begin("map", request, asked.over_two, fill_map)
+    async def _begin(self, request: dict[str, Any]) -> None:
+        """Starts one of `_LONG` in place of what runs in its lane."""
+        read, do = _LONG[request["kind"]]
+        work = self.lanes.work(request["kind"], request["id"])
 
-    async def _strip(self, request: dict[str, Any]) -> None:
-        """A sweep of one parameter."""
-        self._begin("strip", request, asked.over_one, fill_strip)
+        async def read_and_do() -> None:
+            await do(work, *await self._in_thread(read, request))
 
-    async def _envelope(self, request: dict[str, Any]) -> None:
-        """The operating envelope of a device."""
-        self._begin("envelope", request, asked.of_device, draw_envelope)
-
-    async def _export(self, request: dict[str, Any]) -> None:
-        """A file of what the page shows."""
-        self._begin("export", request, asked.to_save, make_file)
+        self.lanes.start(request["kind"], request["id"], read_and_do)
 
     async def _glance(self, request: dict[str, Any]) -> None:
         """A small picture of a device or preset as it is by itself."""
@@ -410,21 +404,6 @@ class Page:
 
         self.lanes.start("code", request["id"], answer)
 
-    def _begin(
-        self,
-        name: str,
-        request: dict[str, Any],
-        read: Callable[[Shelf, Mapping[str, Any]], tuple[Any, ...]],
-        do: Callable[..., Awaitable[None]],
-    ) -> None:
-        """Starts the work of a lane in place of what runs there: ``do`` with what ``read`` makes of the request."""
-        work = self.lanes.work(name, request["id"])
-
-        async def read_and_do() -> None:
-            await do(work, *await self._in_thread(read, request))
-
-        self.lanes.start(name, request["id"], read_and_do)
-
     async def _in_thread(self, read: Callable[[Shelf, Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
         """What a function makes of a request. Not in the event loop: a film that wrinkles takes it a while."""
         return await asyncio.get_running_loop().run_in_executor(self._threads, read, self.shelf, request)
@@ -459,17 +438,24 @@ class Page:
                     raise WebSocketDisconnect from None
 
 
+_LONG: Mapping[str, tuple[Callable[..., tuple[Any, ...]], Callable[..., Awaitable[None]]]] = {
+    "map": (asked.over_two, fill_map),
+    "strip": (asked.over_one, fill_strip),
+    "envelope": (asked.of_device, draw_envelope),
+    "export": (asked.to_save, make_file),
+}
+"""Work of seconds: what reads a request, and what then does it."""
 _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "hello": Page._hello,
     "look": Page._take_look,
-    "map": Page._map,
-    "strip": Page._strip,
-    "envelope": Page._envelope,
+    "map": Page._begin,
+    "strip": Page._begin,
+    "envelope": Page._begin,
     "cancel": Page._cancel,
     "code": Page._code,
     "device": Page._device_file,
     "glance": Page._glance,
-    "export": Page._export,
+    "export": Page._begin,
 }
 """What a page may ask."""
 
