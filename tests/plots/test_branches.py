@@ -79,7 +79,7 @@ def test_the_mirror_image_of_a_motion_that_is_another_one_is_paler():
 
 
 def test_colours_are_those_of_doublings_and_of_rest():
-    for period, colour in ((1, BLUE), (2, VERMILION), (3, VERMILION), (4, GREEN), (8, module.COLOURS[3])):
+    for period, colour in ((1, BLUE), (2, VERMILION), (3, VERMILION), (4, GREEN), (8, module.CYCLE[3])):
         assert module.colour_of(branches(period=[1, period]).isel(branch=1)) == colour
     assert module.colour_of(branches().isel(branch=0)) == BLACK
 

@@ -31,11 +31,6 @@ _FEW_ROWS, _ON_LINE = 12, 0.04
 """Rows that are always printed, and the share of the largest value to which those left out are on a line."""
 
 
-def _with_others(result: xr.Dataset) -> list[int]:
-    """At which drive frequencies other motions coexist with the window's."""
-    return [int(k) for k in np.flatnonzero(result["coexisting"].values > 0)]
-
-
 def _names(shown: xr.Dataset, dim: str) -> list[str]:
     """The names along a dim of limits."""
     return [str(name) for name in shown[dim].values]
@@ -243,7 +238,7 @@ def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
         return
     largest, unit = f"{_plain(np.nanmax(tried))}", unit_of(shown["kick_low"])
     kick = "kick, a sudden change of the disc's velocity"
-    if not _with_others(shown):
+    if not (shown["coexisting"].values > 0).any():
         yield f"no other motion was found within the window: no {kick}, up to {largest}{unit} leads away"
         return
     yield f"where a {kick}, can lead from the recommended drive (tried up to {largest}{unit}):"

@@ -32,7 +32,7 @@ from gelcone.motion.envelope import MARGIN, peaks_of, plane_of, recommended_peak
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
 from gelcone.motion.settle import single
 from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
-from gelcone.physics.film.pull_in import Between, interpolated_curves
+from gelcone.physics.film.pull_in import interpolated_curves
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, advance, weighted
 from gelcone.quantity import Array
@@ -124,12 +124,8 @@ def over_draws(
         else:
             run = _windows if analysis == "envelope" else _responses
             found = _labelled(plan, analysis, *run(_Drawn(plan), options, threads, progress))
-    found = found.assign_attrs(membranes=_said(between))
+    found = found.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
     return found if plan.device is None else to_si(found, plan.device)
-
-
-def _said(between: Between | None) -> str:
-    return json.dumps(None if between is None else vars(between))
 
 
 @dataclass(frozen=True)

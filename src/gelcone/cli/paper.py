@@ -18,7 +18,6 @@ from gelcone.cli.output import print_json
 from gelcone.cli.waiting import BAR_SECONDS, ticking
 
 if TYPE_CHECKING:
-    from gelcone.paper.figures.figure import Table
     from gelcone.paper.report import JudgedClaim
     from gelcone.paper.run import PaperRun
 
@@ -112,7 +111,7 @@ def summary(result: PaperRun) -> str:
     """The text on the terminal: the table of claims, and where everything is."""
     lines = claim_table(result.claims) if result.claims else []
     for drawn in result.figures:
-        lines += table_lines(drawn.table) if drawn.table else []
+        lines += _in_columns([drawn.table.head, *drawn.table.rows]) if drawn.table else []
     numbers = [str(drawn.figure.number) for drawn in result.figures]
     lines.append(f"figure{'s' if len(numbers) > 1 else ''} {', '.join(numbers)} in {result.report.parent}")
     lines.append(f"wrote {result.report}")
@@ -132,11 +131,6 @@ def claim_table(claims: Sequence[JudgedClaim]) -> list[str]:
         for judged in claims
     ]
     return _in_columns(rows)
-
-
-def table_lines(table: Table) -> list[str]:
-    """The table of a figure, cut to the width of a terminal."""
-    return _in_columns([table.head, *table.rows])
 
 
 def _in_columns(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -316,10 +316,6 @@ def _array(kind: str, name: str, values: Sequence[Any]) -> str:
     return f"static const {kind} {name}[] = {{\n  " + ",\n  ".join(rows) + "\n};"
 
 
-def _defines(values: Mapping[str, Any]) -> list[str]:
-    return [f"#define {name} {value}" for name, value in values.items()]
-
-
 def _tables(exported: Exported) -> list[str]:
     """The numbers of the device."""
     program, parameters, system = exported.program, exported.parameters, exported.system
@@ -354,7 +350,7 @@ def _tables(exported: Exported) -> list[str]:
     watched = ("meridional_stress", "hoop_stress", "true_field", "limit_share")
     film_out = [film.prefix + name for film in system.films for name in watched]
     return [
-        *_defines(defines),
+        *(f"#define {name} {value}" for name, value in defines.items()),
         *([] if pieces is None else _piece_tables(pieces)),
         _array("double", "NUMBERS", [numbers[name] for name in names]),
         _array("double", "PARAMETERS", list(parameters.values.values())),

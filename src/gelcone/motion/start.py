@@ -19,11 +19,6 @@ def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool
         return np.asarray(members.strain(x) < np.broadcast_to(members.strain_limit(), members.shape))
 
 
-def _refused_start(members: Members, states: Array) -> InputError:
-    """Why no member can start from ``states``."""
-    return InputError(members.system.outside(float(states[0, 0]), members.numbers_at(0)))
-
-
 def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     """Initial states of all members, (members, N).
 
@@ -55,7 +50,7 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
         raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
     states = complete(members, states)
     if not (held := inside(members, states[:, 0])).any():
-        raise _refused_start(members, states)
+        raise InputError(members.system.outside(float(states[0, 0]), members.numbers_at(0)))
     if (held & members.system.overstretched(list(states.T), members.numbers())).all():
         raise InputError(
             f"initial displacement {states[0, 0]:g}: stretches a Maxwell branch beyond its viscous_limit; start lower, "

@@ -158,7 +158,7 @@ class UnwrinkledFilm(Film):
 
     def highest_squared_at(self, s: Any) -> Any:
         """The highest V at which the film has a state."""
-        return 1.0 / _polynomial(self.ceiling, self._t(np.asarray(s, dtype=float)))
+        return 1.0 / np.polynomial.polynomial.polyval(self._t(np.asarray(s, dtype=float)), self.ceiling)
 
 
 # --- polynomials ---------------------------------------------------------------------------------------------------
@@ -176,7 +176,3 @@ def _slope(coefficients: Polynomial, powers: list[Any]) -> Any:
     for k, factor in enumerate(coefficients[1:]):
         total = total + ((k + 1) * factor) * powers[k]
     return total
-
-
-def _polynomial(coefficients: Polynomial, t: Any) -> Any:
-    return np.polynomial.polynomial.polyval(t, coefficients)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, styled
 from gelcone.quantity import Array
 from gelcone.words import event_label, rate_unit
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 Which = npt.NDArray[np.bool_]
 """Which points of a line."""
-COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 LIGHTER = 0.35
 """How much of its colour the mirror image of a branch keeps."""
 DASHED = (0, (2.5, 1.5))
@@ -70,7 +69,7 @@ def colour_of(branch: xr.Dataset) -> str:
     """The colour of a branch: black for rest, else by its period."""
     if bool(branch["resting"]):
         return BLACK
-    return COLOURS[int(np.log2(int(branch["period"]))) % len(COLOURS)]
+    return CYCLE[int(np.log2(int(branch["period"]))) % len(CYCLE)]
 
 
 def sections_of(branch: xr.Dataset) -> Array:
@@ -195,7 +194,7 @@ def legend(result: xr.Dataset) -> list[Any]:
     ]
     periods = sorted({int(p) for p, r in zip(result["period"].values, result["resting"].values, strict=True) if not r})
     for period in periods[:6]:
-        colour = COLOURS[int(np.log2(period)) % len(COLOURS)]
+        colour = CYCLE[int(np.log2(period)) % len(CYCLE)]
         handles.append(Line2D([], [], color=colour, lw=1.3, label=f"period {period}"))
     if bool(result["resting"].values.any()):
         handles.append(Line2D([], [], color=BLACK, lw=1.3, label="rest"))

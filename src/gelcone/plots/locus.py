@@ -8,8 +8,8 @@ import numpy as np
 
 from gelcone.devices.numbers import SHIPPED
 from gelcone.errors import InputError
-from gelcone.plots.branches import COLOURS, DASHED, MARKERS, with_neighbours
-from gelcone.plots.style import BLACK, GREY, name_axes, styled
+from gelcone.plots.branches import DASHED, MARKERS, with_neighbours
+from gelcone.plots.style import BLACK, CYCLE, GREY, name_axes, styled
 from gelcone.words import event_label
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outline
         period = int(own["period"])
         label = f"{result.attrs['event']}, period {period}"
         below = own["curvature"].values < 0.0
-        colour = COLOURS[int(np.log2(period)) % len(COLOURS)]
+        colour = CYCLE[int(np.log2(period)) % len(CYCLE)]
         at, up = own[x].values, own[y].values
         look: dict[str, Any] = {"color": colour, "path_effects": effects}
         axes.plot(at, np.where(below, np.nan, up), lw=1.2, label="" if label in named else label, **look)

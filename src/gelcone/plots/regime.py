@@ -41,9 +41,8 @@ def regime_figure(result: xr.Dataset) -> Figure:
         regime_points(result, axes)
         axes.set_title("Poincaré section: once every forcing period", loc="left", fontsize=8.0)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), labelspacing=0.9)
-        figure.suptitle(", ".join(filter(None, [result.attrs.get("device", ""), picked(result)])), fontsize=9.0)
 
-    return styled(7.2, max(3.2, 0.6 + 0.62 * len(members(result))), draw)
+    return styled(7.2, max(3.2, 0.6 + 0.62 * len(members(result))), draw, result, picked(result))
 
 
 def regime_points(result: xr.Dataset, axes: Axes) -> None:

@@ -76,9 +76,8 @@ def ensemble_figure(response: xr.Dataset) -> Figure:
         middle[1].set_ylabel(axis_label(response["velocity"], "velocity"))
         grid[-1][0].set_xlabel(axis_label(response["time"], "time"))
         grid[-1][1].set_xlabel(axis_label(response["displacement"], "displacement"))
-        figure.suptitle(", ".join(filter(None, [response.attrs.get("device", ""), picked(response)])), fontsize=9.0)
 
-    return styled(7.2, 0.7 + 0.95 * len(lines), draw)
+    return styled(7.2, 0.7 + 0.95 * len(lines), draw, response, picked(response))
 
 
 def said(member: xr.Dataset) -> str:

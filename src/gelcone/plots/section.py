@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
+from gelcone.plots.regime import MARKERS
 from gelcone.plots.response import members, picked
 from gelcone.plots.style import CYCLE, REST_ROOM, axis_label, name_axes, styled
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 CELLS = 400
 """Points in the same cell of a grid with this many cells across the figure count as one."""
-MARKERS = ("o", "s", "^", "D", "v", "P")
 
 
 def section_figure(section: xr.Dataset) -> Figure:
@@ -36,10 +36,11 @@ def section_figure(section: xr.Dataset) -> Figure:
             legend = axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
             for points in legend.findobj(PathCollection):
                 points.set(sizes=[14.0])
-        figure.suptitle(", ".join(filter(None, [section.attrs.get("device", ""), picked(section)])), fontsize=9.0)
 
     longest = max(len(_label(name, member)) for name, member in members(section))
-    return styled(3.5 if not longest and "repeat" in section.dims else 4.1 + 0.065 * longest, 3.3, draw)
+    return styled(
+        3.5 if not longest and "repeat" in section.dims else 4.1 + 0.065 * longest, 3.3, draw, section, picked(section)
+    )
 
 
 def section_points(section: xr.Dataset, axes: Axes) -> None:

@@ -48,9 +48,11 @@ def say(axes: Axes, words: str) -> None:
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 
-def styled(width: float, height: float, draw: Callable[[Figure], None], result: xr.Dataset | None = None) -> Figure:
+def styled(
+    width: float, height: float, draw: Callable[[Figure], None], result: xr.Dataset | None = None, more: str = ""
+) -> Figure:
     """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state; with the name
-    of the ``result``'s device as title, if one is given."""
+    of the ``result``'s device and ``more`` as title, if one is given."""
     import matplotlib as mpl
 
     from gelcone.plots.figure import ShownFigure
@@ -59,7 +61,7 @@ def styled(width: float, height: float, draw: Callable[[Figure], None], result: 
         figure = ShownFigure(STYLE, figsize=(width, height), layout="constrained")
         draw(figure)
         if result is not None:
-            figure.suptitle(result.attrs.get("device", ""), fontsize=9.0)
+            figure.suptitle(", ".join(filter(None, [result.attrs.get("device", ""), more])), fontsize=9.0)
     return figure
 
 

@@ -188,6 +188,7 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
     picks = evenly(result.sizes[third], WIDEST)
     columns = 2 if picks.size in (2, 4) else min(3, picks.size)
     rows = -(-picks.size // columns)
+    some = f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}"
 
     def draw(figure: Figure) -> None:
         panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
@@ -210,11 +211,8 @@ def _slices(result: xr.Dataset, values: xr.DataArray) -> Figure:
             handles = cell_legend(shown["regime"].values, failed, doubtful, shown["outcome"])
             handles += invalid_legend(invalid_cells(shown, "flat", x), failed)
             figure.legend(handles=handles, loc="outside right upper")
-        some = f"{picks.size} of {result.sizes[third]} values of {third.replace('_', ' ')}"
-        named = [result.attrs.get("device", ""), some if picks.size < result.sizes[third] else ""]
-        figure.suptitle(", ".join(filter(None, named)), fontsize=9.0)
 
-    return styled(7.2, 0.5 + 2.2 * rows, draw)
+    return styled(7.2, 0.5 + 2.2 * rows, draw, result, some if picks.size < result.sizes[third] else "")
 
 
 def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
