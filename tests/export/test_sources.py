@@ -215,7 +215,7 @@ def test_outputs_at_a_point_are_those_of_the_model(changes):
     z, switches = own.start()
     z = z * np.linspace(1.1, 1.3, z.size)
     n = own.numbers() | switches | {"input_voltage": 900.0 / own.scale_values["voltage"]}
-    found = outputs_of(own.system)(0.0, [np.float64(value) for value in z], n, np)
+    found = outputs_of(own.system, 0.0, [np.float64(value) for value in z], n, np)
     members = own.model.members()
     for k, film in enumerate(own.system.films):
         volts = float(found[f"{film.prefix}film_voltage"][0])

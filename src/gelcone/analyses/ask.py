@@ -15,7 +15,7 @@ import numpy as np
 from gelcone.analyses import tables
 from gelcone.analyses.answer import in_si, result_json
 from gelcone.analyses.request import Subject
-from gelcone.analyses.values import measure_reader, read_measures
+from gelcone.analyses.values import read_measure, read_measures
 from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -187,5 +187,5 @@ def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
         if option.kind is None:
             numbers[name] = read_measures(shown, text, option.quantity, subject.device, in_si=analysis.planned)
         else:
-            numbers[name] = measure_reader(option.quantity, subject.device, in_si=analysis.planned)(shown, text.strip())
+            numbers[name] = read_measure(shown, text.strip(), option.quantity, subject.device, in_si=analysis.planned)
     return numbers

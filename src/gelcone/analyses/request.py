@@ -15,11 +15,11 @@ import numpy as np
 
 from gelcone.analyses.swept import example, increasing, only_of_model, read_over
 from gelcone.analyses.values import (
-    measure_reader,
     no_decimal_comma,
     pairs,
     parts_of,
     read_field,
+    read_measure,
     read_measures,
     read_pairs,
     read_table,
@@ -204,7 +204,7 @@ def _read_component(name: str, part: str, quantity: str, device: Device | None) 
     from gelcone.devices.scales import MEASURES
 
     pure = quantity not in MEASURES
-    return measure_reader(quantity, None if pure else device, in_si=True)(f"--initial {name}", part)
+    return read_measure(f"--initial {name}", part, quantity, None if pure else device, in_si=True)
 
 
 def _completed(found: Mapping[str, float], device: Device | None, model: ConeModel) -> tuple[float, ...]:

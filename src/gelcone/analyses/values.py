@@ -6,6 +6,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -192,37 +193,33 @@ def of_field(option: str, text: str, field: Field) -> float:
     return parse(option, text, field.unit, example=field.example_text())
 
 
-def measure_reader(quantity: str, device: Device | None, *, in_si: bool = False) -> Reader:
-    """Reads a number of a quantity: dimensionless or, with a device, with a unit, and then scaled to the model.
+def read_measure(option: str, text: str, quantity: str, device: Device | None, *, in_si: bool = False) -> float:
+    """A number of a quantity: dimensionless or, with a device, with a unit, and then scaled to the model.
 
     With a device a bare number is refused, but 0. ``in_si`` leaves what is read in SI.
     """
+    bare = is_number(text)
+    if device is None:
+        if not bare:
+            raise InputError(f"{option} {text!r}: must be a number (units need a device)")
+        number = float(text)
+    else:
+        from gelcone.devices.analysis import option_scale
+        from gelcone.devices.scales import MEASURES
+        from gelcone.devices.units import DIMENSIONS, parse
 
-    def read(option: str, text: str) -> float:
-        bare = is_number(text)
-        if device is None:
-            if not bare:
-                raise InputError(f"{option} {text!r}: must be a number (units need a device)")
-            number = float(text)
-        else:
-            from gelcone.devices.analysis import option_scale
-            from gelcone.devices.scales import MEASURES
-            from gelcone.devices.units import DIMENSIONS, parse
-
-            unit = MEASURES[quantity].unit
-            if bare and float(text) != 0.0:
-                raise InputError(
-                    f"{option} {text}: has no unit; with a device give one, such as {DIMENSIONS[unit].example!r}"
-                )
-            number = 0.0 if bare else parse(option, text, unit)
-            number = number if in_si else number / option_scale(option, quantity, device.scales)
-        if not math.isfinite(number):
-            raise InputError(f"{option} {text}: must be finite")
-        return number
-
-    return read
+        unit = MEASURES[quantity].unit
+        if bare and float(text) != 0.0:
+            raise InputError(
+                f"{option} {text}: has no unit; with a device give one, such as {DIMENSIONS[unit].example!r}"
+            )
+        number = 0.0 if bare else parse(option, text, unit)
+        number = number if in_si else number / option_scale(option, quantity, device.scales)
+    if not math.isfinite(number):
+        raise InputError(f"{option} {text}: must be finite")
+    return number
 
 
 def read_measures(option: str, text: str, quantity: str, device: Device | None, *, in_si: bool = False) -> Any:
-    """One or several numbers of a quantity, see `read_numbers` and `measure_reader`."""
-    return read_numbers(option, text, measure_reader(quantity, device, in_si=in_si))
+    """One or several numbers of a quantity, see `read_numbers` and `read_measure`."""
+    return read_numbers(option, text, partial(read_measure, quantity=quantity, device=device, in_si=in_si))

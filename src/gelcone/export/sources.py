@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -116,7 +116,7 @@ class Exported:
     @cached_property
     def program(self) -> Portable:
         """The text of the program."""
-        return portable(self.system, outputs_of(self.system), self.tolerance)
+        return portable(self.system, partial(outputs_of, self.system), self.tolerance)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -190,29 +190,25 @@ class Exported:
         return dict(zip(nodes, map(float, evaluated(list(nodes.values()), known)), strict=True))
 
 
-def outputs_of(system: ConeSystem) -> Any:
-    """Return the formulas of a point: of each film voltage, charge with its rate, capacitance, stresses and field."""
-
-    def outputs(time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, int]]:
-        found: dict[str, tuple[Any, int]] = {}
-        for k, (film, voltage) in enumerate(zip(system.films, system.voltages(time, z, n, xp), strict=True)):
-            y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
-            found[f"{prefix}film_voltage"] = voltage, 0
-            if film.film.traced_charge:
-                capacitance = film.capacitance(z[0], squared, y, n, xp)
-                charge = system.stored(time, z, n, xp) if system.circuit.delays else voltage * capacitance
-                found |= {f"{prefix}charge": (charge, 1), f"{prefix}capacitance": (capacitance, 0)}
-            state = film.traced_state(z[0], squared, y, n, xp)
-            if state is not None and system.circuit.delays:
-                pulling = film.traced_state(z[0], system.squares(time, z, n, xp)[k], y, n, xp)
-                state = pulling._replace(field_squared=state.field_squared) if pulling else state
-            if state is not None:
-                found |= {f"{prefix}{name}": (getattr(state, name), 0) for name in ("meridional_stress", "hoop_stress")}
-                found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), 0)}
-                found |= {f"{prefix}limit_share": (state.limit_share, 0)}
-        return found
-
-    return outputs
+def outputs_of(system: ConeSystem, time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, int]]:
+    """The formulas of a point: of each film voltage, charge with its rate, capacitance, stresses and field."""
+    found: dict[str, tuple[Any, int]] = {}
+    for k, (film, voltage) in enumerate(zip(system.films, system.voltages(time, z, n, xp), strict=True)):
+        y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
+        found[f"{prefix}film_voltage"] = voltage, 0
+        if film.film.traced_charge:
+            capacitance = film.capacitance(z[0], squared, y, n, xp)
+            charge = system.stored(time, z, n, xp) if system.circuit.delays else voltage * capacitance
+            found |= {f"{prefix}charge": (charge, 1), f"{prefix}capacitance": (capacitance, 0)}
+        state = film.traced_state(z[0], squared, y, n, xp)
+        if state is not None and system.circuit.delays:
+            pulling = film.traced_state(z[0], system.squares(time, z, n, xp)[k], y, n, xp)
+            state = pulling._replace(field_squared=state.field_squared) if pulling else state
+        if state is not None:
+            found |= {f"{prefix}{name}": (getattr(state, name), 0) for name in ("meridional_stress", "hoop_stress")}
+            found |= {f"{prefix}true_field": (xp.sqrt(state.field_squared), 0)}
+            found |= {f"{prefix}limit_share": (state.limit_share, 0)}
+    return found
 
 
 def _unit(quantity: str) -> str:

@@ -5,9 +5,9 @@ The time begins anew with each step, so that no digits are lost in long runs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -108,17 +108,12 @@ class DrivenSystem(ConeSystem):
     def field_borders(self) -> tuple[tuple[int | None, Border], ...]:
         """Where the films break down: the last of the borders."""
         films = range(len(self.films)) if self.breaks_down else ()
-        return tuple((None, Border(self._field_left(k), seldom=True)) for k in films)
+        return tuple((None, Border(partial(self._field_left, k), seldom=True)) for k in films)
 
-    def _field_left(self, k: int) -> Callable[..., Any]:
-        film = self.films[k]
-
-        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-            voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
-            state = film.traced_state(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
-            return n[STRENGTH_SQUARED] - (0.0 * z[0] if state is None else state.field_squared)
-
-        return value
+    def _field_left(self, k: int, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+        voltage = self._moment(tau, z, n, xp).voltage(self.line_of(k))
+        state = self.films[k].traced_state(z[0], voltage * voltage, self.states_of(z, "film", k), n, xp)
+        return n[STRENGTH_SQUARED] - (0.0 * z[0] if state is None else state.field_squared)
 
 
 def driven(system: ConeSystem, inside: bool = False, breaks_down: bool = False) -> DrivenSystem:

@@ -6,9 +6,9 @@ circuit makes of the waveform's. Components may add states of their own behind d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache, partial, reduce
 from typing import Any
 
 import numpy as np
@@ -237,40 +237,30 @@ class ConeSystem(Structure):
         for k, film in enumerate(self.films):
             carried = self.line_of(k).circuit.carries_voltage
             own = [border for border in film.borders if not (border.folds and carried)]
-            found += [(k, replace(border, value=self._film_value(k, border))) for border in own]
+            found += [(k, replace(border, value=partial(self._film_value, k, border))) for border in own]
         for line in self.lines:
             for border in line.circuit.borders:
-                value = self._line_value(line, border)
+                value = partial(self._line_value, line, border)
                 found.append((None, replace(border, value=value, switch=line.prefix + str(border.switch))))
             for place, k in enumerate(line.films):
                 if line.circuit.carries_voltage and self.films[k].film.folds:
-                    found.append((k, Border(self._fold_value(line, place), seldom=True)))
+                    found.append((k, Border(partial(self._fold_value, line, place), seldom=True)))
         return tuple(found)
 
-    def _film_value(self, k: int, border: Border) -> Callable[..., Any]:
-        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-            squared = self._moment(tau, z, n, xp).squared(k)
-            return border.value(z[0], squared, self.states_of(z, "film", k), n, xp)
+    def _film_value(self, k: int, border: Border, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+        squared = self._moment(tau, z, n, xp).squared(k)
+        return border.value(z[0], squared, self.states_of(z, "film", k), n, xp)
 
-        return value
+    def _line_value(self, line: Line, border: Border, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
+        port = self._moment(tau, z, n, xp).port(line)
+        return border.value(port, self.states_of(z, "line", line.prefix), line.own(n), xp)
 
-    def _line_value(self, line: Line, border: Border) -> Callable[..., Any]:
-        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-            port = self._moment(tau, z, n, xp).port(line)
-            return border.value(port, self.states_of(z, "line", line.prefix), line.own(n), xp)
-
-        return value
-
-    def _fold_value(self, line: Line, place: int) -> Callable[..., Any]:
+    def _fold_value(self, line: Line, place: int, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
         """Where the minimum of the energy of a film, by its place in the line, ends at its voltage. Behind a resistance
         its charge passes that end, while the voltage turns there and crosses nothing."""
-
-        def value(tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-            moment = self._moment(tau, z, n, xp)
-            port = moment.port(line)
-            return 1.0 / replace(port, films=(port.films[place],)).slope(moment.voltage(line)) - FOLDED
-
-        return value
+        moment = self._moment(tau, z, n, xp)
+        port = moment.port(line)
+        return 1.0 / replace(port, films=(port.films[place],)).slope(moment.voltage(line)) - FOLDED
 
     def switches(self, tau: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
         """The numbers that borders and corners switch, as time and states give them."""
