@@ -32,7 +32,7 @@ from gelcone.motion.swing import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, weighted
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Frequencies, Time
 from gelcone.register.analysis import Axis
 
@@ -232,8 +232,7 @@ def _bends_filled(
     bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
     wanted = np.flatnonzero(np.append(bent, False) | np.insert(bent, 0, False))
     if not wanted.size:
-        if progress is not None:
-            progress(1.0)
+        advance(progress, 1.0)
         return grids, swept
     places = (np.arange(FILLED) + 1.0) / (FILLED + 1.0)
     inner = np.exp(log[wanted, None] + np.diff(log)[wanted, None] * places)
@@ -322,8 +321,7 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
         lowest = np.full((model.size, 1), -1.0)
         edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
         low, high = _beside(edges, known, at, height)
-        if progress is not None:
-            progress(1.0 / NARROWINGS)
+        advance(progress, 1.0 / NARROWINGS)
     return _Peaks(at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error)
 
 
@@ -412,8 +410,7 @@ def _jumps(
         other.put(apart, beside.take(apart))
         before, after = jumping.amplitude, other.amplitude
     outer = np.where(np.abs(SURE * step) < np.abs(last - inner), inner + SURE * step, last)
-    if progress is not None:
-        progress(1.0)
+    advance(progress, 1.0)
     return _Jumps(member, branch, np.minimum(inner, outer), np.maximum(inner, outer), before, after)
 
 
