@@ -226,6 +226,11 @@ class Function:
         self._lines.append(f"{name}:")
         self._block = len(self._lines)
 
+    def _go(self, label: str) -> None:
+        """Ends the block, and begins that of the label, where it leads."""
+        self.line(f"br label %{label}")
+        self._label(label)
+
     def _fresh(self, name: str) -> str:
         self._count += 1
         return f"{name}{self._count}"
@@ -237,15 +242,13 @@ class Function:
         self.line(f"br i1 {condition}, label %{inside}, label %{after}")
         self._label(inside)
         yield
-        self.line(f"br label %{after}")
-        self._label(after)
+        self._go(after)
 
     @contextmanager
     def repeat(self) -> Iterator[str]:
         """The block runs again and again until `leave` takes the label that this yields."""
         again, out = self._fresh("again"), self._fresh("out")
-        self.line(f"br label %{again}")
-        self._label(again)
+        self._go(again)
         yield out
         self.line(f"br label %{again}")
         self._label(out)
@@ -256,14 +259,11 @@ class Function:
         lines would take the compiler seconds."""
         before, again, step, out = (self._fresh(name) for name in ("before", "again", "step", "out"))
         number, more = f"%{again}.number", f"%{again}.more"
-        self.line(f"br label %{before}")
-        self._label(before)
-        self.line(f"br label %{again}")
-        self._label(again)
+        self._go(before)
+        self._go(again)
         self.line(f"{number} = phi i64 [ 0, %{before} ], [ {more}, %{step} ]")
         yield number
-        self.line(f"br label %{step}")
-        self._label(step)
+        self._go(step)
         self.line(f"{more} = add i64 {number}, 1")
         self.line(f"br i1 {self.compare_whole('slt', more, str(count))}, label %{again}, label %{out}")
         self._label(out)
@@ -279,8 +279,7 @@ class Function:
         """A block that runs once, and that `leave` can end early."""
         out = self._fresh("out")
         yield out
-        self.line(f"br label %{out}")
-        self._label(out)
+        self._go(out)
 
     def finish(self, value: str = "void") -> None:
         """Returns, at the end of the text."""
