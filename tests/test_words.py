@@ -8,7 +8,7 @@ import xarray as xr
 
 from gelcone import words
 from gelcone.codes import Outcome, Regime
-from gelcone.words import lasting, lasting_in_words, motion_in_words, outcome_in_words, rate_unit, unit_of, with_error
+from gelcone.words import lasting, lasting_in_words, motion_in_words, rate_unit, unit_of, with_error
 
 
 @pytest.mark.parametrize(
@@ -53,8 +53,8 @@ def test_motions_in_words(kind, period, symmetric, text):
 
 
 def test_outcomes_in_words():
-    assert outcome_in_words(int(Outcome.STRETCH_LIMIT)) == "stretch limit"
-    assert outcome_in_words(int(Outcome.NOT_FINITE)) == "not finite"
+    assert Outcome.STRETCH_LIMIT.words == "stretch limit"
+    assert Outcome.NOT_FINITE.words == "not finite"
 
 
 def test_units_in_words():

@@ -243,11 +243,6 @@ def failed_in_words(outcomes: Any) -> str:
     return Outcome.PULLED_IN.words if set(failed) - {Outcome.OK} == {Outcome.PULLED_IN} else "run failed"
 
 
-def outcome_in_words(code: int) -> str:
-    """The ending of a run, in two or three words."""
-    return Outcome(code).words
-
-
 def exponent_in_words(member: xr.Dataset) -> str:
     """The largest exponent of one run with its error and unit; ``lyapunov`` holds all of them."""
     exponent = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
@@ -257,7 +252,7 @@ def exponent_in_words(member: xr.Dataset) -> str:
 def evidence_in_words(member: xr.Dataset) -> list[str]:
     """The kind of one motion and the evidence for it, line by line."""
     if int(member["outcome"]):
-        return [f"failed: {outcome_in_words(int(member['outcome']))}"]
+        return [f"failed: {Outcome(int(member['outcome'])).words}"]
     period, mirror = int(member["period"]), bool(member["symmetric"])
     lines = [
         motion_in_words(int(member["regime"]), period, mirror),

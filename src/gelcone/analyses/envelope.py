@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
-from gelcone.words import FAILINGS, lasting, measured, motion_in_words, outcome_in_words, shortened, unit_of
+from gelcone.words import FAILINGS, lasting, measured, motion_in_words, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -261,7 +261,7 @@ def _goal(motion: xr.Dataset) -> str:
     if outcome == Outcome.PULLED_IN:
         return "pull-in"
     if regime == Regime.LEFT_THE_DOMAIN:
-        return f"{Regime(regime).label}, {outcome_in_words(outcome)}"
+        return f"{Regime(regime).label}, {Outcome(outcome).words}"
     return motion_in_words(regime, int(np.nan_to_num(motion["motion_period"])))
 
 

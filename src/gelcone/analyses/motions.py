@@ -13,12 +13,12 @@ from gelcone.analyses.answer import (
     member_lines,
     outcome_lines,
 )
+from gelcone.codes import Outcome
 from gelcone.words import (
     SIGNS,
     evidence_in_words,
     exponent_in_words,
     lasting,
-    outcome_in_words,
     rate_unit,
     unit_of,
     validity_in_words,
@@ -45,7 +45,7 @@ def lyapunov_words(shown: xr.Dataset, subject: Subject) -> str:
 def _largest(member: xr.Dataset) -> str:
     """The largest exponent in one line."""
     if int(member["outcome"]):
-        return f"failed, {outcome_in_words(int(member['outcome']))}"
+        return f"failed, {Outcome(int(member['outcome'])).words}"
     value, error = float(member["lyapunov"][0]), float(member["standard_error"][0])
     period = float(member["per_repeat"]) / value if value else 0.0
     return (

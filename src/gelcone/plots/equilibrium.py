@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, name_axes, styled
-from gelcone.words import evenly, measured, outcome_in_words, unit_of
+from gelcone.words import evenly, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -182,5 +183,5 @@ def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, b
 def note_failure(member: xr.Dataset, axes: Axes) -> None:
     """States the reason where there is nothing to draw."""
     if int(member["outcome"]):
-        text = f"failed: {outcome_in_words(int(member['outcome']))}"
+        text = f"failed: {Outcome(int(member['outcome'])).words}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=VERMILION)

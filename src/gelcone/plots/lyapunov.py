@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.codes import Outcome
 from gelcone.plots.response import members
 from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import SIGNS, outcome_in_words, rate_unit, with_error
+from gelcone.words import SIGNS, rate_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,7 +65,7 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
 def verdict(member: xr.Dataset) -> str:
     """The long-run value with its error, and whether its sign is certain; or how the member failed."""
     if int(member["outcome"]):
-        return f"failed: {outcome_in_words(int(member['outcome']))}"
+        return f"failed: {Outcome(int(member['outcome'])).words}"
     value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
     return f"{value}\n{SIGNS[int(member['sign'])]}"
 

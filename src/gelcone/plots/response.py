@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.codes import Outcome
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, axis_label, name_axes, styled
-from gelcone.words import evenly, members_of, outcome_in_words
+from gelcone.words import evenly, members_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +84,7 @@ def ensemble_figure(response: xr.Dataset) -> Figure:
 def said(member: xr.Dataset) -> str:
     """The failure of a member's run, or that the model did not hold in all of it; empty for one that is fine."""
     if int(member["outcome"]):
-        return f": failed, {outcome_in_words(int(member['outcome']))}"
+        return f": failed, {Outcome(int(member['outcome'])).words}"
     unheld = [words for words, when in failings(member).items() if when.any()]
     return f" (at times {', '.join(unheld)})" if unheld else ""
 
@@ -138,7 +139,7 @@ def mark_end(response: xr.Dataset, axes: Axes) -> None:
     if ran.size:
         at = float(response["time"][ran[-1]]), float(response["displacement"][ran[-1]])
         axes.plot(*at, "x", color=BLACK, ms=6.0, clip_on=False)
-        said = outcome_in_words(int(response["outcome"])).partition(":")[0]
+        said = Outcome(int(response["outcome"])).words.partition(":")[0]
         axes.annotate(said, at, (8.0, -2.0), textcoords="offset points", fontsize=8.0, va="top")
 
 
