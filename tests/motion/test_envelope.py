@@ -21,7 +21,7 @@ from gelcone.motion.driven import driven
 from gelcone.motion.envelope import envelope
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import integrate
-from gelcone.motion.plane import DRIVEN_LIMITS, SPAN, TOO_CLOSE, YIELDS, DriveShape, Plane, peak_of
+from gelcone.motion.plane import DRIVEN_LIMITS, SPAN, TOO_CLOSE, YIELDS, DriveShape, Plane
 from gelcone.motion.response import simulate
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.motion.validity import unknown
@@ -131,7 +131,7 @@ def test_a_film_that_pulls_in_meets_that_limit_and_no_other():
 def test_default_frequencies_hold_the_first_resonances_and_the_models_own():
     plane = Plane(TAUT, DriveShape.of(TAUT), 0.3, None)
     natural = plane.natural_frequency()
-    found = plane.default_frequencies(0.6)
+    found = plane.default_frequencies()
     for wanted in (float(TAUT.drive_frequency), 0.5 * natural, natural, 2.0 * natural):
         assert np.abs(found / wanted - 1.0).min() < 0.03
     assert (np.diff(found) > 0.0).all()
@@ -143,7 +143,7 @@ def test_default_frequencies_are_as_close_for_slow_and_for_fast_discs(stiffness)
     """Over their span none is missing and none is doubled, both by its share of the frequency."""
     model = TAUT.replace(spring_stiffness=stiffness)
     plane = Plane(model, DriveShape.of(model), 0.3, None)
-    found, span = plane.default_frequencies(0.6), plane.natural_frequency() * np.geomspace(*SPAN)
+    found, span = plane.default_frequencies(), plane.natural_frequency() * np.geomspace(*SPAN)
     inside = span[1:-1]
     assert np.abs(found[:, None] / inside - 1.0).min(axis=0).max() <= 1.01 * TOO_CLOSE
     assert (np.diff(found) / found[:-1]).min() > 0.99 * TOO_CLOSE
@@ -172,7 +172,7 @@ def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
 @pytest.mark.parametrize(
     ("model", "options", "message"),
     [
-        (ConeModel(voltage=[1.0, 2.0]), {}, "single device"),
+        (ConeModel(voltage=[1.0, 2.0]), {}, "envelope: takes one actuator, not an ensemble"),
         (ConeModel(voltage=0.0), {}, "amplitude or a bias"),
         (ConeModel(), {"margin": 1.0}, "margin = 1"),
         (ConeModel(), {"peaks": [2.0, 1.0]}, "peaks"),
@@ -205,7 +205,7 @@ def test_peak_and_mean_square_are_those_of_the_waveform(waveform, bias):
     drive = model.system.waveform.voltage(2.0 * np.pi * np.arange(10**6) / 10**6, model.own_numbers)
     peak = np.abs(drive).max()
     plane = Plane(model, DriveShape.of(model), 0.0, None)
-    assert peak_of(model) == pytest.approx(peak, rel=1e-4)
+    assert model.peak_voltage == pytest.approx(peak, rel=1e-4)
     assert plane.natural_frequency(peak / 2) == pytest.approx(
         np.sqrt(float(FLAT.stiffness(0.0)) - np.mean(drive**2) / 4), rel=1e-4
     )
@@ -410,7 +410,7 @@ def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_fr
     assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()
     assert np.isfinite(found["regime"].values[:, 0]).all()
     kicked = np.isfinite(found["kick_tried"].values)
-    given = Plane.of(WRINKLING, None, curve).default_frequencies(float(found["own_peak"]))
+    given = Plane.of(WRINKLING, None, curve).default_frequencies()
     assert set(found["drive_frequency"].values[kicked]) == set(given)
 
 

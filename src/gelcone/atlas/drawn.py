@@ -29,7 +29,7 @@ from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import MARGIN, peaks_of, plane_of, recommended_peaks
-from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
+from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.settle import single
 from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from gelcone.physics.film.pull_in import interpolated_curves
@@ -198,7 +198,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
     plan, from_ = drawn.plan, own["limits_from"]
     nominal, members = plan.cone, plan.at(plan.grid)[0].members()
     default = plane_of(nominal, threads, from_).default_frequencies
-    hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], lambda: default(peak_of(nominal)))
+    hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], default)
     volts, peaks = drawn.axis("peaks", "voltage", own["peaks"], lambda: peaks_of(nominal))
     of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
     low, high = np.full((2, count, *of_limit), np.nan)

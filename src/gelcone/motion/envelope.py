@@ -23,7 +23,7 @@ from gelcone.motion.creep import Holding, thresholds
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import driven
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
-from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, DriveShape, Plane, peak_of
+from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, DriveShape, Plane
 from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
@@ -153,12 +153,11 @@ def envelope(
     check_one(model, "envelope")
     if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
         raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
-    own_peak = peak_of(model)
     plane = plane_of(model, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     volts = peaks_of(model) if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
-    omegas = plane.default_frequencies(own_peak) if frequencies is None else _axis("frequencies", frequencies)
+    omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
     static, static_limits = static_limits_of(plane, volts)
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
@@ -216,7 +215,7 @@ def envelope(
             "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
             "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
             "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
-            "own_peak": ((), own_peak, "peak voltage of the device's own drive", "voltage"),
+            "own_peak": ((), float(model.peak_voltage), "peak voltage of the device's own drive", "voltage"),
             "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
@@ -236,7 +235,7 @@ def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -
 
 def peaks_of(model: ConeModel) -> Array:
     """The peak voltages that an envelope examines where no others are given."""
-    return peak_of(model) * np.linspace(*PEAKS)
+    return float(model.peak_voltage) * np.linspace(*PEAKS)
 
 
 def pull_in_of(plane: Plane) -> str:

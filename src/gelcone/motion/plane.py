@@ -84,15 +84,10 @@ class DriveShape:
     def of(cls, model: ConeModel) -> DriveShape:
         """The shape of a model's drive; `InputError` for one without voltage."""
         model.system.waveform.check_repeats()
-        peak = peak_of(model)
+        peak = float(model.peak_voltage)
         if peak == 0.0:
             raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
         return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
-
-
-def peak_of(model: ConeModel) -> float:
-    """The largest absolute voltage of a single model's drive."""
-    return float(model.peak_voltage)
 
 
 @dataclass(frozen=True)
@@ -133,10 +128,10 @@ class Plane:
         drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
         return float(frequency_of(stiffness_under(drive)))
 
-    def default_frequencies(self, own_peak: float) -> Array:
+    def default_frequencies(self) -> Array:
         """Frequencies around the natural one, those of the first resonances and the model's own among them."""
         natural = self.natural_frequency()
-        naturals = np.array([natural, self.natural_frequency(own_peak)])
+        naturals = np.array([natural, self.natural_frequency(float(self.model.peak_voltage))])
         special = np.concatenate([[self.model.drive_frequency], np.outer(RESONANCES, naturals).ravel()])
         kept: list[float] = []
         for omega in [*special[np.isfinite(special)], *natural * np.geomspace(*SPAN)]:

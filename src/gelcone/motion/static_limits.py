@@ -10,7 +10,7 @@ from gelcone.errors import InputError
 from gelcone.motion.creep import Holding, holding
 from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.natural import frequency_of
-from gelcone.motion.plane import Plane, is_flat, peak_of
+from gelcone.motion.plane import Plane, is_flat
 from gelcone.motion.validity import NEAR_LIMIT, excesses
 from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.pull_in import PullInCurve
@@ -33,7 +33,7 @@ HELD_LEVELS = 32
 
 def static_limits_of(plane: Plane, peaks: Array) -> tuple[dict[str, Array], Array]:
     """`_static` up to the largest of the driven peaks, and at least to twice the model's own."""
-    return _static(plane, max(float(peaks[-1]), PEAKS[1] * peak_of(plane.model)))
+    return _static(plane, max(float(peaks[-1]), PEAKS[1] * float(plane.model.peak_voltage)))
 
 
 def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:

@@ -224,7 +224,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
         numbers["field"][0] += 1.0 - exact[1]
     # the term of the wall is 1/(1 - s/wall) = 1 + s/(wall - s)
     numbers["rest"][0] -= strength
-    fitted: dict[str, Any] = {name: _tuple(values) for name, values in numbers.items()}
+    fitted: dict[str, Any] = {name: tuple(values.tolist()) for name, values in numbers.items()}
     return UnwrinkledFilm(
         radius_ratio=film.radius_ratio,
         scale=float(np.square(film.model.stretches[0])),
@@ -233,7 +233,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
         variable=variable,
         **fitted,
         wall_strength=strength,
-        ceiling=_tuple(ceiling),
+        ceiling=tuple(ceiling.tolist()),
         errors=tuple(
             (name, float(np.max(np.abs(error * relative)[kind == k])))
             for k, name in enumerate(KINDS)
@@ -263,7 +263,3 @@ def _powers(variable: tuple[float, float], s: Array, count: int) -> Array:
 
 def _least_squares(columns: Array, values: Array, weights: Array) -> Array:
     return np.asarray(np.linalg.lstsq(columns * weights[:, None], values * weights, rcond=None)[0])
-
-
-def _tuple(values: Array) -> tuple[float, ...]:
-    return tuple(values.tolist())

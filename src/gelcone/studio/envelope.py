@@ -13,7 +13,7 @@ import numpy as np
 
 from gelcone.motion.driven import REFINEMENTS, rows_of, unknown_between
 from gelcone.motion.envelope import peaks_of, plane_of, pull_in_of, recommended_peaks
-from gelcone.motion.plane import DRIVEN_LIMITS, Plane, peak_of
+from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from gelcone.quantity import Array
 from gelcone.studio.grids import Source, subject_of
@@ -49,7 +49,7 @@ class Axes(NamedTuple):
 def find_axes(source: Source) -> Axes:
     """The `Axes` of an envelope."""
     plane, by = _plane(*source.key), scales(source.subject())
-    omegas = plane.default_frequencies(peak_of(plane.model))
+    omegas = plane.default_frequencies()
     return Axes(omegas, peaks_of(plane.model), by["frequency"][0], by["voltage"][0])
 
 
