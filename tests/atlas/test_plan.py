@@ -35,7 +35,10 @@ def test_cells_have_their_own_start_or_that_of_the_plan():
     assert np.shape(model.damping_ratio) == (2,)
     assert Plan(ConeModel(), {"voltage": [0.1, 0.2]}).initial == (1.0, 0.0)
     assert Plan(PUMP, {"frequency": [8.0, 9.0]}).initial is None
-    assert Plan(PUMP, {"frequency": [8.0, 9.0]}, ("2 mm", 0.1)).initial == (2e-3, 0.1)
+    pump = Plan(PUMP, {"frequency": [8.0, 9.0]}, ("2 mm", 0.1))
+    assert pump.initial == (2e-3, 0.1)
+    start = [2e-3 / PUMP.scales.length, 0.1 * PUMP.scales.time / PUMP.scales.length]
+    np.testing.assert_allclose(pump.at(pump.grid)[1], [start] * 2)
 
 
 def test_the_states_of_components_can_be_swept_and_follow_from_the_start_where_they_are_not():

@@ -168,6 +168,7 @@ def test_tasks_hold_every_cell_once_and_those_of_several_workers_are_small_at_th
     sizes = [task.size for task in tasks]
     assert sizes == sorted(sizes, reverse=True)
     assert all(size <= module.TASK_CELLS for size in sizes)
+    assert all(size >= module.FEWEST_CELLS for size in sizes[:-1])  # with fewer the lanes stay empty
     assert max(sizes[-team:], default=0) <= (module.FEWEST_CELLS if team > 1 else module.TASK_CELLS)
     assert team > 1 or max(sizes) - min(sizes) <= 1
 
@@ -709,6 +710,13 @@ def test_cells_are_of_one_kind_where_all_that_distinguishes_them_is_the_same():
     assert (module._Cells(SimpleNamespace(size=4), ()).kinds(np.arange(4)) == 0).all()
 
 
+@pytest.mark.parametrize(("analysis", "name"), [("regime", "budget"), ("regime", "patience"), ("lyapunov", "window")])
+def test_budgets_that_are_not_positive_are_refused_before_any_cell(analysis, name):
+    plan = Plan(FAST, {"voltage": [0.1, 0.2]}, options={name: -1.0})
+    with pytest.raises(InputError, match=f"^{name} = -1"):
+        module.check_sweepable(find_analysis(analysis), plan, None, ())
+
+
 def test_progress_is_the_share_of_the_cells_and_never_goes_back():
     shares, tallies = [], [Tally(8, computed=2), Tally(8, computed=1), Tally(8, computed=3), Tally(8, 3, 3, inferred=5)]
     report = module._reporter(None, shares.append)
@@ -724,7 +732,7 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
     asked = []
 
     def compute(plan, analysis, cells, keep):
-        asked.append(cells.tolist())
+        asked.append((cells.tolist(), keep))
         if 3 in cells:
             raise ZeroDivisionError
         if 7 in cells:
@@ -732,9 +740,9 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
         return cells.sum()
 
     monkeypatch.setattr(module, "compute", compute)
-    found = module._task(None, None, (), np.array([1, 3, 5]))
+    found = module._task(None, None, ("section",), np.array([1, 3, 5]))
     assert [(cells.tolist(), result) for cells, result in found] == [([1], 1), ([3], None), ([5], 5)]
-    assert asked == [[1, 3, 5], [1], [3], [5]]
+    assert asked == [(cells, ("section",)) for cells in ([1, 3, 5], [1], [3], [5])]
     with pytest.raises(InputError):
         module._task(None, None, (), np.array([5, 7]))
 
