@@ -468,6 +468,17 @@ def test_a_peak_is_narrowed_to_where_it_is(made_up, fall):
     assert found.high[0] - found.low[0] < (0.111 if fall else 0.02)
 
 
+def test_the_error_of_a_peak_between_equal_heights_is_what_settled_motions_leave(made_up, monkeypatch):
+    """On a plateau nothing but the share that is resolved says how far off its height may be."""
+    monkeypatch.setattr(module, "carried", lambda model, *_: moving(np.full(model.size, HEIGHT)))
+    met, level = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]]), np.full((1, 5), HEIGHT)
+    trail = SimpleNamespace(sorted=lambda: (met, level, np.ones((1, 5), int), np.zeros((1, 5, 2))))
+    nothing = np.full((1, 5), np.nan)
+    found = module._peaks(RESTING.members(), trail, Falls(nothing, nothing, None), None, {})
+    np.testing.assert_allclose(found.error, module.RESOLVED * HEIGHT)
+    assert (found.low[0], found.high[0]) == (0.9, 1.8)
+
+
 def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch):
     """The high motion lasts from 1.234 to 1.567; sweeps differ from 1.3 to 1.5, between the ends of which they are
     narrowed. The sweep down jumps at the lower end, with the strokes on both sides."""

@@ -393,3 +393,16 @@ def test_cells_are_on_one_attractor_where_kind_period_and_both_ends_are_the_same
     }  # fmt: skip
     assert [module._same(cells, 0, k) for k in range(6)] == [True, True, False, False, False, False]
     assert module._same(cells, 5, 6)
+
+
+def test_rests_of_a_device_that_differ_by_next_to_nothing_are_one_attractor(monkeypatch):
+    """What is next to nothing is measured by the device's own width, in whatever unit its cells are."""
+    pump = gelcone.find_device("biased-pump").replace(film="taut")
+    ends = pump.scales.shown("length") * np.array([[2e-6, -2e-6], [0.1, 0.1]])
+    own = {"regime": np.full((2, 2), Regime.REST), "period": np.zeros((2, 2)), "lowest": ends, "highest": ends}
+    own |= {"status": ends, "source": ends, "lyapunov": -ends}
+    cells = xr.Dataset({name: (("displacement", "velocity"), values) for name, values in own.items()})
+    cells = cells.assign_attrs(device_attributes(pump))
+    monkeypatch.setattr(module, "plain", {module.sweep: lambda plan, **options: cells}.__getitem__)
+    found = basin(pump, {"displacement": [1e-3, 2e-3], "velocity": [0.0, 0.1]})
+    assert found["attractor"].values.tolist() == [[0, 0], [1, 1]]

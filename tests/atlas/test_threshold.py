@@ -199,3 +199,12 @@ def test_a_range_ends_where_no_start_is_of_the_one_kind_any_more():
     shares = evidence([0.0, 0.5, 1.0, 1.0])
     (found,) = changes("up", np.arange(4.0), shares)
     assert (found.low, found.high) == (0.0, 2.0)
+
+
+def test_a_range_whose_starts_disagree_at_its_own_ends_stays():
+    """Windows of one kind within it say nothing about the values beyond."""
+    own = Threshold("up", Regime.PERIODIC, Regime.CHAOTIC, 1.0, 2.0)
+    for value, share in ((1.0, 0.5), (1.25, 1.0), (1.75, 0.0), (2.0, 0.25)):
+        own.add(value, share, 1)
+    own.narrow()
+    assert (own.low, own.high, own.unchanged) == (1.0, 2.0, 1)
