@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import linregress
 
-from gelcone.atlas.refinement import CHECKED_SHARE, MOST_CHECKED, _nearest, border_dimension, refine
+from gelcone.atlas.refinement import (
+    CHECKED_SHARE,
+    MOST_CHECKED,
+    _drawn,
+    _nearest,
+    _points_of,
+    border_dimension,
+    refine,
+)
 from gelcone.errors import InputError
 
 
@@ -165,3 +173,21 @@ def test_the_first_lattice_has_at_least_the_points_that_are_asked_for_along_each
         steps = np.unique(np.diff(points[:-1]))
         assert all(np.log2(step) % 1.0 == 0.0 for step in steps)
         assert (n - 1) / (2 * max(steps, default=n)) < least - 1 or n <= 3
+
+
+@pytest.mark.parametrize(("inferred", "checked"), [(19, 0), (40, 2), (1000, 50), (20_000, 512)])
+def test_a_twentieth_of_the_inferred_cells_is_checked_and_no_more_than_512(inferred, checked):
+    cells = np.arange(inferred + 100) >= 100
+    drawn = _drawn(cells)
+    assert drawn.sum() == checked
+    assert not (drawn & ~cells).any()
+
+
+def test_points_on_a_border_of_a_block_belong_to_it():
+    """Of every block between coarse points, all its points are taken, on each of its sides and corners."""
+    coarse, fine = [np.array([0, 4, 8, 11]), np.array([0, 4, 6])], [np.array([0, 2, 4, 6, 8, 10, 11]), np.arange(7)]
+    for block in np.ndindex(3, 2):
+        blocks = np.zeros((3, 2), dtype=bool)
+        blocks[block] = True
+        within = [(f >= c[k]) & (f <= c[k + 1]) for c, f, k in zip(coarse, fine, block, strict=True)]
+        np.testing.assert_array_equal(_points_of(blocks, coarse, fine), np.outer(*within))

@@ -92,8 +92,9 @@ def test_probability_and_its_interval_are_those_of_the_binomial():
         assert float(chance["high"][row]) == pytest.approx(interval.high, abs=1e-12)
     assert np.isnan(chance["probability"][4])
     assert (float(chance["low"][4]), float(chance["high"][4]), int(chance["decided"][4])) == (0.0, 1.0, 0)
-    failed = probability(made_up([[chaos, rest]], [[Outcome.ERROR, Outcome.OK]]))
-    assert (float(failed["probability"][0]), int(failed["decided"][0])) == (0.0, 1)
+    for outcome in (Outcome.ERROR, Outcome.STEP_LIMIT):
+        failed = probability(made_up([[chaos, rest]], [[outcome, Outcome.OK]]))
+        assert (float(failed["probability"][0]), int(failed["decided"][0])) == (0.0, 1)
 
 
 def test_the_interval_covers_as_often_as_it_says():
@@ -124,7 +125,9 @@ def test_another_seed_gives_other_draws(method):
 
 def test_a_device_is_uncertain_in_texts_with_units():
     spread = {"film_thickness": Normal("0.2 mm", "2.5 %"), "frequency": Uniform("0.009 kHz", "11 Hz")}
+    spread |= {"displacement": Uniform("1 mm", "0.2 cm"), "velocity": Normal("20 mm/s", "5 %")}
     in_numbers = {"film_thickness": Normal(2e-4, 5e-6), "frequency": Uniform(9.0, 11.0)}
+    in_numbers |= {"displacement": Uniform(1e-3, 2e-3), "velocity": Normal(0.02, 1e-3)}
     for name, values in draw(in_numbers, 16).items():
         np.testing.assert_array_equal(draw(spread, 16)[name], values)
 
