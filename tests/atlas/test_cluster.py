@@ -90,17 +90,19 @@ class Completed(list):
     add = list.append
 
 
-def test_a_cluster_has_the_threads_of_all_its_workers_and_tasks_ahead(monkeypatch):
+@pytest.mark.parametrize(("fewest", "ahead"), [(7, 20), (33, 33)])
+def test_a_cluster_has_the_threads_of_all_its_workers_and_tasks_ahead(monkeypatch, fewest, ahead):
+    """Four for each thread, and as many as workers that come later need."""
     client = Client()
     distributed = SimpleNamespace(as_completed=lambda futures: Completed(futures), KilledWorker=MemoryError)
     monkeypatch.setattr(module, "_import_distributed", lambda: distributed)
     monkeypatch.setattr(module, "_client", lambda distributed, address: nullcontext(client))
-    monkeypatch.setattr(module, "FEWEST_AHEAD", 7)
+    monkeypatch.setattr(module, "FEWEST_AHEAD", fewest)
     with cluster(scheduler="tcp://10.0.0.1:8786")() as team:
         assert team.size == 5
         answers = team.run(lambda task: task * task, range(100))
         first = next(answers)
-        assert len(client.given) == module.AHEAD * 5
+        assert len(client.given) == ahead
         rest = list(answers)
     assert sorted([first, *rest]) == [(k * k, 0) for k in range(100)]
     assert client.cancelled == []

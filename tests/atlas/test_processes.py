@@ -90,6 +90,23 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
     assert len(team) == 3
 
 
+@pytest.mark.parametrize(("left", "waits"), [(0.25, 0.25), (-1.0, 0.0)])
+def test_a_process_has_the_time_that_is_left_to_clean_up_and_is_then_killed(left, waits):
+    told = []
+
+    def wait(timeout=None):
+        told.append(timeout)
+        if timeout is not None:
+            raise subprocess.TimeoutExpired("python", timeout)
+
+    own = module.Process.__new__(module.Process)
+    pipes = {name: io.BytesIO() for name in ("stdin", "stdout")}
+    own._process = SimpleNamespace(wait=wait, kill=lambda: told.append("killed"), **pipes)
+    own.end(left)
+    assert told == [waits, "killed", None]
+    assert all(pipe.closed for pipe in pipes.values())
+
+
 class Unreadable(Exception):
     """An error that another process cannot make."""
 
@@ -155,9 +172,16 @@ def after_an_error(_):
         return inside()
 
 
-def test_what_a_process_makes_is_heard_here(monkeypatch):
+def reporting(shares):
+    for share in shares:
+        module.report(share)
+
+
+def test_what_a_process_makes_and_how_far_it_is_is_heard_here(monkeypatch):
+    """The last share too, which comes sooner after the one before than a bar can show."""
     monkeypatch.setenv(disk_cache.VARIABLE, "")
-    heard = []
+    pool, heard, shares = module.Pool(1), [], []
+    monkeypatch.setattr(module, "Pool", lambda size: pool)
 
     @contextmanager
     def hear(kind):
@@ -175,6 +199,8 @@ def test_what_a_process_makes_is_heard_here(monkeypatch):
         next(one.run(partial(disk_cache.made, "outer", make=twice, sources=()), [7]))
         assert heard == ["outer begins", *["inner begins", "inner ends"] * 2, "outer ends"]
         heard.clear()
+        pool.do(module.portable(reporting), [0.25, 0.5, 0.125, 0.0625, 0.0625], shares.append)
+        assert (sum(shares), heard) == (1.0, [])
         next(one.run(after_an_error, [7]))
         assert heard == ["refused begins", "refused ends", "inner begins", "inner ends"]
         heard.clear()
@@ -205,6 +231,8 @@ def test_large_work_is_done_by_processes_unless_somebody_says_otherwise(monkeypa
     monkeypatch.setattr(module, "available_threads", lambda: 2)
     assert [kind(usual_workers(cells)) for cells in (LARGE - 1, LARGE)] == ["threads", "processes"]
     assert kind(usual_workers(LARGE, 2)) == "threads"
+    with usual_workers(LARGE, 3)() as team:
+        assert team.size == 3
     monkeypatch.setattr(module, "_serving", True)
     assert kind(usual_workers(LARGE)) == "threads"
     monkeypatch.setattr(module, "_serving", False)

@@ -231,3 +231,45 @@ def test_a_store_of_another_version_says_which_one_resumes_it_whatever_else_diff
     assert str(store._another("map.zarr", *plans)) == (
         "map.zarr: holds another run: analysis is a there and b here; choose another store"
     )
+
+
+def test_a_tile_that_holds_nothing_but_fill_values_is_written_like_any_other(opened):
+    """Of cells that all failed; it does not look like one that was lost."""
+    failed = fields() | {"lowest": Field((), np.full(12, np.nan), {})}
+    opened.begin(failed, {})
+    opened.write(failed, np.arange(12))
+    assert np.isnan(opened.read()["lowest"].values).all()
+
+
+def test_a_tile_of_which_some_cells_are_computed_is_missed_as_well(opened):
+    some = fields() | {"status": Field((), (np.arange(12) == 5).astype(np.uint8), {})}
+    opened.begin(some, {})
+    opened.write(some, np.array([5]))
+    (opened.path / "lowest" / "c" / "0" / "0").unlink()
+    with pytest.raises(InputError, match="is damaged: a tile of lowest is missing"):
+        opened.read()
+
+
+def test_a_store_is_read_and_continued_by_the_tiles_that_it_was_written_in(opened, monkeypatch):
+    """A later version may cut others."""
+    monkeypatch.setattr(opened, "tile", (2, 3))
+    opened.begin(fields(), {})
+    opened.write(fields(), np.arange(12))
+    later = store.Store(opened.path, STORED, DIMS, SHAPE)
+    assert later.tile != (2, 3)
+    later.read()
+    assert later.tile == (2, 3)
+    (opened.path / "lowest" / "c" / "1" / "1").unlink()
+    with pytest.raises(InputError, match="is damaged: a tile of lowest is missing"):
+        later.read()
+
+
+def test_one_array_of_another_shape_than_the_plan_is_refused(opened):
+    import zarr
+
+    opened.begin(fields(), {})
+    opened.write(fields(), np.arange(12))
+    group = zarr.open_group(store=opened.path, mode="r+", zarr_format=3, use_consolidated=False)
+    group.create_array("lowest", shape=(3, 5), chunks=(3, 5), dtype=float, overwrite=True)
+    with pytest.raises(InputError, match="is damaged: its arrays do not have the shape of its plan"):
+        opened.read()
