@@ -279,6 +279,11 @@ def drawn_of(model, count=3):
     return drawn._Drawn(Plan(model, {}, None, draws))
 
 
+def test_the_spread_of_draws_below_zero_is_a_positive_share():
+    assert drawn._spread(np.array([-2.0, -4.0])) == drawn._spread(np.array([2.0, 4.0])) == pytest.approx(1.0 / 3.0)
+    assert drawn._spread(np.array([-1.0, 2.0])) == [0.5, 1.5]
+
+
 def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
     """The second of three draws is refused; limits count with the margin, up to the highest peak of each draw."""
     of, counted = drawn_of(CONE), []
@@ -376,7 +381,8 @@ def test_the_responses_of_draws_are_those_of_their_members_at_their_own_frequenc
         return response_of(model.size, at=10.0 * len(asked))
 
     monkeypatch.setattr(drawn, "plain", {drawn.frequency: responses}.__getitem__)
-    of = drawn._Drawn(Plan(CONE, {}, (0.25, 0.5), {"damping_ratio": numbers(3), "voltage": numbers(3, at=0.25)}))
+    draws = {"damping_ratio": numbers(3), "voltage": numbers(3, at=0.25), "velocity": numbers(3, at=0.5)}
+    of = drawn._Drawn(Plan(CONE, {}, (0.25, 0.5), draws))
     given = {"tolerance": 2e-9, "patience": 12.0}
     variables, outcome, _ = drawn._responses(of, given, 5, shares.append)
     (nominal, *parts) = asked
@@ -385,7 +391,7 @@ def test_the_responses_of_draws_are_those_of_their_members_at_their_own_frequenc
         assert model.damping_ratio.tolist() == numbers(3)[rows].tolist()
         assert model.voltage.tolist() == numbers(3, at=0.25)[rows].tolist()
         np.testing.assert_allclose(omegas, [[0.5, 0.75]] * len(rows))
-        np.testing.assert_array_equal(initial, [[0.25, 0.5]] * len(rows))
+        np.testing.assert_array_equal(initial, [[0.25, velocity] for velocity in numbers(3, at=0.5)[rows]])
         assert {name: options[name] for name in given} == given
         assert options["threads"] == 5
     assert variables["jumps"][1].tolist() == [0, 2, 2]
