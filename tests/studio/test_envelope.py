@@ -1,6 +1,7 @@
 """An envelope as the page is sent it: growing, and in the end that of the analysis."""
 
 import asyncio
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from gelcone.motion.plane import DRIVEN_LIMITS
 from gelcone.studio import envelope
 from gelcone.studio.grids import Source
 from gelcone.studio.long_work import Work
+from tests.recorded import record
 
 PUMP = Source(shipped_devices()["biased-pump"], None, {})
 
@@ -59,6 +61,7 @@ def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatc
     monkeypatch.setattr(envelope, "find_axes", lambda source: axes._replace(omegas=omegas))
     monkeypatch.setattr(envelope, "REFINEMENTS", 0)
     monkeypatch.setattr(envelope, "FIRST_TASK", 1)
+    monkeypatch.setattr(envelope, "EXPECTED", 1.0)
     messages = sent(PUMP)
     known = [len(arrays["frequency"]) for head, arrays in messages[:-1]]
     assert known == sorted(known)
@@ -79,7 +82,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     """With limits that are made up: every frequency once, in tasks of a few, and the picture in hertz and volts."""
     omegas, peaks, count = np.arange(1.0, 34.0), np.array([0.0, 1.0, 2.0]), len(DRIVEN_LIMITS)
     asked, between = [], []
-    limits = {"pull-in": 1.5, "hoop slack": np.nan, "dielectric breakdown": np.inf}
+    limits = {"hoop slack": 1.25, "meridional slack": np.nan, "dielectric breakdown": np.inf, "pull-in": 1.5}
 
     def find_rows(source, own, pull_in, around=None):
         assert (source, pull_in) == (PUMP, 1.5)
@@ -108,7 +111,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     assert [one for own, _ in later for one in own] == new
     assert all(around == [10.0 + one for one in own] for own, around in later)
     assert [pair for pair, *_ in between[:2]] == [[1.0, 17.0], [17.0, 33.0]]
-    assert {ceiling for _, ceiling, _ in between} == {1.5}
+    assert {ceiling for _, ceiling, _ in between} == {1.25}
     assert all(known == {(1.0, 17.0), (17.0, 33.0)} for *_, known in between[2:])
     (head, arrays), (done, _) = messages[-2:]
     assert (done["kind"], done["grid"], head["id"]) == ("done", "envelope", 7)
@@ -122,3 +125,14 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     first = messages[0][0]
     assert (list(first["static"]), first["pull_in_of"]) in (([], "film"), (list(limits), "membrane"))
     assert first["share"] == 0.0
+
+
+def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_around_what_is_known(monkeypatch):
+    """A worker is asked for the numbers of the picture alone."""
+    made = dict.fromkeys(("frequency", "low", "high", "final_below", "more"), 1.0)
+    asked = record(monkeypatch, envelope, _plane=SimpleNamespace(model="model"), peaks_of="peaks", rows_of=made)
+    assert envelope.find_rows(PUMP, "omegas", 1.5, "around") == {n: v for n, v in made.items() if n != "more"}
+    assert asked["peaks_of"] == [{"model": "model"}]
+    (rows,) = asked["rows_of"]
+    given = {"omegas": "omegas", "volts": "peaks", "pull_in": 1.5, "around": "around", "yields": False}
+    assert {name: rows[name] for name in given} == given

@@ -24,6 +24,7 @@ def test_cells_of_a_device_are_those_of_regime():
         assert found["regime"][k] == int(one.regime)
         assert found["high"][k] == float(one.highest)
         assert found["exponent"][k] == float(one.lyapunov[0])
+        np.testing.assert_array_equal(found["section"][k], one.section[:, 0])
 
 
 def test_only_a_film_that_pulls_in_has_that_kind(monkeypatch):
@@ -169,6 +170,14 @@ def test_one_unit_of_a_cell_is_that_of_its_own_device():
         )
 
 
+def test_a_cell_begins_where_its_own_device_rests():
+    heights = ["18 mm", "22 mm"]
+    found = grids.cells_of(read_subject("biased-pump", settings=["film=taut"]), {"initial_height": heights})
+    for k, height in enumerate(heights):
+        own = gelcone.find_device("biased-pump").replace(film="taut", initial_height=height)
+        np.testing.assert_allclose(found.states[k], own.initial_state(), rtol=1e-12, atol=1e-15)
+
+
 def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
     """At the amplitude that is left of it beyond the offset; one that is nowhere left is not drawn."""
     made = {"onset_voltage": [2.0, 3.0], "pitchfork_voltage": [0.4, 0.6], "pull_in_voltage": [0.1, 0.5]}
@@ -187,3 +196,19 @@ def test_a_membrane_is_made_also_where_a_motion_has_no_kind():
     with pytest.raises(InputError, match="does not repeat"):
         grids.look.kind(source.subject())
     assert grids.make_membrane(source, 3)
+
+
+def test_a_worker_reads_its_subject_before_it_looks_what_is_there(monkeypatch):
+    """Rests are searched for while it is read; of a membrane picture and kind are made; profiles are of their film."""
+    done = []
+    subject = SimpleNamespace(model="model")
+    source = SimpleNamespace(subject=lambda: done.append("read") or subject)
+    for place, name in ((grids, "kept_rests"), (grids.look, "response"), (grids.look, "kind")):
+        monkeypatch.setattr(place, name, lambda *given, name=name: done.append((name, *given)) or "found")
+    monkeypatch.setattr(grids.profiles, "table", lambda *given: given)
+    assert grids.find_rests(source, ["keys"]) == "found"
+    assert done == ["read", ("kept_rests", ["keys"])]
+    done.clear()
+    assert grids.make_membrane(source, 3.0)
+    assert done == ["read", ("response", subject, 3.0), ("kind", subject)]
+    assert grids.find_profiles(source, 1) == (subject, 1)

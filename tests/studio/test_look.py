@@ -1,5 +1,7 @@
 """The numbers of the live panels are those of the analyses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,7 @@ def test_the_run_is_that_of_simulate(shelf):
     for name, variable in (("t", "time"), ("x", "displacement"), ("u", "velocity"), ("v", "drive_voltage")):
         np.testing.assert_allclose(found.arrays[name], shown[variable].values, rtol=1e-11, atol=1e-12)
     assert found.words["shares"] == [{"code": look.TAUT, "share": 1.0}]
+    assert found.words["period"] == pytest.approx(1e3 / subject.device.frequency)  # ms
 
 
 def test_shares_of_the_film_are_those_of_simulate(shelf):
@@ -144,6 +147,16 @@ def test_the_spectrum_of_a_drive_that_does_not_repeat_is_that_of_its_run(shelf):
     assert found.arrays["line"].size == 0
 
 
+def test_the_mean_of_a_run_hides_none_of_its_frequencies(shelf, monkeypatch):
+    subject = shelf.subject(Setting(device="soft-film", values={"film": "taut", "waveform": "chirp"}))
+    amplitude = np.zeros((1, 41))
+    amplitude[0, [0, 10, 30]] = 1.0, 1e-3, 1e-8
+    made = {"amplitude": ("", amplitude), "line_ratio": ("", np.full((1, 1), np.nan))}
+    made |= {"line_amplitude": made["line_ratio"]}
+    monkeypatch.setattr(look, "spectrum_cells", lambda *given, **options: SimpleNamespace(variables=made))
+    assert look.spectrum(subject).words["top"] == pytest.approx(30.0 * subject.device.frequency)
+
+
 def test_the_section_is_that_of_section(shelf):
     subject = shelf.subject(Setting(device="biased-pump", values={"voltage_amplitude": "850 V"}))
     found = look.section(subject)
@@ -252,6 +265,15 @@ def test_of_two_films_the_state_of_both_is_what_happens_in_either(shelf):
     assert (both[one == other] == one[one == other]).all()
 
 
+def test_a_state_of_one_film_alone_is_one_of_both(monkeypatch):
+    one = {"hoop_slack": np.array([[True, True, False, False]])}
+    other = {"hoop_slack": np.array([[True, False, True, False]]), "breakdown": np.array([[False, False, True, False]])}
+    monkeypatch.setattr(look, "broken_by_film", lambda *given: (one, other))
+    found = [codes.tolist() for codes in look.film_states(None, np.zeros((1, 4, 2)), [])]
+    slack, broken = look.HOOP_SLACK, look.BREAKDOWN
+    assert found == [[slack, slack, 0, 0], [slack, 0, broken, 0], [slack, slack, broken, 0]]
+
+
 def test_the_place_of_a_kind_of_motion_in_the_legend_is_its_number():
     legend = look.legend()["regimes"]
     for regime in gelcone.Regime:
@@ -301,6 +323,16 @@ def test_a_motion_that_repeats_every_few_periods_seems_to(shelf, repeats):
     assert words == ("seems to repeat" if repeats == 1 else f"seems to repeat every {repeats} periods")
 
 
+@pytest.mark.parametrize("size", [1e-4, 1.0, 100.0])
+def test_whether_a_motion_seems_to_repeat_does_not_depend_on_its_size(shelf, size):
+    members = shelf.subject(Setting(device="biased-pump")).model.members()
+    times = np.linspace(0.0, 40.0 * float(members.forcing_period[0]), 8001)
+    phase = 2.0 * np.pi * times / float(members.forcing_period[0])
+    for turns, words in ((1.0003, "seems to repeat"), (2.0**0.5, "does not repeat yet")):
+        states = size * np.stack([np.sin(turns * phase), np.cos(turns * phase)], axis=1)
+        assert look._seems(members, times, states) == words
+
+
 def test_a_run_has_the_samples_that_its_oscillations_need(shelf):
     slow = shelf.subject(Setting(device="biased-pump"))
     fast = shelf.subject(Setting(preset="base", values={"drive_frequency": "0.01"}))
@@ -346,6 +378,21 @@ def test_the_settled_orbit_closes_and_goes_through_its_section_points(shelf, set
         assert np.hypot((x - px) / size[0], (u - pu) / size[1]).min() < 1e-6
 
 
+def test_the_settled_orbit_begins_where_the_drive_is_at_its_phase_0(shelf, monkeypatch):
+    """At the second point of the section: of a pure sine, whose force repeats twice as often, the first is half way."""
+    subject, analysis = shelf.subject(Setting(device="biased-pump")), look.ANALYSES["regime"]
+
+    def compute(members, states, **options):
+        found = analysis.compute(members, states, **options)
+        found.variables["section"][1][0, 0] += 0.1  # as if the motion had another period
+        return found
+
+    monkeypatch.setattr(look, "ANALYSES", {"regime": SimpleNamespace(compute=compute)})
+    found = look.kind(subject).arrays
+    assert (found["ox"][0], found["ou"][0]) == (found["px"][1], found["pu"][1])
+    assert found["ox"][0] != found["px"][0]
+
+
 def test_the_settled_orbit_is_what_a_long_run_settles_to(shelf):
     subject = shelf.subject(Setting(device="soft-film"))
     late = gelcone.section(subject.model, subject.initial, discard=3000, repeats=2)
@@ -383,6 +430,17 @@ def test_shares_of_the_film_add_up_and_name_what_occurs():
     shares = [(look.TAUT, 0.6), (look.CRUMPLED, 0.1), (look.BREAKDOWN, 0.3)]
     assert [(entry["code"], entry["share"]) for entry in look._shares(film)] == shares
     assert look._shares(film[:0]) == []
+
+
+def test_samples_behind_the_end_of_a_run_count_for_no_state_of_the_film(shelf):
+    subject = shelf.subject(Setting(preset="base", values={"voltage": "1.04"}))
+    members = subject.model.members()
+    run = look.integrate(members, look.start_states(members, subject.initial), np.linspace(0.0, 200.0, 1001))
+    part = look.integrate(members, look.start_states(members, subject.initial), run.times[0, :501])
+    run.states[0, 501:] = np.nan
+    found, expected = (look.curve(members, own, subject)[1] for own in (run, part))
+    assert len(expected) > 1
+    assert found == expected
 
 
 def test_what_acts_on_the_disc_is_drawn_only_where_it_does(shelf):

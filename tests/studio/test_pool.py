@@ -1,12 +1,16 @@
 """Lanes of the worker pool: what is out of date ends, and each run counts its own progress."""
 
 import asyncio
+import threading
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from gelcone import permission
+from gelcone.errors import InputError
 from gelcone.progress import Stopped, current_watch
 from gelcone.studio.pool import LANES, Busy, Pool, work
 
@@ -42,6 +46,59 @@ def test_a_task_that_becomes_out_of_date_is_stopped(pool):
         raise Stopped
 
     assert done_here(pool, lane, run, endless) is None
+
+
+def test_what_runs_when_the_pool_is_closed_is_out_of_date():
+    own = Pool(1)
+    lane = own.lane()
+    run = own.begin(lane)
+    assert done_here(own, lane, run, np.add, 1, 2) == 3
+    own.close()
+    assert done_here(own, lane, run, np.add, 1, 2) is None
+
+
+def test_nothing_looks_after_a_task_that_is_done(pool):
+    lane, before = pool.lane(), set(threading.enumerate())
+    assert done_here(pool, lane, pool.begin(lane), np.add, 1, 2) == 3
+    with pytest.raises(ZeroDivisionError):
+        done_here(pool, lane, pool.begin(lane), divmod, 1, 0)
+    for watcher in set(threading.enumerate()) - before:
+        watcher.join(2)
+        assert not watcher.is_alive()
+
+
+def test_a_task_follows_the_names_that_were_given_when_the_studio_began_and_no_others():
+    own = Pool(1, background=False, names=frozenset({"mine:Law"}))
+    lane = own.lane()
+    run = own.begin(lane)
+    assert done_here(own, lane, run, permission.check, "law", "mine:Law") is None
+    with pytest.raises(InputError, match="law = 'other:Law': does not ship"):
+        done_here(own, lane, run, permission.check, "law", "other:Law")
+    own.close()
+
+
+def test_a_task_is_done_though_the_one_who_asked_for_it_waits_no_more(pool, monkeypatch):
+    """It finds out by its lane whether it still counts."""
+    begun, free = [], threading.Event()
+
+    def do(processes, task):
+        begun.append(task.arguments)
+        assert free.wait(10)
+
+    async def ask():
+        asked = [asyncio.create_task(pool.do(0, 0, print, k)) for k in range(2)]
+        await asyncio.sleep(0.01)
+        for one in asked:
+            one.cancel()
+        await asyncio.gather(*asked, return_exceptions=True)
+
+    threads = ThreadPoolExecutor(1)
+    monkeypatch.setattr("gelcone.studio.pool._do", do)
+    monkeypatch.setattr(pool, "_processes", SimpleNamespace(threads=threads, close=lambda patience: None))
+    asyncio.run(ask())
+    free.set()
+    threads.shutdown()
+    assert begun == [(0,), (1,)]
 
 
 def test_lanes_are_given_back_and_never_given_twice(pool):

@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import uvicorn
 from starlette.websockets import WebSocketDisconnect, WebSocketState
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -150,10 +151,16 @@ def test_as_many_pages_as_are_allowed_are_served_and_each_gives_its_place_back(a
 
 
 @pytest.mark.parametrize(
-    ("host", "shown"), [("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("here.local", "here.local")]
-)
-def test_the_address_is_one_that_a_browser_takes(host, shown):
-    """An address of version 6 stands in brackets, and what the page shows behind the token."""
+    ("host", "shown"),
+    [
+        ("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("here.local", "here.local"), ("0.0.0.0", "this-machine"),
+        ("::", "this-machine"),
+    ],
+)  # fmt: skip
+def test_the_address_is_one_that_a_browser_takes(host, shown, monkeypatch):
+    """An address of version 6 stands in brackets, all addresses are those of this machine by its name, and what the
+    page shows stands behind the token."""
+    monkeypatch.setattr(socket, "gethostname", lambda: "this-machine")
     own = SimpleNamespace(host=host, port=8765)
     assert Studio._address(own, "token=abc", "device=pump") == f"http://{shown}:8765/?token=abc#device=pump"
     assert Studio._address(own, "token=abc", "") == f"http://{shown}:8765/?token=abc"
@@ -192,9 +199,12 @@ def test_a_studio_that_has_ended_takes_no_connection_though_a_process_has_its_so
 def test_the_page_takes_the_token_and_binds_the_browser(server):
     status, headers, body = server.get(f"/?token={server.studio.token}")
     assert (status, b"gelcone studio" in body) == (200, True)
-    policy = headers["content-security-policy"]
-    assert "default-src 'none'" in policy
-    assert "unsafe" not in policy
+    directives = [part.split() for part in headers["content-security-policy"].split(";")]
+    allowed = {name: set(sources) for name, *sources in directives}
+    assert allowed.pop("frame-ancestors") == {"'self'", "http://127.0.0.1:*", "http://localhost:*"}
+    assert allowed.pop("img-src") == {"'self'", "data:", "blob:"}
+    assert all(allowed.pop(name) == {"'self'"} for name in ("script-src", "style-src", "connect-src"))
+    assert allowed == {name: {"'none'"} for name in ("default-src", "base-uri", "form-action")}
     assert server.get("/")[0] == server.get("/?token=wrong")[0] == 403
 
 
@@ -245,6 +255,14 @@ def test_an_answer_is_not_held_back_until_the_one_before_is_acknowledged():
     studio.stop()
 
 
+def test_those_who_work_and_those_who_save_follow_the_names_that_were_given():
+    names = frozenset({"mine:Law"})
+    studio = Studio(Shelf(names=names))
+    assert studio.pool.names == studio.saving.names == names
+    assert (studio.pool.background, studio.saving.background, studio.saving.size) == (True, False, 1)
+    studio.stop()
+
+
 def test_another_host_is_refused(server):
     for host in (
         "evil.example",
@@ -257,6 +275,11 @@ def test_another_host_is_refused(server):
     with pytest.raises(InvalidStatus) as refused, server.page(additional_headers={"Host": "evil.example"}):
         pass
     assert refused.value.response.status_code in (400, 421)  # two of them are no request at all
+
+
+def test_a_studio_of_this_machine_alone_answers_to_no_name_that_others_know_it_by(server):
+    port = server.studio.port
+    assert server.studio.hosts("10.0.0.1") == {f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}"}
 
 
 def test_the_address_of_this_machine_is_ours_where_it_listens_on_all():
@@ -293,8 +316,11 @@ def test_refusals_bind_the_browser_too(server):
 def binds(headers):
     """Whether an answer holds the policy that binds the browser, and the rest of it."""
     found = {name.lower(): value for name, value in headers.items()}
-    names = ("x-content-type-options", "referrer-policy", "cross-origin-resource-policy", "cache-control")
-    return "default-src 'none'" in found.get("content-security-policy", "") and all(name in found for name in names)
+    rest = {
+        "x-content-type-options": "nosniff", "referrer-policy": "no-referrer",
+        "cross-origin-resource-policy": "same-origin", "cache-control": "no-cache",
+    }  # fmt: skip
+    return "default-src 'none'" in found.get("content-security-policy", "") and rest.items() <= found.items()
 
 
 def test_connections_that_ask_for_nothing_are_closed(monkeypatch):
@@ -320,6 +346,45 @@ def test_connections_that_ask_for_nothing_are_closed(monkeypatch):
             answer(page, "hello")  # a page that asks for nothing is left alone
     finally:
         running.close()
+
+
+def test_a_connection_that_is_answered_meanwhile_has_its_time_again(monkeypatch):
+    class Connection:
+        cycle = None
+        transport = SimpleNamespace(close=lambda: closed.append(now))
+
+    closed, own, busy = [], Connection(), SimpleNamespace(response_complete=False)
+    running = gelcone.studio.server._Server(uvicorn.Config(lambda: None))
+    running.server_state.connections = {own}
+    for now, own.cycle in ((0.0, None), (4.0, busy), (8.0, None), (12.9, None), (13.1, None)):
+        clock = SimpleNamespace(monotonic=lambda now=now: now)
+        monkeypatch.setattr(gelcone.studio.server, "time", clock)
+        asyncio.run(running.on_tick(1))
+    assert closed == [13.1]
+
+
+def test_a_studio_ends_at_either_signal_and_leaves_both_as_they_were():
+    """The setting that is shown first is loaded meanwhile, in a thread of its own."""
+    told, loaded = [], threading.Event()
+
+    async def serve(listening):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.raise_signal(number)
+            await asyncio.sleep(0.01)
+        told.append(listening)
+
+    studio = SimpleNamespace(load=lambda first: first == "first" and loaded.set(), serve=serve)
+    studio.stop = lambda: told.append("stopped")
+    before = {number: signal.signal(number, lambda *_: None) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        own = [signal.getsignal(number) for number in before]
+        gelcone.studio.server.run(studio, "listening", "first", lambda: told.append("ready"))
+        assert [signal.getsignal(number) for number in before] == own
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert told == ["ready", "stopped", "stopped", "listening"]
+    assert loaded.wait(10)
 
 
 def test_a_ticket_opens_the_page_once(server):

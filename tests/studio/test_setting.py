@@ -1,6 +1,7 @@
 """What a page may ask about: devices and presets by name, values with the checks of the command line, never a path."""
 
 import os
+import re
 import time
 from contextlib import nullcontext
 
@@ -74,6 +75,20 @@ def test_what_is_made_or_is_no_membrane_needs_no_stand_in(shelf, tmp_path, monke
     assert (found, stands) == ("membrane", False)
 
 
+def test_nothing_stands_for_what_is_no_membrane_though_it_takes_long_to_make(shelf):
+    asked = []
+
+    def compute(subject):
+        asked.append(subject.model.film.name)
+        if len(asked) == 1:
+            raise disk_cache.Unmade("pull-in")
+        return "found"
+
+    setting = Setting(device="biased-pump", values={"film": "wrinkling"})
+    assert shelf.at_once(setting, compute)[1:] == ("found", False)
+    assert asked == ["wrinkling"] * 2
+
+
 def test_a_setting_is_checked_before_a_cone_stands_for_its_membrane(shelf, tmp_path, monkeypatch):
     monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
     for values in ({"film": "membrane", "waveform": "evil:K"}, {"film": "membrane", "no_such": "1 mm"}):
@@ -112,6 +127,20 @@ def test_a_shipped_name_does_not_open_a_file_of_that_name(shelf, tmp_path, monke
 def test_no_value_names_a_file_a_module_or_several_values(shelf, values):
     with pytest.raises(InputError):
         shelf.subject(Setting.read({"device": "biased-pump", "values": values}))
+
+
+@pytest.mark.parametrize("bias", ["os:system", "spring+os:system", "weight+taut"])
+def test_each_of_several_biases_is_a_choice(shelf, bias):
+    with pytest.raises(InputError, match=f"^'{re.escape(bias)}' is not a bias; "):
+        shelf.check(Setting(preset="base", values={"bias": bias}))
+    shelf.check(Setting(preset="base", values={"bias": "spring+weight"}))
+
+
+@pytest.mark.parametrize(("device", "has"), [("biased-pump", False), ("double-cone", True)])
+def test_a_second_film_goes_back_to_none_where_the_device_has_none(shelf, device, has):
+    setting = Setting(device=device, values={"film": "taut", "second_film": "taut"})
+    choices = next(control.choices for control in shelf.controls(setting) if control.name == "second_film")
+    assert (choices[0] == NONE) == (NONE in choices) == (not has)
 
 
 @pytest.mark.parametrize(
@@ -294,6 +323,8 @@ def test_choices_alone_say_which_controls_there_are():
     setting = Setting(preset="base", values={"law": "yeoh", "voltage": "1", "film": "taut"})
     assert setting.chosen == Setting(preset="base", values={"law": "yeoh", "film": "taut"})
     assert setting.base == Setting(preset="base")
+    device = Setting(device="soft-film", values={"material.law": "yeoh", "material.shear_modulus": "9 kPa"})
+    assert device.chosen.values == {"material.law": "yeoh"}
 
 
 # --- rests that continue the last one ---------------------------------------------------------------------------------
@@ -329,6 +360,15 @@ def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf
     assert shelf.subject(below).initial[0] == read_subject("snap-cone", **typed(below)).initial[0] < 0.0
     assert shelf.guesses(below) == {}
     assert shelf.confirm(below, {}) == 0.0
+
+
+def test_the_next_rest_continues_the_one_that_a_search_found(shelf):
+    """Not the one in the well that the disc has left."""
+    above, below, lower = (Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2, -2, -2.02))
+    shelf.subject(above)
+    shelf.subject(below)
+    shelf.confirm(below, find_rests(Source(shelf.path(below), None, typed(below)), list(shelf.guesses(below))))
+    assert shelf.subject(lower).initial[0] == pytest.approx(read_subject("snap-cone", **typed(lower)).initial[0])
 
 
 def test_a_rest_far_away_is_searched_for(shelf):
