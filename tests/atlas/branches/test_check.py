@@ -51,6 +51,7 @@ def test_stable_orbits_are_chosen_evenly_but_for_the_ends(monkeypatch):
     ("apart", "closer", "flags"),
     [
         (0.1, 0.1, []), (3.0, np.inf, [(check.LEAVES, "")]), (3.0, 0.01, [(check.LEAVES, "its basin is narrower")]),
+        (3.0, 5.0, [(check.LEAVES, "its basin is narrower")]),  # within rounding, from 1e-8 on
     ],
 )  # fmt: skip
 def test_runs_that_leave_a_stable_orbit_are_flagged(monkeypatch, apart, closer, flags):
@@ -70,6 +71,18 @@ def test_runs_that_leave_a_stable_orbit_are_flagged(monkeypatch, apart, closer, 
     (lost,) = [flag for flag in found.flags if flag.kind == check.NOT_BRACKETED]
     assert (lost.branch, lost.value) == (0, pytest.approx(0.25))
     assert found.orbits == 1
+
+
+@pytest.mark.parametrize(("reflected", "periods"), [(False, 7), (True, 4)])
+def test_runs_last_whole_periods_until_all_that_is_off_has_decayed_to_a_hundredth(reflected, periods):
+    """A symmetric orbit comes to its mirror image first: half a period halves what is off."""
+    tangents, ones = np.array([np.diag([0.5, 0.25])]), np.ones(2)
+    shooting = SimpleNamespace(
+        run=lambda nodes, values: SimpleNamespace(tangents=tangents), kind=Kind(1, reflected),
+        signs=-ones if reflected else ones,
+    )  # fmt: skip
+    point = SimpleNamespace(nodes=np.ones((1, 2)), value=1.0, stable=True)
+    assert check._periods(SimpleNamespace(shooting=shooting), point) == periods
 
 
 def test_an_orbit_that_repeats_sooner_than_its_branch_is_recognised():

@@ -338,6 +338,23 @@ def test_settled_motions_of_a_diagram_are_runs_of_cycles_and_rests():
         continuation._runs(diagram, vary(BASE, {"damping_ratio": (0.1, 0.2)}, (1.0, 0.0)))
 
 
+def test_settled_motions_of_a_device_are_runs_at_the_values_that_are_followed():
+    """Over the scale of its field, whatever unit the diagram has."""
+    at, ones = ("branch", "frequency"), [[1, 1]]
+    diagram = xr.Dataset(
+        {
+            "regime": (at, [[Regime.PERIODIC] * 2]), "period": (at, ones), "symmetric": (at, ones),
+            "section": ((*at, "repeat", "state"), np.ones((1, 2, 1, 2)), {"units": "1"}),
+        },
+        coords={"frequency": ("frequency", [9.0, 10.0], {"units": "Hz"})},
+        attrs={"parameter": "frequency", "title": "bifurcation diagram"},
+    )  # fmt: skip
+    varied = vary(PUMP, {"frequency": (9.0, 11.0)})
+    models = [PUMP.replace(frequency=hertz).to_model() for hertz in (9.0, 10.0)]
+    expected = [float(model.drive_frequency) for model in models]
+    np.testing.assert_allclose(continuation._runs(diagram, varied).values, expected)
+
+
 # --- made-up branches: each number says where it belongs --------------------------------------------------------------
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")

@@ -16,7 +16,7 @@ from gelcone.atlas.branches import crossing
 from gelcone.atlas.branches.branch import Walk
 from gelcone.atlas.branches.point import Direction, Metric, Point, at_value
 from gelcone.atlas.branches.varied import vary
-from gelcone.motion.orbit import Kind
+from gelcone.motion.orbit import Kind, Shooting
 from gelcone.presets import find_preset
 from tests.atlas.branches import maps
 from tests.atlas.branches.events import events_of
@@ -146,6 +146,23 @@ def test_rest_with_a_state_of_a_circuit_is_lost_where_theory_says():
     assert float(found.values[0]) == pytest.approx(float(onset["onset_voltage"]), abs=1e-6)
     assert np.abs(found.nodes[:, :2]).max() < 1e-12
     assert np.abs(found.nodes[:, 2]).max() > 0.3  # the filter swings with its voltage
+
+
+def test_the_value_at_which_rest_is_lost_is_known_to_within_its_error():
+    """However many segments and whatever bracket rounding comes from."""
+    model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5, damping_ratio=0.1)
+    phase, found = vary(model, {"voltage": (0.6, 0.75)}, (0.0, 0.0)).shooting().phase, []
+    for segments in (4, 8, 20):
+        shooting = Shooting(model.members(), ("voltage",), Kind(1), segments, phase, 1e-15)
+        nodes = np.zeros((shooting.count, 2))
+        for bracket in ((0.62, 0.7), (0.6, 0.75), (0.65, 0.66)):
+            ends = [at_value(shooting, nodes, value, Metric.of(nodes, 1.0)).point for value in bracket]
+            at = crossing.FOLD if ends[0].fold * ends[1].fold < 0.0 else crossing.DOUBLE
+            found.append(crossing._at_rest(shooting, *ends, at))
+    values, errors = np.array([[orbit.values[0], orbit.errors[0]] for orbit in found]).T
+    assert max(np.ptp(values), np.spacing(values[0])) <= errors.min() <= errors.max() < 1e-13
+    onset = float(gelcone.onset_voltage(model)["onset_voltage"])
+    assert np.abs(values - onset).max() <= errors.min()
 
 
 # --- made-up maps -----------------------------------------------------------------------------------------------------

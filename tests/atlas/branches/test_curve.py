@@ -119,6 +119,26 @@ def test_a_point_of_codimension_two_is_known_as_far_as_another_distance_moves_it
     np.testing.assert_allclose(curve._errors(own, 1, window, found), [0.1, 3.0])
 
 
+@pytest.mark.parametrize(
+    ("coefficient", "place"),
+    [(lambda x: x - 0.3, 0.3), (lambda x: np.sign(x - 0.3), None), (lambda x: 1.0 / (x - 0.3), None)],
+    ids=["zero", "jump", "pole"],
+)
+def test_a_coefficient_that_changes_its_sign_without_getting_small_has_no_zero(monkeypatch, coefficient, place):
+    def singular(x):
+        return SimpleNamespace(nodes=np.array([[1.0 + x]]), values=np.array([x, 2.0 * x]), at=DOUBLE)
+
+    monkeypatch.setattr(curve, "_coefficient", lambda shooting, point, over: float(coefficient(point.values[0])))
+    monkeypatch.setattr(curve, "_turned", lambda one, other: 1.0)
+    monkeypatch.setattr(curve, "locate", lambda shooting, nodes, values, *rest: singular(values[0]))
+    points = [singular(0.0), singular(1.0)]
+    own = SimpleNamespace(shooting=None, points=points, tests=[float(coefficient(x)) for x in (0.0, 1.0)])
+    found = curve._zero(own, 0, Window(np.zeros(2), np.ones(2), 50), 5e-4)
+    assert (found is None) == (place is None)
+    if found is not None:
+        np.testing.assert_allclose(found.values, [place, 2.0 * place], rtol=1e-12)
+
+
 def test_each_way_of_a_curve_has_its_own_end():
     """One that starts next to the upper border of the second parameter, with few points allowed."""
     s = np.sqrt(1.99 / 3.0)

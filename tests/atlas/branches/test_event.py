@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.atlas.branches import event
 from gelcone.atlas.branches.event import DOUBLE, FOLD, Singular, bordered, born, locate
 from gelcone.motion.orbit import Kind
 from tests.atlas.branches import maps
@@ -97,3 +98,18 @@ def test_of_mirrored_orbits_the_symmetry_breaks():
 def test_no_orbit_is_located_from_far_away():
     world = maps.Maps(maps.s_curve)
     assert locate(world, maps.nodes_of(maps.AWAY + 0.1), np.array([0.0]), FOLD, 0.01) is None
+
+
+def test_rounding_in_the_tangents_counts_by_the_share_that_the_event_has_in_them(monkeypatch):
+    """And in the ends by the weights of their equations; neither takes from the other."""
+    world, nodes = maps.Maps(maps.s_curve), maps.nodes_of(maps.AWAY + 1.0)
+    found = bordered(world, nodes, np.array([maps.value_of(1.0)]), FOLD, None, None)
+    rows, corner, errors = found.by_nodes[None], found.by_values[None], []
+    for weights, share in ((0.0, -3.0), (-2.0, 0.0), (-2.0, -3.0)):
+        monkeypatch.setattr(event, "left_weights", lambda *_, w=weights, s=share: (np.full_like(nodes, w), s))
+        errors.append(event._errors(world, found, rows, corner)[0])
+    here = found.here
+    each = np.abs(found.left)[:, :, None] * np.abs(here.tangents) * np.abs(found.null)[:, None, :]
+    ends = np.abs(here.ends) + np.abs(here.tangents).max(axis=2)
+    np.testing.assert_allclose(errors[:2], 2e-15 * np.array([3.0 * each.sum(), 2.0 * ends.sum()]))
+    assert errors[2] == pytest.approx(sum(errors[:2]))

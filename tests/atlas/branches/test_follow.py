@@ -9,12 +9,14 @@ from scipy.optimize import brentq
 import gelcone
 from gelcone.atlas.branches import follow
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk
+from gelcone.atlas.branches.checkpoint import Checkpoint
 from gelcone.atlas.branches.point import Metric
 from gelcone.motion.flow import integrate
 from gelcone.motion.orbit import Kind
 from gelcone.presets import find_preset
 from tests.atlas.branches import maps
 from tests.atlas.branches.events import events_of
+from tests.recorded import numbers
 
 BASE = find_preset("base").model
 SPRING = find_preset("spring").model.replace(damping_ratio=0.01)
@@ -337,3 +339,44 @@ def test_a_branch_that_starts_on_the_end_of_the_interval_goes_one_way_alone(turn
     assert branch.values[-1 if turned else 0] == walk.low
     assert branch.values[0 if turned else -1] == pytest.approx(3.0)
     assert (np.diff(branch.values) > 0.0).all() != turned
+
+
+@pytest.mark.parametrize(("off", "longer"), [(0.5, 2.0**0.25), (4.0, 0.5**0.5), (1e-6, 1.7)])
+def test_steps_are_made_so_long_that_the_next_guess_is_as_far_off_as_it_should_be(monkeypatch, off, longer):
+    """What is left of a cubic grows with the fourth power of the step."""
+    world, correct = maps.Maps(maps.s_curve), follow.correct
+    way = Checkpoint([maps.orbit_at(world, maps.value_of(1.5), maps.AWAY + 1.5)], 0.01)
+    monkeypatch.setattr(follow, "correct", lambda *given: replace(correct(*given), step=off * follow.AIM))
+    follow._go_on(world, way, Walk(-3.0, 3.0), False)
+    assert (len(way.points), way.step) == (2, pytest.approx(0.01 * longer))
+
+
+def test_the_guess_at_the_border_lies_where_the_step_passes_it(monkeypatch):
+    world, guesses = maps.Maps(maps.s_curve), []
+    here, beyond = (maps.orbit_at(world, maps.value_of(s), maps.AWAY + s) for s in (2.0, 2.1))
+    monkeypatch.setattr(
+        follow, "at_value", lambda shooting, nodes, *rest: guesses.append(nodes) or follow.Corrected(None)
+    )
+    border = maps.value_of(2.02)
+    assert follow._at_border(world, here, beyond, Walk(-3.0, border), Metric.of(here.nodes, 6.0)) is None
+    assert guesses[0][0, 0] - maps.AWAY == pytest.approx(2.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("same_way", [True, False])
+def test_a_branch_closes_only_where_it_goes_the_same_way_as_it_began(same_way):
+    """It may cross itself."""
+    world, places = maps.Maps(maps.s_curve), (1.5, 1.4, 1.495, 1.505)
+    points = [maps.orbit_at(world, maps.value_of(s), maps.AWAY + s) for s in places]
+    if not same_way:
+        points[-1] = replace(points[-1], tangent=-points[-1].tangent)
+    assert follow._closes(points, Metric.of(points[0].nodes, 6.0), 0.04) == same_way
+
+
+def test_how_far_the_halves_of_an_orbit_are_apart_for_each_map_of_half_its_repeats():
+    half = numbers(2, 2)
+    for kind, symmetric in ((Kind(2), True), (Kind(2), False)):
+        found = dict(follow.halves_apart(maps.Maps(maps.s_curve, kind, symmetric=symmetric), np.vstack([half, -half])))
+        np.testing.assert_array_equal(found.pop(Kind(1)), -2.0 * half)
+        assert [(own, apart.any()) for own, apart in found.items()] == ([(Kind(1, True), False)] if symmetric else [])
+    for kind in (Kind(3), Kind(2, True)):
+        assert follow.halves_apart(maps.Maps(maps.s_curve, kind, symmetric=True), numbers(6, 2)) == []

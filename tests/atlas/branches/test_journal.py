@@ -102,3 +102,12 @@ def test_the_state_of_an_entry_under_way_is_written_now_and_then(tmp_path, monke
     found, all_of_it = journal.Journal(tmp_path).begin()
     assert (float(found["at"]), all_of_it) == (7.0, True)
     assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_what_a_run_that_was_killed_left_half_written_is_removed(tmp_path):
+    with journal.journal_in(tmp_path, {"a": 1}) as own:
+        own.entry(lambda: {"found": np.arange(3)})
+    (tmp_path / ".00001.npz").write_bytes(b"half")
+    with journal.journal_in(tmp_path, {"a": 1}) as own:
+        assert not list(tmp_path.glob(".*.npz"))
+        assert own.entry(dict)["found"].tolist() == [0, 1, 2]

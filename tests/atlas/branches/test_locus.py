@@ -205,7 +205,7 @@ def test_curves_have_their_values_in_the_units_of_both_fields(monkeypatch):
     monkeypatch.setattr(locus, "born", lambda shooting, point: SimpleNamespace(curvature=10.0 * point.values[0]))
     mirrored = maps.Maps(maps.pitchfork, Kind(1, True), symmetric=True)
     points = [[singular(0.1 * k + 0.5, 0.2 * k + 0.3) for k in range(count)] for count in (3, 2)]
-    special = [(singular(0.55, 0.35), 1)]
+    special = [(singular(0.55, 0.35), 0)]
     folds = curve.Curve(maps.Maps(maps.s_curve, Kind(2)), EventKind.FOLD, points[0], [1.0, 2.0, 3.0], [])
     folds.ended = (Ending.LIMIT, Ending.REST)
     breaks = curve.Curve(mirrored, EventKind.SYMMETRY_BREAKING, points[1], [4.0, 5.0], special)
@@ -225,7 +225,9 @@ def test_curves_have_their_values_in_the_units_of_both_fields(monkeypatch):
     assert result["symmetric"].values.tolist() == [0, 1]
     assert result["ended"].values.tolist() == [[Ending.LIMIT, Ending.REST], [Ending.LIMIT] * 2]
     assert result["event_kind"].values.tolist() == [EventKind.DEGENERATE_SYMMETRY_BREAKING]
-    assert (result["event_curve"].values.tolist(), result["event_point"].values.tolist()) == ([1], [1])
+    assert (result["event_curve"].values.tolist(), result["event_point"].values.tolist()) == ([1], [0])
+    assert result["orbit"].attrs["along"] == "frequency=frequency,film_thickness=film_thickness"
+    assert result["event_orbit"].attrs["along"] == "frequency=event_first,film_thickness=event_second"
     for place, scale, value, error in (("first", scales[0], 0.55, 0.01), ("second", scales[1], 0.35, 0.02)):
         np.testing.assert_allclose(result[f"event_{place}"], [scale * value])
         np.testing.assert_allclose(result[f"event_{place}_error"], [scale * error])

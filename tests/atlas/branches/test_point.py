@@ -16,6 +16,7 @@ from gelcone.atlas.branches.point import (
 )
 from gelcone.atlas.branches.varied import vary
 from gelcone.physics.model import ConeModel
+from tests.atlas.branches import maps
 
 RNG = np.random.default_rng(3)
 
@@ -141,3 +142,12 @@ def test_a_correction_reports_how_far_its_guess_was_off_and_refuses_one_that_is_
         np.testing.assert_allclose(found.point.nodes, orbit, atol=1e-9)
         assert found.step == pytest.approx(metric.length(Direction(guess - orbit, 0.0)), rel=0.1)
     assert at_value(shooting, orbit, 0.4, metric).step < 1e-6
+
+
+@pytest.mark.parametrize("reach", [1.1, 0.9])
+def test_an_orbit_between_whose_nodes_the_film_has_no_state_is_none(reach):
+    """Though the guess for it lies within."""
+    world = maps.Maps(maps.s_curve, reach=maps.AWAY + reach)
+    guess = maps.nodes_of(maps.AWAY + 0.89)
+    found = at_value(world, guess, maps.value_of(0.9 + 1e-3), Metric.of(guess, 1.0))
+    assert (found.point is None) == found.left == (reach < 1.0)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from gelcone.atlas.branches import switching
 from gelcone.atlas.branches.branch import Event, EventKind, Walk
 from gelcone.atlas.branches.event import DOUBLE, born, locate
 from gelcone.atlas.branches.follow import follow
+from gelcone.atlas.branches.point import Corrected
 from gelcone.atlas.branches.switching import LARGEST_AMPLITUDE, LARGEST_SHIFT, first_points
 from gelcone.motion.orbit import Kind
 from tests.atlas.branches import maps
@@ -44,6 +46,23 @@ def test_the_orbits_born_at_rest_have_the_period_of_the_map_that_loses_its_stabi
         assert not start.nodes.any()
         assert point.value == pytest.approx(point.nodes[0, 0] ** 2, abs=1e-12)
         assert abs(point.nodes[0, 0]) == pytest.approx(LARGEST_AMPLITUDE, rel=1e-3)
+
+
+def test_the_first_guess_is_off_by_the_third_power_of_its_amplitude(monkeypatch):
+    """It bends with the branch, both halves of it alike."""
+    asked = []
+    for smaller in (1.0, 0.5):
+        world, event = doubling()
+        monkeypatch.setattr(switching, "LARGEST_AMPLITUDE", 0.01 * smaller)
+        monkeypatch.setattr(switching, "correct", lambda *given: asked.append(given[1]) or Corrected(None))
+        monkeypatch.setattr(switching, "SMALLEST_AMPLITUDE", 0.009 * smaller)
+        assert first_points(world, event, Walk(-50.0, 50.0)) is None
+    off = []
+    for guess in asked:
+        x, value = maps.cycle_of(0.5 * abs(guess.nodes[0, 0] - guess.nodes[2, 0]))
+        off.append([np.abs(np.sort(guess.nodes[[0, 2], 0]) - np.sort(x)).max(), abs(guess.value - value)])
+    assert np.max(off[0]) < 1e-4
+    np.testing.assert_array_less(off[1], np.maximum(np.array(off[0]) / 7.0, 1e-12))
 
 
 def test_nothing_begins_where_nothing_is_born():

@@ -13,7 +13,7 @@ from gelcone.atlas.branches.point import Direction, Point
 from gelcone.atlas.branches.tree import Tree, _passing, distance, kind_of, whole_period
 from gelcone.motion.orbit import Kind
 from tests.atlas.branches import maps
-from tests.recorded import record
+from tests.recorded import numbers, record
 
 WALK = Walk(-3.0, 3.0)
 NODES = np.random.default_rng(2).normal(size=(8, 2))
@@ -181,6 +181,22 @@ def test_a_branch_belongs_to_the_event_where_it_is_born_and_ends_at_another():
     assert child.values[[0, -1]] == pytest.approx([0.0, 1.0], abs=1e-11)
     h = np.array([0.5 * (point.nodes[0, 0] - point.nodes[2, 0]) for point in child.points])
     np.testing.assert_allclose(h**2, child.values * (1.0 - child.values), atol=1e-9)
+
+
+def test_a_branch_ends_at_its_own_event_and_not_at_one_that_is_near():
+    """Values count to a ten-millionth of the interval."""
+    world = maps.Maps(maps.s_curve)
+    nodes = numbers(2, 2)
+    events = [
+        SimpleNamespace(
+            kind=EventKind.PERIOD_DOUBLING, value=value, orbit=SimpleNamespace(nodes=nodes, at=-1.0), map=Kind(1)
+        )
+        for value in (0.5 - 1e-5, 0.5, 0.5 + 1e-5)
+    ]
+    tree = Tree(Walk(0.0, 1.0), 1, [SimpleNamespace(events=events, shooting=world)])
+    merge, branch = SimpleNamespace(nodes=nodes, values=np.array([0.5 + 1e-8])), SimpleNamespace(map=Kind(2))
+    assert tree._met(merge, branch) is events[1]
+    assert tree._met(SimpleNamespace(nodes=nodes, values=np.array([0.5 + 5e-6])), branch) is None
 
 
 # --- where branches are born ------------------------------------------------------------------------------------------

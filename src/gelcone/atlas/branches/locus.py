@@ -130,7 +130,7 @@ def locus(
     check_flow(tolerance, threads)
     own = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
-    across = vary(varied.target_at(names[1], own), {names[0]: over[names[0]]}, initial)
+    across = vary(model, {names[0]: over[names[0]]}, initial)
     (low,), (high,) = across.ends
     states = across.starts([0.5 * (low + high)])
     line = across.shooting(tolerance)

@@ -74,11 +74,6 @@ class Varied:
             states[:, 0] = min(1.0, 0.5 * members.system.film.reach(members.numbers_at(0))[1])
         return states
 
-    def target_at(self, name: str, value: float) -> ConeModel | Device:
-        """The model or device with one of its numbers set."""
-        changes: dict[str, Any] = {name: value}
-        return self.target.replace(**changes)
-
     def without_units(self, states: Array, attributes: Mapping[str, Any], values: Array) -> Array:
         """States (members, ..., N) of a variable, dimensionless again, at ``values`` (members,) of the field in SI."""
         if attributes["units"] == "1" or self.device is None:
