@@ -28,15 +28,16 @@ def test_cells_of_a_device_are_those_of_regime():
 
 
 def test_only_a_film_that_pulls_in_has_that_kind(monkeypatch):
+    """The others have the one that the analysis gives: what ran out of steps or digits has not left the domain."""
     outcome = np.array([Outcome.OK, Outcome.PULLED_IN, Outcome.STRETCH_LIMIT, Outcome.STEP_LIMIT])
-    blank, one = np.zeros(4), np.full(4, int(gelcone.Regime.PERIODIC))
-    made = {"regime": ("", one), "lowest": ("", blank), "highest": ("", blank)}
+    periodic, left, open_ = (int(gelcone.Regime[name]) for name in ("PERIODIC", "LEFT_THE_DOMAIN", "TRANSIENT"))
+    blank = np.zeros(4)
+    made = {"regime": ("", np.array([periodic, left, open_, open_])), "lowest": ("", blank), "highest": ("", blank)}
     made |= {"section": ("", np.zeros((4, 2, 2))), "lyapunov": ("", np.zeros((4, 2)))}
     regime = SimpleNamespace(compute=lambda *given, **options: SimpleNamespace(outcome=outcome, variables=made))
     monkeypatch.setattr(grids, "ANALYSES", {"regime": regime})
     found = kinds(PUMP, {"frequency": ["9 Hz", "10 Hz", "11 Hz", "12 Hz"]})
-    left = int(gelcone.Regime.LEFT_THE_DOMAIN)
-    assert found["regime"].tolist() == [int(gelcone.Regime.PERIODIC), PULLED_IN, left, left]
+    assert found["regime"].tolist() == [periodic, PULLED_IN, open_, open_]
 
 
 def test_any_field_of_a_device_is_an_axis_and_what_cannot_be_built_says_so():

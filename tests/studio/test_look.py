@@ -14,6 +14,7 @@ from gelcone.studio import look
 from gelcone.studio.orbit import PER_OSCILLATION, PER_PERIOD
 from gelcone.studio.setting import Setting, Shelf
 from gelcone.words import evidence_in_words
+from tests.recorded import record
 
 
 @pytest.fixture(scope="module")
@@ -180,6 +181,39 @@ def test_a_motion_that_leaves_the_domain_is_said_to(shelf):
     assert look.kind(gone).words["regime"] == gelcone.Regime.LEFT_THE_DOMAIN
 
 
+def test_a_run_that_stopped_has_the_kind_of_regime_and_says_why_it_stopped(shelf, monkeypatch):
+    """What ran out of digits next to its stretch limit has not settled, and has not left the domain."""
+    analysis = look.ANALYSES["regime"]
+
+    def compute(members, states, **options):
+        found = analysis.compute(members, states, **options)
+        found.outcome[:] = gelcone.Outcome.STRETCH_LIMIT
+        found.variables["regime"][1][:] = gelcone.Regime.TRANSIENT
+        return found
+
+    monkeypatch.setattr(look, "ANALYSES", {"regime": SimpleNamespace(compute=compute)})
+    found = look.kind(shelf.subject(Setting(device="biased-pump")))
+    assert found.words["regime"] == gelcone.Regime.TRANSIENT
+    assert found.words["lines"][-1] == gelcone.Outcome.STRETCH_LIMIT.meaning
+    assert found.run is None
+    assert "ox" not in found.arrays
+
+
+def test_numbers_of_the_source_and_of_pull_in_are_in_words(shelf, monkeypatch):
+    """Pull-in is that of the subject's own film."""
+    asked = record(
+        monkeypatch, look.performance, of_source={"current": 1.5}, in_words=lambda numbers, subject: [numbers],
+    )  # fmt: skip
+    monkeypatch.setattr(look.PULL_INS, "of", lambda model: 2.5)
+    subject = shelf.subject(Setting(device="biased-pump", values={"film": "taut"}))
+    assert look.electrical(subject, "run").words == {"numbers": [{"current": 1.5}]}
+    assert asked["of_source"][0]["run"] == "run"
+    for film in ("cone", "membrane"):
+        monkeypatch.setattr(look, "film_of", lambda model, film=film: film)
+        assert look.margins(subject).words == {"numbers": [{f"pull-in of the {film}, slowly": 2.5}]}
+    assert all(call["subject"] is subject for call in asked["in_words"])
+
+
 def test_statics_have_the_branches_marks_and_swing_of_static(subject):
     found = look.statics(subject)
     highest = 2.0 ** np.ceil(np.log2(float(subject.model.peak_voltage)))
@@ -265,6 +299,18 @@ def test_of_two_films_the_state_of_both_is_what_happens_in_either(shelf):
     assert (both[one == other] == one[one == other]).all()
 
 
+def test_a_curve_shows_the_state_of_both_films_and_of_each(shelf, monkeypatch):
+    subject = shelf.subject(Setting(device="double-cone", values={"film": "taut", "second_film": "taut"}))
+    members = subject.model.members()
+    run = look.integrate(members, look.start_states(members, subject.initial), np.linspace(0.0, 1.0, 4))
+    codes = [np.array(own) for own in ([1, 0, 0, 0], [0, 0, 2, 2], [1, 0, 2, 2])]
+    monkeypatch.setattr(look, "film_states", lambda *given: codes)
+    arrays, shares = look.curve(members, run, subject, "o")
+    for name, own in zip(("ofilm1", "ofilm2", "ofilm"), codes, strict=True):
+        assert arrays[name].tolist() == own.tolist()
+    assert shares == [{"code": 0, "share": 0.25}, {"code": 1, "share": 0.25}, {"code": 2, "share": 0.5}]
+
+
 def test_a_state_of_one_film_alone_is_one_of_both(monkeypatch):
     one = {"hoop_slack": np.array([[True, True, False, False]])}
     other = {"hoop_slack": np.array([[True, False, True, False]]), "breakdown": np.array([[False, False, True, False]])}
@@ -279,6 +325,7 @@ def test_the_place_of_a_kind_of_motion_in_the_legend_is_its_number():
     for regime in gelcone.Regime:
         assert legend[regime] == {"name": regime.label, "colour": REGIME_COLOURS[regime]}
     assert len(legend) == len(gelcone.Regime)
+    assert look.legend()["pulled_in"] == {"name": "pulled in", "colour": look.PULLED_IN_COLOUR}
 
 
 def test_axes_are_in_the_units_of_the_numbers(shelf):
@@ -303,6 +350,7 @@ def test_what_is_said_of_a_device(shelf):
     assert (told["disc"], told["rim"]) == pytest.approx((1e3 * device.disc_radius, 1e3 * device.film_radius))
     assert told["second"] == pytest.approx(1e3 * device.second_flat_height)
     assert (told["si"], told["name"], told["wrinkles"]) == (True, device.name, device.film in ("wrinkling", "membrane"))
+    assert told["film"] == list(look.WRINKLED if told["wrinkles"] else look.FILM_STATES)
     assert told["strength"] == (device.breakdown_field() is not None)
     assert told["doubts"] == doubts(device) == []
     thick = shelf.subject(Setting(device="soft-film", values={"film_thickness": "90 mm"}))
@@ -344,11 +392,22 @@ def test_a_run_has_the_samples_that_its_oscillations_need(shelf):
     assert (run.words["shown"], run.words["cut"]) == (1.0, False)
 
 
+def test_the_time_that_counts_is_that_of_all_periods(shelf, monkeypatch):
+    subject = shelf.subject(Setting(preset="base"))
+    monkeypatch.setattr(look, "LONGEST_TIME", 2.5 * float(subject.model.drive_period))
+    assert look.response(subject, 2).words["shown"] == 2.0
+    with pytest.raises(InputError, match=r"^drive_frequency: 3 periods last .* time units; raise the frequency"):
+        look.response(subject, 3)
+
+
 @pytest.mark.parametrize("frequency", ["1.09128e-310", "1e-300", "1e-13"])
 def test_a_drive_too_slow_for_any_run_is_refused_by_its_name(shelf, frequency):
     subject = shelf.subject(Setting(preset="base", values={"drive_frequency": frequency}))
     with pytest.raises(InputError, match=r"^drive_frequency: .* raise the frequency"):
         look.response(subject, 20)
+    device = shelf.subject(Setting(device="biased-pump", values={"film": "taut", "frequency": f"{frequency} Hz"}))
+    with pytest.raises(InputError, match=r"^frequency: .* raise the frequency"):
+        look.response(device, 20)
 
 
 def test_a_run_that_needs_too_many_samples_is_cut_and_says_where(shelf, monkeypatch):

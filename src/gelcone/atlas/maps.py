@@ -90,7 +90,7 @@ def map(
     -------
     Dataset over the swept names with the variables of `regime` but the section, ``status`` and ``source`` as in
     `gelcone.sweep`, and what was asked for ``also``. A cell that fails carries its ``outcome`` and the regime ``left
-    the domain``; the others are not affected by it.
+    the domain`` or, where it ran out of steps or digits, ``transient``; the others are not affected by it.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.analyses.request import Subject, read_subject
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import Outcome
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError
@@ -220,8 +220,7 @@ def _kinds(subject: Subject, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         parts = [_kinds(subject, {name: [texts[i]] for name, texts in axes.items()}) for i in range(count)]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     found = ANALYSES["regime"].compute(cells.members, cells.states, threads=1)
-    regime = np.where(found.outcome == 0, np.asarray(found.variables["regime"][1]), Regime.LEFT_THE_DOMAIN)
-    regime = np.where(found.outcome == Outcome.PULLED_IN, PULLED_IN, regime)
+    regime = np.where(found.outcome == Outcome.PULLED_IN, PULLED_IN, found.variables["regime"][1])
     low, high = (np.asarray(found.variables[name][1]) * cells.length for name in ("lowest", "highest"))
     section = np.asarray(found.variables["section"][1])[..., 0] * cells.length[:, None]
     return {

@@ -266,14 +266,14 @@ def kind(subject: Subject) -> Settled:
     found = analysis.compute(subject.model.members(), states, threads=1)
     member = single(found, subject)
     outcome = Outcome(int(member["outcome"]))
-    regime = Regime.LEFT_THE_DOMAIN if outcome else Regime(int(member["regime"]))
+    regime = Regime(int(member["regime"]))
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     points = np.asarray(found.variables["section"][1])[0]
     arrays: dict[str, Any] = {}
     run = None
     lines = [*evidence_in_words(member), *([outcome.meaning] if outcome else [])]
     words: dict[str, Any] = {"regime": int(regime), "lines": lines, "numbers": []}
-    if regime is not Regime.LEFT_THE_DOMAIN and np.isfinite(points[:2]).all():
+    if not outcome and np.isfinite(points[:2]).all():
         members = subject.model.members()
         # two forcing periods past the start of the cycle: there the drive, too, is at its phase 0
         run, whole = settled_orbit(members, points[1], regime, int(member["period"]))
