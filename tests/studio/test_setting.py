@@ -364,7 +364,7 @@ def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf
 
 def test_the_next_rest_continues_the_one_that_a_search_found(shelf):
     """Not the one in the well that the disc has left."""
-    above, below, lower = (Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2, -2, -2.02))
+    above, below, lower = (Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2.2, -2.2, -2.22))
     shelf.subject(above)
     shelf.subject(below)
     shelf.confirm(below, find_rests(Source(shelf.path(below), None, typed(below)), list(shelf.guesses(below))))
