@@ -2,10 +2,12 @@
 
 import functools
 import inspect
+import re
 import shlex
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -178,6 +180,36 @@ PERIODS = [-3, 0, 0.5, 1e300, 501, 10**400, True, None, "9", float("nan"), float
 def test_nothing_else_can_be_asked_for(name, options):
     with pytest.raises(gelcone.InputError):
         exports.Wanted.read(name, options, ())
+
+
+@pytest.mark.parametrize("form", exports.FORMATS)
+def test_a_file_holds_what_the_page_shows_in_its_units(form, monkeypatch):
+    def written(content, path, **options):
+        assert path.name == f"regime.{form}"
+        path.write_text(content)
+
+    monkeypatch.setattr(exports, "compute", lambda subject, wanted: f"result of {subject}")
+    monkeypatch.setattr(exports, "in_si", lambda result, subject: f"{result} in SI")
+    monkeypatch.setattr("gelcone.netcdf.write_netcdf", written)
+    monkeypatch.setattr("gelcone.plots.plot", lambda shown: f"figure of {shown}")
+    monkeypatch.setattr("gelcone.plots.style.draw_file", written)
+    source = SimpleNamespace(subject=lambda: "pump")
+    found = exports.make(source, exports.Wanted.read("regime", {}, ()), form).decode()
+    assert found == ("result of pump in SI" if form == "nc" else "figure of result of pump in SI")
+
+
+def test_a_file_has_one_of_three_forms():
+    wanted = exports.Wanted.read("regime", {}, ())
+    with pytest.raises(gelcone.InputError, match="'exe' is not a format; known: nc, png, svg"):
+        exports.make(None, wanted, "exe")
+
+
+@pytest.mark.parametrize("kind", ["device", "preset"])
+def test_the_lines_import_what_they_name(kind):
+    lines = exports.lines(SETTINGS[kind], exports.Wanted.read("bifurcation", {}, AXES[kind, "bifurcation"]), "own")
+    named = set(re.findall(r"\b(?:gelcone\.presets|gelcone|np)(?=\.)", lines.replace("import gelcone.presets", "")))
+    imported = re.findall(r"^import (\S+)(?: as (\S+))?$", lines, re.MULTILINE)
+    assert named <= {short or name for name, short in imported}
 
 
 def test_a_sweep_is_written_with_both_ends_and_the_number_of_its_values():

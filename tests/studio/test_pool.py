@@ -141,11 +141,11 @@ def test_a_task_carries_what_it_runs_under(monkeypatch):
         False, names, 2, 5, divmod, (7, 2),
     )  # fmt: skip
     assert own.size == 3
-    asked = []
-    monkeypatch.setattr("gelcone.studio.pool.processes.Pool", lambda size: asked.append(size) or SimpleNamespace(
-        threads=SimpleNamespace(submit=lambda *given: asked.append(given[0].__name__)), close=lambda patience: None
-    ))  # fmt: skip
+    asked, run = [], own.begin(0)  # what loads a module is done though the lane has been used
+    threads = SimpleNamespace(submit=lambda do, pool, task: asked.append((do.__name__, task.lane, task.run)))
+    processes = SimpleNamespace(threads=threads, close=lambda patience: None)
+    monkeypatch.setattr("gelcone.studio.pool.processes.Pool", lambda size: asked.append(size) or processes)
     own.warm(print)
     own.warm(print)  # they run already
-    assert asked == [3, *["_do"] * 3]
+    assert asked == [3, *[("_do", 0, run)] * 3]
     own.close()

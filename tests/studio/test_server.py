@@ -1,6 +1,7 @@
 """Who may talk to the studio, what it answers, and how it ends."""
 
 import asyncio
+import http.client
 import json
 import operator
 import os
@@ -237,6 +238,9 @@ def test_the_page_names_all_its_modules_so_that_they_load_at_once():
 def test_an_answer_is_not_held_back_until_the_one_before_is_acknowledged():
     studio = Studio(Shelf())
     listening = studio.listen()
+    # another studio takes the port at once, and a browser that is gone is noticed
+    assert listening.getsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR)
+    assert listening.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 
     async def options():
         found = asyncio.get_running_loop().create_future()
@@ -280,6 +284,22 @@ def test_another_host_is_refused(server):
 def test_a_studio_of_this_machine_alone_answers_to_no_name_that_others_know_it_by(server):
     port = server.studio.port
     assert server.studio.hosts("10.0.0.1") == {f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}"}
+
+
+def test_the_case_of_a_name_does_not_count():
+    studio = Studio(Shelf(), "Here.Local")
+    assert "here.local:0" in studio.hosts("127.0.0.1")
+    studio.stop()
+
+
+def test_what_is_wrong_with_the_first_setting_is_left_to_the_page(monkeypatch):
+    """What it needs is loaded for as many periods as it is shown."""
+    studio, asked = Studio(Shelf()), []
+    studio.load(Setting(device="no-such-device"))
+    monkeypatch.setattr(look, "response", lambda subject, periods: asked.append(periods))
+    studio.load(Setting(device="biased-pump", values={"film": "taut"}))
+    assert asked == [look.PERIODS]
+    studio.stop()
 
 
 def test_the_address_of_this_machine_is_ours_where_it_listens_on_all():
@@ -391,8 +411,11 @@ def test_a_ticket_opens_the_page_once(server):
     address = server.studio.ticket("preset=base")
     assert address.endswith("#preset=base")
     path = address.removeprefix(server.origin).partition("#")[0]
-    with urllib.request.urlopen(server.origin + path) as answer:
-        assert answer.url.endswith(f"/?token={server.studio.token}")
+    with closing(http.client.HTTPConnection("127.0.0.1", server.studio.port)) as browser:
+        browser.request("GET", path)
+        answer = browser.getresponse()
+        assert answer.status == 303  # a permanent one a browser would store, and with it the token behind the ticket
+        assert answer.headers["location"] == f"/?token={server.studio.token}"
     assert not server.studio.tickets
     with urllib.request.urlopen(
         server.origin + path
@@ -820,6 +843,11 @@ def test_a_page_that_reads_nothing_does_not_keep_the_studio_from_ending():
         began = time.monotonic()
         running.close()
         assert time.monotonic() - began < 1.0 * max(1.0, os.getloadavg()[0])
+
+
+def test_messages_within_a_machine_are_not_compressed(server):
+    with server.page() as page:
+        assert page.protocol.extensions == []
 
 
 def test_a_page_too_busy_to_answer_a_ping_keeps_its_connection(server):

@@ -12,6 +12,7 @@ from gelcone import InputError, disk_cache, find_device
 from gelcone.analyses.request import read_subject
 from gelcone.devices.files import shipped_devices
 from gelcone.membrane.table import names
+from gelcone.studio import setting as module
 from gelcone.studio.controls import NONE
 from gelcone.studio.grids import Source, find_rests
 from gelcone.studio.setting import Setting, Shelf, typed
@@ -327,6 +328,44 @@ def test_choices_alone_say_which_controls_there_are():
     assert device.chosen.values == {"material.law": "yeoh"}
 
 
+def test_what_a_shelf_stores_is_bounded():
+    full = dict.fromkeys(range(module.MOST_KEPT))
+    assert module._bounded(full) is full
+    assert full == {}
+    some = dict.fromkeys(range(module.MOST_KEPT - 1))
+    assert len(module._bounded(some)) == module.MOST_KEPT - 1
+
+
+@pytest.mark.parametrize(("patient", "times"), [(True, 1), (False, 2)])
+def test_the_patient_wait_for_what_takes_long_to_make(shelf, tmp_path, monkeypatch, patient, times):
+    """The others are refused it first, and get it in the end where nothing can stand for it."""
+    monkeypatch.setenv("GELCONE_CACHE", str(tmp_path))
+    asked = []
+
+    def compute(subject):
+        asked.append(subject)
+        return disk_cache.made("what takes long", 1, bytes, ())
+
+    assert shelf.at_once(PUMP, compute, patient=patient)[1:] == (b"", False)
+    assert len(asked) == times
+
+
+@pytest.mark.parametrize(
+    ("field", "name"),
+    [
+        ("film", "PowerFilm"), ("bias", "CubicBias"), ("waveform", "ThreeHarmonics"), ("circuit", "FilteredVoltage"),
+        ("circuit", None),
+    ],
+)  # fmt: skip
+def test_the_names_of_a_device_are_those_of_its_components_that_do_not_ship(field, name):
+    device = find_device("biased-pump").replace(film="taut")
+    own = {} if name is None else {field: f"tests.toys:{name}"}
+    if field == "film":
+        own |= {"meridional_prestretch": None, "hoop_prestretch": None}
+    found = module.names_in(device.replace(own))
+    assert {one for one in found if not one.startswith("{")} == {text for text in own.values() if text is not None}
+
+
 # --- rests that continue the last one ---------------------------------------------------------------------------------
 
 
@@ -364,7 +403,9 @@ def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf
 
 def test_the_next_rest_continues_the_one_that_a_search_found(shelf):
     """Not the one in the well that the disc has left."""
-    above, below, lower = (Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2.2, -2.2, -2.22))
+    above, below, lower = (
+        Setting(device="snap-cone", values={"initial_height": f"{h} mm"}) for h in (2.2, -2.2, -2.22)
+    )
     shelf.subject(above)
     shelf.subject(below)
     shelf.confirm(below, find_rests(Source(shelf.path(below), None, typed(below)), list(shelf.guesses(below))))
