@@ -115,6 +115,8 @@ def test_cells_that_pull_in_are_a_kind_of_their_own():
         (["nothing", 0, 1], "'nothing': is not a parameter that can be swept here; choose one of the list"),
         (["material", 0, 1], "'material': is not a parameter that can be swept here; choose one of the list"),
         ("frequency", "Frequency: give numbers for both ends"),
+        (["frequency", 1], "['frequency', 1]: is not a parameter that can be swept here; choose one of the list"),
+        ([], "[]: is not a parameter that can be swept here; choose one of the list"),
         (["frequency", 0, "x"], "Frequency: give numbers for both ends"),
         (["frequency", 0, float("inf")], "Frequency: give numbers for both ends"),
         (["frequency", 2, 1.5], "Frequency: from 2 to 1.5 is empty; the first end must be below the second"),
@@ -191,6 +193,10 @@ def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
     np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [np.nan, 0.1])
 
 
+def test_nothing_bounds_the_use_of_what_cannot_be_built():
+    assert thresholds(PUMP, {"disc_radius": ["6 mm", "40 mm"]}) == {}
+
+
 def test_a_membrane_is_made_also_where_a_motion_has_no_kind():
     """And the page takes the picture that was made; for the kind of the motion it asks by itself."""
     source = Source(shipped_devices()["soft-film"], None, {"settings": ["film=taut", "waveform=chirp"]})
@@ -213,3 +219,8 @@ def test_a_worker_reads_its_subject_before_it_looks_what_is_there(monkeypatch):
     assert grids.make_membrane(source, 3.0)
     assert done == ["read", ("response", subject, 3.0), ("kind", subject)]
     assert grids.find_profiles(source, 1) == (subject, 1)
+    for name, answers in (("find_pull_in", grids.look.PULL_INS), ("find_static", grids.look.STATICS)):
+        monkeypatch.setattr(answers, "of", lambda model, name=name: (name, model))
+        assert getattr(grids, name)(source) == (name, "model")
+    monkeypatch.setattr(grids, "curve_of", lambda *key: key)
+    assert grids.find_curves(source, [("a", 1), ("b", 2)]) == [("a", 1), ("b", 2)]

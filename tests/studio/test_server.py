@@ -267,6 +267,17 @@ def test_those_who_work_and_those_who_save_follow_the_names_that_were_given():
     studio.stop()
 
 
+@pytest.mark.parametrize("port", [None, 70_000])
+def test_a_port_that_cannot_be_had_is_said_with_what_to_do(server, port):
+    port = server.studio.port if port is None else port
+    other = Studio(Shelf())
+    with pytest.raises(
+        InputError, match=rf"^--port {port}: cannot listen on 127\.0\.0\.1 .*; choose another or leave it"
+    ):
+        other.listen(port)
+    other.stop()
+
+
 def test_another_host_is_refused(server):
     for host in (
         "evil.example",
