@@ -717,6 +717,24 @@ def test_budgets_that_are_not_positive_are_refused_before_any_cell(analysis, nam
         module.check_sweepable(find_analysis(analysis), plan, None, ())
 
 
+def test_a_sweep_of_which_no_cell_can_start_is_refused():
+    with pytest.raises(InputError, match="stretch_limit"):
+        sweep(Plan(FAST.replace(stretch_limit=0.3), {"voltage": [0.1, 0.2]}), "limits")
+
+
+def test_what_has_no_order_is_neither_refined_nor_stored(tmp_path):
+    draws = Plan(FAST, {"voltage": [0.1, 0.2]}, draws={"prestretch": [1.0, 1.1]})
+    pump = gelcone.find_device("biased-pump").replace(film="taut")
+    gels = Plan(pump, {"material": ["PVC-DBA 4:1", "PVC-DBA 6:1"]})
+    for plan, message in ((draws, "coarsest = 2: draws of uncertain"), (gels, "coarsest: gels have no order")):
+        with pytest.raises(InputError, match=message):
+            module.check_sweepable(find_analysis("regime"), plan, 2, ())
+        assert module.check_sweepable(find_analysis("regime"), plan, None, ())
+    with pytest.raises(InputError, match="store: keeps no sweep over gels"):
+        sweep(gels, store=tmp_path / "s")
+    assert not list(tmp_path.iterdir())
+
+
 def test_progress_is_the_share_of_the_cells_and_never_goes_back():
     shares, tallies = [], [Tally(8, computed=2), Tally(8, computed=1), Tally(8, computed=3), Tally(8, 3, 3, inferred=5)]
     report = module._reporter(None, shares.append)
@@ -816,7 +834,7 @@ def test_a_sweep_hands_each_part_what_it_was_asked_for(monkeypatch, coarsest):
     assert {name: given[name] for name in options} == options
     assert (given["patience"], analysis, keep) == (None, "regime", ("section",))
     (label,) = parts["label"]
-    assert label["plan"] is full
+    assert (label["plan"], label["title"]) == (full, "sweep: regime")
     assert told[-1] is label["tally"]
     assert label["tally"].seconds >= 0.0
     tally = label["tally"]

@@ -108,10 +108,12 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     assert sorted(own for part in begun for own in part) == omegas.tolist()
     later = [(own, around) for own, around in asked if around is not None]
     new = [1.5, 2.5, 3.5, 17.5, 18.5, 19.5]
+    assert [len(own) for own, _ in later] == [3, 3]  # at most four a task
     assert [one for own, _ in later for one in own] == new
     assert all(around == [10.0 + one for one in own] for own, around in later)
     assert [pair for pair, *_ in between[:2]] == [[1.0, 17.0], [17.0, 33.0]]
     assert {ceiling for _, ceiling, _ in between} == {1.25}
+    assert len(between) == 4  # both workers, twice: the second time they find nothing more
     assert all(known == {(1.0, 17.0), (17.0, 33.0)} for *_, known in between[2:])
     (head, arrays), (done, _) = messages[-2:]
     assert (done["kind"], done["grid"], head["id"]) == ("done", "envelope", 7)

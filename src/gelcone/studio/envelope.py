@@ -145,13 +145,13 @@ class _Envelope:
         await asyncio.gather(*(find(*task) for task in tasks))
 
     async def _show(self) -> None:
-        """Sends what is known, in volts and hertz: no window before the limits of a constant voltage are."""
+        """Sends what is known, in volts and hertz; rows come once the limits of a constant voltage are known."""
         if self.axes is None:
             return
         omegas, peaks, hertz, volts = self.axes
         named = self.limits.get("static", {})
         static = np.array([*named.values()])
-        lowest = float(np.nanmin(static, initial=np.inf)) if named else np.nan
+        lowest = float(np.nanmin(static, initial=np.inf))
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
