@@ -34,6 +34,7 @@ def test_cells_have_their_own_start_or_that_of_the_plan():
     assert states.tolist() == [[0.7, 0.1], [0.7, 0.2]]
     assert np.shape(model.damping_ratio) == (2,)
     assert Plan(ConeModel(), {"voltage": [0.1, 0.2]}).initial == (1.0, 0.0)
+    assert str(Plan(ConeModel(), {"voltage": [0.1, 0.2]}, np.array([0.5, 0.25])).initial) == "(0.5, 0.25)"
     assert Plan(PUMP, {"frequency": [8.0, 9.0]}).initial is None
     pump = Plan(PUMP, {"frequency": [8.0, 9.0]}, ("2 mm", 0.1))
     assert pump.initial == (2e-3, 0.1)
@@ -87,6 +88,9 @@ def test_a_coordinate_says_what_it_is(model, name, quantity, units):
         ((ConeModel(), {"voltage": [0.1, 0.1]}), "must increase"),
         ((ConeModel(), {"voltag": [0.1, 0.2]}), "did you mean 'voltage'"),
         ((ConeModel(), {"voltage": [-0.1, 0.2]}), "voltage"),
+        ((ConeModel(), {"velocity": [0.1, np.inf]}), "velocity = inf: must be finite"),
+        ((ConeModel(), {"voltage": [[0.1, 0.2], [0.3, 0.4]]}), r"in one dimension, not shape \(2, 2\)"),
+        ((ConeModel(), {}, None, {"voltag": [0.1, 0.2]}), "'voltag' is not a parameter that can be drawn; did you"),
         ((ConeModel(), {"voltage": [0.1, 0.2]}, (1.0,)), "must be a displacement and a velocity"),
         ((ConeModel(), {"voltage": [0.1, 0.2]}, None, {"voltage": [0.1, 0.2]}), "both swept and drawn"),
         ((ConeModel(), {}, None, {"voltage": [0.1, 0.2], "damping_ratio": [0.1]}), "same number of values"),

@@ -27,6 +27,7 @@ from gelcone.atlas.processes import LARGE, processes, usual_workers
 from gelcone.atlas.sweep import sweep
 from gelcone.errors import InputError, LostWorker
 from gelcone.physics.model import ConeModel
+from gelcone.progress import Stopped
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.3)
 BLAS = "OPENBLAS_NUM_THREADS"
@@ -88,6 +89,27 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
         with pytest.warns(LostWorker, match=r"process \d+ ended"), ended:
             next(one.run(os._exit, [3]))
     assert len(team) == 3
+
+
+def test_a_process_that_is_still_going_is_ended_before_another_takes_its_place(monkeypatch):
+    """None does once the processes were asked to end."""
+    told = []
+
+    def wait(seconds):
+        raise subprocess.TimeoutExpired("python", seconds)
+
+    going = SimpleNamespace(pid=7, poll=lambda: None, wait=wait)
+    going.kill, going.terminate = (partial(told.append, name) for name in ("killed", "asked to end"))
+    monkeypatch.setattr(module, "_start", lambda: told.append("started") or going)
+    monkeypatch.setattr(module, "_close", lambda process: told.append("closed"))
+    own = module.Process()
+    with pytest.warns(LostWorker, match="^process 7 ended; another takes over its task$"):
+        own._restart()
+    assert told == ["started", "killed", "closed", "started"]
+    own.stop()
+    with pytest.raises(Stopped):
+        own._restart()
+    assert told[4:] == ["asked to end"]
 
 
 @pytest.mark.parametrize(("left", "waits"), [(0.25, 0.25), (-1.0, 0.0)])

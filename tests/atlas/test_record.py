@@ -1,6 +1,7 @@
 """The record of a sweep: all that decides its numbers, and its totals."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -105,3 +106,25 @@ def test_what_a_store_holds_is_counted_by_where_it_comes_from(monkeypatch):
     held.clear()
     with pytest.raises(InputError, match="holds no cell yet; try again when its run has computed some"):
         module.show("map.zarr")
+
+
+def test_the_store_of_a_device_is_shown_in_its_units(monkeypatch):
+    fields = {"status": Field((), np.array([Status.COMPUTED, Status.MISSING]), {})}
+    for model in (PUMP, ConeModel()):
+        name = "frequency" if model is PUMP else "voltage"
+        stored = module.StoredSweep(Plan(model, {name: [0.4, 0.8]}), "limits", None, ())
+        monkeypatch.setattr(module, "stored_sweep", lambda path, stored=stored: stored)
+        monkeypatch.setattr(module, "Store", lambda *given: SimpleNamespace(read=lambda: fields))
+        monkeypatch.setattr(module, "label", lambda *given: "labelled")
+        monkeypatch.setattr(module, "to_si", lambda found, device: (found, device))
+        assert module.show("map.zarr") == (("labelled", PUMP) if model is PUMP else "labelled")
+
+
+def test_a_sweep_says_where_its_cells_begin_and_what_it_was_asked():
+    plan = Plan(ConeModel(), {"voltage": [0.4, 0.8]}, (0.5, 0.25), options={"budget": 99.0})
+    fields = {"status": Field((), np.array([Status.COMPUTED] * 2), {})}
+    found = module.label(plan, find_analysis("regime"), fields, np.array([0, 0]), Tally(2), "a title")
+    options = json.loads(found.attrs["options"])
+    assert (options["initial"], options["budget"], found.attrs["title"]) == ([0.5, 0.25], 99.0, "a title")
+    assert found["source"].values.tolist() == [0, 0]
+    assert found.attrs["analysis"] == "regime"

@@ -57,6 +57,42 @@ def test_status_is_made_last(opened, writes):
     assert sorted(writes[1:-1]) == ["make lowest", "make velocity", "make zero_one"]
 
 
+def test_axes_hold_their_values_and_arrays_the_names_of_their_axes(opened):
+    import zarr
+
+    opened.begin(fields(), {"voltage": Field(("voltage",), np.array([0.5, 1.0, 1.5]), {"units": "V"})})
+    group = zarr.open_group(store=opened.path, mode="r", zarr_format=3)
+    assert group["voltage"][...].tolist() == [0.5, 1.0, 1.5]
+    assert group["voltage"].attrs["units"] == "V"
+    for name, dims in (("velocity", (*DIMS, "state")), ("lowest", DIMS)):
+        assert group[name].metadata.dimension_names == dims
+        assert "Crc32cCodec" in [type(codec).__name__ for codec in group[name].metadata.codecs]  # of every tile
+
+
+def test_a_store_whose_run_was_killed_before_it_collected_its_metadata_has_them_once_resumed(tmp_path, monkeypatch):
+    with open_store(tmp_path / "s", STORED, DIMS, SHAPE, resume=False) as made, monkeypatch.context() as patch:
+        patch.setattr(store, "_consolidate", lambda path: None)
+        made.begin(fields(), {})
+    assert store._consolidated(tmp_path / "s") == []
+    with open_store(tmp_path / "s", STORED, DIMS, SHAPE, resume=True):
+        assert sorted(store._consolidated(tmp_path / "s")) == sorted(fields())
+
+
+def test_a_folder_of_results_is_no_store_and_its_first_file_is_named(tmp_path):
+    for name in ("b.nc", "a.nc"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(InputError, match=r"holds no metadata .*; name a file in it, such as .*a\.nc$"):
+        read_plan(tmp_path)
+
+
+def test_an_array_that_is_gone_is_noticed(opened):
+    opened.begin(fields(), {})
+    opened.write(fields(), np.arange(12))
+    (opened.path / "lowest" / "zarr.json").unlink()
+    with pytest.raises(InputError, match="is damaged: its array lowest is missing"):
+        opened.read()
+
+
 def test_status_of_a_tile_is_written_last_and_tile_by_tile(opened, writes, monkeypatch):
     monkeypatch.setattr(opened, "tile", (2, 4))
     opened.begin(fields(), {})

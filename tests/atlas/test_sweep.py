@@ -722,6 +722,17 @@ def test_a_sweep_of_which_no_cell_can_start_is_refused():
         sweep(Plan(FAST.replace(stretch_limit=0.3), {"voltage": [0.1, 0.2]}), "limits")
 
 
+def test_what_is_kept_of_a_cell_belongs_to_the_plan_of_a_store(stored):
+    with pytest.raises(InputError, match=r"keep is \[\] there and \['section'\] here"):
+        sweep(Plan(FAST, {"voltage": [0.3, 0.4, 0.5]}, options=QUICK), store=stored, resume=True, keep=("section",))
+
+
+def test_an_analysis_that_fails_in_every_cell_ends_the_sweep(monkeypatch):
+    monkeypatch.setattr(module, "compute", lambda *given: 1 / 0)
+    with pytest.raises(InputError, match="the analysis raises an error in every cell; run one of them alone to see it"):
+        sweep(Plan(FAST, {"voltage": [0.1, 0.2]}))
+
+
 def test_what_has_no_order_is_neither_refined_nor_stored(tmp_path):
     draws = Plan(FAST, {"voltage": [0.1, 0.2]}, draws={"prestretch": [1.0, 1.1]})
     pump = gelcone.find_device("biased-pump").replace(film="taut")

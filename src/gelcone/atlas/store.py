@@ -73,7 +73,7 @@ class Store:
         """
         try:
             return self._read()
-        except (InputError, KeyboardInterrupt, MemoryError):
+        except (InputError, MemoryError):
             raise
         except Exception as error:  # the readers raise many kinds on damaged metadata and tiles
             raise _damaged(self.path, f"an array cannot be read: {_line(error)}") from None
