@@ -85,6 +85,8 @@ def test_errors_come_back_and_a_task_that_ends_its_processes_is_given_up(monkeyp
         with pytest.raises(ValueError, match="domain"):
             next(one.run(math.sqrt, [-1.0]))
         assert next(one.run(math.sqrt, [4.0])) == (2.0, 0)
+        assert next(one.run(partial(os.write, 1), [b"printed\n"])) == (8, 0)  # between the answers nothing else is sent
+        assert next(one.run(eval, ["__import__('sys').path"]))[0] == [str(entry) for entry in sys.path]
         ended = pytest.raises(InputError, match=r"a task ended 2 processes, one after the other.*--resume")
         with pytest.warns(LostWorker, match=r"process \d+ ended"), ended:
             next(one.run(os._exit, [3]))
@@ -199,6 +201,11 @@ def reporting(shares):
         module.report(share)
 
 
+def kind_of_workers(cells):
+    module.available_threads = lambda: 2
+    return kind(usual_workers(cells))
+
+
 def test_what_a_process_makes_and_how_far_it_is_is_heard_here(monkeypatch):
     """The last share too, which comes sooner after the one before than a bar can show."""
     monkeypatch.setenv(disk_cache.VARIABLE, "")
@@ -224,6 +231,7 @@ def test_what_a_process_makes_and_how_far_it_is_is_heard_here(monkeypatch):
         pool.do(module.portable(reporting), [0.25, 0.5, 0.125, 0.0625, 0.0625], shares.append)
         assert (sum(shares), heard) == (1.0, [])
         next(one.run(after_an_error, [7]))
+        assert next(one.run(kind_of_workers, [LARGE]))[0] == "threads"  # a process starts no others
         assert heard == ["refused begins", "refused ends", "inner begins", "inner ends"]
         heard.clear()
         with pytest.warns(LostWorker), pytest.raises(InputError):
