@@ -210,10 +210,12 @@ def test_the_page_takes_the_token_and_binds_the_browser(server):
 
 
 def test_every_file_of_the_page_is_served_and_no_other(server):
+    kinds = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".svg": "image/svg+xml"}
     static = Path(__file__).parents[2] / "src" / "gelcone" / "studio" / "static"
     for path in static.iterdir():
         status, headers, body = server.get(f"/static/{path.name}")
         assert (status, body) == (200, path.read_bytes())
+        assert headers["content-type"].partition(";")[0] == kinds[path.suffix]
         assert headers["x-content-type-options"] == "nosniff"
     for other in ("../server.py", "..%2Fserver.py", "%2Fetc%2Fpasswd", "x.js"):
         assert server.get(f"/static/{other}")[0] == 404
@@ -276,6 +278,19 @@ def test_a_port_that_cannot_be_had_is_said_with_what_to_do(server, port):
     ):
         other.listen(port)
     other.stop()
+
+
+def test_a_studio_that_ends_ends_its_pages():
+    class Open:
+        ended = False
+
+        def end(self):
+            self.ended = True
+
+    studio, pages = Studio(Shelf()), [Open(), Open()]
+    studio.pages.update(pages)
+    studio.stop()
+    assert all(page.ended for page in pages)
 
 
 def test_another_host_is_refused(server):

@@ -4,6 +4,7 @@ import os
 import re
 import time
 from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -128,6 +129,12 @@ def test_a_shipped_name_does_not_open_a_file_of_that_name(shelf, tmp_path, monke
 def test_no_value_names_a_file_a_module_or_several_values(shelf, values):
     with pytest.raises(InputError):
         shelf.subject(Setting.read({"device": "biased-pump", "values": values}))
+
+
+@pytest.mark.parametrize("value", ["1 V, 2 V", "1 V:2 V:3", "1 V ", "mine.csv"])
+def test_a_number_is_one_with_its_unit_and_nothing_behind(shelf, value):
+    with pytest.raises(InputError, match="must be one number, with its unit"):
+        shelf.check(Setting(device="biased-pump", values={"film": "taut", "voltage_amplitude": value}))
 
 
 @pytest.mark.parametrize("bias", ["os:system", "spring+os:system", "weight+taut"])
@@ -255,6 +262,16 @@ def test_a_file_that_changes_is_read_again(tmp_path):
     assert with_more.device.initial_height == 0.02
     value = next(control.value for control in shelf.controls(setting) if control.name == "initial_height")
     assert value == 19.0
+
+
+def test_a_file_is_found_wherever_the_studio_goes(tmp_path, monkeypatch):
+    (tmp_path / "mine.toml").write_text(text_of())
+    monkeypatch.chdir(tmp_path)
+    shelf = Shelf(Path("mine.toml"))
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert shelf.path(Setting(device="mine")).read_text() == text_of()
+    assert shelf.called(Setting(device="mine")) == "mine.toml"
 
 
 def test_a_file_that_is_gone_is_said_to_be(tmp_path):
@@ -399,6 +416,13 @@ def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf
     assert shelf.subject(below).initial[0] == read_subject("snap-cone", **typed(below)).initial[0] < 0.0
     assert shelf.guesses(below) == {}
     assert shelf.confirm(below, {}) == 0.0
+
+
+def test_rests_that_a_search_found_are_taken_over_from_the_process_that_found_them(shelf, monkeypatch):
+    kept = []
+    monkeypatch.setattr(module, "keep_rests", kept.append)
+    assert shelf.confirm(PUMP, {"key": 0.5}) == 0.0
+    assert kept == [{"key": 0.5}]
 
 
 def test_the_next_rest_continues_the_one_that_a_search_found(shelf):
