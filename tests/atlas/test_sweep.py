@@ -766,6 +766,8 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
             raise ZeroDivisionError
         if 7 in cells:
             raise InputError("no")
+        if 9 in cells:
+            raise MemoryError
         return cells.sum()
 
     monkeypatch.setattr(module, "compute", compute)
@@ -774,6 +776,8 @@ def test_a_task_that_raises_an_error_is_tried_cell_by_cell_unless_it_is_stopped(
     assert asked == [(cells, ("section",)) for cells in ([1, 3, 5], [1], [3], [5])]
     with pytest.raises(InputError):
         module._task(None, None, (), np.array([5, 7]))
+    with pytest.raises(MemoryError):  # cell by cell it would take as much
+        module._task(None, None, (), np.array([5, 9]))
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------
@@ -847,6 +851,7 @@ def test_a_sweep_hands_each_part_what_it_was_asked_for(monkeypatch, coarsest):
     (label,) = parts["label"]
     assert (label["plan"], label["title"]) == (full, "sweep: regime")
     assert told[-1] is label["tally"]
+    assert all(tally.seconds > 0.0 for tally in told)
     assert label["tally"].seconds >= 0.0
     tally = label["tally"]
     assert (tally.steps, tally.computed, tally.inferred) == ((7, 3, 0) if coarsest is None else (7, 2, 1))

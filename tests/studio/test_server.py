@@ -312,9 +312,10 @@ def test_a_studio_of_this_machine_alone_answers_to_no_name_that_others_know_it_b
     assert server.studio.hosts("10.0.0.1") == {f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}"}
 
 
-def test_the_case_of_a_name_does_not_count():
+def test_the_case_of_a_name_and_the_version_of_an_address_do_not_count():
     studio = Studio(Shelf(), "Here.Local")
     assert "here.local:0" in studio.hosts("127.0.0.1")
+    assert {"10.0.0.1:0", "[::ffff:10.0.0.1]:0"} <= studio.hosts("::ffff:10.0.0.1")  # version 4 over a socket of 6
     studio.stop()
 
 
