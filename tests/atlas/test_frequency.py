@@ -479,9 +479,11 @@ def test_the_error_of_a_peak_between_equal_heights_is_what_settled_motions_leave
     assert (found.low[0], found.high[0]) == (0.9, 1.8)
 
 
-def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch):
+@pytest.mark.parametrize("fall", [None, (1.55, 1.6), (1.59, 1.6)])
+def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch, fall):
     """The high motion lasts from 1.234 to 1.567; sweeps differ from 1.3 to 1.5, between the ends of which they are
-    narrowed. The sweep down jumps at the lower end, with the strokes on both sides."""
+    narrowed. The sweep down jumps at the lower end, with the strokes on both sides. The sweep up may have been seen to
+    fall on the way; where the motion does not last to there, that says nothing."""
     first, last = 1.234, 1.567
     high, low = lambda w: 2.0 + w, lambda w: 0.1 * w
 
@@ -500,7 +502,9 @@ def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch):
     up = np.where(there, high(grid), low(grid))
     swept = moving(np.stack([up, low(grid)], axis=1))
     nothing = np.full((2, 7), np.nan)
-    falls = Falls(nothing, nothing, Swing.blank(2, 7))
+    falls = Falls(nothing.copy(), nothing.copy(), Swing.blank(2, 7))
+    if fall:
+        falls.start[0, 5], falls.end[0, 5] = fall
     found = module._jumps(RESTING.members(), grid, swept, falls, None, {})
     assert [module.BRANCHES[k] for k in found.branch] == ["down", "up"]
     for k, end in enumerate((first, last)):
