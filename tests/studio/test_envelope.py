@@ -140,16 +140,16 @@ def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_aro
     assert {name: rows[name] for name in given} == given
 
 
-def test_an_envelope_begins_with_the_frequencies_of_its_own_peak_and_goes_between_rows_up_to_the_lowest_limit(
+def test_an_envelope_begins_with_the_default_frequencies_and_goes_between_rows_up_to_the_lowest_limit(
     monkeypatch,
 ):
-    plane = SimpleNamespace(model="model", default_frequencies=lambda peak: np.array([peak, 2.0 * peak]))
+    plane = SimpleNamespace(model="model", default_frequencies=lambda: np.array([0.75, 1.5]))
     asked = record(
-        monkeypatch, envelope, _plane=plane, peak_of=0.75, peaks_of=[0.0, 2.5],
+        monkeypatch, envelope, _plane=plane, peaks_of=[0.0, 2.5],
         scales={"frequency": (3.0, "Hz"), "voltage": (40.0, "V")}, unknown_between=("between", "around"),
     )  # fmt: skip
     axes = envelope.find_axes(PUMP)
     assert (axes.omegas.tolist(), axes.peaks, axes.hertz, axes.volts) == ([0.75, 1.5], [0.0, 2.5], 3.0, 40.0)
-    assert asked["peak_of"] == asked["peaks_of"] == [{"model": "model"}]
+    assert asked["peaks_of"] == [{"model": "model"}]
     assert envelope.find_between(PUMP, "rows", 1.25, "confirmed") == ("between", "around", "confirmed")
     assert [list(call.values()) for call in asked["unknown_between"]] == [[plane, "rows", 1.25, "confirmed"]]
