@@ -134,17 +134,23 @@ def test_steps_are_made_quickly_and_well_once_they_have_run_for_as_long_as_that_
     assert 0.0 < spent < 0.5 * sum(costs)
     compiled.has_run(0.9 * sum(costs) - spent)
     assert compiled.addresses == before
-    with disk_cache.unmade_refused():
+    second = Compiled(compiled.plan, None)
+    second.compile_step(laws[0])
+    with disk_cache.unmade_refused():  # and nothing is stored yet
         compiled.has_run(0.2 * sum(costs))
     assert compiled.addresses == before
+    compiled.has_run(0.9 * sum(costs))
     compiled.has_run(0.2 * sum(costs))
-    assert levels[-len(laws) :] == [COLD] * len(laws)
+    assert levels == [COLD] + [QUICK] * len(laws) + [COLD, QUICK] + [COLD] * len(laws)
     changed = [law for law in range(len(before)) if compiled.addresses[law] != before[law]]
     assert changed == laws
     compiled.has_run(1e9)
-    assert len(levels) == 1 + 2 * len(laws)
+    assert len(levels) == 3 + 2 * len(laws)
     assert run() == quick
-    later = Compiled(compiled.plan, None)
-    later.compile_step(laws[0])
-    later.compile_step(laws[0])
-    assert levels[1 + 2 * len(laws) :] == [COLD, COLD]
+    with disk_cache.unmade_refused():
+        second.has_run(1e9)
+    assert not second._quick
+    third = Compiled(compiled.plan, None)
+    third.compile_step(laws[0])
+    third.compile_step(laws[0])
+    assert levels[3 + 2 * len(laws) :] == [COLD, COLD, COLD]

@@ -54,21 +54,26 @@ class Compiled:
         """Makes the step of a law, unless it is there: quickly, unless the one that runs faster is stored."""
         with self._lock:
             if not self.addresses[law]:
-                stored = compiler.is_stored(self._step_content(law, compiler.COLD), self._machine)
-                self._make_step(law, compiler.COLD if stored else compiler.QUICK)
+                self._make_step(law, compiler.COLD if self._is_stored(law) else compiler.QUICK)
 
     def has_run(self, seconds: float) -> None:
         """Counts the ``seconds`` of a call, and makes all steps well once those that were made quickly have run for as
-        long as that takes: at worst a run takes twice as long as if it had been known how long it is."""
-        if not self._quick or disk_cache.refuses() or not self._lock.acquire(blocking=False):
+        long as that takes: at worst a run takes twice as long as if it had been known how long it is. Where nothing may
+        be made, steps that another process has made and stored are taken."""
+        if not self._quick or not self._lock.acquire(blocking=False):
             return
         try:
             self._seconds += seconds
             if self._seconds > sum(self._quick.values()):
-                for law in list(self._quick):
+                self._seconds = 0.0
+                for law in [law for law in self._quick if not disk_cache.refuses() or self._is_stored(law)]:
                     self._make_step(law, compiler.COLD)
         finally:
             self._lock.release()
+
+    def _is_stored(self, law: int) -> bool:
+        """Whether the cache holds the step that runs faster."""
+        return compiler.is_stored(self._step_content(law, compiler.COLD), self._machine)
 
     def _make_step(self, law: int, level: int) -> None:
         text = partial(step_text, self.plan, law)
