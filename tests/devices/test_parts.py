@@ -192,8 +192,9 @@ def test_bounds_and_words_are_those_of_the_device(device):
         ({"waveform": "tests.devices.own:Missing"}, "waveform: .*cannot be imported"),
         ({"waveform": "tests.devices.own:Filter"}, "waveform: .*derive its class from gelcone.Waveform"),
         ({"waveform": "tests.devices.own:Harmonics"}, "waveform: .*shares"),
+        ({"waveform": Harmonics(np.array([1.0, 0.5]))}, "waveform: harmonics: shares is an array; hold a tuple of num"),
         (
-            {"waveform": Harmonics(np.array([1.0, 0.5]))},
+            {"waveform": Harmonics(frozenset({1.0, 0.5}))},
             "holds data that no file can hold; give numbers, texts or tupl",
         ),
         ({"circuit": 3}, "circuit: circuit = 3: must be a circuit"),
