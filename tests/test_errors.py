@@ -20,6 +20,8 @@ def test_a_name_that_is_not_known_is_refused_in_short_words_that_begin_with_the_
     check_name("fruit", "pear", {"apple": 1, "pear": 2})
     with pytest.raises(InputError, match=r"^basket: 'x{60}' is not a fruit; known: apple, pear$"):
         check_name("fruit", 100 * "x", ["apple", "pear"], where="basket: ")
+    with pytest.raises(InputError, match=r"\['pear'\].* is not a fruit"):
+        check_name("fruit", ["pear"], {"apple": 1, "pear": 2})
     check_names("fruit", [], ["apple"])
     check_names("fruit", {"pear": 1, "apple": 2}, ["apple", "pear"])
     with pytest.raises(InputError, match=r"^basket: 'plum' is not a fruit; known: apple, pear$"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 import reprlib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Hashable, Iterable
 from numbers import Number
 from types import UnionType
 from typing import Any
@@ -35,7 +35,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], otherwise: str = ""
 
 def check_name(kind: str, name: Any, known: Collection[str], where: str = "") -> None:
     """`InputError`, which begins with ``where``, unless ``name`` is one of the ``known``."""
-    if name not in known:
+    if not isinstance(name, Hashable) or name not in known:
         raise InputError(f"{where}{unknown_name(kind, str(name)[:60], known)}")
 
 

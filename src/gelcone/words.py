@@ -395,6 +395,9 @@ def _how_often(failing: dict[str, Any], count: int) -> str:
 
 # --- members ----------------------------------------------------------------------------------------------------------
 
+VARIED = ("parameter", "device field")
+"""The quantities of coordinates in which members differ."""
+
 
 def evenly(count: int, most: int) -> Any:
     """Places of at most ``most`` of ``count`` things, evenly picked, the first and the last among them."""
@@ -407,8 +410,7 @@ def members_of(result: xr.Dataset, picks: Iterable[int] | None = None) -> list[t
     if not dims:
         return [("", result)]
     stacked = result.stack(flat=dims)
-    varied = ("parameter", "device field")
-    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in varied]
+    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in VARIED]
     if "material" in result.coords:  # a gel has a name for its numbers
         names = ["material", *(name for name in names if not name.startswith("material."))]
     chosen = [with_own_axes(stacked.isel(flat=i)) for i in (range(stacked.sizes["flat"]) if picks is None else picks)]

@@ -185,6 +185,21 @@ def test_members_are_named_by_the_parameters_that_vary():
     ]
 
 
+def test_members_of_a_device_are_named_by_the_fields_and_gels_that_vary():
+    found = film(3).drop_vars(["radius_ratio", "stretch_limit"])
+    of_field = {"quantity": "device field", "units": "mm"}
+    found = found.assign_coords(
+        film_thickness=("member", [0.1, 0.2, 0.3], of_field),
+        disc_radius=("member", [8.0, 8.0, 8.0], of_field),
+        material=("member", ["soft", "soft", "stiff"], {"quantity": "device field", "units": "1"}),
+    )
+    assert [name for name, _ in member_labels(found)] == [
+        "film_thickness 0.1 mm, material soft",
+        "film_thickness 0.2 mm, material soft",
+        "film_thickness 0.3 mm, material stiff",
+    ]
+
+
 @pytest.mark.parametrize(("members", "rows"), [(2, [0, 1]), (5, [0, 2, 4])])
 def test_up_to_three_members_have_a_row_each(members, rows):
     figure = validation_figure(film(members))

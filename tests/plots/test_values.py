@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
+import gelcone
 from gelcone.plots.values import values_figure
 
 
@@ -43,6 +44,20 @@ def test_members_are_drawn_over_the_parameter_that_varies():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("frequency (Hz)", "stroke (mm)")
     alone = values_figure(varied(voltage=([300.0] * 3, "V")))
     assert [text.get_text() for text in alone.axes[0].texts] == ["stroke: 1, 2, 4 mm"]
+
+
+def test_members_of_a_device_are_drawn_over_the_field_that_varies():
+    """Also where the gel varies, which is a name, and not over the harmonics."""
+    device = gelcone.find_device("biased-pump").replace(film="taut", film_thickness=[1.8e-4, 2e-4, 2.2e-4])
+    panels = values_figure(gelcone.settled(device)).axes
+    assert panels[0].get_ylabel() == "stroke (mm)"
+    assert panels[-1].get_xlabel() == "film thickness (mm)"
+    np.testing.assert_allclose(panels[0].lines[0].get_xdata(), [0.18, 0.2, 0.22])
+    result = varied(frequency=([5.0, 6.0, 8.0], "Hz"))
+    result = result.assign_coords(material=("member", ["a", "b", "c"], {"quantity": "device field"}))
+    assert values_figure(result[["stroke", "code"]]).axes[0].get_xlabel() == "frequency (Hz)"
+    only_gels = result.drop_vars("frequency")
+    assert [text.get_text() for text in values_figure(only_gels).axes[0].texts] == ["stroke: 1, 2, 4 mm"]
 
 
 def test_a_number_that_is_missing_has_no_unit():

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.continuum.path import Ending
 from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, styled
-from gelcone.words import evenly, unit_of
+from gelcone.words import VARIED, evenly, measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,10 +59,11 @@ def member_labels(result: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     if not dims:
         return [("", result)]
     stacked = result.stack(flat=dims)
-    varied = [str(n) for n, c in result.coords.items() if c.dims == tuple(dims) and np.ptp(c.values) > 0.0]
-    names = [n for n in varied if n == "radius_ratio" or result[n].attrs.get("quantity") == "parameter"]
+    along = {str(n): c for n, c in result.coords.items() if c.dims == tuple(dims)}
+    named = [n for n, c in along.items() if n == "radius_ratio" or c.attrs.get("quantity") in VARIED]
+    names = [n for n in named if np.unique(along[n]).size > 1]
     members = [stacked.isel(flat=i).transpose("constant_voltage", ...) for i in range(stacked.sizes["flat"])]
-    return [(", ".join(f"{n} {float(m[n]):.4g}" for n in names), m) for m in members]
+    return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in members]
 
 
 def force_curves(member: xr.Dataset, axes: Axes) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import missing, unit_of
+from gelcone.words import VARIED, missing, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,8 +58,8 @@ def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
     """The axis of a dim: its coordinate, or the parameter that varies along it; None where it has neither."""
     if dim in result.coords:
         return result[dim] if result[dim].dtype.kind in "fiu" else None
-    along = (c for c in result.coords.values() if c.dims == (dim,) and c.attrs.get("quantity") == "parameter")
-    return next((c for c in along if np.ptp(c.values) > 0.0), None)
+    along = (c for c in result.coords.values() if c.dims == (dim,) and c.attrs.get("quantity") in VARIED)
+    return next((c for c in along if c.dtype.kind in "fiu" and np.ptp(c.values) > 0.0), None)
 
 
 def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Axes) -> None:
