@@ -404,15 +404,23 @@ def evenly(count: int, most: int) -> Any:
     return np.unique(np.linspace(0, count - 1, most).astype(int))
 
 
+def varied_names(result: xr.Dataset) -> list[str]:
+    """The fields and parameters in which the members of an ensemble differ; all that they have where none differs.
+
+    A gel stands for its numbers.
+    """
+    names = [str(n) for n, c in result.coords.items() if n == "radius_ratio" or c.attrs.get("quantity") in VARIED]
+    if "material" in result.coords:
+        names = ["material", *(n for n in names if n != "material" and not n.startswith("material."))]
+    return [n for n in names if np.unique(result[n]).size > 1] or names
+
+
 def members_of(result: xr.Dataset, picks: Iterable[int] | None = None) -> list[tuple[str, xr.Dataset]]:
-    """Members of an ensemble (default all), each named by its varied parameters; a single run has no name."""
+    """Members of an ensemble (default all), each named by what it differs in; a single run has no name."""
     dims = list(result["outcome"].dims)
     if not dims:
         return [("", result)]
-    stacked = result.stack(flat=dims)
-    names = [str(n) for n, c in result.coords.items() if c.attrs.get("quantity") in VARIED]
-    if "material" in result.coords:  # a gel has a name for its numbers
-        names = ["material", *(name for name in names if not name.startswith("material."))]
+    stacked, names = result.stack(flat=dims), varied_names(result)
     chosen = [with_own_axes(stacked.isel(flat=i)) for i in (range(stacked.sizes["flat"]) if picks is None else picks)]
     return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in chosen]
 

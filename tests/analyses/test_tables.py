@@ -41,11 +41,9 @@ def test_a_line_for_every_number_but_those_said_apart(apart):
     )  # fmt: skip
     for name in found.data_vars:
         found[name].attrs["long_name"] = f"1 if {name}" if name == "flag" else f"the {name}"
-    lines = tables._rows(found) if apart is None else tables._rows(found, apart)
-    states = ["the film_state_taut: 0.25", "the second_film_state_taut: 0.75"] if apart is None else []
-    assert lines == ["the power: 2.5", *states]
-    found["outcome"] = int(Outcome.PULLED_IN)
-    assert tables._rows(found) == ["failed"]
+    rows = tables._rows(found) if apart is None else tables._rows(found, apart)
+    states = {"the film_state_taut": "0.25", "the second_film_state_taut": "0.75"} if apart is None else {}
+    assert rows == {"the power": "2.5", **states}
 
 
 def test_a_table_says_yes_or_no_and_what_a_code_means():
@@ -61,9 +59,57 @@ def test_a_table_says_yes_or_no_and_what_a_code_means():
     assert said(tables.table_words, found) == [*lines, HOLDS]
     assert said(tables.table_words, edited(found, resting=0))[0] == "the disc rests: no"
     failed = edited(found, outcome=int(Outcome.ERROR), validity_near_limit=NAN, validity_breakdown=NAN)
-    assert said(tables.table_words, failed) == [f"1 of 1 run(s) failed: {Outcome.ERROR.meaning}", "failed"]
-    names = labelled(("voltage", [1.0, 2.0], "V")).rename("voltage")
-    two = xr.concat([found, failed], names)
-    two["voltage"].attrs.update(quantity="parameter", units="V")
-    members = said(tables.table_words, two)[1:3]
-    assert members == [f"  voltage 1 V: {'; '.join(lines)}", "  voltage 2 V: failed"]
+    assert said(tables.table_words, failed) == [f"1 of 1 run(s) failed: {Outcome.ERROR.meaning}"]
+    stiffer = edited(found, large=9.0, resting=0)
+    names = labelled(("voltage", [1.0, 2.0, 4.0], "V")).rename("voltage")
+    three = xr.concat([found, failed, stiffer], names)
+    three["voltage"].attrs.update(quantity="parameter", units="V")
+    assert said(tables.table_words, three)[:7] == [
+        f"1 of 3 run(s) failed: {Outcome.ERROR.meaning}",
+        "voltage             1 V   4 V",
+        "the disc rests      yes    no",
+        "a number        12.5 mm  9 mm",
+        "for each of the 2:",
+        "  the kind: the cone",
+        "  a small number: 5 um",
+    ]
+    assert said(tables.table_words, three)[7] == "failed: voltage 2 V"
+    assert said(tables.table_words, three.isel(voltage=[1]))[1] == "failed: voltage 2 V"
+    alone = said(tables.table_words, three.isel(voltage=[2]))
+    assert [" ".join(line.split()) for line in alone[:3]] == ["voltage 4 V", "the disc rests no", "the kind the cone"]
+
+
+def test_as_many_columns_as_fit_stand_side_by_side_and_long_words_are_wrapped():
+    """Twenty members at most, and nothing is wider than the text around it."""
+    count = 23
+    words = ["a word that is too long for a column, and more" if k == 2 else f"{k}" for k in range(count)]
+    rows = [["the name", *(f"{1000 + k} V" for k in range(count))], ["a label " * 8, *words]]
+    lines = tables._table(rows)
+    assert max(map(len, lines)) <= tables.WIDTH
+    assert [line.rstrip() for line in lines] == lines
+    assert " ".join(" ".join(line[:50] for line in lines if line.startswith("a label")).split()).startswith("a label a")
+    assert [value for line in lines if line.startswith("the name") for value in line.split()[2::2]] == [
+        f"{1000 + k}" for k in range(count)
+    ]
+    blanks = lines.count("")
+    assert blanks == sum(line.startswith("the name") for line in lines) - 1 > 0
+
+
+def test_a_long_ensemble_shows_its_beginning():
+    number = xr.DataArray(np.arange(25.0), dims="voltage", attrs={"units": "mm", "long_name": "a number"})
+    found = xr.Dataset({"outcome": ("voltage", np.zeros(25, int)), "number": number})
+    found = found.assign_coords(voltage=("voltage", np.arange(25.0), {"quantity": "parameter", "units": "V"}))
+    text = "\n".join([*tables._columns(found), *tables.shortened([], 25)])
+    assert "19 mm" in text
+    assert "20 mm" not in text
+    assert text.endswith("  and 5 more (all with --json or --out)")
+
+
+def test_members_that_differ_in_no_field_have_no_row_of_names():
+    number = xr.DataArray([1.0, 2.0], dims="run", attrs={"units": "mm", "long_name": "a number"})
+    found = xr.Dataset({"outcome": ("run", [0, 0]), "number": number})
+    assert tables._columns(found) == ["a number  1 mm  2 mm"]
+    assert tables._columns(found.assign(number=("run", [1.0, 1.0], number.attrs))) == [
+        "for each of the 2:",
+        "  a number: 1 mm",
+    ]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+import gelcone
 from gelcone.analyses import (
     validation,
 )  # fmt: skip
@@ -71,3 +72,17 @@ def test_a_cone_against_a_continuum():
     assert validation._mesh_lines(edited(validated(), mesh_force=NAN)) == []
     assert validation._pull_in_lines(validated()) == []
     assert validation._limit_lines(validated()) == []
+
+
+def test_two_devices_are_each_named_and_have_their_own_voltages():
+    """One voltage of the model is another in volts for each, so that it is no axis of the result."""
+    device = gelcone.find_device("biased-pump").replace(film_thickness=[1.8e-4, 2e-4])
+    found = gelcone.validate(device, displacements=["5 mm"])
+    lines = found.gelcone.words().splitlines()
+    assert [line for line in lines if line.startswith("film_thickness")] == [
+        "film_thickness 0.18 mm:",
+        "film_thickness 0.2 mm:",
+    ]
+    assert sum(line.startswith("  0 V: ") for line in lines) == 2
+    titles = [axes.get_title(loc="left") for axes in found.gelcone.plot().axes[::3]]
+    assert titles == ["film_thickness 0.18 mm", "film_thickness 0.2 mm"]

@@ -9,12 +9,12 @@ from gelcone.plots.style import CYCLE
 from gelcone.plots.validation import (
     force_curves,
     limit_forces,
-    member_labels,
     profiles,
     shapes,
     stretch_curves,
     validation_figure,
 )
+from gelcone.words import members_of
 from tests.plots.made_up import blank, data_of, line, parameter, result, texts
 
 X, V = np.array([0.0, 0.5, 1.0, 1.5]), np.array([0.0, 1.0])
@@ -176,8 +176,8 @@ def test_a_film_that_was_not_found_says_so():
 
 
 def test_members_are_named_by_the_parameters_that_vary():
-    assert member_labels(film())[0][0] == ""
-    names = [name for name, _ in member_labels(film(3))]
+    assert members_of(film())[0][0] == ""
+    names = [name for name, _ in members_of(film(3))]
     assert names == [
         "radius_ratio 0.1, stretch_limit 10",
         "radius_ratio 0.3, stretch_limit 20",
@@ -193,10 +193,10 @@ def test_members_of_a_device_are_named_by_the_fields_and_gels_that_vary():
         disc_radius=("member", [8.0, 8.0, 8.0], of_field),
         material=("member", ["soft", "soft", "stiff"], {"quantity": "device field", "units": "1"}),
     )
-    assert [name for name, _ in member_labels(found)] == [
-        "film_thickness 0.1 mm, material soft",
-        "film_thickness 0.2 mm, material soft",
-        "film_thickness 0.3 mm, material stiff",
+    assert [name for name, _ in members_of(found)] == [
+        "material soft, film_thickness 0.1 mm",
+        "material soft, film_thickness 0.2 mm",
+        "material stiff, film_thickness 0.3 mm",
     ]
 
 
@@ -204,7 +204,7 @@ def test_members_of_a_device_are_named_by_the_fields_and_gels_that_vary():
 def test_up_to_three_members_have_a_row_each(members, rows):
     figure = validation_figure(film(members))
     titles = [axes.get_title(loc="left") for axes in figure.axes[::3]]
-    names = [name for name, _ in member_labels(film(members))]
+    names = [name for name, _ in members_of(film(members))]
     assert titles == [names[k] for k in rows]
     assert all((axes.get_legend() is not None) == (k < 3) for k, axes in enumerate(figure.axes))
     assert "continuum, pulled in" in texts(figure)

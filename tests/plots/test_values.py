@@ -98,3 +98,40 @@ def test_each_other_entry_of_a_number_is_a_curve_over_the_axis():
         found = [line.get_xydata().tolist() for line in axes.lines]
         assert found == [[[x, y] for x, y in zip((1.0, 2.0, 4.0), row, strict=True)] for row in values[:6]]
         assert axes.get_xlabel() == "time (s)"
+
+
+def names_of(axes):
+    legend = axes.get_legend()
+    return [] if legend is None else [text.get_text() for text in legend.get_texts()]
+
+
+def test_curves_of_a_panel_are_named_by_what_they_are_for():
+    """By the harmonic over a field that varies, by the gel over harmonics; one curve has no name."""
+    values = xr.DataArray([[1.0, 2.0], [3.0, 5.0], [4.0, 8.0]], dims=("member", "harmonic"), attrs={"units": "mm"})
+    result = varied(frequency=([5.0, 6.0, 8.0], "Hz")).assign(harmonic_amplitude=values, harmonic=[1, 2])
+    one, many = values_figure(result).axes
+    assert (names_of(one), names_of(many)) == ([], ["harmonic 1", "harmonic 2"])
+    assert [line.get_ydata().tolist() for line in many.lines] == [[1.0, 3.0, 4.0], [2.0, 5.0, 8.0]]
+    gels = xr.Dataset({"harmonic_amplitude": values}, coords={"harmonic": [1, 2]})
+    gels = gels.assign_coords(material=("member", ["a", "b", "c"], {"quantity": "device field"}))
+    (axes,) = values_figure(gels).axes
+    assert names_of(axes) == ["material a", "material b", "material c"]
+
+
+def test_stems_of_two_members_stand_side_by_side():
+    values = xr.DataArray([[0.3, 0.1], [0.2, 0.4]], dims=("member", "harmonic"), attrs={"units": "mm"})
+    (axes,) = values_figure(xr.Dataset({"harmonic_amplitude": values}, coords={"harmonic": [1, 2]})).axes
+    found = [line.get_xydata().tolist() for line in axes.lines[:2]]
+    for stems, ends in zip(axes.collections, found, strict=True):
+        assert [stem[1].tolist() for stem in stems.get_segments()] == ends
+    left, right = (np.array(ends) for ends in found)
+    assert (right[:, 0] > left[:, 0]).all()
+    np.testing.assert_allclose((left + right)[:, 0] / 2.0, [1.0, 2.0])
+    np.testing.assert_array_equal([left[:, 1], right[:, 1]], values)
+
+
+def test_a_number_that_is_the_same_all_along_has_no_panel_beside_one_that_varies():
+    result = varied(frequency=([5.0, 6.0, 8.0], "Hz")).assign(period=("member", [1, 1, 1]))
+    assert [axes.get_ylabel() for axes in values_figure(result).axes] == ["stroke (mm)"]
+    result["stroke"] = result["stroke"].copy(data=[2.0, np.nan, 2.0])
+    assert [axes.get_ylabel() for axes in values_figure(result).axes] == ["stroke (mm)", "period"]

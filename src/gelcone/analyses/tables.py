@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import re
+import textwrap
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from gelcone.analyses.answer import heading, member_lines, outcome_lines, state_lines
+from gelcone.analyses.answer import WIDTH, heading, outcome_lines, state_lines
 from gelcone.codes import Outcome
 from gelcone.physics.balance import PullIn
-from gelcone.words import event_label, measured, sized, validity_in_words
+from gelcone.words import (
+    MOST_LINES,
+    event_label,
+    measured,
+    members_of,
+    shortened,
+    sized,
+    validity_in_words,
+    varied_names,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,27 +33,76 @@ YES = "1 if "
 """With this a label begins whose number is 1 for yes and 0 for no."""
 FILM_STATES = r"validity_|(second_)?film_state_"
 """Names of numbers which a line of their own says of a single device, for an ensemble their mean."""
+LABEL_WIDTH = 48
+"""Most letters of a line of a label in a table of members, unless there is room."""
+MOST_LETTERS = 24
+"""Most letters of a line of a value there."""
+GAP = 2
+"""Spaces between two columns."""
 
 
 def table_words(shown: xr.Dataset, subject: Subject) -> str:
-    """A line for each number, or for each member of an ensemble."""
+    """A line for each number, with a column for each of the first members of an ensemble."""
     lines = [*heading(subject), *state_lines(shown, subject), *outcome_lines(shown)]
     if shown["outcome"].dims:
-        return "\n".join(
-            [*lines, *member_lines(shown, lambda member: "; ".join(_rows(member))), *validity_in_words(shown)]
-        )
-    return "\n".join([*lines, *_rows(shown, FILM_STATES), *validity_in_words(shown)])
+        lines += [*_columns(shown), *shortened([], shown["outcome"].size)]
+    else:
+        found = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
+        lines += [f"{label}: {value}" for label, value in found.items()]
+    return "\n".join([*lines, *validity_in_words(shown)])
 
 
-def _rows(member: xr.Dataset, apart: str = r"validity_") -> list[str]:
-    """A line for each number of one member but those whose names match ``apart``."""
-    if int(member["outcome"]) != Outcome.OK:
-        return ["failed"]
+def _columns(shown: xr.Dataset) -> list[str]:
+    """The first members side by side, what is the same for all of them, and which of them failed."""
+    members = members_of(shown, range(shown["outcome"].size)[:MOST_LINES])
+    found = [member for _, member in members if int(member["outcome"]) == Outcome.OK]
+    failed = [name for name, member in members if int(member["outcome"]) != Outcome.OK]
+    lines = textwrap.wrap("failed: " + "; ".join(failed), WIDTH, subsequent_indent="  ") if failed else []
+    if not found:
+        return lines
+    said = [_rows(member) for member in found]
+    rows = [[label, *(one[label] for one in said)] for label in said[0]]
+    same = [row for row in rows if len(found) > 1 and len(set(row[1:])) == 1]
+    head = [[name, *(measured(member[name]) for member in found)] for name in varied_names(shown)]
+    table = [*head, *(row for row in rows if row not in same)]
+    for_all = [f"for each of the {len(found)}:", *(f"  {label}: {value}" for label, value, *_ in same)] if same else []
+    return [*(_table(table) if table else []), *for_all, *lines]
+
+
+def _table(rows: list[list[str]]) -> list[str]:
+    """Rows of a label and values as lines, as many of the columns at a time as fit the width."""
+    widths = [min(max(map(len, column)), MOST_LETTERS) for column in list(zip(*rows, strict=True))[1:]]
+    room = max(LABEL_WIDTH, WIDTH - sum(widths) - GAP * len(widths))
+    label_width = max(len(line) for row in rows for line in textwrap.wrap(row[0], room))
+    fit = max(1, (WIDTH - label_width) // (GAP + max(widths)))
+    lines: list[str] = []
+    for start in range(0, len(widths), fit):
+        those = slice(start, start + fit)
+        lines += [""] if start else []
+        for label, *values in rows:
+            lines += _row_lines(label, label_width, values[those], widths[those])
+    return lines
+
+
+def _row_lines(label: str, label_width: int, values: list[str], widths: list[int]) -> list[str]:
+    """A row of a table: a label at the left and values at the right of their columns, wrapped where they are long."""
+    cells = [textwrap.wrap(label, label_width), *(textwrap.wrap(v, w) for v, w in zip(values, widths, strict=True))]
     return [
-        f"{variable.attrs['long_name'].removeprefix(YES)}: {_value(variable)}"
+        (
+            f"{parts[0]:{label_width}}"
+            + "".join(f"{' ' * GAP}{v:>{w}}" for v, w in zip(parts[1:], widths, strict=True))
+        ).rstrip()
+        for parts in zip_longest(*cells, fillvalue="")
+    ]
+
+
+def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
+    """What is said of each number of one member but those whose names match ``apart``, by its label."""
+    return {
+        variable.attrs["long_name"].removeprefix(YES): _value(variable)
         for name, variable in member.data_vars.items()
         if not variable.dims and name != "outcome" and not re.match(apart, str(name))
-    ]
+    }
 
 
 def _value(variable: xr.DataArray) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading
 from gelcone.quantity import Array
-from gelcone.words import shortened, unit_of
+from gelcone.words import members_of, shortened, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,10 +21,8 @@ LIMITS = ("limit_displacement", "cone_limit_displacement")
 
 def validate_words(shown: xr.Dataset, subject: Subject) -> str:
     """The text of the comparison on the terminal."""
-    from gelcone.plots.validation import member_labels
-
     lines = heading(subject)
-    for name, member in member_labels(shown):
+    for name, member in members_of(shown):
         text = [*_voltage_lines(member), *_pull_in_lines(member), *_limit_lines(member), *_mesh_lines(member)]
         lines += [*([f"{name}:"] if name else []), *text]
     return "\n".join(lines)

@@ -134,8 +134,7 @@ def _main() -> None:
     try:
         code = group.main(prog_name="gelcone", standalone_mode=False)
     except click.UsageError as error:
-        help_of = error.ctx.command_path if error.ctx else "gelcone"
-        _fail(f"{error.format_message().rstrip('.')}; see {help_of} --help", 2)
+        _fail(f"{error.format_message().rstrip('.')}; {_remedy(error)}", 2)
     except click.Abort:
         raise KeyboardInterrupt from None
     except InputError as error:
@@ -151,6 +150,14 @@ def _fail(message: str, code: int) -> NoReturn:
     for line in message.splitlines():
         print(f"Error: {' '.join(line.split())}", file=sys.stderr)
     sys.exit(code)
+
+
+def _remedy(error: click.UsageError) -> str:
+    """Where options are explained, or the command that takes options of grids and draws for the one that was typed."""
+    name = analyses.COMMANDS.get((error.ctx and error.ctx.info_name) or "")
+    if getattr(error, "option_name", "") in ("--over", "--uncertain") and name and analyses.ANALYSES[name].swept:
+        return f"gelcone sweep --analysis {name} takes it"
+    return f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone.continuum.path import Ending
 from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, styled
-from gelcone.words import VARIED, evenly, measured, unit_of
+from gelcone.words import evenly, members_of, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,8 +28,7 @@ _CONTINUUM = (
 
 def validation_figure(result: xr.Dataset) -> Figure:
     """Force, profiles and stretches side by side; a row for each of up to three members."""
-    drawn = member_labels(result)
-    drawn = [drawn[i] for i in evenly(len(drawn), MOST_ROWS)]
+    drawn = members_of(result, evenly(result["outcome"].size, MOST_ROWS))
 
     def draw(figure: Figure) -> None:
         grid = figure.subplots(len(drawn), 3, squeeze=False, width_ratios=[1.2, 1.0, 1.0])
@@ -51,19 +50,6 @@ def validation_figure(result: xr.Dataset) -> Figure:
             )
 
     return styled(9.6, 1.1 + 2.7 * len(drawn), draw, result)
-
-
-def member_labels(result: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """The members, each with its parameters and radius ratio that vary; one without a name for a single run."""
-    dims = list(result["outcome"].dims)
-    if not dims:
-        return [("", result)]
-    stacked = result.stack(flat=dims)
-    along = {str(n): c for n, c in result.coords.items() if c.dims == tuple(dims)}
-    named = [n for n, c in along.items() if n == "radius_ratio" or c.attrs.get("quantity") in VARIED]
-    names = [n for n in named if np.unique(along[n]).size > 1]
-    members = [stacked.isel(flat=i).transpose("constant_voltage", ...) for i in range(stacked.sizes["flat"])]
-    return [(", ".join(f"{n} {measured(m[n])}" for n in names), m) for m in members]
 
 
 def force_curves(member: xr.Dataset, axes: Axes) -> None:

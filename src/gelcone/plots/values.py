@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import VARIED, missing, unit_of
+from gelcone.words import VARIED, measured, missing, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,6 +19,8 @@ MOST_PANELS = 8
 MOST_CURVES = 6
 LABEL_WIDTH = 20
 """Most letters of a line of a label: a panel is not higher."""
+STEM_DISTANCE = 0.1
+"""Between the stems of two members at one harmonic."""
 LINE_WIDTH = 80
 """Most letters of a line of text: more would leave the figure."""
 MOST_NUMBERS = 6
@@ -26,11 +28,15 @@ MOST_NUMBERS = 6
 
 
 def values_figure(result: xr.Dataset) -> Figure:
-    """A panel for each number that varies over the first axis of the result, or else all numbers as text."""
+    """A panel for each number that varies over the first axis of the result, or else all numbers as text.
+
+    Numbers that are the same all along the axis have a panel only where all are.
+    """
     numbers = {str(name): v for name, v in result.data_vars.items() if is_number(v)}
     along = next((str(dim) for v in numbers.values() for dim in v.dims if axis_of(result, str(dim)) is not None), None)
     curves = {name: v for name, v in numbers.items() if along in v.dims and np.isfinite(v).any()}
-    shown = list(curves)[:MOST_PANELS]
+    varying = [name for name, v in curves.items() if bool((v.max(along) > v.min(along)).any())]
+    shown = (varying or list(curves))[:MOST_PANELS]
     texts = ["\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH)) for name, v in numbers.items()]
     height = 0.25 * len(texts) + 0.13 * "".join(texts).count("\n") if along is None else 1.4 * len(shown)
 
@@ -71,14 +77,29 @@ def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Ax
         return
     rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
     counted = axis.dtype.kind in "iu"  # such as harmonics, between which nothing lies
-    for colour, row in zip(CYCLE, rows.T, strict=False):
-        axes.plot(axis.values, row, color=colour, marker=".", ms=3.0, ls="none" if counted else "-")
+    names = curve_names(variable, along)
+    for i, (colour, row, name) in enumerate(zip(CYCLE, rows.T, names, strict=False)):
+        at = axis.values + (STEM_DISTANCE * (i - 0.5 * (rows.shape[1] - 1)) if counted else 0.0)
+        axes.plot(at, row, color=colour, marker=".", ms=3.0, ls="none" if counted else "-", label=name)
         if counted:
-            axes.vlines(axis.values, 0.0, row, color=colour)
+            axes.vlines(at, 0.0, row, color=colour)
+    if rows.shape[1] > 1 and any(names):
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=7.0)
     if counted:
         axes.axhline(0.0, color=GREY, lw=0.5)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel("\n".join(textwrap.wrap(axis_label(variable, str(variable.name)), LABEL_WIDTH)))
+
+
+def curve_names(variable: xr.DataArray, along: str) -> list[str]:
+    """The entry of the other dims that each curve over ``along`` is for, such as a harmonic or fields of a device."""
+    others = [str(dim) for dim in variable.dims if dim != along]
+    if not others:
+        return [""]
+    entries = variable.isel({along: 0}).stack(curve=others)
+    own = {str(n): c for n, c in variable.coords.items() if along not in c.dims and c.dims}
+    named = [n for n, c in own.items() if n in others or c.attrs.get("quantity") in VARIED]
+    return [", ".join(f"{n} {measured(entry[n])}" for n in named) for entry in entries.transpose("curve", ...)]
 
 
 def number_text(variable: xr.DataArray, name: str) -> str:
