@@ -202,7 +202,8 @@ def test_the_heading_states_the_error_of_a_film_that_stays_the_same():
     """Whatever else is swept; of films that differ the error of the first would be that of none."""
     device = gelcone.find_device("biased-pump")
     subject, plain = Subject(device.to_model(), device), Subject(device.to_model())
-    stated = f"its force is known to {subject.model.own_numbers['film_error']:.1%}"
+    own = subject.model.own_numbers
+    stated = f"its force is known to {own['film_error']:.1%}, what a voltage takes from it to {own['gain_error']:.1%}"
     for kept in ((), ("frequency",), ("spring_rate", "payload")):
         assert stated in " ".join(line.strip() for line in answer.heading(subject, kept))
     for varied in ("hoop_prestretch", "prestretch", "film_radius", "disc_radius", "material.stretch_limit", "material"):

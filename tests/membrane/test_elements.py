@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gelcone.membrane.elements import Chains, Elements
+from gelcone.membrane.elements import BAND, Chains, Elements, _solved
 from gelcone.membrane.gel import Gel
 from gelcone.physics.laws import LAWS
 
@@ -149,3 +149,24 @@ def test_a_state_without_voltage_is_computed_once(monkeypatch):
         np.testing.assert_array_equal(one, other)
     assert own.unloaded(np.array([4.0, 0.1])).found.tolist() == [False, True]
     assert tried[1] == [4.0]
+
+
+def test_a_system_that_rounding_leaves_singular_is_lost_alone():
+    """Which one that is depends on the processor; the others are solved as without it."""
+    rng = np.random.default_rng(3)
+    band, right = rng.normal(size=(2 * BAND + 1, 4, 6)), rng.normal(size=(4, 6))
+    band[BAND] += 20.0
+    for k in range(1, BAND + 1):  # the systems do not touch one another
+        band[BAND - k, :, :k], band[BAND + k, :, -k:] = 0.0, 0.0
+    known = np.array([True, True, False, True])
+    expected = _solved(band.copy(), right.copy(), known)
+    for k in (0, 1, 3):
+        matrix = sum(np.diag(band[BAND - d, k, max(d, 0) : 6 + min(d, 0)], d) for d in range(-BAND, BAND + 1))
+        np.testing.assert_allclose(matrix @ expected[k], right[k], rtol=1e-12)
+    assert np.isnan(expected[2]).all()
+    singular = band.copy()
+    singular[:, 1] = 0.0
+    found = _solved(singular, right.copy(), known)
+    assert np.isnan(found[1:3]).all()
+    np.testing.assert_array_equal(found[[0, 3]], expected[[0, 3]])
+    assert known.tolist() == [True, True, False, True]

@@ -10,6 +10,7 @@ import pytest
 
 from gelcone import InputError, disk_cache
 from gelcone.membrane import force, made
+from gelcone.membrane import table as module
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
@@ -70,10 +71,12 @@ def test_columns_of_low_heights_end_where_the_film_is_slack():
 
 
 FILMS = [(0.2, 1, 1, 50), (0.3, 1.3, 1.3, 80), (0.8, 1, 1, np.inf), (0.4, 0.9, 0.9, 30), (0.25, 1.3, 1.1, 60)]
+STRONG = [(0.2857, 1.1, 1.3, 50)]
 
 
-@pytest.mark.parametrize("film", FILMS, ids=str)
-def test_the_stated_error_covers_states_of_other_heights_on_finer_elements(film):
+@pytest.mark.parametrize("film", FILMS + STRONG, ids=str)
+def test_the_stated_errors_cover_states_of_other_heights_on_finer_elements(film):
+    """Of the force, and of what small and large voltages take from it, on which strokes depend."""
     ratio, meridional, hoop, limit = film
     n, gel = numbers(*film), gel_of(meridional, hoop, limit)
     cut, reach = max(n["cut_squared"], 0.0) ** 0.5, min(n["reach_squared"] ** 0.5, 2.0)
@@ -92,7 +95,13 @@ def test_the_stated_error_covers_states_of_other_heights_on_finer_elements(film)
     error = np.abs(fitted - found.measures.force) / (found.measures.force + 0.1 * found.first[found.column])
     assert error.size > 20
     assert error.max() < n["film_error"]
-    assert n["film_error"] < 0.02
+    assert n["film_error"] < (0.13 if film in STRONG else 0.02)
+    without = np.where(near[found.column], *(force.pull(piece, x * x, 0.0, n).k for piece in force.PIECES)) * x
+    loaded = (found.V > 0.0) & (x > 0.1)
+    taken = (found.first[found.column] - found.measures.force)[loaded]
+    gain_error = np.abs((without - fitted)[loaded] / taken - 1.0).max()
+    assert gain_error < n["gain_error"]
+    assert n["gain_error"] < 0.25
 
 
 def test_the_film_ends_at_the_same_height_in_both_pieces():
@@ -166,9 +175,19 @@ def test_usual_films_are_known_well_enough_to_be_made(film):
     assert numbers(*film)["film_error"] < 0.13
 
 
-def test_a_film_that_localises_nowhere_is_refused_in_words():
-    with pytest.raises(InputError, match="no voltage is found at which this film localises"):
+def test_a_film_that_is_slack_at_every_height_is_refused_in_words():
+    """Its forces are nothing but rounding."""
+    said = "film = membrane: without voltage this film is slack at every height; take film = wrinkling, or larger pre"
+    with pytest.raises(InputError, match=said):
         table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)
+
+
+def test_a_film_that_localises_nowhere_is_refused_in_words(monkeypatch):
+    film = module._Film(Elements(gel_of(1, 1, 50), 0.2), {"lowest_pull_in": 0.1, "slack_limit": 1.0})
+    film.numbers["flat_voltage"] = 0.0
+    monkeypatch.setattr(module, "longest", lambda gel, V, grid=0: np.full(V.shape, np.nan))
+    with pytest.raises(InputError, match="no voltage is found at which this film localises; take film = wrinkling"):
+        module._tops(film, "far", np.array([0.8]))
 
 
 @pytest.mark.parametrize(
@@ -291,7 +310,7 @@ def test_a_table_holds_the_limits_of_a_made_up_film(kind):
 @pytest.mark.parametrize("kind", GELS)
 def test_the_stated_error_of_a_made_up_film_covers_its_forces_and_not_much_more(kind):
     """One whose force swings over the height faster than the fit; over the force and a tenth of the floor."""
-    film, n = made_up(kind, star=0.1, ripple=0.05)
+    film, n = made_up(kind, star=0.1, ripple=0.06)
     errors = []
     for piece in force.PIECES:
         s, V = places(film, n, piece)

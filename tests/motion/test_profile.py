@@ -57,6 +57,19 @@ def test_force_and_charge_are_those_of_the_film_that_runs_within_its_stated_erro
     assert not cells["force"].values[slack].any()
 
 
+def test_what_a_voltage_takes_from_the_force_is_that_of_the_film_that_runs():
+    """So that strokes and blocked forces of statics are those of `film`, also at small voltages."""
+    device = gelcone.find_device("biased-pump")
+    volts = np.array([0.0, 150.0, 300.0, 600.0, 1200.0])
+    statics = gelcone.static(device, displacements=["12 mm"], voltages=volts)
+    states = gelcone.film(device, ["12 mm"], volts)
+    fitted, exact = (own["force"].values.ravel() for own in (statics, states))
+    taken = (exact[0] - exact)[1:]
+    assert np.all(taken > 0.0)
+    gain_error = device.to_model().own_numbers["gain_error"]
+    assert np.all(np.abs((fitted[0] - fitted)[1:] / taken - 1.0) < min(gain_error, 0.03))
+
+
 def test_each_height_and_voltage_says_whether_and_why_not_it_is_held(cells):
     H, S, L, M, J = (Held[name] for name in ("HELD", "SLACK", "LOCALISED", "MINIMUM", "STRETCH_LIMIT"))
     assert cells["held"].values.tolist() == [

@@ -261,8 +261,10 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     abouts = [film.film.describe() for film in system.films]
     same = not swept & _names_of_films(subject)
     for k, film in enumerate(system.films):
-        if same and (error := film.prefix + "film_error") in system.numbers:
-            abouts[k] += f"; its force is known to {np.max(subject.model.own_numbers[error]):.1%}"
+        if same and film.prefix + "film_error" in system.numbers:
+            own = subject.model.own_numbers
+            known, gain = (np.max(own[film.prefix + name]) for name in ("film_error", "gain_error"))
+            abouts[k] += f"; its force is known to {known:.1%}, what a voltage takes from it to {gain:.1%}"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     for text in filter(None, (*films, system.circuit.describe(), _stiff_line(subject))):

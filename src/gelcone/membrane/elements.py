@@ -198,8 +198,6 @@ class Elements:
     def _step(self, at: Chains, width: Array) -> tuple[Array, Array, Array]:
         """Newton's step of the nodes, (states, nodes, 2), the tensions after it by linearisation, and the rings'
         widths."""
-        from scipy.linalg import solve_banded  # importing it takes as long as starting gelcone
-
         l1, l2, cosine, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):
@@ -244,12 +242,8 @@ class Elements:
         band[BAND - 1, :, 2::2], band[BAND + 1, :, 1:-2:2] = zi_ro, zi_ro
         with np.errstate(invalid="ignore"):
             ok = (np.abs(band).max(axis=(0, 2)) < LOST) & np.isfinite(right).all(axis=(1, 2))
-        band[:, ~ok], right[~ok] = 0.0, 0.0
-        band[BAND, ~ok] = 1.0
-        step = -solve_banded((BAND, BAND), band.reshape(2 * BAND + 1, -1), right.ravel(), check_finite=False)
         moves = np.zeros((states, inner + 2, 2))
-        moves[:, 1:-1] = step.reshape(states, inner, 2)
-        moves[~ok] = np.nan
+        moves[:, 1:-1] = -_solved(band, right.reshape(states, -1), ok).reshape(states, inner, 2)
         along = (cosine * np.diff(moves[:, :, 0], axis=1) + sine * np.diff(moves[:, :, 1], axis=1)) / dR
         around = (moves[:, 1:, 0] + moves[:, :-1, 0]) / R2
         return moves, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
@@ -292,3 +286,27 @@ class Elements:
             np.max(stress, axis=1),
         )
         return Measures(*(np.where(at.found, values, np.nan) for values in found))
+
+
+def _solved(band: Array, right: Array, known: Array) -> Array:
+    """Solutions of one banded system a state, (states, unknowns); NaN where the system is not ``known`` or singular.
+
+    ``band`` is (diagonals, states, unknowns). All are solved as one, so that one of which rounding leaves a singular
+    matrix is taken out and the others are solved again.
+    """
+    from scipy.linalg.lapack import dgbsv  # importing it takes as long as starting gelcone
+
+    diagonals, states, unknowns = band.shape
+    known = known.copy()
+    while True:
+        band[:, ~known], right[~known] = 0.0, 0.0
+        band[BAND, ~known] = 1.0
+        stored = np.zeros((diagonals + BAND, states * unknowns))
+        stored[BAND:] = band.reshape(diagonals, -1)
+        _, _, found, singular = dgbsv(BAND, BAND, stored, right.ravel(), overwrite_ab=True)
+        if singular == 0:
+            break
+        known[(singular - 1) // unknowns] = False
+    solved: Array = found.reshape(states, unknowns)
+    solved[~known] = np.nan
+    return solved

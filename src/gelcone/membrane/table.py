@@ -28,6 +28,9 @@ FLAT = 6
 FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
 """Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
 stated error: of that at the same height or at ``LOW``, whichever is greater."""
+GAIN_WEIGHT, GAIN_FLOOR = 0.04, 0.1
+"""Weight in the fit of the relative error of the slope of the force by V, on which strokes depend, beside that of the
+force; and the share of the largest slope at the same height that is added to a slope before."""
 SMALLEST = 1e-6
 """Singular values below this share of the largest are left out of a fit."""
 NEVER = 1e30
@@ -78,11 +81,13 @@ LARGEST_ERROR = 1.5
 
 @dataclass
 class _Film:
-    """A film while its table is made: its ``numbers`` so far, and the largest ``errors`` of the force."""
+    """A film while its table is made: its ``numbers`` so far, and the largest ``errors`` of the force and of what
+    voltages take from it (``gain_errors``)."""
 
     elements: Elements
     numbers: dict[str, float]
     errors: list[float] = field(default_factory=list)
+    gain_errors: list[float] = field(default_factory=list)
 
     @property
     def gel(self) -> Gel:
@@ -118,8 +123,11 @@ class _Film:
 
 
 def table(gel: Gel, ratio: float) -> dict[str, float]:
-    """The numbers of the film of a gel; ``ratio`` is a/b. ``film_error`` is the largest error of the force, over the
-    force and a tenth of that without voltage there or at the height 0.1, whichever is greater.
+    """The numbers of the film of a gel; ``ratio`` is a/b.
+
+    ``film_error`` is the largest error of the force, over the force and a tenth of that without voltage there or at the
+    height 0.1, whichever is greater. ``gain_error`` is the largest relative error of what a voltage takes from the
+    force, at heights from 0.1.
 
     Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
     """
@@ -131,6 +139,8 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     flat = (free if hump > gel.B else limit) if strong else float(film.slack_at(np.zeros(1))[0])
     film.numbers["slack_limit"] = limit
     reach, begin = _reach(film.elements), slack_height(gel, ratio, 0.0) ** 2
+    if begin >= reach:
+        raise _not_made(gel, "without voltage this film is slack at every height", "wrinkling, or larger pre-stretches")
     lowest = lowest_localisation(gel, max(limit if limit < NEVER else 0.0, flat, 1.0))
     film.numbers["lowest_pull_in"] = min(lowest, NEVER)
     slackest = slack_height(gel, ratio, limit) ** 2 if limit < NEVER else np.inf
@@ -158,7 +168,8 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     if not error <= LARGEST_ERROR:
         why = f"the force of this film (a/b = {ratio:g}) cannot be fitted to its states"
         raise _not_made(gel, why, "wrinkling, or other pre-stretches")
-    return film.numbers | fitted_mean_length(film.elements, begin, reach) | {"film_error": error}
+    stated = {"film_error": error, "gain_error": ELEMENT_ERROR + MARGIN * max(film.gain_errors)}
+    return film.numbers | fitted_mean_length(film.elements, begin, reach) | stated
 
 
 def _not_made(gel: Gel, why: str, remedy: str) -> InputError:
@@ -173,7 +184,7 @@ def _not_made(gel: Gel, why: str, remedy: str) -> InputError:
 def names() -> tuple[str, ...]:
     """Of all numbers of a table, sorted."""
     own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
-    own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error"]
+    own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error", "gain_error"]
     own += [*force.END_NAMES, *MEAN_LENGTH] + [f"flat_area_{i}" for i in range(FLAT + 1)]
     for piece in force.PIECES:
         for what in force.shapes(piece):
@@ -257,7 +268,9 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
     if piece == "near" or film.numbers["cut_squared"] < 0.0:
         _flat_area(film, fitted)
     for one, own in zip((fitted, checked), whole, strict=True):
-        film.errors.append(_error(film, piece, one, np.flatnonzero(own & _below(film, piece, one))))
+        below = np.flatnonzero(own & _below(film, piece, one))
+        film.errors.append(_error(film, piece, one, below))
+        film.gain_errors.append(_gain_error(film, piece, one, below))
 
 
 def _pulls(film: Elements, x: Array) -> Array:
@@ -387,21 +400,30 @@ def _scale_at(film: _Film, piece: str, u: Array) -> Array:
 
 
 def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
-    """P, P1 and P2 by least squares of the relative error of the force."""
+    """P, P1 and P2 by least squares of the relative errors of the force and of its slope by V."""
     at, x, q, base = _places(film, piece, fitted, u, inside)
+    q_by_v = force.share(piece, fitted.V[inside], _scale_at(film, piece, at))[1]
     main, alone = MAIN[piece], ALONE[piece]
     if piece == "near" and not film.strong_hoop:
         main, alone = NEAR_USUAL, NEAR_USUAL[0]
-    parts = [_products(at, q, main)]
+    parts = [_with_slope(at, q, main)]
     if alone > main[0]:
-        parts.append(chebyshev.chebvander(at, alone)[:, main[0] + 1 :])
+        only_u = chebyshev.chebvander(at, alone)[:, main[0] + 1 :]
+        parts.append((only_u, np.zeros_like(only_u)))
     for kink in ("rim_at", "whole_at"):
         curve = [film.numbers[name] for name in force.names(piece, kink)]
-        parts.append(_products(at, q, KINK) * np.maximum(q - polynomial.polyval(at, curve), 0.0)[:, None] ** 2)
-    sizes = np.cumsum([part.shape[1] for part in parts])[:-1]
-    own = fitted.measures.force[inside]
-    weight = 1.0 / (own + FLOOR_FITTED * film.scale(fitted, inside))
-    values = np.split(_solved(np.hstack(parts) * (base * x)[:, None], own, weight), sizes)
+        distance = np.maximum(q - polynomial.polyval(at, curve), 0.0)[:, None]
+        value, by_q = _with_slope(at, q, KINK)
+        parts.append((value * distance**2, by_q * distance**2 + 2.0 * value * distance))
+    sizes = np.cumsum([value.shape[1] for value, _ in parts])[:-1]
+    total, by_q = (np.hstack(each) for each in zip(*parts, strict=True))
+    slope = base[:, None] * by_q * q_by_v[:, None] - (total if piece == "near" else 0.0)
+    own, (by_v, size) = fitted.measures.force[inside], _slopes(fitted, inside)
+    known = np.isfinite(by_v)
+    matrix = np.vstack([total * (base * x)[:, None], (slope * x[:, None])[known]])
+    weights = 1.0 / (own + FLOOR_FITTED * film.scale(fitted, inside)), GAIN_WEIGHT / size[known]
+    solved = _solved(matrix, np.concatenate([own, by_v[known]]), np.concatenate(weights))
+    values = np.split(solved, sizes)
     rows = chebyshev_to_powers(values[0].reshape(main[0] + 1, main[1] + 1))
     if alone > main[0]:
         rows = np.pad(rows, ((0, alone - main[0]), (0, 0)))
@@ -409,6 +431,21 @@ def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) ->
     _set(film, piece, "main", rows)
     for kink, part in zip(("rim", "whole"), values[-2:], strict=True):
         _set(film, piece, kink, chebyshev_to_powers(part.reshape(KINK[0] + 1, KINK[1] + 1)))
+
+
+def _slopes(found: Columns, which: Array) -> tuple[Array, Array]:
+    """The slope of the force by V of states, through those of its column, and the slope of which its error is taken
+    relatively; NaN in columns of fewer than four states."""
+    from scipy.interpolate import CubicSpline  # importing it takes as long as starting gelcone
+
+    slope, scale = np.full((2, found.V.size), np.nan)
+    for k in range(found.heights.size):
+        own = np.flatnonzero(found.column == k)
+        own = own[np.argsort(found.V[own])]
+        if own.size >= 4:
+            slope[own] = CubicSpline(found.V[own], found.measures.force[own])(found.V[own], 1)
+            scale[own] = np.abs(slope[own]) + GAIN_FLOOR * np.max(np.abs(slope[own]))
+    return slope[which], scale[which]
 
 
 def _lengths(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
@@ -450,6 +487,16 @@ def _error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
     return float(np.max(np.abs(x * k - own) / (own + FLOOR * film.scale(found, inside))))
 
 
+def _gain_error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
+    """Largest relative error of what voltages take from the force of states that are not low."""
+    inside = inside[(found.V[inside] > 0.0) & (found.heights[found.column[inside]] >= LOW)]
+    column, V = found.column[inside], found.V[inside]
+    x = found.heights[column]
+    taken = found.first[column] - found.measures.force[inside]
+    without, own = (force.pull(piece, film.squared(x), at, film.numbers).k for at in (np.zeros_like(V), V))
+    return float(np.max(np.abs(x * (without - own) / taken - 1.0), initial=0.0))
+
+
 # --- least squares ----------------------------------------------------------------------------------------------------
 
 
@@ -457,6 +504,13 @@ def _products(u: Array, q: Array, degrees: tuple[int, int]) -> Array:
     """Products of Chebyshev polynomials of u and 2 q - 1, (places, products)."""
     found: Array = chebyshev.chebvander2d(u, 2.0 * q - 1.0, degrees)
     return found
+
+
+def _with_slope(u: Array, q: Array, degrees: tuple[int, int]) -> tuple[Array, Array]:
+    """`_products`, and their derivatives by q."""
+    slopes = 2.0 * chebyshev.chebval(2.0 * q - 1.0, chebyshev.chebder(np.eye(degrees[1] + 1))).T
+    by_q = chebyshev.chebvander(u, degrees[0])[:, :, None] * slopes[:, None, :]
+    return _products(u, q, degrees), by_q.reshape(u.size, -1)
 
 
 def _solved(matrix: Array, values: Array, weight: Array) -> Array:
