@@ -29,7 +29,7 @@ FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
 """Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
 stated error: of that at the same height or at ``LOW``, whichever is greater."""
 GAIN_WEIGHT, GAIN_FLOOR = 0.04, 0.1
-"""Weight in the fit of the relative error of the slope of the force by V, on which strokes depend, beside that of the
+"""Weight in the fit of the relative error of the slope of the force by V, on which strokes depend, next to that of the
 force; and the share of the largest slope at the same height that is added to a slope before."""
 SMALLEST = 1e-6
 """Singular values below this share of the largest are left out of a fit."""
