@@ -5,8 +5,9 @@
 Films of Gent's law with a/b from 0.05 to 0.8, pre-stretches from 0.8 to 3, half of them equal, else the hoop's 0.7 to
 1.4 of the other, and stretch limits from 8 to infinity. For each: processor time of the table; its stated error, over
 the force and a tenth of that without voltage; the largest that is found at eight random heights up to x = 2 on finer
-elements; and, over itself, that of forces above a tenth of that without voltage, there or at the height 0.1. At the end
-how many films were refused, how many errors the stated one covers, and the quantiles.
+elements; over itself, that of forces above a tenth of that without voltage, there or at the height 0.1; and the stated
+and the largest relative error of what voltages take from the force. At the end how many films were refused, how many
+errors the stated ones cover, and the quantiles.
 """
 
 from __future__ import annotations
@@ -43,8 +44,9 @@ def random_film(rng: np.random.Generator) -> tuple[Gel, float, str]:
     return gel, ratio, f"a/b {ratio:.3f}, lm {meridional:.3f}, lh {hoop:.3f}, limit {limit:.3g}"
 
 
-def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator) -> tuple[float, float]:
-    """The largest error as it is stated, and that of forces that are not weak over themselves."""
+def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator) -> tuple[float, float, float]:
+    """The largest error as it is stated, that of forces that are not weak over themselves, and that of what voltages
+    take from forces."""
     x = np.sort(rng.uniform(LOWEST, min(HIGHEST, n["reach_squared"] ** 0.5), HEIGHTS))
     near = x * x < n["cut_squared"]
     with np.errstate(invalid="ignore"):
@@ -54,12 +56,23 @@ def errors(gel: Gel, ratio: float, n: dict[str, float], rng: np.random.Generator
     weak = elements.measures(elements.unloaded(LOW * np.geomspace(1.0, 4.0, 5))).force[0]
     own, first = found.measures.force, np.fmax(found.first[found.column], weak)
     at = x[found.column]
-    pulls = [force.pull(piece, at * at, found.V, n).k for piece in force.PIECES]
-    held = np.where(at * at < n["begin_squared"], 0.0, np.where(near[found.column], *pulls) * at)
+
+    def fitted(V: np.ndarray) -> np.ndarray:
+        pulls = [force.pull(piece, at * at, V, n).k for piece in force.PIECES]
+        return np.where(at * at < n["begin_squared"], 0.0, np.where(near[found.column], *pulls) * at)
+
+    held = fitted(found.V)
     wrong = np.abs(held - own)
     inside = end[found.column] >= found.V
     strong = inside & (own > LEAST * first)
-    return float(np.max(wrong[inside] / (own + LEAST * first)[inside])), float(np.max(wrong[strong] / own[strong]))
+    loaded = inside & (found.V > 0.0) & (at >= LOW)
+    taken, of_fit = found.first[found.column] - own, fitted(np.zeros_like(found.V)) - held
+    gain = np.max(np.abs(of_fit / taken - 1.0)[loaded], initial=0.0)
+    return (
+        float(np.max(wrong[inside] / (own + LEAST * first)[inside])),
+        float(np.max(wrong[strong] / own[strong])),
+        float(gain),
+    )
 
 
 def main() -> None:
@@ -76,15 +89,17 @@ def main() -> None:
             print(f"{words}: {error}", flush=True)
             continue
         seconds = time.process_time() - begin
-        found, strong = errors(gel, ratio, n, rng)
-        rows.append((seconds, n["film_error"], found, strong))
-        mark = "" if found <= n["film_error"] else "  NOT COVERED"
-        print(
-            f"{words}: {seconds:.2f} s, stated {n['film_error']:.1e}, found {found:.1e}, {strong:.1e}{mark}", flush=True
-        )
-    seconds, stated, found, strong = np.array(rows).T
+        found, strong, gain = errors(gel, ratio, n, rng)
+        rows.append((seconds, n["film_error"], found, strong, n["gain_error"], gain))
+        mark = "  NOT COVERED" * (found > n["film_error"] or gain > n["gain_error"])
+        stated = f"stated {n['film_error']:.1e}, found {found:.1e}, {strong:.1e}"
+        gains = f"of gains stated {n['gain_error']:.1e}, found {gain:.1e}"
+        print(f"{words}: {seconds:.2f} s, {stated}; {gains}{mark}", flush=True)
+    seconds, stated, found, strong, stated_gain, gain = np.array(rows).T
     print(f"{count} films, {refused} refused; {np.sum(found <= stated)} of {found.size} covered by the stated error")
-    for name, values in (("seconds", seconds), ("stated", stated), ("found", found), ("strong forces", strong)):
+    print(f"{np.sum(gain <= stated_gain)} of {gain.size} errors of gains covered")
+    named = {"seconds": seconds, "stated": stated, "found": found, "strong forces": strong}
+    for name, values in (named | {"stated of gains": stated_gain, "found of gains": gain}).items():
         print(
             f"  {name}: median {np.median(values):.2g}, 90 % {np.quantile(values, 0.9):.2g}, largest {values.max():.2g}"
         )
