@@ -64,6 +64,13 @@ def fit_of_device(**changes):
     return edited(shown, **changes)
 
 
+def test_the_first_of_many_next_experiments_are_those_that_leave_the_least():
+    shown = made({"predicted_value": ("prediction", [1.0])}, {"prediction": ("prediction", ["pull-in"])},
+                 next=json.dumps([[[f"test {k}", 0.1 * k] for k in range(1, 10)]]))  # fmt: skip
+    _, *lines = device_fit._next_lines(shown)
+    assert lines == [f"  0.{k}0  test {k}" for k in range(1, 1 + device_fit.MOST_NEXT)]
+
+
 def test_a_fitted_device():
     pump = gelcone.find_device("biased-pump").replace(film="taut")
     lines = device_fit.device_fit_words(fit_of_device(), pump).splitlines()
@@ -88,7 +95,7 @@ def test_a_fitted_device():
         "changes that leave every reading as it is (s: any factor):", "  spring_rate x s",
         "stroke@1.5 kV: 4 mm +- 100 um (2.5 %; from the priors alone 25 %)", "pull-in: none",
         "next for stroke@1.5 kV, what it would leave of the standard deviation:", "  0.75  a step to 1 kV",
-        "  0.88  a ramp", "next for pull-in, what it would leave of the standard deviation:",
+        "  0.88  a ramp",
     ]  # fmt: skip
     for film, other in (("wrinkling", "taut"), ("taut", "wrinkling"), ("membrane", "wrinkling")):
         refused = device_fit.verdict(fit_of_device().assign_attrs(refused=1, film=film))

@@ -187,9 +187,9 @@ def test_stretch_and_stress_follow_from_what_was_measured(read, head, columns, e
 @pytest.mark.parametrize(
     ("head", "entry", "message"),
     [
-        ("extension (mm),stress (Pa)", "", "has a extension, which needs gauge_length"),
-        ("stretch,force (mN)", 'thickness = "1 mm"\n', "has a force, which needs specimen_width"),
-        ("stretch,force (mN)", 'specimen_width = "1 mm"\n', "has a force, which needs thickness"),
+        ("extension (mm),stress (Pa)", "", "its extension needs gauge_length"),
+        ("stretch,force (mN)", 'thickness = "1 mm"\n', "its force needs specimen_width"),
+        ("stretch,force (mN)", 'specimen_width = "1 mm"\n', "its force needs thickness"),
         ("stretch,other", "", "no column is a stress .columns: stretch, other.; name it in tests.toml: stress"),
         ("stretch,force", 'specimen_width = "1 mm"\n', 'column "force" has no unit; write "force .N.", or name it'),
         ("stretch (mm),stress (Pa)", "", "stretch has no unit; 'mm' is one"),

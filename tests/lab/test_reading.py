@@ -50,6 +50,27 @@ def test_the_same_numbers_in_every_dress(quirk, tmp_path):
     np.testing.assert_allclose(test.stress, [0.0, 5e3, 9e3, 12.5e3])
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_header_with_commas_in_its_names_is_split_where_cells_are(mark, tmp_path):
+    text = PLAIN.replace("stretch,stress", "stretch, true,stress").replace(",", mark).replace(f"{mark} true", ", true")
+    table = read_table(written(tmp_path, text))
+    assert list(table.columns) == ["stretch, true", "stress"]
+    assert table.columns["stress"].values.tolist() == [0.0, 5.0, 9.0, 12.5]
+
+
+def test_a_slash_without_a_space_before_it_belongs_to_the_name(tmp_path):
+    """As in F/A; with one it stands before the unit."""
+    columns = read_table(written(tmp_path, PLAIN.replace("stretch,stress (kPa)", "L/L0,F/A / kPa"))).columns
+    assert [(column.name, column.unit) for column in columns.values()] == [("L/L0", None), ("F/A", "kPa")]
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NA", "N/A", "-", "--", "null", "None"])
+def test_what_stands_in_an_empty_cell_is_no_number_and_no_word(cell, tmp_path):
+    table = read_table(written(tmp_path, PLAIN.replace("1.1,5.0", f"1.1,{cell}")))
+    np.testing.assert_array_equal(table.columns["stress"].values, [0.0, np.nan, 9.0, 12.5])
+    assert table.notes == ("column 'stress' has 1 empty cells",)
+
+
 def test_rows_stand_on_their_lines_of_the_file(tmp_path):
     text = "# a rig\nstretch,stress\n-,kPa\n1.0,0.0\n\n1.1,5.0\n% a pause\n1.2,9.0\n1.3,12.5\n"
     table = read_table(written(tmp_path, text))
@@ -147,7 +168,7 @@ REFUSED = {
     "a permittivity below 1": ("freq (Hz),dielec\n1,4.7\n10,0.3\n", "a relative permittivity of 0.3 is below 1"),
     "extension without a length": (
         "extension (mm),stress (kPa)\n0,0\n1,5\n2,9\n3,12\n",
-        'has a extension, which needs gauge_length; add gauge_length = "20 mm" in tests.toml',
+        'test.csv: its extension needs gauge_length; add gauge_length = "20 mm" in tests.toml',
     ),
 }
 

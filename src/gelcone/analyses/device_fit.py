@@ -152,6 +152,7 @@ def _next_lines(result: xr.Dataset) -> list[str]:
     lines = []
     names = map(str, result["prediction"].values) if "prediction" in result.coords else ()
     for name, found in zip(names, json.loads(result.attrs.get("next", "[]")), strict=False):
-        lines.append(f"next for {name}, what it would leave of the standard deviation:")
+        if found:
+            lines.append(f"next for {name}, what it would leave of the standard deviation:")
         lines += [f"  {ratio:.2f}  {words}" for words, ratio in found[:MOST_NEXT]]
     return lines

@@ -291,7 +291,7 @@ def _derived(table: Table, numbers: Mapping[str, Array], settings: Mapping[str, 
 
 def _needed(table: Table, settings: Mapping[str, Any], name: str, column: str) -> float:
     if settings.get(name) is None:
-        raise InputError(f'{table.file}: has a {column}, which needs {name}; add {name} = "20 mm" in tests.toml')
+        raise InputError(f'{table.file}: its {column} needs {name}; add {name} = "20 mm" in tests.toml')
     return float(settings[name])
 
 
