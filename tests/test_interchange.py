@@ -8,6 +8,8 @@ import pytest
 from scipy.io import loadmat
 
 import gelcone
+from gelcone import Regime, interchange
+from tests.edited import made
 
 PUMP = gelcone.find_device("biased-pump")
 
@@ -40,11 +42,25 @@ def test_members_and_cells_have_a_row_each_with_what_varies(tmp_path):
     np.testing.assert_array_equal(of_second, own)
 
 
+def test_without_dims_a_table_is_over_the_first_dim_alone_else_over_those_of_most_variables():
+    result = made({"stroke": ("draw", [1.0, 2.0, 3.0]), "low": ("field", [4.0, 5.0]), "high": ("field", [6.0, 7.0])})
+    assert gelcone.table(result)["stroke"].tolist() == [1.0, 2.0, 3.0]
+    crossed = result.assign(stroke=(("draw", "field"), np.zeros((3, 2))))[["stroke", "low", "high"]]
+    assert next(iter(crossed.sizes)) == "draw"
+    assert gelcone.table(crossed)["high"].tolist() == [6.0, 7.0]
+
+
+def test_a_code_that_stands_for_nothing_is_an_empty_word():
+    (frame,) = interchange.tables(made({"regime": ("cell", [Regime.CHAOTIC, -1, np.nan, Regime.REST])})).values()
+    assert frame["regime"].tolist() == ["chaotic", "", "", "rest"]
+
+
 def test_matlab_has_arrays_and_their_units(run, tmp_path):
     run.gelcone.export(tmp_path / "run.mat")
     held = loadmat(tmp_path / "run.mat", squeeze_me=True, simplify_cells=True)
     np.testing.assert_array_equal(held["displacement"], run["displacement"])
     assert held["units"]["displacement"] == "mm"
+    assert held["long_names"]["displacement"] == run["displacement"].attrs["long_name"]
     assert held["dims"]["displacement"] == "time"
     assert held["attributes"]["device"] == "biased pumping cone"
 

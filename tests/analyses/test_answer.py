@@ -36,6 +36,20 @@ def test_outcomes_are_counted_with_their_remedy():
     assert ending_lines(result.isel(member=0)) == []
 
 
+def test_cells_that_pulled_in_are_counted_apart_from_those_that_left_otherwise():
+    left = [Regime.LEFT_THE_DOMAIN] * 3
+    result = made({"regime": ("cell", [Regime.REST, *left]), "outcome": ("cell", [0, 6, 6, 1])})
+    assert answer.counts_text(result) == f"rest 1, {Regime.LEFT_THE_DOMAIN.label} 1, {Outcome.PULLED_IN.words} 2"
+    assert answer.counts_text(result.isel(cell=slice(3))) == f"rest 1, {Outcome.PULLED_IN.words} 2"
+
+
+def test_a_run_that_failed_is_not_doubtful():
+    """What it says of the motion is that there is none."""
+    result = made({"doubtful": ("member", [0, 1, 1, -1]), "outcome": ("member", [0, 0, 6, 1])})
+    assert [line.partition(":")[0] for line in answer.doubt_lines(result)] == ["1 of 4 doubtful"]
+    assert answer.doubt_lines(result.isel(member=[0, 2, 3])) == []
+
+
 def test_codes_and_periods_are_known_by_what_they_are_not_by_a_name_that_ends_alike():
     """A user may name a parameter as a variable of ours."""
     period = xr.DataArray([0, 2, np.nan], name="fate_period", attrs={"quantity": "count"})
@@ -237,6 +251,13 @@ def test_the_error_of_the_film_is_stated_unless_what_is_swept_changes_the_film(s
     device = gelcone.find_device("biased-pump")
     text = " ".join(answer.heading(Subject(device.to_model(), device), swept))
     assert ("its force is known" in text) == stated
+
+
+def test_of_films_of_an_ensemble_the_largest_error_is_stated(monkeypatch):
+    model = gelcone.ConeModel(film="membrane", radius_ratio=[0.25, 0.25])
+    monkeypatch.setitem(vars(model), "own_numbers", model.own_numbers | {"film_error": np.array([0.005, 0.02])})
+    text = " ".join(line.strip() for line in answer.heading(Subject(model)))
+    assert "its force is known to 2.0%" in text
 
 
 @pytest.mark.parametrize(("swept", "stated"), [("drive_frequency", True), ("radius_ratio", False)])

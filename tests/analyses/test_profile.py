@@ -124,3 +124,18 @@ def test_states_of_a_film_over_heights_and_voltages():
     assert lines[3] == f"  14 mm at 900 V: {Held.SLACK.meaning}"
     assert lines[4] == "capacitance nF over height mm and voltage V:"
     assert [line.split() for line in lines[5:]] == [["800", "900"], ["12", "2", "3"], ["14", "4", "-"]]
+
+
+def test_what_a_strength_is_for_is_known_where_one_of_the_states_says_it():
+    """The others, at which no film is held, have no share of it."""
+    shown = film_of((12.0, 14.0), (800.0,), held=[[0], [1]], breakdown_share=[[0.5], [NAN]])
+    assert words.UNKNOWN_STRENGTH not in film_lines(shown)
+
+
+def test_of_many_voltages_a_table_has_some_from_the_first_to_the_last():
+    voltages = np.arange(1.0, 31.0)
+    rows = film_lines(film_of((12.0, 14.0), voltages, capacitance=np.stack([voltages, 2.0 * voltages])))[-3:]
+    chosen, first, second = (np.array(row.split(), dtype=float) for row in rows)
+    assert (chosen.size, chosen[0], chosen[-1]) == (profile.MOST_COLUMNS, 1.0, 30.0)
+    np.testing.assert_array_equal(first, [12.0, *chosen])
+    np.testing.assert_array_equal(second, [14.0, *(2.0 * chosen)])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from gelcone import InputError, find_device
-from gelcone.analyses.values import no_decimal_comma, parts_of, read_measures, read_numbers, read_pairs, read_value
+from gelcone.analyses.values import (
+    no_decimal_comma,
+    of_field,
+    parts_of,
+    read_measures,
+    read_numbers,
+    read_pairs,
+    read_value,
+)
 
 
 @pytest.mark.parametrize(
@@ -67,12 +75,25 @@ def test_a_bare_number_is_refused_with_a_device(text):
             "1 mm,2",
             "--a '1 mm,2': 2 has no unit, but the others do; give each its unit, and write decimals with a point",
         ),
+        (
+            "-2, 1 mm",
+            "--a '-2, 1 mm': -2 has no unit, but the others do; give each its unit, and write decimals with a point",
+        ),
     ],
 )
 def test_numbers_that_cannot_be_are_refused_in_full_words(text, message):
     with pytest.raises(InputError) as error:
         read_numbers("--a", text, lambda option, part: float(part.removesuffix(" mm")))
     assert str(error.value) == message
+
+
+def test_a_field_that_may_be_infinite_is_still_a_number():
+    fields = find_device("soft-film").swept_fields()
+    limit, radius = fields["material.stretch_limit"], fields["film_radius"]
+    assert of_field("--set a", "inf", limit) == np.inf
+    for text, field in (("nan", limit), ("-inf", limit), ("inf", radius)):
+        with pytest.raises(InputError, match=rf"--set a {text}: must be finite"):
+            of_field("--set a", text, field)
 
 
 @pytest.mark.parametrize(
