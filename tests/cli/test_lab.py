@@ -106,10 +106,29 @@ def test_a_data_sheet_is_also_a_page_where_files_are_written(drawn, more, monkey
     assert ("there/datasheet.pdf" in err) == kept
 
 
-def test_a_refused_structure_ends_with_1(monkeypatch, command_line):
-    for code in (0, 1):
-        monkeypatch.setattr(lab, "_fit_device", lambda *given, code=code: code)
-        assert command_line("fit", "biased-pump", "--data", "a.toml")[0] == code
+RING_DOWN = """[[test]]
+kind = "ring-down"
+frequency = "9 Hz"
+decay = "1 1/s"
+noise = {frequency = "0.02 Hz", decay = "0.05 1/s"}
+"""
+
+
+@pytest.mark.parametrize(("mass", "code"), [("moving_mass~50%", 0), ("moving_mass~0.1%", 1)])
+def test_each_file_of_a_fit_holds_what_its_name_says_and_a_refused_structure_ends_with_1(
+    mass, code, command_line, tmp_path, undrawn
+):
+    (tmp_path / "a.toml").write_text(RING_DOWN, encoding="utf-8")
+    (tmp_path / "own.toml").write_text(gelcone.find_device("biased-pump").replace(film="taut").to_toml())
+    free = ("--free", mass, "--free", "damping_coefficient~100%")
+    assert command_line("fit", "own.toml", "--data", "a.toml", *free, "--out", "there")[0] == code
+    there = tmp_path / "there"
+    assert sorted(path.name for path in there.iterdir()) == sorted(lab.DEVICE_FILES)
+    fit = gelcone.load(there / "fit.nc")
+    assert fit.attrs["refused"] == code
+    assert gelcone.Device.from_toml(there / "device.toml") == gelcone.fitted_device(fit)
+    assert gelcone.load(there / "draws.nc").sizes == {"draw": 64}
+    assert (there / "band.csv").read_text().startswith("voltage (V),height (mm),")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Progress on a terminal: bars of all the work with what is being made, and lines that come at their time."""
 
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -7,6 +8,8 @@ import pytest
 from gelcone import disk_cache
 from gelcone.atlas.record import Tally
 from gelcone.cli import output, paper, waiting
+from tests.analyses.said import SUBJECT
+from tests.edited import made
 
 
 class Bar:
@@ -60,6 +63,59 @@ def test_a_bar_takes_shares_of_the_work_and_names_what_is_made(bars):
         "leave": False,
     }
     assert bar.said == [("static, making membrane 1", True), ("static", True), "closed"]
+
+
+@pytest.fixture
+def lines(monkeypatch, capsys):
+    """Writes the lines of a log when asked for, with the seconds since the begin of the work: seconds -> the line."""
+    said, clock = [], [100.0]
+
+    @contextmanager
+    def logging(say):
+        said.append(say)
+        yield
+
+    monkeypatch.setattr(output, "logging", logging)
+    monkeypatch.setattr(output, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+
+    def after(seconds):
+        clock[0] = 100.0 + seconds
+        said[-1]()
+        return capsys.readouterr().err
+
+    return after
+
+
+def test_a_line_of_a_log_says_what_is_done_what_is_left_and_what_is_made(lines):
+    with output.progress_lines("static") as report:
+        assert lines(3.0) == "static: 0 % after 3 s\n"
+        report(0.25)
+        assert lines(10.0) == "static: 25 % after 10 s, 30 s left\n"
+        with disk_cache.making(disk_cache.MEMBRANES):
+            assert lines(20.0) == f"static, making membrane 1: {waiting.STORED}; 25 % after 20 s\n"
+        report(0.5)
+        assert lines(30.0) == "static: 75 % after 30 s, 10 s left\n"
+        report(0.25)
+        assert lines(40.0) == "static: 100 % after 40 s\n"
+
+
+def test_the_time_left_to_a_sweep_is_that_of_its_own_rate(lines):
+    """Cells that a store held before took none of it."""
+    tally = Tally(cells=1000, asked=300, computed=200, found=100, chaotic=50, seconds=20.0)
+    text = "200 of 300 cells, 5 a second, 20 s left, 25 % chaotic"
+    assert output.tally_text(tally) == text
+    with output.tally_shown("map") as show:
+        assert lines(7.0) == "map: no cell yet after 7 s\n"
+        show(tally)
+        assert lines(20.0) == f"map: {text}\n"
+    assert output.tally_text(Tally(cells=9, asked=9, computed=4, found=4)) == "4 of 9 cells, 0 a second"
+
+
+@pytest.mark.parametrize(("outcomes", "code"), [([0, 0], 0), ([6, 0], 0), ([6, 1], 1), (None, 0)])
+def test_a_command_ends_with_1_where_every_run_failed(outcomes, code):
+    result = made({"stroke": ("member", [1.0, 2.0])} if outcomes is None else {"outcome": ("member", outcomes)})
+    answers = SimpleNamespace(command="settled", words=lambda shown, subject: "words")
+    assert output.deliver(answers, result, SUBJECT, None, False, False) == code
 
 
 def test_a_bar_of_cells_counts_what_was_asked_and_found(bars):

@@ -22,18 +22,31 @@ from gelcone.physics.laws import LAWS
 
 def test_a_first_file_holds_the_numbers_of_the_pump_under_its_own_name(command_line, tmp_path):
     pump = gelcone.find_device(own.START)
-    for flags, text in (
-        ((), first_file("mine.toml", pump, pump.material)),
-        (("--wish",), FIRST_WISH.format(file="mine.toml")),
-        (("--tests",), FIRST_TESTS.format(file="mine.toml")),
+    for flags, then, text in (
+        ((), "simulate mine.toml", first_file("mine.toml", pump, pump.material)),
+        (("--wish",), "design mine.toml --out designs", FIRST_WISH.format(file="mine.toml")),
+        (
+            ("--tests",),
+            "fit DEVICE --data mine.toml --free spring_rate~3% --plan",
+            FIRST_TESTS.format(file="mine.toml"),
+        ),
     ):
-        assert command_line("init", "mine.toml", *flags)[0] == 0
+        said = f"wrote mine.toml: change its numbers, then `gelcone {then}`\n"
+        assert command_line("init", "mine.toml", *flags) == (0, said, "")
         assert (tmp_path / "mine.toml").read_text(encoding="utf-8") == text
         (tmp_path / "mine.toml").unlink()
     assert own.START == "biased-pump"
     code, out, err = command_line("init", "mine.toml", "--wish", "--tests")
     assert (code, out, err) == (2, "", "Error: --wish and --tests: give one of them\n")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_first_file_is_never_written_over_another(command_line, tmp_path):
+    (tmp_path / "mine.toml").write_text("mine")
+    for flags in ((), ("--wish",), ("--tests",)):
+        refused = "Error: mine.toml: exists already and is not overwritten; choose another name\n"
+        assert command_line("init", "mine.toml", *flags) == (2, "", refused)
+    assert (tmp_path / "mine.toml").read_text() == "mine"
 
 
 def test_help_gives_each_subject_its_own_text(command_line):
@@ -52,6 +65,7 @@ def test_help_gives_each_subject_its_own_text(command_line):
         "spring_rate": field_help(Device.fields, "spring_rate"),
         "spring-rate": field_help(Device.fields, "spring_rate"),
         "voltage": field_help(Device.fields, "voltage_amplitude"),
+        "Q factor": field_help(Device.fields, "quality_factor"),
         "drive": of_commands["drive"],
         "DEVICE": field_table(Device.fields),
         "operating-limits": command_line("operating-limits", "--help")[1].rstrip("\n"),

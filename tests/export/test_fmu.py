@@ -123,6 +123,15 @@ def test_a_file_holds_sources_device_and_library(fmus, tmp_path):
     assert all(not name.startswith("/") and ".." not in name for name in names)
 
 
+def test_a_motion_starts_where_the_device_does_in_si_units(fmus):
+    own = device(film="taut")
+    starts = {one.name: one.start for one in fmpy.read_model_description(fmus(2)).modelVariables}
+    height, speed = own.initial_state()
+    assert float(starts["displacement"]) == pytest.approx(float(height * own.scales.length), rel=1e-12)
+    assert float(starts["velocity"]) == speed == 0.0
+    assert 0.0 < float(starts["displacement"]) < own.film_radius
+
+
 def test_the_same_device_makes_the_same_description(fmus, tmp_path):
     (again,) = gelcone.export(device(film="taut"), tmp_path / "fmu 2.fmu")
     texts = [zipfile.ZipFile(path).read("modelDescription.xml") for path in (fmus(2), again)]

@@ -42,6 +42,33 @@ def test_every_field_that_changes_the_motion_can_be_changed_later(name):
 
 
 @pytest.mark.parametrize("name", DEVICES)
+def test_the_film_s_geometry_and_pre_stretches_stay_as_they_are(name):
+    """The numbers of its force, which leave as they are, hang on them."""
+    shape = {"disc_radius", "film_radius", "prestretch", "meridional_prestretch", "hoop_prestretch"}
+    shape |= {f"second_{one}" for one in shape}
+    assert not shape & set(exported(name).parameters.values)
+
+
+def test_the_strength_is_the_device_s_own_before_its_gel_s():
+    gel = device().material
+    assert gel.dielectric_strength is None or gel.dielectric_strength != 12e6
+    weak = gel.replace(dielectric_strength="7 MV/m")
+    for own, of_device in ((gel.replace(dielectric_strength=None), None), (weak, None), (weak, "12 MV/m")):
+        changed = device(film="taut", material=own, dielectric_strength=of_device)
+        strength = Exported(changed, "pump", False, 1e-7).parameters.values["dielectric_strength"]
+        assert strength == (12e6 if of_device else own.dielectric_strength or 0.0)
+
+
+@pytest.mark.parametrize("given", [{"damping_ratio": 0.03}, {"quality_factor": 20.0}])
+def test_a_damping_that_is_given_otherwise_leaves_as_its_coefficient(given):
+    """c = 2 m zeta/T, of which the formulas give zeta back."""
+    own = Exported(device(film="taut", damping_coefficient=None, **given), "pump", False, 1e-7)
+    damping, zeta = own.parameters.values["damping_coefficient"], float(own.model.damping_ratio)
+    assert damping == pytest.approx(2.0 * own.device.moving_mass * zeta / float(own.device.scales.time), rel=1e-12)
+    assert own.numbers()["damping_ratio"] == pytest.approx(zeta, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", DEVICES)
 def test_units_are_those_of_the_device(name):
     own = exported(name)
     scales = own.device.scales
