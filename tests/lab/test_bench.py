@@ -218,6 +218,18 @@ def test_a_series_reads_laser_and_ammeter_and_knows_either_sign():
     np.testing.assert_allclose(with_gains().series(time, 0.0 * volts)[0], 0.0, atol=1e-12)
 
 
+def test_at_a_corner_of_the_voltage_the_current_is_the_mean_of_both_sides():
+    """Up to the corner a ramp that ends there is one that continues, whose current has no jump: C dV/dt."""
+    time, names, variants = np.linspace(0.0, 0.05, 11), ("stroke", "current"), with_gains()
+    whole = 900.0 * np.linspace(0.0, 2.0, 11)
+    both = [variants.series(time, volts, names)[0] for volts in (whole, np.minimum(whole, 900.0))]
+    (stroke, through), (same, mean) = ((one[5], one[16]) for one in both)
+    assert same == pytest.approx(stroke, rel=1e-6)
+    height = variants.rest[0] * variants.scale("length")[0] + stroke
+    jump = float(variants.capacitance(height, np.array([900.0]))[0, 0]) * 900.0 / time[5]
+    assert through - mean == pytest.approx(0.5 * jump, rel=1e-5)
+
+
 def test_a_ramp_takes_its_voltages_in_the_order_of_their_size():
     volts = np.array([1500.0, -500.0, 1000.0])
     ordered = with_gains().stroke(np.array([500.0, 1000.0, 1500.0]))[0]
