@@ -12,7 +12,7 @@ from gelcone.continuum import density
 from gelcone.continuum.charged import charged, firmness, slack_limit
 from gelcone.continuum.membrane import membrane, raised_film
 from gelcone.continuum.mesh import mesh_film
-from gelcone.continuum.path import Ending
+from gelcone.continuum.path import Ending, Point
 from gelcone.physics.model import ConeModel
 from tests.continuum.films import NEO_HOOKEAN
 
@@ -153,3 +153,24 @@ def test_the_least_firmness_lies_between_the_nodes_too(monkeypatch):
     exact, at_nodes = slopes(np.linspace(m[0], m[-1], 20_001)).min(), slopes(m).min()
     assert exact < 0.85 * at_nodes
     assert exact <= firmness(film, None, squared) < 1.02 * exact
+
+
+def test_rings_without_a_natural_width_have_pulled_in(monkeypatch):
+    """Above the voltage at which a slack film does; their tension is not a number."""
+    film, m = mesh_film(ConeModel(), 0.2, 2, relaxed=True), np.full(6, 1.2)
+    squared = 1.01 * slack_limit(film.model)
+    monkeypatch.setattr(charged_module, "_lengths", lambda film, point: (m, m))
+    own = film.model.gel_law(), film.coefficients, m, m, squared, 0.0
+    assert np.isnan(density.relaxed_derivatives(*own).m).all()
+    assert firmness(film, None, squared) == -np.inf
+
+
+def test_lengths_follow_one_another_along_the_film():
+    """Rings that moved by u = R - a, at the ends of each element and between them."""
+    film = mesh_film(ConeModel(), 0.2, 3, relaxed=True)
+    position = np.zeros(film.size)
+    position[0::2], position[1::2] = film.place, 0.5 * film.place
+    m, n = charged_module._lengths(film, Point(position, 0.0, None, True))
+    nodes = [node for element in range(3) for node in range(2 * element, 2 * element + 3)]
+    np.testing.assert_allclose(n, (1.0 + (film.place / film.radius)[nodes]) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(m, 4.0 + 0.25, rtol=1e-12)

@@ -127,6 +127,27 @@ def test_a_step_leads_to_a_film_as_stable_and_as_tense_as_before_or_nowhere(monk
     assert len(asked) == 1
 
 
+@pytest.mark.parametrize(
+    ("found", "given"),
+    [
+        ([made(squared=0.2), made(squared=0.1), made(squared=-0.1), made(squared=0.3)], [0.2, 0.1]),
+        (
+            [made(squared=0.2), None, made(squared=0.3), made(squared=0.4, least=-0.1), made(squared=0.5)],
+            [0.2, 0.3, 0.4],
+        ),
+    ],
+)
+def test_an_arc_ends_where_the_voltage_is_back_at_0_and_with_the_first_point_without_tension(monkeypatch, found, given):
+    """Where no point is found half of the step is tried, of the next twice that."""
+    points, lengths = iter(found), []
+    monkeypatch.setattr(path, "_arc", lambda film, point, before: path.Arc(point, point.position, 1.0, 0))
+    monkeypatch.setattr(path, "_corrected", lambda film, here, length: lengths.append(length) or next(points))
+    assert [here.point.squared for here in path.arc(None, made(squared=0.0))] == given
+    assert lengths[:2] == pytest.approx([path.ARC_LENGTH, 2.0 * path.ARC_LENGTH])
+    if None in found:
+        assert lengths[2:] == pytest.approx([path.ARC_LENGTH, 2.0 * path.ARC_LENGTH])
+
+
 @dataclass(frozen=True)
 class Netted:
     """A film that may wrinkle, as far as `settled` sees it."""

@@ -11,7 +11,17 @@ import gelcone
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.lab.bench import KINDS, DeviceTest, Variants
 from gelcone.lab.device import _readings, _with_loss, fit_device, plan_device, read_free
-from gelcone.lab.device_fit import Problem, _simple, fit_problem, left_out, next_experiments, plan_of, profiled
+from gelcone.lab.device_fit import (
+    Problem,
+    _peaks,
+    _simple,
+    _with_all_gains,
+    fit_problem,
+    left_out,
+    next_experiments,
+    plan_of,
+    profiled,
+)
 from gelcone.lab.device_tests import DeviceTests, read_device_tests
 from gelcone.lab.fitted import fitted_device, fitted_draws
 from tests.lab.certified import CERTIFIED, FIELDS, GAINS, TAUT, WRINKLING, problem
@@ -272,6 +282,35 @@ def test_a_voltage_beyond_every_pull_in_is_refused():
 
 
 # --- files and what is asked ------------------------------------------------------------------------------------------
+
+
+def test_the_peak_of_a_row_is_that_of_its_whole_voltage():
+    """Offset and amplitude together; of a series the largest of all, for its state follows from what came before."""
+    read = {"in_phase": np.zeros(2), "quadrature": np.zeros(2)}
+    drive = {"voltage_offset": np.array([-1e3, 900.0]), "voltage_amplitude": np.array([100.0, 300.0])}
+    rows = {"frequency": np.array([8.0, 9.0])}
+    assert _peaks(DeviceTest("a", "frequency response", drive | rows, read, read)).tolist() == [1100.0, 1200.0]
+    series = {"time": np.array([0.0, 1.0, 2.0]), "voltage": np.array([0.0, -700.0, 300.0])}
+    assert _peaks(DeviceTest("b", "series", series, {"stroke": np.zeros(3)}, {})).tolist() == [700.0] * 3
+    assert _peaks(DeviceTest("c", "ring-down", {}, {"frequency": np.zeros(1)}, {})).tolist() == [0.0]
+
+
+def test_a_gain_that_the_other_tests_do_not_use_is_as_uncertain_as_its_prior():
+    own = problem(TAUT, "taut")
+    free, tests = {"spring_rate": 0.1, "moving_mass": 0.2}, {test.kind: test for test in own.tests}
+    whole = Problem(own.device, free, (tests["blocked force"], tests["stroke over voltage"]), own.gains)
+    others = Problem(own.device, free, (tests["blocked force"],), own.gains)
+    lost = set(whole.names) - set(others.names)
+    assert lost == {"gain of the laser"}
+    covariance = 1e-4 * (np.eye(len(others.names)) + 0.5)
+    known = SimpleNamespace(logs=np.arange(1.0, 1.0 + len(others.names)), covariance=covariance)
+    logs, found = _with_all_gains(whole, others, known)
+    laser = whole.names.index("gain of the laser")
+    rest = [whole.names.index(name) for name in others.names]
+    assert (logs[laser], logs[rest].tolist()) == (0.0, known.logs.tolist())
+    np.testing.assert_array_equal(found[np.ix_(rest, rest)], covariance)
+    assert found[laser, laser] == own.gains["laser"] ** 2
+    assert not found[laser, rest].any()
 
 
 def test_the_example_is_the_certified_case():
