@@ -182,6 +182,12 @@ def test_a_film_that_is_slack_at_every_height_is_refused_in_words():
         table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)
 
 
+def test_a_film_of_too_few_states_is_refused_without_a_word_about_a_limit_that_its_gel_has_not():
+    assert str(module._too_few(gel_of(1, 1, 50))) == module.TOO_CLOSE
+    said = str(module._too_few(gel_of(1, 1, np.inf)))
+    assert said == "film = membrane: too few states of this film are found; take film = wrinkling, or other pre-stretches"
+
+
 def test_a_film_that_localises_nowhere_is_refused_in_words(monkeypatch):
     film = module._Film(Elements(gel_of(1, 1, 50), 0.2), {"lowest_pull_in": 0.1, "slack_limit": 1.0})
     film.numbers["flat_voltage"] = 0.0

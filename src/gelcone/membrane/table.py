@@ -149,7 +149,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     elif slackest > begin + LEAST_NEAR:
         cut = min(slackest, reach)
     else:
-        raise InputError(TOO_CLOSE)
+        raise _too_few(gel)
     falls_slack = cut > begin + LEAST_NEAR
     cut = cut if falls_slack else -1.0
     film.numbers |= {
@@ -180,6 +180,13 @@ def _not_made(gel: Gel, why: str, remedy: str) -> InputError:
     return InputError(f"film = membrane: {why}; take film = {remedy}")
 
 
+def _too_few(gel: Gel) -> InputError:
+    """The refusal of a film of which too few states are found."""
+    if np.isfinite(gel.strain_limit):
+        return InputError(TOO_CLOSE)
+    return _not_made(gel, "too few states of this film are found", "wrinkling, or other pre-stretches")
+
+
 @cache
 def names() -> tuple[str, ...]:
     """Of all numbers of a table, sorted."""
@@ -200,7 +207,7 @@ def _reach(film: Elements) -> float:
         inside = states.found & (gel.strain(measured.disc, np.ones(TRIALS.size)) < LIMIT_SHARE * gel.strain_limit)
     count = int(np.argmin(inside)) if not inside.all() else TRIALS.size
     if count < 2:
-        raise InputError(TOO_CLOSE)
+        raise _too_few(gel)
     return float(min(TRIALS[count - 1], HIGHEST)) ** 2
 
 
@@ -252,7 +259,7 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
 
     u, other = (at[_pulls(film.elements, height(at))] for at in (u, other))
     if u.size < nodes // 2 or not other.size:
-        raise InputError(TOO_CLOSE)
+        raise _too_few(film.gel)
     top, first = _tops(film, piece, height(u))
     fitted = columns(film.elements, height(u), first, top, STEPS)
     _scale(film, piece, u, fitted)
