@@ -67,7 +67,8 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
     for name in ("_readings", "_others"):
         monkeypatch.setattr(module, name, lambda *_: xr.Dataset())
     settings = {"voltage": np.array([-900.0, 300.0]), "load": np.array([5000.0])}
-    tests = DeviceTests((SimpleNamespace(set=settings, values=np.zeros(2)),), {})
+    lower = {"voltage_offset": np.array([100.0]), "frequency": np.array([8.0])}
+    tests = DeviceTests(tuple(SimpleNamespace(set=own, values=np.zeros(2)) for own in (lower, settings)), {})
     found = module.fit_device(PUMP, tests, FREE, films=["taut", "wrinkling"], predict=["stroke@1 kV"])
     np.testing.assert_allclose(found["left"], wider * np.sqrt([0.04, 0.01, 9.0]))
     np.testing.assert_allclose(found["covariance"], wider**2 * COVARIANCE)
@@ -82,6 +83,13 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
     attrs = found.attrs
     assert (attrs["chosen"], attrs["refused"], attrs["highest_voltage"]) == ("wrinkling film", int(wider > 1.0), 900.0)
     assert (attrs["chi2"], attrs["p_value"], attrs["readings"]) == (72.0, p_value, 8)
+
+
+def test_the_ends_of_a_profile_are_those_of_the_unknown_that_was_asked_for(monkeypatch):
+    monkeypatch.setattr(module, "profiled", lambda best, name: (-0.25, 0.5))
+    found = module._profiles(SimpleNamespace(problem=SimpleNamespace(names=["a", "b"])), ["b"])
+    for name, end in (("profile_low", -0.25), ("profile_high", 0.5)):
+        np.testing.assert_array_equal(found[name][1], [np.nan, end])
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """What a fit of a material takes and gives, without fits: permittivity, intervals, errors, what is predicted."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -205,6 +206,23 @@ def test_a_fit_hands_tests_and_options_to_its_parts(monkeypatch, count, draws):
     assert json.loads(found.attrs["files"]) == ["a.csv", "b.csv"]
     assert (found.attrs["title"], fitted_material(found).shear_modulus) == ("material fit: own", 8e3)
     assert "v.csv" in found.attrs["reading"]
+
+
+def test_the_errors_of_a_test_are_those_of_the_fit_to_all_and_of_that_to_the_others():
+    stretch, rng = np.linspace(1.1, 2.0, 7), np.random.default_rng(1)
+    curve = 8e3 * (stretch - stretch**-2)
+    tests = [
+        dataclasses.replace(coupon(name, curve), stretch=stretch, stress=curve * gain * (1.0 + rng.normal(0, 0.02, 7)))
+        for name, gain in (("a", 0.9), ("b", 1.0), ("c", 1.2))
+    ]
+    known = {"relative_permittivity": 5.0}
+    found = fit_material(Measured(tuple(tests), (), ()), known, laws=["neo-hookean"], branches=[0], draws=0)
+    for k in range(3):
+        own = found.isel(sample=found["sample_test"].values == k)
+        for name, of in (("error", "predicted"), ("left_out_error", "left_out")):
+            error = np.sqrt(np.mean((own[of] - own["stress"]).values ** 2)) / own["stress"].values.max()
+            assert float(found[name][k]) == pytest.approx(error, rel=1e-12)
+        assert float(found["left_out_error"][k]) > 1.02 * float(found["error"][k])
 
 
 def test_a_table_of_a_fit_has_its_intervals_as_comments():
