@@ -47,6 +47,33 @@ def test_a_folder_is_checked_before_anything_is_computed(samples, delivered, com
     assert story[2][2:] == ("result", Path("there"))
 
 
+def test_files_that_exist_are_overwritten_where_that_was_asked_for_alone(delivered, command_line):
+    story, _ = delivered
+    assert command_line("limits", "--out", "there")[0] == 0
+    assert story[0] == ("checked", Path("there"), "limits", False)
+
+
+def test_words_of_a_command_are_in_their_places_behind_the_device():
+    """`gelcone continue` alone takes several."""
+    own = find_analysis("continue_branch")
+    places = {"parameter": "voltage", "low": "1", "high": "2"}
+    assert command._in_places(own, ("voltage", "1", "2")) == {"device": None, **places}
+    assert command._in_places(own, ("biased-pump", "voltage", "1", "2")) == {"device": "biased-pump", **places}
+
+
+@pytest.mark.parametrize(
+    ("typed", "initial"),
+    [((), (1.0, 0.0)), (("--initial", "0.5,0.1"), (0.5, 0.1)), (("biased-pump", "--film", "taut"), None),
+     (("biased-pump", "--film", "taut", "--initial", "5 mm,0.1 m/s"), (0.005, 0.1))],
+)  # fmt: skip
+def test_draws_start_where_it_was_said_and_those_of_a_device_at_its_own_rest(typed, initial, delivered, command_line):
+    story, _ = delivered
+    Path("draws.csv").write_text(THICKNESS if "biased-pump" in typed else TABLE)
+    assert command_line("settled", *typed, "--samples", "draws.csv")[0] == 0
+    found = story[1][1]["initial"]
+    assert found == (None if initial is None else pytest.approx(initial))
+
+
 PUMP = ("biased-pump", "--film", "taut")
 DRAWN = {
     "limits": ((), TABLE, lambda: answers_of(find_analysis("sweep"))),  # as a sweep over draws does

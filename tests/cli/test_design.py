@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 import gelcone
 from gelcone.lab import design as designs
 from tests.lab.quick_design import quick_wish
@@ -26,7 +28,8 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
             "devices": json.dumps([device.to_toml() for device in devices]),
         },
     )  # fmt: skip
-    monkeypatch.setattr(designs, "design", lambda wish, **options: found)
+    asked = []
+    monkeypatch.setattr(designs, "design", lambda wish, **options: asked.append(options) or found)
     (tmp_path / "wish.toml").write_text(quick_wish(), encoding="utf-8")
     code, out, err = command_line("design", "wish.toml", "--out", "made")
     assert code == 0, err
@@ -34,3 +37,11 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
         assert f"design-{k}.toml" in out
         assert gelcone.Device.from_toml(tmp_path / "made" / f"design-{k}.toml") == device
     assert command_line("design", "wish.toml", "--out", "made")[0] == 2  # nothing is overwritten
+    (tmp_path / "draws.csv").write_text("moving_mass [g]\n5\n6\n7\n")
+    assert command_line("design", "wish.toml", "--samples", "draws.csv", "--nominal", "--seed", "3")[0] == 0
+    first, last = asked
+    assert (first["samples"], first["nominal"], first["seed"]) == (None, False, 0)
+    assert (last["nominal"], last["seed"]) == (True, 3)
+    assert {name: values.tolist() for name, values in last["samples"].items()} == {
+        "moving_mass": pytest.approx([5e-3, 6e-3, 7e-3])
+    }

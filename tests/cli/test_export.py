@@ -1,8 +1,11 @@
 """`gelcone export`: devices as C, results as tables."""
 
 import zipfile
+from pathlib import Path
 
 import pytest
+
+from gelcone.cli import export as command
 
 
 def test_a_device_is_written_as_c(command_line, tmp_path):
@@ -55,3 +58,18 @@ def test_a_result_takes_no_options_of_devices(command_line, undrawn):
     code, out, _ = command_line("export", "there/static.nc")
     assert code == 0
     assert "static.csv" in out
+
+
+@pytest.mark.parametrize(
+    ("typed", "written"),
+    [
+        ((), "there/run.csv"), (("--to", "MAT"), "there/run.mat"), (("--out", "tables"), "tables/run.csv"),
+        (("--out", "tables", "--to", "parquet", "--force"), "tables/run.parquet"),
+    ],
+)  # fmt: skip
+def test_the_files_of_a_result_lie_next_to_it_or_where_it_was_said(typed, written, command_line, monkeypatch):
+    asked = []
+    monkeypatch.setattr(command, "load", lambda place: f"result of {place}")
+    monkeypatch.setattr(command, "export", lambda *given, **how: asked.append((*given, how)) or [given[1]])
+    assert command_line("export", "there/run.nc", *typed) == (0, f"wrote {written}\n", "")
+    assert asked == [("result of there/run.nc", Path(written), {"force": "--force" in typed})]

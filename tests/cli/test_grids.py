@@ -254,6 +254,26 @@ def test_a_map_continues_a_store_of_a_map_alone(analysis, dims, draws, taken, ho
     assert asked.pop()[0][0].name == "sweep"
 
 
+@pytest.mark.parametrize(("typed", "coarsest"), [((), 64), (("--coarsest", "9"), 9), (("--uniform",), None)])
+def test_every_cell_of_a_uniform_map_is_computed_and_others_from_a_grid_on(typed, coarsest, run, monkeypatch):
+    asked = []
+    monkeypatch.setattr(grids, "run", lambda command, wanted, *given, **more: asked.append(wanted))
+    run("map", *TWO, *typed)
+    assert (asked[0].coarsest, asked[0].plan.dims) == (coarsest, ("voltage", "prestretch"))
+
+
+@pytest.mark.parametrize(("analysis", "draws"), [("regime", 32), ("settled", 16)])
+def test_draws_for_sobol_indices_are_made_where_kinds_of_motion_are_asked_for_alone(analysis, draws, run, monkeypatch):
+    asked = []
+    monkeypatch.setattr(grids, "run", lambda command, wanted, *given, **more: asked.append(wanted))
+    two = ("--uncertain", "voltage=0.2:2", "--uncertain", "prestretch=0.99:1.01", "--count", "16")
+    run("sweep", *two, "--analysis", analysis)
+    assert {name: len(values) for name, values in asked[0].plan.draws.items()} == {
+        "voltage": draws,
+        "prestretch": draws,
+    }
+
+
 def test_the_options_of_a_sweep_name_the_analyses_that_take_them():
     from gelcone.register.analyses import sweepable
 

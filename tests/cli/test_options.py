@@ -4,7 +4,9 @@ import re
 
 import pytest
 
+from gelcone.cli import options
 from gelcone.cli.options import subject_parameters
+from gelcone.devices.device import find_device
 from gelcone.physics.records import FILMS
 from gelcone.presets import load_presets
 from gelcone.register import analyses
@@ -47,3 +49,30 @@ def test_the_help_names_every_preset_and_film():
     named = re.fullmatch(r"Start from a parameter set of the source paper: (.*) or (\w+)\.", preset.help).groups()
     assert [*named[0].split(", "), named[1]] == list(load_presets())
     assert sorted(film.metavar.split("|")) == sorted(FILMS)
+
+
+def test_a_device_that_a_recording_drives_is_the_one_that_is_answered_for(tmp_path):
+    """Also where the device itself is computed on, or its fields are printed, and not the model."""
+    (tmp_path / "drive.csv").write_text(RECORDING)
+    given = dict.fromkeys(options.SUBJECT) | {"device": "biased-pump", "film": "taut", "settings": ()}
+    subject = options.subject_of(given | {"recording": tmp_path / "drive.csv", "drive_scale": 2.0})
+    assert subject.device.waveform == "samples"
+    assert subject.device.voltage_amplitude == pytest.approx(2.0 * 100.0)
+    assert subject.device.to_model().parameters() == subject.model.parameters()
+    assert subject.device.spring_rate == find_device("biased-pump").spring_rate
+
+
+@pytest.mark.parametrize("empty", ["", " "])
+def test_a_place_without_a_name_is_refused(empty, command_line):
+    code, _, err = command_line("limits", "--out", empty)
+    assert (code, err) == (
+        2,
+        "Error: Invalid value for '--out': is empty; name a file or folder; see gelcone limits --help\n",
+    )
+
+
+def test_a_default_is_called_dimensionless_where_the_option_has_a_unit_with_a_device():
+    for own in set(analyses.COMMANDS.values()) & set(analyses.ANALYSES):
+        for option in analyses.find_analysis(own).options.values():
+            said = "dimensionless]" in options._help(option)
+            assert said == bool(option.quantity and option.default is not None), (own, option.name)

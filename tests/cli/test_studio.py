@@ -13,7 +13,8 @@ from gelcone.studio import server
 
 @pytest.fixture
 def started(monkeypatch, command_line):
-    """Runs the command without serving: what is printed, and what the browser was started with and finds there."""
+    """Runs the command without serving: what is printed, and what the browser was started with and finds there; as
+    ``err`` what it warns of."""
 
     def start(*arguments):
         opened = []
@@ -39,6 +40,7 @@ def started(monkeypatch, command_line):
         monkeypatch.setattr(os, "_exit", lambda code: None)
         code, out, err = command_line("studio", *arguments)
         assert code == 0, err
+        start.err = err
         return out, opened
 
     return start
@@ -53,6 +55,13 @@ def test_the_browser_is_started_without_the_token_which_a_page_of_the_user_holds
     assert address in unescape(page)
     assert not mode & 0o077
     assert not Path(opened.removeprefix("file://")).exists()
+
+
+@pytest.mark.parametrize(("host", "warned"), [("127.0.0.1", False), ("localhost", False), ("0.0.0.0", True)])
+def test_an_address_that_others_can_reach_comes_with_a_warning(host, warned, started):
+    started("--no-browser", "--host", host)
+    said = f"warning: --host {host}: whoever can reach this machine"
+    assert started.err.partition(" and has")[0] == (said if warned else "")
 
 
 def test_no_browser_is_started_where_none_is_wanted(started):
