@@ -80,7 +80,7 @@ def test_a_frequency_response_of_draws():
     own = {
         "outcome": (("draw", "branch"), np.zeros((2, 2), dtype=int)),
         "peak_amplitude": (("draw", "branch"), [[1.0, 2.0], [1.0, 2.0]], "mm"),
-        "peak_frequency": (("draw", "branch"), [[11.0, 12.0], [11.0, 12.0]], "Hz"), "jumps": ("draw", [0, 2]),
+        "peak_frequency": (("draw", "branch"), [[11.0, 12.0], [11.0, 12.0]], "Hz"), "jumps": ("draw", [0, 1]),
     }  # fmt: skip
     coords = {"branch": ("branch", ["up", "down"]), "drive_frequency": ("drive_frequency", [10.0, 14.0], "Hz")}
     shown = made(own, coords, analysis="frequency").assign_coords(drawn_prestretch=("draw", [1.0, 1.1]))

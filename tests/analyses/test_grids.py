@@ -116,9 +116,10 @@ def test_tolerances():
         "  prestretch: 0.25 [0.12, 0.38]; 0.38 [0.25, 0.50]",
     ]
     assert grids.tolerance_lines(tolerances()) == lines
-    assert grids.tolerance_lines(tolerances(total_order=NAN))[2:] == [
-        "Sobol indices of the stroke: none, for some draw has no stroke or all have the same one"
-    ]
+    for total in (NAN, [[NAN, 0.25, 0.5], [0.75, 0.625, 0.875]]):
+        assert grids.tolerance_lines(tolerances(total_order=total))[2:] == [
+            "Sobol indices of the stroke: none, for some draw has no stroke or all have the same one"
+        ]
     assert grids.tolerance_lines(tolerances(stroke=NAN)) == lines[:1]
     assert grids.tolerance_lines(tolerances().drop_vars(["first_order", "total_order"])) == lines[:2]
     over = xr.concat([tolerances(), tolerances(probability=0.75, stroke=[4.0, 5.0, 6.0])], "voltage")
