@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+import numpy as np
 
 from gelcone.analyses.answer import answer_json, bare_answer, in_si, plain, write_results
 from gelcone.analyses.ask import Answers
@@ -39,9 +40,10 @@ def deliver(
 ) -> int:
     """Deliver a result: in SI units for a device, as NAME.nc and NAME.png for --out, as JSON or text.
 
-    Returns the exit code: 1 when every run failed.
+    Returns the exit code: 1 where there were runs and every one failed.
     """
-    code = int("outcome" in result and bool((result["outcome"].values != Outcome.OK).all()))
+    outcomes = result["outcome"].values if "outcome" in result else np.zeros(0)
+    code = int(outcomes.size > 0 and bool((outcomes != Outcome.OK).all()))
     shown = in_si(result, subject)
     paths = () if out is None else write_results(out, answers.command, shown, draw(shown), force)
     if as_json:
