@@ -91,6 +91,7 @@ def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
             "equilibrium": ((), 14.0),
             "natural_frequency": ((), 10.0),
             "resonance": ((), 8.0),
+            "largest_gain": ((), 7.5),
             "gain": ("drive_frequency", [1.0, 2.0, 7.0, 3.0]),
             "measured_gain": (("amplitude", "measured_frequency"), [[2.5, 4.5]]),
         },
@@ -99,10 +100,11 @@ def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
             "measured_frequency": ("measured_frequency", [4.0, 12.0]),
             "amplitude": ("amplitude", [20.0]),
         },
-        dict.fromkeys(("gain", "measured_gain"), "mm/kV") | dict.fromkeys(("measured_frequency", "resonance"), "Hz"),
+        dict.fromkeys(("gain", "largest_gain", "measured_gain"), "mm/kV")
+        | dict.fromkeys(("measured_frequency", "resonance"), "Hz"),
     )
     *_, largest, _, first, second = runs.transfer_words(transfer, SUBJECT).splitlines()
-    assert largest == "largest gain 7 mm/kV at 8 Hz"
+    assert largest == "largest gain 7.5 mm/kV at 8 Hz"
     assert first.split() == ["4", "Hz", "2", "mm/kV", "2.5", "mm/kV"]
     assert second.split() == ["12", "Hz", "5", "mm/kV", "4.5", "mm/kV"]
 
@@ -332,12 +334,13 @@ def test_transfer_functions_that_were_not_measured():
         {
             "bias_voltage": (None, 900.0, "V"), "equilibrium": (None, 14.0, "mm"), "natural_frequency": (None, 11.0,
             "Hz"),
-            "resonance": (None, 10.5, "Hz"), "gain": ("drive_frequency", [2.0, 7.0], "mm/kV"),
+            "resonance": (None, 10.5, "Hz"), "largest_gain": (None, 7.5, "mm/kV"),
+            "gain": ("drive_frequency", [2.0, 7.0], "mm/kV"),
             "measured_gain": (("amplitude", "measured_frequency"), np.zeros((0, 0))),
         },
         {"drive_frequency": ("drive_frequency", [5.0, 10.0], "Hz"), "measured_frequency": ("measured_frequency", []),
          "amplitude": ("amplitude", [])},
     )  # fmt: skip
     assert said(trajectories.transfer_words, found) == [
-        "about 900 V: displacement 14 mm, natural frequency 11 Hz", "largest gain 7 mm/kV at 10.5 Hz",
+        "about 900 V: displacement 14 mm, natural frequency 11 Hz", "largest gain 7.5 mm/kV at 10.5 Hz",
     ]  # fmt: skip

@@ -148,6 +148,30 @@ def test_what_has_no_transfer_function_is_refused(device, options, message):
         gelcone.transfer(device, **options)
 
 
+@pytest.mark.parametrize("damping", [0.5, 0.05, 0.0025, 1e-5])
+@pytest.mark.parametrize("given", [None, [0.5, 1.0, 4.0]])
+def test_the_largest_gain_is_that_of_an_oscillator(damping, given):
+    """With stiffness k: at the frequency sqrt(k - 2 zeta^2), where it is b/(2 zeta sqrt(k - zeta^2))."""
+    model = ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=damping)
+    found = gelcone.transfer(model, given, amplitudes=0.0)
+    linear = state_space(model)
+    stiffness, push = -linear.A[1, 0], linear.B[1, 0]
+    largest = push / (2.0 * damping * np.sqrt(stiffness - damping**2))
+    assert float(found["largest_gain"]) == pytest.approx(largest, rel=1e-8)
+    assert float(found["resonance"]) == pytest.approx(np.sqrt(stiffness - 2.0 * damping**2), rel=1e-6)
+    if given is None:
+        assert float(found["gain"].max()) == pytest.approx(largest, rel=1e-8)
+    else:
+        assert found["drive_frequency"].values.tolist() == given
+
+
+def test_a_gain_that_only_falls_is_largest_at_the_lowest_frequency():
+    model = ConeModel(voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=3.0)
+    found = gelcone.transfer(model, [0.5, 1.0], amplitudes=0.0)
+    assert float(found["resonance"]) == 0.5
+    assert float(found["largest_gain"]) == float(found["gain"][0]) == float(found["gain"].max())
+
+
 # --- what is handed on ------------------------------------------------------------------------------------------------
 
 
@@ -165,8 +189,9 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
         np.array([[0, 1, 2], [3, 4, 5]]),
     )
     asked = record(
-        monkeypatch, transfer_module, state_space=space, natural_frequency=1.25, _linear=linear, _measured=measured
-    )
+        monkeypatch, transfer_module, state_space=space, natural_frequency=1.25, _linear=linear, _measured=measured,
+        _largest_gain=(1.125, 6.0),
+    )  # fmt: skip
     shares = []
     found = gelcone.transfer(
         model, omega, bias=-0.5, amplitudes=[0.2, 0.1], tolerance=2e-9, threads=5, progress=shares.append
@@ -183,8 +208,9 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
         np.testing.assert_allclose(found[f"{before}phase"], np.degrees(np.angle(x)))
         np.testing.assert_allclose(found[f"{before}admittance"], np.abs(i))
         np.testing.assert_allclose(found[f"{before}admittance_phase"], np.degrees(np.angle(i)))
-    for name, value in (("bias_voltage", -0.5), ("equilibrium", 0.75), ("natural_frequency", 1.25), ("resonance", 1.0)):
-        assert float(found[name]) == value, name
+    expected = {"bias_voltage": -0.5, "equilibrium": 0.75, "natural_frequency": 1.25, "resonance": 1.125}
+    assert {name: float(found[name]) for name in expected} == expected
+    assert float(found["largest_gain"]) == 6.0
     assert found["outcome"].values.tolist() == [[0, 1, 2], [3, 4, 5]]
     assert found["measured_frequency"].values.tolist() == omega.tolist()
     assert json.loads(found.attrs["options"]) == {"bias": -0.5, "tolerance": 2e-9}
@@ -199,9 +225,10 @@ def test_by_default_each_tenth_frequency_within_the_measured_range_is_measured(m
     asked = record(monkeypatch, transfer_module, natural_frequency=2.0, _measured=nothing)
     monkeypatch.setattr(transfer_module, "POINTS", 141)
     found = gelcone.transfer(model)
-    omega = found["drive_frequency"].values
-    assert (omega[0], omega[-1], omega.size) == (pytest.approx(0.1), pytest.approx(20.0), 141)
+    omega = 2.0 * np.geomspace(0.05, 10.0, 141)
     within = omega[(omega >= 0.4) & (omega <= 8.0)]
+    near = transfer_module._with_resonances(state_space(model), omega)
+    np.testing.assert_array_equal(found["drive_frequency"], np.union1d(near, found["resonance"]))
     np.testing.assert_array_equal(asked["_measured"][0]["omega"], within[::10])
     assert asked["_measured"][0]["signals"].tolist() == pytest.approx([0.02 * 0.6, 0.3])
 

@@ -29,6 +29,8 @@ LOWEST, HIGHEST, POINTS = 0.05, 10.0, 401
 MEASURED = (0.2, 4.0)
 """Range over the natural frequency in which signals are measured by default, at every `EVERY`-th frequency."""
 EVERY = 10
+AROUND, ANGLE = 32, np.radians(85.0)
+"""How many frequencies are around each pole, and the largest phase from it of a resonance there."""
 SMALL = 0.02
 """Amplitude of a small signal, as a share of the bias."""
 
@@ -61,7 +63,8 @@ def transfer(
     Parameters
     ----------
     model : a single actuator with damping; its own drive gives the defaults of ``bias`` and ``amplitudes`` alone.
-    frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some.
+    frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some, and more
+        around each resonance.
     bias : constant voltage about which the signals are. Default that of the drive.
     amplitudes : amplitudes of the sines whose answer is measured, 0 for none. Default 2 % of the bias, and that of the
         drive.
@@ -77,7 +80,8 @@ def transfer(
     fundamentals of the settled motion on which a run from the linear one ends, NaN where it does not repeat with the
     drive or has no settled motion. Of a film whose charge is not known in a program the linear admittance is NaN.
     ``equilibrium`` is the displacement under the bias, ``natural_frequency`` that of small undamped motions about it,
-    ``resonance`` where the gain is largest.
+    ``resonance`` where the gain of linear theory is largest, between the lowest and the highest frequency, and
+    ``largest_gain`` the gain there.
 
     Raises
     ------
@@ -107,6 +111,10 @@ def transfer(
     omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)
     within = (omega >= MEASURED[0] * natural) & (omega <= MEASURED[1] * natural)
     at = omega[within][::EVERY] if frequencies is None else omega
+    fine = _with_resonances(space, omega)
+    resonance, largest = _largest_gain(space, fine)
+    if frequencies is None:
+        omega = np.union1d(fine, resonance)
     signals = _amplitudes(model, about) if amplitudes is None else _signals(amplitudes)
     place, current, _ = _linear(space, omega)
     options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
@@ -116,7 +124,8 @@ def transfer(
         "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
         "equilibrium": ((), space.place, "displacement under the bias", "length"),
         "natural_frequency": ((), natural, "frequency of small undamped motions", "frequency"),
-        "resonance": ((), omega[np.argmax(np.abs(place))], "frequency of the largest gain", "frequency"),
+        "resonance": ((), resonance, "frequency of the largest gain", "frequency"),
+        "largest_gain": ((), largest, "largest gain by linear theory", "gain"),
     }
     for dims, before, of, (x, i) in (
         (linear, "", "by linear theory", (place, current)),
@@ -162,6 +171,28 @@ def _amplitudes(model: ConeModel, bias: float) -> Array:
 
 def _degrees(values: Complex) -> Array:
     return np.where(values == 0.0, np.nan, np.degrees(np.angle(values)))
+
+
+def _with_resonances(space: StateSpace, omega: Array) -> Array:
+    """Frequencies with more of them around each pole that oscillates, even in the phase of a resonance there."""
+    poles = np.linalg.eigvals(space.A)
+    poles = poles[poles.imag > 0.0]
+    near = poles.imag - poles.real * np.tan(np.linspace(-ANGLE, ANGLE, AROUND))[:, None]
+    return np.union1d(omega, near[(near > omega[0]) & (near < omega[-1])])
+
+
+def _largest_gain(space: StateSpace, omega: Array) -> tuple[float, float]:
+    """The frequency at which the gain is largest, between the first and the last of ``omega``, and the gain there."""
+    from scipy.optimize import minimize_scalar
+
+    def gain(at: Any) -> Array:
+        return np.abs(_linear(space, np.atleast_1d(at))[0])
+
+    gains = gain(omega)
+    best = int(np.argmax(gains))
+    ends = omega[max(best - 1, 0)], omega[min(best + 1, omega.size - 1)]
+    found = minimize_scalar(lambda at: -gain(at)[0], bounds=ends, method="bounded", options={"xatol": 1e-9 * ends[1]})
+    return (float(found.x), -float(found.fun)) if -found.fun > gains[best] else (float(omega[best]), float(gains[best]))
 
 
 def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]:
