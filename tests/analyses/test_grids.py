@@ -180,13 +180,13 @@ def test_a_sweep_says_the_range_of_each_number_that_it_asked_for():
     shown = made(own, axes)
     for name in ("pull_in_voltage", "onset_voltage"):
         shown[name].attrs.update(nan_means="not applicable", infinite_means="not reached")
-    assert [line.replace("_", " ") for line in grids.range_lines(shown)] == [
+    assert [line.replace("_", " ") for line in grids.number_lines(shown)] == [
         "stroke: 1.5 mm (voltage 900 V, damping ratio 0.25) to 3 mm (voltage 800 V, damping ratio 0.5)",
         "pull in voltage: 900 V; not applicable in 1 of 3 cells; not reached in 1 of 3 cells",
         "onset voltage: not applicable in 3 of 3 cells",
         "field: 4 V/um in all",
     ]
-    assert grids.range_lines(shown.assign(regime=(over, np.zeros((2, 2))))) == []
+    assert grids.number_lines(shown.assign(regime=(over, np.zeros((2, 2))))) == []
 
 
 def test_the_text_of_a_sweep_over_draws():
@@ -203,6 +203,35 @@ def test_the_text_of_a_sweep_over_draws():
         "(root mean "
         "square)",
     ]  # fmt: skip
+
+
+def test_a_sweep_over_a_grid_of_draws_says_the_spread_where_it_is_smallest_and_largest():
+    """Of the draws that are there, not of those for Sobol indices alone; the others' points are counted."""
+    over = ("voltage", "draw")
+    own = {
+        "status": (over, [[1, 1, 0], [1, 1, 1]]), "outcome": (over, np.zeros((2, 3))),
+        "stroke": (over, [[3.0, 3.0, 99.0], [1.0, 2.0, NAN]], "mm"), "stroke_error": (over, np.ones((2, 3)), "mm"),
+        "validity_near_limit": (over, np.zeros((2, 3))), "validity_breakdown": (over, np.zeros((2, 3))),
+        "field": (over, np.full((2, 3), 4.0), "V/um"), "onset_voltage": (over, np.full((2, 3), NAN), "V"),
+        "rise": (over, [[NAN, NAN, NAN], [5.0, 5.0, 5.0]], "ms"),
+        "pull_in_voltage": (over, [[900.0, 900.0, 1.0], [INF, INF, INF]], "V"),
+        "lost": (over, [[NAN, NAN, NAN], [5.0, NAN, NAN]], "mm"),
+    }  # fmt: skip
+    shown = made(own, {"voltage": ("voltage", [800.0, 900.0], "V")}, totals=json.dumps(TOTALS))
+    shown = shown.assign_coords(drawn_prestretch=("draw", [1.0, 1.1, 1.2]))
+    shown["pull_in_voltage"].attrs.update(infinite_means="not reached")
+    lines = [
+        "stroke: 1.5 mm, 95 % within 1.025 mm to 1.975 mm; none in 1 of 3 draws (voltage 900 V) up to 3 mm, 95 % "
+        "within 3 mm to 3 mm (voltage 800 V)",
+        "field: 4 V/um, 95 % within 4 V/um to 4 V/um at all points",
+        "rise: 5 ms, 95 % within 5 ms to 5 ms; none in more than half of the draws at 1 of 2 points",
+        "pull_in_voltage: 900 V, 95 % within 900 V to 900 V (voltage 800 V) up to not reached in 3 of 3 draws "
+        "(voltage 900 V)",
+        "lost: none in more than half of the draws at 2 of 2 points",
+    ]
+    heading = ["voltage", "prestretch"]
+    assert after_heading(grids.sweep_words, shown, heading)[-5:] == lines
+    assert after_heading(grids.show_words, shown, heading)[-5:] == lines
 
 
 def test_the_text_of_a_diagram():

@@ -480,14 +480,16 @@ def test_numbers_over_draws_have_their_median_their_interval_and_how_many_have_n
     values = np.append(np.arange(101.0), np.nan)
     known = xr.Dataset(
         {
-            "stroke": ("cell", values, {"long_name": "stroke of the disc", "units": "mm"}),
-            "stroke_error": ("cell", values, {"units": "mm"}),
-            "lost": ("cell", np.nan * values, {"units": "1"}),
-            "pull_in": ("cell", values + np.inf, {"units": "V", "infinite_means": "not reached"}),
-            "regime": ("cell", np.ones(102, dtype=int)),
+            "status": ("draw", np.ones(102, dtype=int)),
+            "stroke": ("draw", values, {"long_name": "stroke of the disc", "units": "mm"}),
+            "stroke_error": ("draw", values, {"units": "mm"}),
+            "validity_near_limit": ("draw", values, {"units": "1"}),
+            "lost": ("draw", np.nan * values, {"units": "1"}),
+            "pull_in": ("draw", values + np.inf, {"units": "V", "infinite_means": "not reached"}),
+            "period": ("draw", np.ones(102, dtype=int)),
         }
     )
-    assert [grids.spread_line(own) for name, own in known.data_vars.items() if grids._is_spread(str(name), own)] == [
+    assert grids.number_lines(known) == [
         "stroke of the disc: 50 mm, 95 % within 2.5 mm to 97.5 mm; none in 1 of 102 draws",
         "pull_in: not reached in 101 of 102 draws; none in 1 of 102 draws",
     ]

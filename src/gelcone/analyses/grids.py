@@ -143,25 +143,22 @@ def sweep_words(shown: xr.Dataset, subject: Subject) -> str:
         from gelcone.atlas.tolerances import tolerances
 
         lines += tolerance_lines(tolerances(shown))
-    elif shown["status"].dims == ("draw",):
-        from gelcone.atlas.tolerances import base_draws
-
-        known = _known(base_draws(shown))
-        lines += [spread_line(own) for name, own in known.data_vars.items() if _is_spread(str(name), own)]
-        lines += membranes_lines(shown)
     else:
-        lines += range_lines(shown)
+        lines += number_lines(shown)
     return "\n".join(lines)
 
 
-def range_lines(shown: xr.Dataset) -> list[str]:
-    """The smallest and the largest of each number that a sweep asked for, and where; none of one over draws, or where
-    kinds of motion were asked for."""
+def number_lines(shown: xr.Dataset) -> list[str]:
+    """The numbers that a sweep asked for, each with its range over the grid or its spread over draws; none where kinds
+    of motion were asked for."""
     dims = shown["status"].dims
-    if "regime" in shown or "draw" in dims:
+    if "regime" in shown:
         return []
-    names = [name for name, own in shown.data_vars.items() if own.dims == dims and own.dtype.kind == "f"]
-    return [_range_line(shown, str(name)) for name in names if not re.match(APART, str(name))]
+    names = [str(n) for n, own in shown.data_vars.items() if own.dims == dims and own.dtype.kind == "f"]
+    names = [name for name in names if not re.match(APART, name)]
+    if "draw" not in dims:
+        return [_range_line(shown, name) for name in names]
+    return [*spread_lines(shown, names), *membranes_lines(shown)]
 
 
 APART = rf"{FILM_STATES}|.*_error(_|$)"
@@ -185,26 +182,50 @@ def _range_line(shown: xr.Dataset, name: str) -> str:
     return f"{own.attrs.get('long_name', name)}: {'; '.join(parts)}"
 
 
-def _is_spread(name: str, own: xr.DataArray) -> bool:
-    """Whether a variable of a sweep over draws is a number of every one, known of some, if only as infinite."""
-    numbers = own.dims == ("cell",) and own.dtype.kind == "f" and not name.endswith("_error")
-    return numbers and not bool(np.isnan(own.values).all())
+def spread_lines(shown: xr.Dataset, names: Iterable[str]) -> list[str]:
+    """The spread over the draws of each number that is known of any draw; on a grid at the points where its median is
+    smallest and largest."""
+    from gelcone.atlas.tolerances import base_draws
+
+    own = base_draws(shown)
+    axes = [dim for dim in own["status"].dims if dim != "draw"]
+    places = np.ndindex(*(own.sizes[dim] for dim in axes))
+    points = [_known(own.isel(dict(zip(axes, place, strict=True)))) for place in places]
+    known = [name for name in names if not all(np.isnan(point[name].values).all() for point in points)]
+    if not axes:
+        return [spread_line(points[0][name]) for name in known]
+    return [_spread_range_line([point[name] for point in points], axes) for name in known]
+
+
+def _spread_range_line(points: list[xr.DataArray], axes: list[Any]) -> str:
+    """The spread of a number at the points with its smallest and its largest median, and at how many it has none."""
+    medians = np.array([spread(own.values)[1] if own.size else np.nan for own in points])
+    lost, name = int(np.isnan(medians).sum()), points[0].attrs.get("long_name", points[0].name)
+    parts = [f"none in more than half of the draws at {lost} of {len(points)} points"] if lost else []
+    if lost < len(points):
+        low, high = (points[int(find(medians))] for find in (np.nanargmin, np.nanargmax))
+        ends = [f"{spread_in_words(own)} ({', '.join(_place(own, axes))})" for own in (low, high)]
+        differ = np.nanmin(medians) < np.nanmax(medians)
+        parts.insert(0, " up to ".join(ends) if differ else spread_in_words(low) + " at all points" * (not lost))
+    return f"{name}: {'; '.join(parts)}"
 
 
 def spread_line(own: xr.DataArray) -> str:
+    """Median and 95 % interval of a number over the draws, and in how many it has no value, after its name."""
+    return f"{own.attrs.get('long_name', own.name)}: {spread_in_words(own)}"
+
+
+def spread_in_words(own: xr.DataArray) -> str:
     """Median and 95 % interval of a number over the draws, and in how many it has no value."""
     lost = int(np.isnan(own.values).sum())
-    none = f"none in {lost} of {own.size} draws"
-    found, name = spread(own.values), own.attrs.get("long_name", own.name)
+    none, found = f"none in {lost} of {own.size} draws", spread(own.values)
     if np.isnan(found).any():
-        return f"{name}: {none}"
-    if np.isinf(found).all():
-        return (
-            f"{name}: {sized(own[0].copy(data=found[1]))} in {own.size - lost} of {own.size} draws"
-            + f"; {none}" * bool(lost)
-        )
+        return none
+    more = f"; {none}" * bool(lost)
     low, middle, high = (sized(own[0].copy(data=value)) for value in found)
-    return f"{name}: {middle}, 95 % within {low} to {high}" + f"; {none}" * bool(lost)
+    if np.isinf(found).all():
+        return f"{middle} in {own.size - lost} of {own.size} draws{more}"
+    return f"{middle}, 95 % within {low} to {high}{more}"
 
 
 def membranes_lines(shown: xr.Dataset) -> list[str]:
@@ -282,7 +303,7 @@ def show_words(shown: xr.Dataset, subject: Subject) -> str:
     counts = (
         f"{totals['computed']} cells computed, {totals['inferred']} inferred, {lacking} missing of {totals['cells']}"
     )
-    return "\n".join([*_grid_heading(shown, subject), counts, *_regime_lines(shown), *range_lines(shown)])
+    return "\n".join([*_grid_heading(shown, subject), counts, *_regime_lines(shown), *number_lines(shown)])
 
 
 def _known(result: xr.Dataset) -> xr.Dataset:
