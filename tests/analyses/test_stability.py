@@ -31,3 +31,9 @@ def test_tongues():
     assert said(stability.tongues_words, none) == [
         f"at its own frequency: {Onset.NONE.meaning} (searched up to 3000 V)", "rest is unstable in 0 % of the grid",
     ]  # fmt: skip
+    partly = edited(found, margin=[[-1.0, NAN], [1.0, NAN], [-1.0, NAN]])
+    expected = "rest is unstable in 33.3 % of the 3 of 6 cells in which that is known"
+    assert said(stability.tongues_words, partly)[2] == expected
+    unknown = edited(found, margin=NAN)
+    expected = "whether rest is stable is unknown on all of the grid"
+    assert said(stability.tongues_words, unknown)[2] == expected

@@ -8,6 +8,7 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.motion.floquet import Onset
+from gelcone.quantity import Array
 from gelcone.words import measured, unit_of
 
 if TYPE_CHECKING:
@@ -28,8 +29,17 @@ def tongues_words(shown: xr.Dataset, subject: Subject) -> str:
         i = int(np.nanargmin(line))
         at = measured(shown["drive_frequency"][i])
         lines.append(f"lowest onset on the grid {line[i]:.4g}{volt} at drive frequency {at}")
-    lines.append(f"rest is unstable in {100.0 * float((shown['margin'] > 0.0).mean()):.3g} % of the grid")
+    lines.append(_unstable_line(shown["margin"].values))
     static = float(shown["pitchfork_amplitude"])
     return "\n".join(
         [*lines, f"static pitchfork, for comparison: {static:.4g}{volt}"] if np.isfinite(static) else lines
     )
+
+
+def _unstable_line(margin: Array) -> str:
+    """The share of the cells in which rest is unstable, of those in which that is known."""
+    known = margin[np.isfinite(margin)]
+    if not known.size:
+        return "whether rest is stable is unknown on all of the grid"
+    of = "the grid" if known.size == margin.size else f"the {known.size} of {margin.size} cells in which that is known"
+    return f"rest is unstable in {100.0 * float((known > 0.0).mean()):.3g} % of {of}"
