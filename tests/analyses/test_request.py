@@ -58,8 +58,8 @@ def test_a_subject_needs_no_command_line():
 
 
 def test_an_ensemble_or_an_initial_state_is_refused_where_it_makes_no_sense():
-    with pytest.raises(InputError, match="map starts from one actuator, not 2; sweep a parameter with --over"):
-        read_subject(settings=["voltage=0.1,0.2"]).alone("map")
+    with pytest.raises(InputError, match="--initial by name: takes one actuator, not an ensemble of 2"):
+        read_subject(settings=["voltage=0.1,0.2"], initial="displacement=1")
     with pytest.raises(InputError, match="--initial: a basin does not take it"):
         read_subject(initial="0.5,0").without_initial("a basin does not take it")
     read_subject().without_initial("never said")

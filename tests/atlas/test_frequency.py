@@ -237,7 +237,7 @@ def test_a_well_that_no_sweep_enters_has_its_branch():
 
 
 def test_branches_of_an_ensemble_are_refused():
-    with pytest.raises(InputError, match="belong to one actuator"):
+    with pytest.raises(InputError, match="branches: takes one actuator"):
         frequency(BENT.replace(voltage=[0.05, 0.06]), [1.0, 1.1], branches=True)
 
 

@@ -98,7 +98,7 @@ def test_what_draws_show_is_said_in_the_words_of_draws(name, delivered, command_
 def test_draws_are_of_one_actuator(delivered, command_line):
     code, _, err = command_line("limits", "--set", "voltage=0.1,0.2", "--samples", "draws.csv")
     assert code == 2
-    assert "limits starts from one actuator, not 2; sweep a parameter with --over" in err
+    assert "limits: takes one actuator, not an ensemble of 2; give every field and parameter one value" in err
     assert delivered[0] == []
 
 

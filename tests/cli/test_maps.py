@@ -252,7 +252,10 @@ BAD = {
     "wrong sweeps": (["bifurcation", *SWEEP, "--sweeps", "sideways"], "must be up, down, up,down or none"),
     "doubled sweeps": (["bifurcation", *SWEEP, "--sweeps", "up,up"], "must be up, down, up,down or none"),
     "negative bisections": (["bifurcation", *SWEEP, "--bisections", "-1"], "at least 0"),
-    "an ensemble": (["map", *GRID, "--set", "damping_ratio=0.1,0.2"], "starts from one actuator, not 2"),
+    "an ensemble": (
+        ["map", *GRID, "--set", "damping_ratio=0.1,0.2"],
+        "map: takes one actuator, not an ensemble of 2; give every field",
+    ),
     "no budget": (["lyapunov", "--budget", "0"], "budget = 0"),
     "no transient": (["regime", "--transient", "0"], "transient = 0"),
     "no window": (["lyapunov", "--window", "-1"], "window = -1"),

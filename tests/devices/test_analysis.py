@@ -330,3 +330,29 @@ def test_a_time_of_devices_with_several_units_is_that_of_the_fastest():
     several = DEVICE.replace(moving_mass=[4e-3, 1e-3, 9e-3])
     taken = dimensionless({"window": "time"}, {"window": "2 s"}, several.scales)
     assert float(taken["window"]) == pytest.approx(2.0 / several.scales.time[1])
+
+
+OF_ONE = {
+    "datasheet": lambda own: gelcone.datasheet(own),
+    "drive": lambda own: gelcone.drive(own),
+    "envelope": lambda own: gelcone.envelope(own),
+    "transfer": lambda own: gelcone.transfer(own),
+    "creep": lambda own: gelcone.creep(own),
+    "step": lambda own: gelcone.step(own),
+    "tongues": lambda own: gelcone.tongues(own, ["5 Hz", "9 Hz"], ["1 kV", "2 kV"]),
+    "state_space": lambda own: gelcone.state_space(own),
+    "rates": lambda own: gelcone.rates(own),
+    "environment": lambda own: gelcone.environment(own),
+    "Plan": lambda own: gelcone.Plan(own, {"frequency": [1.0, 2.0]}),
+    "branches": lambda own: gelcone.continue_branch(own, "frequency", "5 Hz", "6 Hz"),
+    "export": lambda own: gelcone.export(own, "own.fmu"),
+    "studio": lambda own: gelcone.studio(own),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OF_ONE)
+def test_what_takes_one_actuator_says_so_in_the_same_words(name):
+    with pytest.raises(InputError) as raised:
+        OF_ONE[name](DEVICE.replace(frequency=[7.0, 8.0, 9.0]))
+    text = "takes one actuator, not an ensemble of 3; give every field and parameter one value"
+    assert str(raised.value) == f"{name}: {text}"

@@ -166,7 +166,7 @@ def held_forces(device, voltage):
 
 def test_what_is_refused():
     model = gelcone.ConeModel(rest_height=0.3)
-    with pytest.raises(InputError, match="takes one actuator, not an ensemble of shape"):
+    with pytest.raises(InputError, match="takes one actuator, not an ensemble of 2"):
         datasheet(model.replace(voltage=[0.1, 0.2]))
 
 

@@ -16,6 +16,7 @@ from gelcone.analyses import tables
 from gelcone.analyses.answer import in_si, result_json
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import read_measure, read_measures
+from gelcone.devices.analysis import check_one
 from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -151,7 +152,7 @@ def arguments_of(analysis: Analysis, subject: Subject, given: Mapping[str, Any])
     Raises `InputError` for values that cannot be used.
     """
     if analysis.single:
-        subject.alone(analysis.command)
+        check_one(subject.model, analysis.command)
     given = {**given, **read_options(analysis, subject, given)}
     reader = getattr(import_module(f"gelcone.analyses.{analysis.answers}"), f"{analysis.name}_arguments", None)
     arguments: dict[str, Any] = reader(subject, given) if reader else dict(given)

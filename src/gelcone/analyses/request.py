@@ -27,6 +27,7 @@ from gelcone.analyses.values import (
     unit_or_brackets,
 )
 from gelcone.atlas.plan import DEFAULT_INITIAL
+from gelcone.devices.analysis import check_one
 from gelcone.devices.points import STATES
 from gelcone.errors import InputError, check_name
 from gelcone.physics.model import ConeModel
@@ -100,12 +101,6 @@ class Subject:
         for name in swept:
             if name in self.given:
                 raise InputError(f"--set {name}: is swept by --over {name}; leave one of them out")
-
-    def alone(self, name: str) -> Subject:
-        """This subject; `InputError` where it is an ensemble."""
-        if self.model.shape:
-            raise InputError(f"{name} starts from one actuator, not {self.model.size}; sweep a parameter with --over")
-        return self
 
     def without_initial(self, remedy: str) -> None:
         """`InputError` with the remedy where an initial state was stated."""
@@ -209,8 +204,7 @@ def _read_component(name: str, part: str, quantity: str, device: Device | None) 
 
 def _completed(found: Mapping[str, float], device: Device | None, model: ConeModel) -> tuple[float, ...]:
     """All states of a single actuator, those that are not ``found`` at their start; of a device in SI."""
-    if model.shape:
-        raise InputError("--initial: states by name are those of one actuator; sweep a parameter with --over")
+    check_one(model, "--initial by name")
     sizes = np.ones(len(model.system.states))
     own = DEFAULT_INITIAL
     if device is not None:

@@ -17,7 +17,7 @@ from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.check import Runs
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.codes import Outcome
-from gelcone.devices.analysis import analysis
+from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import REST_TOLERANCE
 from gelcone.motion.attractor.search import integration
@@ -144,10 +144,8 @@ def frequency(
     >>> response.stroke.sel(branch="up").values.round(4).tolist()
     [0.1189, 0.3371, 0.2285]
     """
-    if branches and model.shape:
-        raise InputError(
-            f"branches: belong to one actuator, not to an ensemble of shape {model.shape}; take one member"
-        )
+    if branches:
+        check_one(model, "branches")
     counted = weighted(progress, SWEEPS_SHARE if branches else 1.0)
     grid = _grid(model, _around_resonance(model) if frequencies is None else frequencies)
     flat = model.members()

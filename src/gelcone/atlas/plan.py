@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.dataset import attributes
-from gelcone.devices.analysis import check_model, dimensionless
+from gelcone.devices.analysis import check_model, check_one, dimensionless
 from gelcone.devices.device import Device
 from gelcone.devices.points import GELS, at, device_at, field_attributes, read_state, read_swept, shown_value
 from gelcone.errors import InputError, check_name, described
@@ -75,8 +75,7 @@ class Plan:
 
     def __post_init__(self) -> None:
         check_model(self.cone, "Plan")
-        if self.cone.shape:
-            raise InputError(f"a sweep starts from a single model, not from an ensemble of shape {self.cone.shape}")
+        check_one(self.cone, "Plan")
         if not isinstance(self.over, Mapping):
             raise InputError(f"over: was given {described(self.over)}; give names and their values, name -> values")
         if not (self.over or self.draws):

@@ -23,7 +23,7 @@ from gelcone.cli.options import (
     subject_parameters,
 )
 from gelcone.cli.output import deliver, progress_bar
-from gelcone.devices.analysis import device_words, plain
+from gelcone.devices.analysis import check_one, device_words, plain
 from gelcone.errors import InputError
 from gelcone.plots import plot
 from gelcone.register.analyses import find_analysis
@@ -108,7 +108,7 @@ def _run_draws(
     starts = "initial" in analysis.signature.parameters
     if not starts:
         subject.without_initial(f"{analysis.command} does not start from a state; leave it out")
-    subject.alone(analysis.command)
+    check_one(subject.model, analysis.command)
     options = drawn_options(analysis, subject, given)
     answers = answers_of(find_analysis("sweep") if analysis.swept else analysis)
     answers = drawn_answers(analysis.name) if analysis.drawn else answers

@@ -35,7 +35,7 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import deliver, print_json, tally_shown
 from gelcone.dataset import load
-from gelcone.devices.analysis import device_words, plain, state_of
+from gelcone.devices.analysis import check_one, device_words, plain, state_of
 from gelcone.errors import InputError
 from gelcone.plots import plot
 from gelcone.plots.map import COLOURS
@@ -144,7 +144,8 @@ def run_map(
         if wanted.analysis != "regime" or len(wanted.plan.dims) != 2 or wanted.plan.draws:
             raise InputError(f"{resume}: holds a sweep that is not a map; use `gelcone sweep --resume {resume}`")
     else:
-        subject = subject_of(typed).alone("map")
+        subject = subject_of(typed)
+        check_one(subject.model, "map")
         swept = subject.over(over)
         if len(swept) != 2:
             remedies = {
@@ -211,7 +212,8 @@ def run_sweep(
     if resume is not None and from_store(resume, bool(over or uncertain or samples)):
         wanted = stored(resume)
     else:
-        subject = subject_of(typed).alone("sweep")
+        subject = subject_of(typed)
+        check_one(subject.model, "sweep")
         found = find_analysis(analysis.replace("-", "_"))
         wanted_indices = indices and found.name == "regime"
         if samples is not None:

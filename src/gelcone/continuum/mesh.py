@@ -26,6 +26,7 @@ import numpy as np
 
 from gelcone.continuum import density
 from gelcone.continuum.density import Derivatives
+from gelcone.devices.analysis import check_one
 from gelcone.errors import InputError, MissingDependency
 from gelcone.physics.component import Numbers
 from gelcone.physics.model import ConeModel
@@ -119,8 +120,7 @@ def mesh_film(model: ConeModel, radius_ratio: float = 0.2, elements: int = 200, 
     Raises `InputError` for an ensemble, a disc as large as the film or fewer than 2 elements.
     """
     skfem = import_skfem()
-    if model.shape:
-        raise InputError(f"a model of the shape {model.shape}: one actuator is meshed at a time; take its members")
+    check_one(model, "mesh_film")
     ratio = check_radius_ratio(radius_ratio)
     if not isinstance(elements, int | np.integer) or isinstance(elements, bool) or elements < 2:
         raise InputError(f"elements = {elements!r}: must be a whole number, at least 2")

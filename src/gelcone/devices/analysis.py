@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -149,10 +150,13 @@ def plain(function: Callable[..., R]) -> Callable[..., R]:
     return inspect.unwrap(function)
 
 
-def check_one(model: Ensemble, name: str) -> None:
+def check_one(model: Ensemble | Device, name: str) -> None:
     """`InputError` for an ensemble of actuators."""
     if model.shape:
-        raise InputError(f"{name}: takes one actuator, not an ensemble of shape {model.shape}; choose a member")
+        raise InputError(
+            f"{name}: takes one actuator, not an ensemble of {math.prod(model.shape)}; give every field and parameter "
+            "one value"
+        )
 
 
 def check_model(model: Any, name: str) -> None:
@@ -181,8 +185,7 @@ def check_device(device: Any, name: str) -> None:
             f"{name}: takes a device, and was given {described(device)}; gelcone.find_device gives one by its "
             "name or file"
         )
-    if device.shape:
-        raise InputError(f"{name}: takes a single device, not an ensemble of shape {device.shape}; take one of them")
+    check_one(device, name)
 
 
 def check_options(function: Callable[..., Any], options: Mapping[str, Any], units: bool = False) -> None:

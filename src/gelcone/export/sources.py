@@ -13,6 +13,7 @@ import numpy as np
 
 from gelcone._version import __version__
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
+from gelcone.devices.analysis import check_one
 from gelcone.devices.device import Device
 from gelcone.devices.record import LARGEST
 from gelcone.devices.scales import MEASURES
@@ -85,10 +86,7 @@ class Exported:
     @cached_property
     def model(self) -> ConeModel:
         """The dimensionless model of one device."""
-        if self.device.shape:
-            raise InputError(
-                f"an ensemble of shape {self.device.shape} cannot be exported; export one device at a time"
-            )
+        check_one(self.device, "export")
         return self.device.to_model()
 
     @cached_property

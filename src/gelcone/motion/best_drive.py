@@ -8,7 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.codes import Regime
-from gelcone.devices.analysis import analysis, dimensionless, plain
+from gelcone.devices.analysis import analysis, check_model, check_one, dimensionless, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, check_name
@@ -120,8 +120,8 @@ def drive(
     check_name("quantity to be largest", largest, get_args(Largest))
     device = model if isinstance(model, Device) else None
     cone = model if device is None else device.to_model()
-    if not isinstance(cone, ConeModel) or cone.shape:
-        raise InputError("drive: takes one actuator, not an ensemble; take one member")
+    check_model(cone, "drive")
+    check_one(cone, "drive")
     if (lowest is None) != (highest is None):
         one, other = ("highest", "lowest") if lowest is None else ("lowest", "highest")
         raise InputError(f"{one}: is given alone; give {other} too, or neither")

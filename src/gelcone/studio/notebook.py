@@ -138,6 +138,7 @@ def studio(device: Device | str | None = None, *, preset: str | None = None, hei
     600
     >>> frame.close()
     """
+    from gelcone.devices.analysis import check_one
     from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices
     from gelcone.presets import find_preset
@@ -153,8 +154,7 @@ def studio(device: Device | str | None = None, *, preset: str | None = None, hei
         if device in shipped_devices() and not Path(device).is_file():
             return StudioFrame({"device": device}, height)
         device = find_device(device)
-    if device.shape:
-        raise InputError(f"the studio shows one device, not an ensemble of shape {device.shape}")
+    check_one(device, "studio")
     from gelcone.studio.setting import names_in
 
     return StudioFrame({"file": device.to_toml()}, height, names_in(device))

@@ -15,6 +15,7 @@ import numpy as np
 
 from gelcone.atlas.plan import STATES, Plan
 from gelcone.dataset import attributes
+from gelcone.devices.analysis import check_one
 from gelcone.devices.device import Device
 from gelcone.devices.numbers import SHIPPED
 from gelcone.devices.points import at, field_attributes, read_swept, shown_value
@@ -153,9 +154,7 @@ def vary(target: ConeModel | Device, over: Mapping[str, tuple[Any, Any]], initia
     ------
     InputError : for an ensemble, an unknown name, or an interval that is empty, reversed or out of bounds.
     """
-    shape = target.shape
-    if shape:
-        raise InputError(f"branches belong to one actuator, not to an ensemble of shape {shape}; take one member")
+    check_one(target, "branches")
     ends = np.array([_interval(target, name, low, high) for name, (low, high) in over.items()])
     names, ones = tuple(over), np.ones(len(over))
     varied = Varied(target, names, ends[:, 0], ends[:, 1], initial, ones, names)
