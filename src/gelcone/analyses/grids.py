@@ -278,7 +278,7 @@ def _where(at: xr.Dataset, word: str, dims: Iterable[Any]) -> str:
     return f", {word} {where}" if where else ""
 
 
-def _place(at: xr.Dataset, dims: Iterable[Any]) -> list[str]:
+def _place(at: xr.Dataset | xr.DataArray, dims: Iterable[Any]) -> list[str]:
     """Name and value of each axis of a cell."""
     return [f"{name} {measured(at[name])}" for name in dims]
 

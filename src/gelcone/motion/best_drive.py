@@ -119,7 +119,7 @@ def drive(
     """
     check_name("quantity to be largest", largest, get_args(Largest))
     device = model if isinstance(model, Device) else None
-    cone = model if device is None else device.to_model()
+    cone = model.to_model() if isinstance(model, Device) else model
     check_model(cone, "drive")
     check_one(cone, "drive")
     if (lowest is None) != (highest is None):
