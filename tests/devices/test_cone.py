@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone import disk_cache
 from gelcone.devices.cone import (
     _model,
     breakdown_field,
@@ -109,9 +110,15 @@ def test_a_film_with_branches_of_its_own_has_crept_too():
 )
 def test_a_film_of_ones_own_has_no_cone_in_its_place(film, own, cone):
     """Of those that ship the taut one stands for each where statics of a cone are asked for."""
-    device = PUMP.replace(film=film)
-    assert _model(device).film.name == own
-    assert _model(device, cone=True).film.name == cone
+    device = PUMP.replace(film=film, second_film="wrinkling")
+    for model, names in ((_model(device), [own, "wrinkling"]), (_model(device, cone=True), [cone, "taut"])):
+        assert [placed.film.name for placed in model.system.films] == names
+
+
+def test_the_check_of_a_device_makes_no_membrane():
+    pump = PUMP.replace(film="membrane", prestretch=1.2345)  # a film that nothing else asks for
+    with disk_cache.unmade_refused():
+        pump.replace(second_film="membrane", second_flat_height="20 mm")
 
 
 def test_a_member_without_a_rest_starts_flat():

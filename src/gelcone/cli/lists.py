@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import click
@@ -20,7 +21,7 @@ def devices_command() -> click.Command:
 
 def list_devices(*, name: str | None, as_json: bool) -> None:
     """Prints name, title and file of each device, or one device."""
-    from gelcone.devices.device import Device, find_device
+    from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices
 
     if name is not None:
@@ -30,13 +31,16 @@ def list_devices(*, name: str | None, as_json: bool) -> None:
         else:
             click.echo(device_source(name) or device.to_toml(), nl=False)
         return
-    devices = {stem: (path, Device.from_toml(path)) for stem, path in shipped_devices().items()}
+    devices = {
+        stem: (path, str(tomllib.loads(path.read_text(encoding="utf-8"))["name"]))
+        for stem, path in shipped_devices().items()
+    }
     if as_json:
-        listed = {stem: {"name": device.name, "file": str(path)} for stem, (path, device) in devices.items()}
+        listed = {stem: {"name": title, "file": str(path)} for stem, (path, title) in devices.items()}
         print_json(bare_answer("devices", listed))
         return
-    for stem, (path, device) in devices.items():
-        click.echo(f"{stem}\n  {device.name}\n  {path}")
+    for stem, (path, title) in devices.items():
+        click.echo(f"{stem}\n  {title}\n  {path}")
 
 
 def materials_command() -> click.Command:

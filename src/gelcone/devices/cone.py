@@ -27,7 +27,7 @@ def model_of_device(device: DeviceFields) -> ConeModel:
 
 
 def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> ConeModel:
-    """The model with the film as a taut cone, quick to make, in place of one that ships; one of one's own stays.
+    """The model with films as taut cones, quick to make, in place of those that ship; one of one's own stays.
 
     ``undamped`` is that of `undamped_cone` where it is known."""
     return _damped(device, lambda ratio: _model(device, ratio, cone=True), undamped)
@@ -72,7 +72,7 @@ def breakdown_field(device: DeviceFields) -> Any:
 
 
 def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False) -> ConeModel:
-    """The model with a damping; ``cone``: with the taut cone in place of a film that ships."""
+    """The model with a damping; ``cone``: with taut cones in place of films that ship."""
     film = "taut" if cone and not isinstance(device.film, Film) else device.film
     numbers = {
         parameter: device.scales.dimensionless(quantity, value)
@@ -97,7 +97,10 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         numbers = {name: value for name, value in numbers.items() if name not in device.material.law_parameters}
     numbers |= following(device, device.get, device.scales)
     if device.second_film is not None:
-        numbers |= {"second_film": device.second_film, "second_drive": device.second_drive or "same"}
+        numbers |= {
+            "second_film": "taut" if cone else device.second_film,
+            "second_drive": device.second_drive or "same",
+        }
     return ConeModel(
         **_loads(device) | numbers,
         film=film,
