@@ -95,9 +95,11 @@ def test_messages_are_said_in_fields_and_units_of_the_device(device):
         f"push = {float(0.5 / s.force)!r}: is far; its default is 0.1": "constant_force = 500 mN: is far",
         f"displacements from {two} to {four}: none is reached; stay within {three}": "displacements from 2 mm to 4 mm: "
         "none is reached; stay within 3 mm",
+        f"must be less than {three} times film_radius - disc_radius either way": "must be less than 3 mm "
+        f"({three} times film_radius - disc_radius) either way",
     }
-    for plain, told in cases.items():
-        assert in_device_words(plain, device) == told
+    for plain, expected in cases.items():
+        assert in_device_words(plain, device) == expected
 
 
 def test_values_of_cells_are_shown_by_the_scales_of_each(device):

@@ -252,6 +252,7 @@ def in_device_words(message: str, device: Device) -> str:
             return re.sub(_NUMBER, lambda number: _size(scales, quantity, number[0], unit), found[0])
 
         message = re.sub(pattern, sized, message)
+    message = re.sub(_RING, lambda times: f"{_size(scales, 'length', times[1], 'm')} ({times[0]})", message)
     return _DEFAULT.sub("", message)
 
 
@@ -268,6 +269,8 @@ _SIZES = (
     (rf"(?<!\w)voltages = {_NUMBER}", "voltage", "V"),
 )
 """Numbers in messages that are not those of a parameter, with their quantity and unit."""
+_RING = rf"({_NUMBER}) times film_radius - disc_radius"
+"""A length in units of the width of the ring, which stays next to it in metres."""
 _DEFAULT = re.compile(r"; its default is \S+$")
 """The default of a parameter is dimensionless, and none of the device's."""
 
