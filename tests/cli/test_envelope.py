@@ -81,7 +81,7 @@ def test_a_film_that_is_slack_from_the_start_has_no_window(gelcone):
     [
         (["--over", "damping_ratio=0.1,0.2"], "sweeps drive_frequency and voltage"),
         (["--initial", "1,0"], "envelope does not start from a state"),
-        (["--margin", "1"], "margin = 1"),
+        (["--margin", "1"], "--margin 1: "),
         (["--set", "voltage=0"], "give it an amplitude or a bias"),
         (["--over", "drive_frequency=8 Hz,10 Hz"], "units need a device"),
     ],

@@ -131,3 +131,30 @@ def test_without_a_command_the_help_is_shown(command_line):
 
 def test_an_unknown_command_suggests_the_nearest(command_line):
     assert command_line("simulat")[::2] == (2, "Error: 'simulat' is not a command; did you mean 'simulate'?\n")
+
+
+@pytest.mark.parametrize(
+    ("typed", "message", "said"),
+    [
+        ("envelope --margin 2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
+        ("envelope --margin=2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
+        ("drive --lowest=5;Hz", "lowest = 5.0: must increase", "--lowest '5 Hz': must increase"),
+        ("drive --lowest 5", "lowest: is given alone; give highest too", "--lowest: is given alone; give highest too"),
+        ("section --discard-time 1", "discard_time = 1.0: ends late", "--discard-time 1: ends late"),
+        ("fit --free a~3% --free b", "free b = 0: is small", "--free b = 0: is small"),
+        ("fit --predict x@1", "predict 'x@1': takes no voltage", "--predict 'x@1': takes no voltage"),
+        ("fit --free a --free b", "free = 3: is few", "--free = 3: is few"),
+        ("envelope", "margin = 2.0: must be below 1", "margin = 2.0: must be below 1"),
+        ("drive --low 5", "lowest = 5.0: must increase", "lowest = 5.0: must increase"),
+        ("export --drive own", "drive numbers stay free: leave them out", "drive numbers stay free: leave them out"),
+        ("map --over voltage=0:1:3", "voltage = -1.0: is low", "voltage = -1.0: is low"),
+    ],
+)
+def test_an_error_of_an_option_is_said_as_it_was_typed(typed, message, said):
+    assert cli.as_typed(message, [word.replace(";", " ") for word in typed.split()]) == said
+
+
+def test_errors_and_doubts_are_said_as_they_were_typed(command_line):
+    assert command_line("simulate", "--periods", "-3")[2] == (
+        "Error: --periods -3: must be a positive number of drive periods\n"
+    )

@@ -181,7 +181,7 @@ def test_tongues_of_a_device_are_in_volts_and_hertz(as_json, undrawn, tmp_path):
         (["tongues", "--over", "damping_ratio=0:1:5"], "sweeps drive_frequency and voltage"),
         (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),
         (["tongues", "--set", "voltage=[0,1]"], "one actuator"),
-        (["tongues", "--highest", "0"], "highest = 0: must be greater than 0"),
+        (["tongues", "--highest", "0"], "--highest 0: must be greater than 0"),
     ],
 )
 def test_bad_arguments_are_one_line_and_exit_with_2(gelcone, arguments, message):

@@ -147,7 +147,7 @@ def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):
         (["--displacements", "9,10"], "no film spans them within its stretch limit"),
         (["--displacements", "1,1"], "each given once"),
         (["--voltages", "-1"], "voltage"),
-        (["--elements", "1"], "elements = 1"),
+        (["--elements", "1"], "--elements 1: "),
         (["--initial", "1,0"], "leave it out"),
     ],
 )

@@ -219,7 +219,7 @@ def test_losses_change_device_and_free_fields(lossy):
     assert (own.material.viscous_modulus_1, free["damping_coefficient"]) == (1500.0, 0.5)
     with pytest.raises(InputError, match="'friction' is not a structure of the loss; known: damper, branch, both"):
         fit_device(drawn, tests, {"spring_rate": 0.03}, losses=["friction"])
-    with pytest.raises(InputError, match="--loss: needs damping_coefficient in place of a damping that changes"):
+    with pytest.raises(InputError, match=r"^loss: needs damping_coefficient in place of a damping that changes"):
         plan_device(
             drawn.replace(damping_coefficient=None, quality_factor=9.0), tests, {"spring_rate": 0.03}, loss="both"
         )
@@ -450,7 +450,7 @@ def test_priors_are_relative_or_absolute():
         "spring_rate": 0.03,
         "film_thickness": pytest.approx(0.03),
     }
-    with pytest.warns(DoubtfulInput, match="--free spring_rate: has no prior; give one where it was measured"):
+    with pytest.warns(DoubtfulInput, match=r"^free spring_rate: has no prior; give one where it was measured"):
         assert read_free(["spring_rate"], pump)["spring_rate"] == 10.0
     for text, message in (
         ("spring_rate~0%", "must be a share such as '2 %'"),
@@ -459,7 +459,7 @@ def test_priors_are_relative_or_absolute():
     ):
         with pytest.raises(InputError, match=message):
             read_free([text], pump)
-    with pytest.raises(InputError, match="--free spring_rate: is given twice"):
+    with pytest.raises(InputError, match=r"^free spring_rate: is given twice"):
         read_free(["spring_rate~1%", "spring_rate~2%"], pump)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 import sys
 from importlib import import_module
 from typing import NoReturn
@@ -148,8 +150,26 @@ def _main() -> None:
 
 def _fail(message: str, code: int) -> NoReturn:
     for line in message.splitlines():
-        print(f"Error: {' '.join(line.split())}", file=sys.stderr)
+        print(f"Error: {' '.join(as_typed(line, sys.argv[1:]).split())}", file=sys.stderr)
     sys.exit(code)
+
+
+def as_typed(message: str, typed: list[str]) -> str:
+    """A message about an option by its name in Python, ``margin = 2.0: ...``, as it was typed, ``--margin 2: ...``."""
+    for word, after in zip(typed, [*typed[1:], ""], strict=True):
+        option, given, value = word.partition("=")
+        name = re.escape(option[2:].replace("-", "_"))
+        if not option.startswith("--") or not (found := re.match(rf"{name}( = [^:]*|{_PART})?(?=: )", message)):
+            continue
+        own, part = value if given else after, found[1] or ""
+        again = sum(other.partition("=")[0] == option for other in typed) > 1
+        part = f" {shlex.quote(own)}" if part.startswith(" = ") and not again else part
+        return f"{option}{part}{message[found.end() :]}"
+    return message
+
+
+_PART = r" [\w.]+(?: = [^:]*)?| '[^']*'"
+"""The part of an option that a message is about: a field, or the text of one of several."""
 
 
 def _remedy(error: click.UsageError) -> str:
@@ -162,4 +182,4 @@ def _remedy(error: click.UsageError) -> str:
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
     """A warning as one line, without the place in the source."""
-    print(f"Warning: {' '.join(str(message).split())}", file=sys.stderr)
+    print(f"Warning: {' '.join(as_typed(str(message), sys.argv[1:]).split())}", file=sys.stderr)

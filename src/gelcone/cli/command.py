@@ -24,6 +24,7 @@ from gelcone.cli.options import (
 )
 from gelcone.cli.output import deliver, progress_bar
 from gelcone.devices.analysis import check_one, device_words, plain
+from gelcone.devices.files import shipped_devices
 from gelcone.errors import InputError
 from gelcone.plots import plot
 from gelcone.register.analyses import find_analysis
@@ -50,11 +51,13 @@ def command_of(analysis: Analysis) -> click.Command:
 def _in_places(analysis: Analysis, words: tuple[str, ...]) -> dict[str, str | None]:
     """The arguments of a command by their names, the device first where one is given."""
     places = list(analysis.arguments)
+    form = " ".join(["[DEVICE]", *analysis.arguments.values()])
     if len(words) == len(places):
+        if words[0].endswith(".toml") or words[0] in shipped_devices():
+            raise InputError(f"{analysis.command}: takes {form}, and behind the device {words[0]} a word is missing")
         return {"device": None, **dict(zip(places, words, strict=True))}
     if len(words) == 1 + len(places):
         return dict(zip(["device", *places], words, strict=True))
-    form = " ".join(["[DEVICE]", *analysis.arguments.values()])
     raise InputError(f"{analysis.command}: takes {form}, not {len(words)} words: {' '.join(words) or 'none'}")
 
 

@@ -411,5 +411,5 @@ def field_value(device: Device, name: str) -> float:
     value = device.get(name)
     if value is None or np.ndim(value) or not (np.isfinite(value) and value > 0.0):
         shown = "not set" if value is None else f"{np.asarray(value).tolist()}"
-        raise InputError(f"--free {name}: is {shown}; a field that is fitted must have one value greater than 0")
+        raise InputError(f"free {name}: is {shown}; a field that is fitted must have one value greater than 0")
     return float(value)

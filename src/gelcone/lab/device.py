@@ -59,14 +59,14 @@ def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
         name, tilde, spread = (part.strip() for part in text.partition("~"))
         value = field_value(device, name)
         if name in found:
-            raise InputError(f"--free {name}: is given twice; give it once")
+            raise InputError(f"free {name}: is given twice; give it once")
         if not tilde:
-            warnings.warn(f"--free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
+            warnings.warn(f"free {name}: has no prior; give one where it was measured, {name}~3%", DoubtfulInput, 2)
             found[name] = WIDE
         elif spread.endswith("%"):
-            found[name] = parse_share(f"--free {name}", spread)
+            found[name] = parse_share(f"free {name}", spread)
         else:
-            found[name] = parse(f"--free {name}", spread, device.swept_fields()[name].unit, above=0.0) / value
+            found[name] = parse(f"free {name}", spread, device.swept_fields()[name].unit, above=0.0) / value
     return found
 
 
@@ -171,7 +171,7 @@ def fit_device(
     """
     check_kind("fit_device", tests, DeviceTests, READ_TESTS)
     if not tests.measured:
-        raise InputError("a test has no readings; measure them, or ask for the plan (--plan)")
+        raise InputError("a test has no readings; measure them, or ask for the plan (gelcone.plan_device, --plan)")
     chosen = itertools.product(
         [None] if films is None else dict.fromkeys(films), [None] if losses is None else dict.fromkeys(losses)
     )
@@ -279,7 +279,7 @@ def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[De
     """A device with another structure of its loss, and its free fields."""
     check_name("structure of the loss", loss, LOSSES)
     if device.damping_coefficient is None:
-        raise InputError("--loss: needs damping_coefficient in place of a damping that changes with other fields")
+        raise InputError("loss: needs damping_coefficient in place of a damping that changes with other fields")
     branches = {
         name: None for name in device.swept_fields() if name.startswith(("material.viscous_", "material.relax"))
     }
@@ -314,13 +314,13 @@ GEL = {"material.shear_modulus", "material.relative_permittivity"}
 def _one_too_many(moved: set[str]) -> str:
     if moved == {*GEL, "film_thickness"}:
         return (
-            "--free film_thickness: with material.shear_modulus and material.relative_permittivity free and no prior, "
+            "free film_thickness: with material.shear_modulus and material.relative_permittivity free and no prior, "
             "these three are one number too many: mu H and eps/H are all that any test here determines; give one of "
             "them a prior (film_thickness~3%)"
         )
     first, *others = sorted(moved)
     together = f"with {', '.join(others)} free and no prior, these change together" if others else "it changes"
-    return f"--free {first}: {together} without changing any reading; give it a prior ({first}~3%)"
+    return f"free {first}: {together} without changing any reading; give it a prior ({first}~3%)"
 
 
 # --- the result -------------------------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         if not self.free:
-            raise InputError('no field is free; give some with priors, such as --free "film_thickness~3%"')
+            raise InputError('no field is free; give some with priors in free (--free "film_thickness~3%")')
         if len(self.free) > MOST_FREE:
             raise InputError(f"{len(self.free)} fields are free: give at most {MOST_FREE}")
         for name in self.free:
@@ -70,8 +70,8 @@ class Problem:
         shaping = sorted(SHAPING & set(self.free))
         if self.device.film == "membrane" and shaping:
             raise InputError(
-                f"--free {shaping[0]}: the film 'membrane' is computed anew for each value, which takes seconds; leave "
-                "it out, or give --films wrinkling or taut"
+                f"free {shaping[0]}: the film 'membrane' is computed anew for each value, which takes seconds; leave "
+                "it out, or fit with the film wrinkling or taut"
             )
 
     @cached_property
