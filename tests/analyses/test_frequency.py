@@ -28,8 +28,8 @@ def sweeps(**changes):
 
 RESPONSE = [
     "drive frequency 10 to 12 Hz, 3 values",
-    "swept up    largest stroke 3 ± 0.1 mm at 11 [10.75, 11.25] Hz",
-    "swept down  largest stroke 2.5 ± 0.05 mm at 10.5 [10.25, 10.625] Hz",
+    "swept up    largest stroke 3.00 ± 0.10 mm at 11 [10.75, 11.25] Hz",
+    "swept down  largest stroke 2.500 ± 0.050 mm at 10.5 [10.25, 10.625] Hz",
     "linear theory: largest stroke 0.75 mm at 11 Hz",
     "jumps (the sweeps differ between):",
     "  swept up    at 11.5 to 11.75 Hz: stroke 2.5 -> 0.5 mm, fold at 11.625 Hz",
@@ -54,6 +54,9 @@ def test_a_frequency_response():
     found = response_lines(sweeps(peak_frequency=[12.0, 10.0]))
     rising = ", an end of the frequencies: it may rise beyond"
     assert [line.endswith(rising) for line in found[1:3]] == [True, True]
+    exact = response_lines(sweeps(peak_amplitude=[1.815, 1.25], peak_amplitude_error=[3e-5, NAN]))
+    assert "largest stroke 3.63000 ± 6e-05 mm at" in exact[1]  # to the digits of its error
+    assert "largest stroke 2.5 mm at" in exact[2]
     odd = sweeps(period=[[1, 2, 0], [1, 1, 3]])
     assert response_lines(odd)[2] == "            subharmonic at 1, not periodic at 1 of 3 frequencies"
     assert response_lines(odd)[4] == "            subharmonic at 1 of 3 frequencies"

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.branches import followed_lines
 from gelcone.codes import Outcome
-from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words
+from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,7 +55,8 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
     at = f"{float(own['peak_frequency']):.5g} [{float(own['peak_low']):.5g}, {float(own['peak_high']):.5g}]{hertz}"
     ends = float(own["peak_frequency"]) in (frequency[0], frequency[-1])
     rising = ", an end of the frequencies: it may rise beyond" if ends else ""
-    lines = [f"swept {branch:5s} largest stroke {stroke:.4g} ± {error:.1g}{length} at {at}{rising}"]
+    largest = with_error(stroke, error).removeprefix("+")
+    lines = [f"swept {branch:5s} largest stroke {largest}{length} at {at}{rising}"]
     counts = {kind: int(which.sum()) for kind, which in kinds_of_motion(own).items()}
     kinds = ", ".join(f"{kind} at {n}" for kind, n in counts.items() if n)
     return [*lines, f"            {kinds} of {frequency.size} frequencies"] if kinds else lines
