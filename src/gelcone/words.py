@@ -106,7 +106,7 @@ SHEET_ROWS = {
     "blocked_force": "blocked force",
     "stroke": "free stroke",
     "stiffness_at_rest": "stiffness under voltage",
-    "stroke_work": "work of a stroke",
+    "stroke_work": "work of a stroke (out alone)",
     "load_work": "  of it on a constant load",
     "volume_work": "  over film volume",
     "mass_work": "  over moving mass",

@@ -19,7 +19,7 @@ def statics_of(**changes):
     own = {
         "outcome": 0, "displacement": ("displacement", [0.0], "mm"), "pitchfork_voltage": (None, NAN, "V"),
         "pitchfork_displacement": (None, 4.0, "mm"),
-        "fold_voltage": ("fold", [NAN, 1300.0]), "fold_displacement": ("fold", [NAN, 16.0]),
+        "fold_voltage": ("fold", [NAN, 1300.0], "V"), "fold_displacement": ("fold", [NAN, 16.0], "mm"),
         "pull_in_kind": int(PullIn.FOLD), "pull_in_voltage": (None, 1300.0, "V"), "pull_in_from": (None, 16.0, "mm"),
         "pull_in_to": (None, 22.0, "mm"), "equilibria": ("constant_voltage", [2, 0]),
         "equilibrium_displacement": (over, [[13.0, 21.0], [NAN, NAN]], "mm"), "stable": (over, [[1, 0], [0, 0]]),

@@ -16,11 +16,11 @@ from tests.edited import coded, edited, labelled, made
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (12.3456789, "12.346 mW"), (0.01, "0.01 mW"), (0.0099, "9.9 uW"), (-0.0099, "-9.9 uW"), (-0.01, "-0.01 mW"),
-        (0.0, "0 mW"), (np.nan, "unknown"), (np.inf, "infinite"),
+        (12.3456789, "12.346 mW"), (0.01, "10 uW"), (-0.0099, "-9.9 uW"), (1234.5678, "1.2346 W"), (0.0, "0 W"),
+        (np.nan, "unknown"), (np.inf, "infinite"),
     ],
 )  # fmt: skip
-def test_a_small_number_has_a_smaller_unit_whatever_its_sign(value, text):
+def test_a_number_has_the_unit_in_which_it_reads_well(value, text):
     attrs = {"units": "mW", "quantity": "power", "long_name": "mean power"}
     assert tables._value(xr.DataArray(value, attrs=attrs)) == text
 

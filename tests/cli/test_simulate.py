@@ -308,8 +308,8 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--initial", "nan,0"], "--initial displacement nan: must be finite"),
         (["simulate", "--initial", "1,inf"], "--initial velocity inf: must be finite"),
         (["simulate", "--times", "nan"], "--times nan: must be finite"),
-        (["simulate", "--periods", "nan"], "periods = nan: must be a positive number of drive periods"),
-        (["simulate", "--periods", "inf"], "periods = inf: must be a positive number of drive periods"),
+        (["simulate", "--periods", "nan"], "--periods nan: must be a positive number of drive periods"),
+        (["simulate", "--periods", "inf"], "--periods inf: must be a positive number of drive periods"),
         # bounds
         (["simulate", "--set", "drive_frequency=0"], "drive_frequency = 0: must be greater than 0"),
         (["simulate", "--set", "damping_ratio=-0.1"], "damping_ratio = -0.1: must be at least 0"),

@@ -126,7 +126,7 @@ def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
     code, out, _ = gelcone("static", *films, "--voltages", "1.13 kV,1.24 kV")
     assert code == 0
     assert "slow voltage ramp from 0: no stable equilibrium to start from" in out
-    assert "1130 V: rests at 10 mm (stable); no slow ramp from 0 leads there" in out
+    assert "1.13 kV: rests at 10 mm (stable); no slow ramp from 0 leads there" in out
     code, out, _ = gelcone("static", "soft-film", "--voltages", "0.2 kV,3 kV")
     assert code == 0
     assert "3000 V: rests at nothing; beyond pull-in" in out

@@ -216,7 +216,7 @@ TABLE = {
                 "text: # of stroke",
                 "text: stiffness under voltage",
                 "text: # of stiffness_at_rest",
-                "text: work of a stroke",
+                "text: work of a stroke (out alone)",
                 "text: # of stroke_work",
                 "text: of it on a constant load",
                 "text: # of load_work",

@@ -10,7 +10,7 @@ import numpy as np
 from gelcone.analyses.answer import heading, outcome_lines, state_lines
 from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
-from gelcone.words import FAILINGS, event_label, measured, members_of, shortened, strength_in_words, unit_of
+from gelcone.words import FAILINGS, event_label, members_of, shortened, sized, strength_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +43,6 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     """The equilibria, stroke and blocked force at each voltage."""
     if int(member["outcome"]):
         return []
-    length = unit_of(member["displacement"])
     lines, elsewhere = (
         [],
         "beyond pull-in" if member["pull_in_voltage"].notnull() else "no slow ramp from 0 leads there",
@@ -51,11 +50,11 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
-        places = [f"{float(e['equilibrium_displacement']):.4g}{length} ({', '.join(_about(e))})" for e in known]
-        yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle": "cycle_work"}
-        named = [f"{words} {measured(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
+        places = [f"{sized(e['equilibrium_displacement'])} ({', '.join(_about(e))})" for e in known]
+        yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle out and back": "cycle_work"}
+        named = [f"{words} {sized(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
         lines.append(
-            f"  {measured(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
+            f"  {sized(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
             f"{', '.join(named) or elsewhere}"
         )
     return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
@@ -76,19 +75,19 @@ def _event_lines(member: xr.Dataset) -> list[str]:
     """Pitchfork, folds and pull-in."""
     if int(member["outcome"]):
         return ["nothing can be reached inside the stretch limit"]
-    volt, length = unit_of(member["constant_voltage"]), unit_of(member["displacement"])
-    pitchfork = float(member["pitchfork_voltage"])
-    place = float(member.get("pitchfork_displacement", 0.0))  # files of 0.2 have flat films alone
-    lines = [f"pitchfork at {pitchfork:.4g}{volt}, displacement {place:.4g}{length}"] if np.isfinite(pitchfork) else []
-    for voltage, place in zip(member["fold_voltage"].values, member["fold_displacement"].values, strict=True):
+    lines = []
+    if np.isfinite(member["pitchfork_voltage"]):
+        at = "0" if "pitchfork_displacement" not in member else sized(member["pitchfork_displacement"])  # files of 0.2
+        lines.append(f"pitchfork at {sized(member['pitchfork_voltage'])}, displacement {at}")
+    for voltage, place in zip(member["fold_voltage"], member["fold_displacement"], strict=True):
         if np.isfinite(voltage):
-            lines.append(f"fold at {voltage:.4g}{volt}, displacement {place:.4g}{length}")
+            lines.append(f"fold at {sized(voltage)}, displacement {sized(place)}")
     kind = PullIn(int(member["pull_in_kind"]))
-    voltage, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "to"))
+    voltage, end = member["pull_in_voltage"], member["pull_in_to"]
     ramp = "slow voltage ramp from 0"
     if np.isnan(voltage):
         return [*lines, f"{ramp}: no stable equilibrium to start from"]
     if kind == PullIn.NEVER:
         return [*lines, f"{ramp}: {kind.meaning}"]
-    event = f"{ramp}: at {voltage:.4g}{volt} the disc {kind.meaning}"
-    return [*lines, event if np.isinf(end) else f"{event} (moves to {end:.4g}{length})"]
+    event = f"{ramp}: at {sized(voltage)} the disc {kind.meaning}"
+    return [*lines, event if np.isinf(end) else f"{event} (moves to {sized(end)})"]

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 DIGITS = 5
-SMALL = 1e-2
-"""A number below this in its usual unit has one in which it reads better."""
 YES = "1 if "
 """With this a label begins whose number is 1 for yes and 0 for no."""
 FILM_STATES = r"validity_|(second_)?film_state_"
@@ -113,4 +111,4 @@ def _value(variable: xr.DataArray) -> str:
         return event_label(variable)
     if variable.attrs["long_name"].startswith(YES):
         return "yes" if variable else "no"
-    return sized(variable, DIGITS) if 0.0 < abs(float(variable)) < SMALL else measured(variable, DIGITS)
+    return sized(variable, DIGITS)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import ending_lines, film_state_json, heading
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import FAILINGS, evenly, film_state_in_words, lasting, measured, unit_of
+from gelcone.words import FAILINGS, evenly, film_state_in_words, lasting, sized, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,15 +34,15 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     """A time response as text."""
     x = shown["displacement"]
-    run = f"run of {measured(shown['time'].max(keep_attrs=True), 5)}, {subject.model.size} member(s)"
+    run = f"run of {sized(shown['time'].max(keep_attrs=True), 5)}, {subject.model.size} member(s)"
     lines = [*heading(subject), run, *ending_lines(shown), *_film_lines(shown)]
     if (shown["outcome"].values == Outcome.OK).any():
         late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
         lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
         lines += _source_lines(shown, subject)
         if "heating" in shown and not shown["outcome"].ndim:
-            warms = f"which alone warms it by {measured(shown['heating'])}"
-            lines.append(f"heat in the film {measured(shown['heat'])}, {warms}")
+            warms = f"which alone warms it by {sized(shown['heating'])}"
+            lines.append(f"heat in the film {sized(shown['heat'])}, {warms}")
         wrinkles = film_state_json(shown) is not None
         lines.append("share of the time outside the model's validity (mean over members):")
         for name, variable in shown.items():
@@ -69,21 +69,19 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
         jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
         return [_JUMPS] if jumps else []
     peaks, rms = (
-        ", ".join(measured(shown[name], 4) for name in names)
+        ", ".join(sized(shown[name], 4) for name in names)
         for names in (
             ("peak_current", "peak_charge", "peak_slew_rate"),
             ("rms_voltage", "rms_current", "apparent_power"),
         )
     )
     lost = [name for name in ("damper", "film", "resistor", "leak", "dielectric") if f"{name}_dissipation" in shown]
-    split = ", ".join(f"{name} {measured(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
+    split = ", ".join(f"{name} {sized(shown[f'{name}_dissipation'].isel(time=-1), 4)}" for name in lost)
     found = [f"amplifier: up to {peaks}; rms in the second half {rms}"]
     for name in ("slew_limited", "current_limited"):
         if name in shown:
             found.append(f"  {name.replace('_', ' ')} for {100.0 * float(shown[name]):.3g} % of the time")
-    return (
-        [*found, f"  supplied {measured(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
-    )
+    return [*found, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
 
 
 def _film_lines(shown: xr.Dataset) -> list[str]:
@@ -94,7 +92,7 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
     kind = shown["pull_in_kind"]
     if kind.ndim == 0 and int(kind) > 0:
         time, place, voltage = (
-            measured(shown[f"pull_in_{name}"], digits)
+            sized(shown[f"pull_in_{name}"], digits)
             for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
         )
         reason = FilmPullIn(int(kind)).label
@@ -107,10 +105,10 @@ def _film_lines(shown: xr.Dataset) -> list[str]:
 
 def step_words(shown: xr.Dataset, subject: Subject) -> str:
     """Steps of the voltage as text, a line for each voltage."""
-    lines = [*heading(subject), f"before the step: {measured(shown['begin'][0])}"]
+    lines = [*heading(subject), f"before the step: {sized(shown['begin'][0])}"]
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
-        name = f"  {measured(one['constant_voltage'])}:"
+        name = f"  {sized(one['constant_voltage'])}:"
         if int(one["outcome"]) != Outcome.OK:
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
             continue
@@ -118,14 +116,14 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
         unit = unit_of(one["end"])
         rise, settling = (float(one[name]) for name in ("rise_time", "settling_time"))
         if np.isnan(one["overshoot"]):
-            lines.append(f"{name} does not move the disc from {measured(one['end'])}")
+            lines.append(f"{name} does not move the disc from {sized(one['end'])}")
             continue
         settles = "not settled within the run"
         if np.isfinite(settling):
             settles = f"settled after {lasting(settling, one['settling_time'], 4)}"
         lines.append(
-            f"{name} moves by {way:.4g}{unit} to {measured(one['end'])} (a slow ramp ends at "
-            f"{measured(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
+            f"{name} moves by {way:.4g}{unit} to {sized(one['end'])} (a slow ramp ends at "
+            f"{sized(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
             f"{float(one['overshoot']):.1%}, {settles}, drift at the end {round(float(one['drift']), 4) + 0.0:.2%}"
         )
     return "\n".join(lines)
@@ -141,17 +139,17 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         *heading(subject),
         "no constant voltage pulls the film in, at once or in the long run"
         if not np.isfinite(shown["long_time_voltage"])
-        else f"pull-in at once {measured(shown['instant_voltage'])}, in the long run "
-        f"{measured(shown['long_time_voltage'])}; up to {measured(shown['holding_voltage'])} is held for {longest}",
+        else f"pull-in at once {sized(shown['instant_voltage'])}, in the long run "
+        f"{sized(shown['long_time_voltage'])}; up to {sized(shown['holding_voltage'])} is held for {longest}",
     ]
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
-        name = f"  {measured(one['constant_voltage'])}:"
+        name = f"  {sized(one['constant_voltage'])}:"
         time = float(one["pull_in_time"])
         if not np.isfinite(one["begin"]):
             lines.append(f"{name} pulls in at once")
         elif np.isfinite(time):
-            lines.append(f"{name} from {measured(one['begin'])}, pulls in after {lasting(time, shown['time'], 4)}")
+            lines.append(f"{name} from {sized(one['begin'])}, pulls in after {lasting(time, shown['time'], 4)}")
         elif np.isnan(time):
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
         else:
@@ -159,10 +157,10 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             heating = one["heating"].values
             warm = "no longer warms"
             if not abs(heating[-1]) <= COOL * np.nanmax(np.abs(heating)):
-                warm = f"warms by {measured(one['heating'].isel(time=-1), 3)}"
+                warm = f"warms by {sized(one['heating'].isel(time=-1), 3)}"
             lines.append(
-                f"{name} creeps from {measured(one['begin'])} to {measured(one['end'])} in {longest}, in the long run "
-                f"{measured(one['equilibrium'])}; {warm}; "
+                f"{name} creeps from {sized(one['begin'])} to {sized(one['end'])} in {longest}, in the long run "
+                f"{sized(one['equilibrium'])}; {warm}; "
                 f"margin to pull-in at the end: {margin:.1%}"
             )
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
@@ -172,7 +170,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         for k in evenly(late.sizes["held_voltage"], PRINTED_LINES):
             one = late.isel(held_voltage=int(k))
             late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
-            lines.append(f"  {measured(one['held_voltage'], digits)}: {late_by}")
+            lines.append(f"  {sized(one['held_voltage'], digits)}: {late_by}")
     return "\n".join(lines)
 
 
@@ -189,20 +187,20 @@ def transfer_words(shown: xr.Dataset, subject: Subject) -> str:
     """Transfer functions as text: where they are largest, and a table of gains, linear and measured."""
     lines = [
         *heading(subject),
-        f"about {measured(shown['bias_voltage'])}: displacement {measured(shown['equilibrium'])}, "
-        f"natural frequency {measured(shown['natural_frequency'])}",
-        f"largest gain {measured(shown['largest_gain'])} at {measured(shown['resonance'])}",
+        f"about {sized(shown['bias_voltage'])}: displacement {sized(shown['equilibrium'])}, "
+        f"natural frequency {sized(shown['natural_frequency'])}",
+        f"largest gain {sized(shown['largest_gain'])} at {sized(shown['resonance'])}",
     ]
     frequencies = shown["measured_frequency"].values
     if not shown["measured_gain"].size:
         return "\n".join(lines)
-    names = "".join(f"{measured(amplitude):>16s}" for amplitude in shown["amplitude"])
+    names = "".join(f"{sized(amplitude):>16s}" for amplitude in shown["amplitude"])
     lines.append(f"  gain at{'':9s}{'linear':>16s}{names}")
     for k in evenly(frequencies.size, PRINTED_LINES):
         one = shown.isel(measured_frequency=int(k))
         linear = np.interp(frequencies[k], shown["drive_frequency"].values, shown["gain"].values)
-        gains = "".join(f"{measured(gain):>16s}" for gain in one["measured_gain"])
-        lines.append(f"  {measured(one['measured_frequency']):15s} {linear:>10.4g}{unit_of(shown['gain']):6s}{gains}")
+        gains = "".join(f"{sized(gain):>16s}" for gain in one["measured_gain"])
+        lines.append(f"  {sized(one['measured_frequency']):15s} {linear:>10.4g}{unit_of(shown['gain']):6s}{gains}")
     return "\n".join(lines)
 
 
@@ -269,7 +267,7 @@ def _line_table(shown: xr.Dataset) -> list[str]:
     """The strongest lines of a single run."""
     if np.isnan(shown["flatness"]):
         return ["the actuator stands still: it has no spectrum"]
-    swing = f"rms {measured(shown['rms'], 5)} about {measured(shown['mean_displacement'], 5)}"
+    swing = f"rms {sized(shown['rms'], 5)} about {sized(shown['mean_displacement'], 5)}"
     if np.isnan(shown["power_in_lines"]):
         return [swing, *_run_lines(shown)]
     lines = [
