@@ -129,7 +129,7 @@ def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
     assert "1.13 kV: rests at 10 mm (stable); no slow ramp from 0 leads there" in out
     code, out, _ = gelcone("static", "soft-film", "--voltages", "0.2 kV,3 kV")
     assert code == 0
-    assert "3000 V: rests at nothing; beyond pull-in" in out
+    assert "3 kV: rests at nothing; beyond pull-in" in out
 
 
 def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json):
