@@ -70,7 +70,10 @@ def test_columns_of_low_heights_end_where_the_film_is_slack():
     assert np.all(found.falls(found.measures.least_hoop) < found.falls(found.measures.largest_hoop))
 
 
-FILMS = [(0.2, 1, 1, 50), (0.3, 1.3, 1.3, 80), (0.8, 1, 1, np.inf), (0.4, 0.9, 0.9, 30), (0.25, 1.3, 1.1, 60)]
+FILMS = [
+    (0.2, 1, 1, 50), (0.3, 1.3, 1.3, 80), (0.8, 1, 1, np.inf), (0.4, 0.9, 0.9, 30), (0.25, 1.3, 1.1, 60),
+    (0.25, 0.85, 0.95, 50),
+]  # fmt: skip
 STRONG = [(0.2857, 1.1, 1.3, 50)]
 
 
@@ -184,8 +187,8 @@ def test_a_film_that_is_slack_at_every_height_is_refused_in_words():
 
 def test_a_film_of_too_few_states_is_refused_without_a_word_about_a_limit_that_its_gel_has_not():
     assert str(module._too_few(gel_of(1, 1, 50))) == module.TOO_CLOSE
-    said = str(module._too_few(gel_of(1, 1, np.inf)))
-    assert said == "film = membrane: too few states of this film are found; take film = wrinkling, or other pre-stretches"
+    said = "film = membrane: too few states of this film are found; take film = wrinkling, or other pre-stretches"
+    assert str(module._too_few(gel_of(1, 1, np.inf))) == said
 
 
 def test_a_film_that_localises_nowhere_is_refused_in_words(monkeypatch):

@@ -162,7 +162,7 @@ def columns(
         kept.append(Measures(*(values[good] for values in measured)))
         slack[off] = weak[~good]
         # an extrapolated fold may lead to a state under compression: tried again from the last state itself
-        folded = rate_z[off].any(axis=1) & (film.gel.A < film.gel.B)
+        folded = rate_z[off].any(axis=1) & film.gel.has_rims
         failed[off[~folded]] = after.V[~good][~folded]
         rate_r[off[folded]], rate_z[off[folded]] = 0.0, 0.0
         beyond = reached + step >= failed * (1.0 - 1e-9)

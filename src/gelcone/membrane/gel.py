@@ -61,6 +61,12 @@ class Gel:
         return 1.0 / (self.A * self.B)
 
     @property
+    def has_rims(self) -> bool:
+        """Whether the flat film, when it is raised, falls slack between rims whose hoop is taut: of films whose hoop is
+        stretched, and more than their meridian."""
+        return self.A < self.B and self.B > 1.0
+
+    @property
     def strain_limit(self) -> float:
         """The largest I1 - 3 of its law."""
         return float(self.law.strain_limit(self.numbers))

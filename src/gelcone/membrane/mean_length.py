@@ -44,7 +44,7 @@ def fitted(film: Elements, begin: float, reach: float) -> dict[str, float]:
     known = np.isfinite(length)
     if known.sum() <= DEGREE:
         raise InputError(TOO_FEW)
-    scale = FALLING if film.gel.A < film.gel.B else SCALE
+    scale = FALLING if film.gel.has_rims else SCALE
     ratio = (length[known] - 1.0) / rise[known]
     place = (rise[known] - scale) / (rise[known] + scale)
     own = chebyshev.cheb2poly(chebyshev.chebfit(place, ratio, DEGREE, w=1.0 / ratio))

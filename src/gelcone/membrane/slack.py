@@ -25,7 +25,7 @@ VOLTAGES = 240
 def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
     """The V above which a film held at x >= 0 is slack; infinite where none takes its tension. ``ratio`` is a/b."""
     evenly: Array = np.maximum(gel.crumpling(gel.A * (1.0 + x * x)) / gel.G, 0.0)
-    if gel.A >= gel.B:
+    if not gel.has_rims:
         return evenly
     hump = gel.hump()
     V = np.linspace(0.0, 1.0, VOLTAGES) * float(gel.crumpling(min(hump, gel.B))) / gel.G
@@ -41,7 +41,7 @@ def slack_height(gel: Gel, ratio: float, V: float) -> float:
     """The x up to which the film is slack, 0 where it is in tension at all heights; V is at most `slack_limit`."""
     squared = np.array([V])
     t = gel.natural_stretch(squared)
-    if gel.A >= gel.B or t[0] >= gel.B:
+    if not gel.has_rims or t[0] >= gel.B:
         return float(np.sqrt(max(t[0] / gel.A - 1.0, 0.0)))
     return float(max(_between_rims(gel, ratio, squared)[0], 0.0))
 
@@ -52,7 +52,7 @@ def slack_limit(gel: Gel) -> float:
     if not np.isfinite(hump):
         return np.inf
     limit = float(gel.crumpling(hump)) / gel.G
-    if hump >= gel.B or gel.A >= gel.B:
+    if hump >= gel.B or not gel.has_rims:
         return limit
     V = np.linspace(0.0, limit, VOLTAGES)
     t = gel.natural_stretch(V)

@@ -93,21 +93,16 @@ class _Film:
     def gel(self) -> Gel:
         return self.elements.gel
 
-    @property
-    def strong_hoop(self) -> bool:
-        """Whether the hoop is stretched more than the meridian."""
-        return self.gel.A < self.gel.B
-
     def slack_at(self, x: Array) -> Array:
         """The V at which the film loses its tension."""
         return slack_voltage(self.gel, self.elements.ratio, x)
 
     def squared(self, x: Array) -> Array:
         """The s at which the force over the height is that of states of the height x."""
-        return x * x - (FOLDED if self.strong_hoop else 0.0)
+        return x * x - (FOLDED if self.gel.has_rims else 0.0)
 
     def height(self, s: Array) -> Array:
-        found: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.strong_hoop else 0.0))
+        found: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.gel.has_rims else 0.0))
         return found
 
     @cached_property
@@ -131,7 +126,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
 
     Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
     """
-    strong = gel.A < gel.B
+    strong = gel.has_rims
     film = _Film(Elements(gel, ratio, FINE if strong else COARSE), {})
     hump = gel.hump()
     limit = min(slack_limit(gel), NEVER)
@@ -220,7 +215,7 @@ def _cut(film: _Film, begin: float, slackest: float, reach: float) -> float:
         top = film.slack_at(x)
         found = columns(film.elements, x, top, top * (1.0 - BEFORE), STEPS, CUT_FINEST)
         falls = found.end >= top * (1.0 - 0.03)
-        if film.strong_hoop:
+        if film.gel.has_rims:
             falls |= ~localised(film.gel, found)
         first = int(np.argmin(falls)) if not falls.all() else s.size
         low, high = (s[first - 1] if first else low), (s[first] if first < s.size else high)
@@ -243,13 +238,13 @@ def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
     """Fits the piece between two s."""
     n = film.numbers
     variable = USUAL
-    if film.strong_hoop and (piece == "near" or n["cut_squared"] < 0.0):
+    if film.gel.has_rims and (piece == "near" or n["cut_squared"] < 0.0):
         variable = FALLING_SLACK if piece == "near" else NEVER_SLACK
     n |= zip((f"{piece}_shift", f"{piece}_exponent"), variable, strict=True)
     low, high = (float(force.place(piece, s, n)[0]) for s in (begin, end))
     n[f"{piece}_scale"] = 2.0 / (high - low)
     n[f"{piece}_offset"] = -1.0 - 2.0 * low / (high - low)
-    nodes = FALLING_NODES if piece == "near" and film.strong_hoop else NODES[piece]
+    nodes = FALLING_NODES if piece == "near" and film.gel.has_rims else NODES[piece]
     u = chebyshev.chebpts1(nodes)
     other = np.linspace(-1.0, 1.0, CHECKS[piece] + 2)[1:-1]
 
@@ -411,7 +406,7 @@ def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) ->
     at, x, q, base = _places(film, piece, fitted, u, inside)
     q_by_v = force.share(piece, fitted.V[inside], _scale_at(film, piece, at))[1]
     main, alone = MAIN[piece], ALONE[piece]
-    if piece == "near" and not film.strong_hoop:
+    if piece == "near" and not film.gel.has_rims:
         main, alone = NEAR_USUAL, NEAR_USUAL[0]
     parts = [_with_slope(at, q, main)]
     if alone > main[0]:
@@ -470,7 +465,7 @@ def _flat_area(film: _Film, fitted: Columns) -> None:
     values = np.zeros(FLAT + 1)
     if film.gel.A != film.gel.B:
         V, area = fitted.along(int(np.argmin(fitted.heights)), fitted.measures.area)
-        if film.strong_hoop:
+        if film.gel.has_rims:
             ends = [fitted.along(k, fitted.measures.area) for k in range(fitted.heights.size)]
             near = [(own[-1], last[-1]) for own, last in ends if own.size and own[-1] > V[-1]]
             V, area = np.append(V, [one for one, _ in near]), np.append(area, [other for _, other in near])
