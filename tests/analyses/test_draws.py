@@ -6,11 +6,12 @@ import xarray as xr
 
 import gelcone
 from gelcone.analyses import draws
-from gelcone.analyses.draws import read_draws
-from gelcone.analyses.request import Subject
+from gelcone.analyses.draws import drawn_options, read_draws
+from gelcone.analyses.request import Subject, read_subject
 from gelcone.devices.device import find_device
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
+from gelcone.register.analyses import find_analysis
 
 HOW = {"count": 8, "method": "sobol", "seed": 0, "indices": False}
 
@@ -136,3 +137,14 @@ def test_a_table_has_as_many_parameters_as_are_allowed(count, monkeypatch, tmp_p
         read_draws([table(tmp_path, ",".join(["a"] * (draws.MOST_PARAMETERS + 1)) + "\n1\n2\n")], of_model(), **HOW)
     gelcone.save(xr.Dataset({name: ("draw", [1.0, 2.0], {"units": "mm"}) for name in names}), tmp_path / "draws.nc")
     assert list(read_draws([str(tmp_path / "draws.nc")], of_model(), **HOW)) == names
+
+
+def test_axes_of_an_analysis_of_draws_are_in_si_units_of_a_device_alone():
+    """Scales differ from draw to draw, so that a frequency is another number in each."""
+    analysis = find_analysis("frequency")
+    device = read_subject("biased-pump", film="taut")
+    found = drawn_options(analysis, device, {"over": ["frequency=8 Hz:10 Hz:3"]})
+    np.testing.assert_allclose(found["frequencies"], [8.0, 9.0, 10.0])
+    found = drawn_options(analysis, read_subject(), {"over": ["drive_frequency=0.5:1:3"]})
+    assert found["frequencies"].tolist() == [0.5, 0.75, 1.0]
+    assert "over" not in found

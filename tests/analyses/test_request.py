@@ -5,6 +5,7 @@ import pytest
 
 from gelcone import InputError, find_device
 from gelcone.analyses.request import read_subject
+from gelcone.register.analyses import find_analysis
 
 CREEPING = ["viscous_modulus_1=0.5", "relaxation_time_1=3"]
 
@@ -24,6 +25,29 @@ def test_an_initial_state_names_any_state():
     x = 5e-3 / device.scales.length
     np.testing.assert_allclose(stated.start, [5e-3, 0.0, 1.0 / (1.0 + x * x), 1.2])
     np.testing.assert_allclose(stated.initial, [x, 0.0, 1.0 / (1.0 + x * x), 1.2])
+
+
+def test_states_that_are_not_named_begin_where_the_device_does_in_si_units():
+    device = find_device("biased-pump").replace(film="taut", series_resistance="1 Mohm", release_height="6 mm")
+    stated = read_subject(device, initial="velocity=0.1 m/s, film_voltage=20 V")
+    np.testing.assert_allclose(stated.start, [6e-3, 0.1, 20.0])
+    scales = device.scales
+    np.testing.assert_allclose(stated.initial, [6e-3 / scales.length, 0.1 / scales.velocity, 20.0 / scales.voltage])
+
+
+def test_axes_are_those_that_were_given_and_the_others_their_default():
+    tongues = find_analysis("tongues")
+    found = read_subject().axes(["drive_frequency=0.5:1:3"], tongues)
+    np.testing.assert_array_equal(found["frequencies"], [0.5, 0.75, 1.0])
+    np.testing.assert_array_equal(found["voltages"], np.linspace(*tongues.axes["voltages"].default))
+
+
+def test_what_an_axis_takes_the_place_of_is_not_set_too():
+    """The frequency of a response is swept; the window of an envelope is that of a device with a drive of its own."""
+    own, over = read_subject(settings=["drive_frequency=0.7"]), ["drive_frequency=0.5:1:3"]
+    with pytest.raises(InputError, match="--set drive_frequency: is swept by --over drive_frequency; leave one of"):
+        own.axes(over, find_analysis("frequency"))
+    assert own.axes(over, find_analysis("envelope"))["frequencies"].tolist() == [0.5, 0.75, 1.0]
 
 
 @pytest.mark.parametrize(

@@ -58,6 +58,8 @@ def test_a_cone_against_a_continuum():
         f"    1 of 3: {validation.HOOP_SLACK}",
         f"    1 of 3: {Ending.PULLED_IN.meaning}",
     ]
+    lost = edited(validated(), hoop_slack=[[False, True, True]])  # what was not found is not wrinkled, too
+    assert validation._voltage_lines(lost)[2] == taut[2]
     wrinkles = validated().assign(pull_in_voltage=1.0)
     assert validation._voltage_lines(wrinkles)[:2] == [
         "disc over film a/b 0.25; cone force over that of the continuum, both wrinkling, less 1:",

@@ -37,8 +37,6 @@ from gelcone.register.analysis import Analysis, annotation_of
 if TYPE_CHECKING:
     from gelcone.devices.device import Device
 
-RADIUS_RATIO = "radius_ratio"
-
 
 @dataclass(frozen=True)
 class Subject:
@@ -133,7 +131,7 @@ def read_subject(
     for name, text in given.items():
         no_decimal_comma(f"--set {name}", text, parts_of(text))
     values = {name: read_value(text) for name, text in given.items()}
-    of_film = {} if film is None else {name: values.pop(name) for name in ("pull_in", RADIUS_RATIO) if name in values}
+    of_film = {} if film is None or "pull_in" not in values else {"pull_in": values.pop("pull_in")}
     only_of_model(values)
     if preset is None:
         model, start = ConeModel.from_parameters(values), DEFAULT_INITIAL
