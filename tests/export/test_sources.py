@@ -12,7 +12,9 @@ import gelcone
 from gelcone.errors import InputError
 from gelcone.export.sources import Exported, constant, example, in_comment, outputs_of, sources
 from gelcone.motion.flow import smallest_step
+from gelcone.physics.waveforms import Samples
 from tests.export.instance import device
+from tests.toys import PowerFilm
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +171,21 @@ def test_a_drive_inside_begins_where_its_first_piece_does(begin):
     assert float(sizes["FIRST"].strip("()")) == begins[0]
     np.testing.assert_allclose(np.array(tables["PIECE_OFFSETS"]) + begins[0], begins, rtol=1e-15)
     assert (int(sizes["N_PIECES"]), sizes["REPEATS"]) == (begins.size, "1")
+
+
+@pytest.mark.parametrize("repeat", [False, True])
+def test_a_recording_inside_begins_again_where_it_does_so_here(repeat):
+    recording = Samples((0.0, 0.5, 1.0), (0.0, 1.0, 0.0), repeat=repeat)
+    text = sources(Exported(device(film="taut", waveform=recording), "pump", True, 1e-7))["pump.c"]
+    assert f"#define REPEATS {int(repeat)}\n" in text
+
+
+def test_a_film_without_stresses_has_no_place_for_them():
+    """Nor is it slack, broken down or near its limit by the numbers of another output."""
+    changes = {"film": PowerFilm(), "meridional_prestretch": None, "hoop_prestretch": None}
+    own = Exported(device(**changes), "pump", False, 1e-7)
+    assert not {"meridional_stress", "hoop_stress", "true_field", "limit_share"} & set(own.program.outputs)
+    assert tables_of(own)[0]["FILM_OUT"] == [-1.0] * 4
 
 
 # --- variables --------------------------------------------------------------------------------------------------------
