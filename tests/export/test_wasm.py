@@ -226,3 +226,12 @@ def test_the_slider_of_the_page_begins_at_the_offset_that_the_drive_inside_does_
     own = device(film="taut", voltage_amplitude=100.0, voltage_offset=-700.0)
     wasm.write_wasm(Exported(own, "pump", inside, 1e-9), tmp_path / "pump.wasm", False)
     assert f'min="0" max="1200" value="{begin}"' in (tmp_path / "pump.html").read_text(encoding="utf-8")
+
+
+def test_the_name_of_a_device_is_a_text_of_the_page_and_no_part_of_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
+    own = device(film="taut").replace(name="a <script>alert(1)</script> & co")
+    gelcone.export(own, tmp_path / "pump.wasm")
+    page = (tmp_path / "pump.html").read_text(encoding="utf-8")
+    assert "<h1>a &lt;script&gt;alert(1)&lt;/script&gt; &amp; co</h1>" in page
+    assert "<script>alert" not in page
