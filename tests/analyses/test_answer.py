@@ -31,7 +31,7 @@ def test_plain_values_are_json():
 def test_outcomes_are_counted_with_their_remedy():
     codes = np.array([Outcome.OK, Outcome.OUTSIDE, Outcome.OUTSIDE], dtype=np.int8)
     result = xr.Dataset({"outcome": ("member", codes)})
-    assert outcome_lines(result) == [f"2 of 3 run(s) failed: {Outcome.OUTSIDE.meaning}"]
+    assert outcome_lines(result) == [f"2 of 3 runs failed: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result) == ["  1 of 3: ok", f"  2 of 3: {Outcome.OUTSIDE.meaning}"]
     assert ending_lines(result.isel(member=0)) == []
 

@@ -32,7 +32,7 @@ def test_an_envelope_of_draws():
     lines = drawn.over_draws_words(drawn_window(), SUBJECT).splitlines()
     lines = lines[len(answer.heading(SUBJECT, ["prestretch"])) :]
     assert lines[:5] == [
-        "4 draws of prestretch", f"1 of 4 run(s) failed: {Outcome.PULLED_IN.meaning}",
+        "4 draws of prestretch", f"1 of 4 runs failed: {Outcome.PULLED_IN.meaning}",
         "pull-in at constant voltage: 20 V, 95 % within 20 V to 20 V; none in 1 of 4 draws",
         "recommended constant voltage, 20% below its limits: 16 V, 95 % within 16 V to 16 V; none in 1 of 4 draws",
         "recommended drive, 20% below its limits:",

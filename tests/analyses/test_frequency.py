@@ -70,7 +70,7 @@ def test_a_frequency_response():
         "no linear theory: no stable equilibrium under the drive's mean square"
     )
     failed = sweeps(outcome=[[0, 0, 0], [0, int(Outcome.PULLED_IN), 0]])
-    assert response_lines(failed)[1] == f"1 of 6 run(s) failed: {Outcome.PULLED_IN.meaning}"
+    assert response_lines(failed)[1] == f"1 of 6 runs failed: {Outcome.PULLED_IN.meaning}"
     assert response_lines(failed)[5] == "only one of the sweeps finds a motion at 1 of 3 frequencies"
     both = sweeps(outcome=[[0, int(Outcome.PULLED_IN), 0]] * 2)
     assert not [line for line in response_lines(both) if "only one" in line]

@@ -60,6 +60,10 @@ def test_a_map():
         "lowest exponent -0.75 per second at voltage 900 V, damping_ratio 0.25",
         "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
     ]
+    alike = grids.map_words(map_of(lyapunov=-0.25), SUBJECT).splitlines()[head:]
+    assert [line for line in alike if "exponent" in line] == [
+        "highest exponent -0.25 per second at voltage 800 V, damping_ratio 0.25"
+    ]
     unknown = grids.map_words(map_of(lyapunov=NAN, doubtful=0), SUBJECT).splitlines()[head:]
     assert unknown == lines[:3]
 
@@ -159,7 +163,7 @@ def test_the_texts_of_a_sweep_and_of_a_store():
         grid, "5 cells computed, 1 inferred, 0 missing of 6", counts, holds,
     ]  # fmt: skip
     failed = edited(shown, outcome=[[0, int(Outcome.OUTSIDE)], [0, 0]])
-    assert after_heading(grids.sweep_words, failed, over)[1] == f"1 of 4 run(s) failed: {Outcome.OUTSIDE.meaning}"
+    assert after_heading(grids.sweep_words, failed, over)[1] == f"1 of 4 runs failed: {Outcome.OUTSIDE.meaning}"
     missing = edited(failed, status=[[1, 0], [0, 1]])  # a failed cell that is not there yet does not count
     assert after_heading(grids.sweep_words, missing, over)[1] == counts
     others = shown.drop_vars(["regime", "validity_near_limit", "validity_breakdown"])
@@ -244,7 +248,7 @@ def test_the_text_of_a_diagram():
     shown = shown.merge(thresholds(1)).assign_attrs(parameter="voltage")
     assert after_heading(grids.bifurcation_words, shown, ["voltage"]) == [
         "voltage 1 to 2 V, 2 values",
-        f"1 of 4 run(s) failed: {Outcome.PULLED_IN.meaning}",
+        f"1 of 4 runs failed: {Outcome.PULLED_IN.meaning}",
         "  up: rest 1, periodic 1",
         "    of 2 motions the model does not hold in: near the stretch limit in 1 (up to 25 % of the motion)",
         "  down: chaotic 1, pulled in 1",
@@ -270,7 +274,7 @@ def test_the_text_of_basins():
     )
     lines = [
         "initial displacement -5 to 5 mm, 2 values; velocity 0 to 1 m/s, 2 values",
-        f"1 of 4 run(s) failed: {Outcome.STRETCH_LIMIT.meaning}", "2 attractor(s):", "  0: rest: 50 %, at 1 mm",
+        f"1 of 4 runs failed: {Outcome.STRETCH_LIMIT.meaning}", "2 attractor(s):", "  0: rest: 50 %, at 1 mm",
         "  1: periodic, period 2: 25 %, from -2 to 3 mm", "  none: 25 % (failed or not settled)",
         "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
     ]  # fmt: skip

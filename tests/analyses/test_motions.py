@@ -43,7 +43,7 @@ def test_exponents_of_a_cycle(cycle, words_):
 
 def test_exponents_of_an_ensemble_and_of_a_failed_run():
     failed = exponents(outcome=int(Outcome.PULLED_IN))
-    assert said(motions.lyapunov_words, failed) == [f"1 of 1 run(s) failed: {Outcome.PULLED_IN.meaning}"]
+    assert said(motions.lyapunov_words, failed) == [f"failed: {Outcome.PULLED_IN.meaning}"]
     voltages = labelled(("voltage", [0.5, 0.75], "V")).assign_attrs(quantity="parameter")
     two = xr.concat([exponents(), failed], voltages.rename("voltage"))
     two["voltage"].attrs.update(quantity="parameter", units="V")
@@ -88,7 +88,7 @@ def test_the_kind_of_one_motion():
     ]
     failed = motion(outcome=int(Outcome.OUTSIDE), validity_near_limit=NAN, validity_breakdown=NAN)
     assert said(motions.regime_words, failed) == [
-        f"1 of 1 run(s) failed: {Outcome.OUTSIDE.meaning}", "failed: outside",
+        f"failed: {Outcome.OUTSIDE.meaning}", "failed: outside",
     ]  # fmt: skip
 
 

@@ -59,13 +59,13 @@ def test_a_table_says_yes_or_no_and_what_a_code_means():
     assert said(tables.table_words, found) == [*lines, HOLDS]
     assert said(tables.table_words, edited(found, resting=0))[0] == "the disc rests: no"
     failed = edited(found, outcome=int(Outcome.ERROR), validity_near_limit=NAN, validity_breakdown=NAN)
-    assert said(tables.table_words, failed) == [f"1 of 1 run(s) failed: {Outcome.ERROR.meaning}"]
+    assert said(tables.table_words, failed) == [f"failed: {Outcome.ERROR.meaning}"]
     stiffer = edited(found, large=9.0, resting=0)
     names = labelled(("voltage", [1.0, 2.0, 4.0], "V")).rename("voltage")
     three = xr.concat([found, failed, stiffer], names)
     three["voltage"].attrs.update(quantity="parameter", units="V")
     assert said(tables.table_words, three)[:7] == [
-        f"1 of 3 run(s) failed: {Outcome.ERROR.meaning}",
+        f"1 of 3 runs failed: {Outcome.ERROR.meaning}",
         "voltage             1 V   4 V",
         "the disc rests      yes    no",
         "a number        12.5 mm  9 mm",
@@ -84,7 +84,7 @@ def test_as_many_columns_as_fit_stand_side_by_side_and_long_words_are_wrapped():
     count = 23
     words = ["a word that is too long for a column, and more" if k == 2 else f"{k}" for k in range(count)]
     rows = [["the name", *(f"{1000 + k} V" for k in range(count))], ["a label " * 8, *words]]
-    lines = tables._table(rows)
+    lines = tables.side_by_side(rows)
     assert max(map(len, lines)) <= tables.WIDTH
     assert [line.rstrip() for line in lines] == lines
     assert " ".join(" ".join(line[:50] for line in lines if line.startswith("a label")).split()).startswith("a label a")

@@ -137,17 +137,13 @@ def response(**more):
 
 
 SHARES = [
-    "share of the time outside the model's validity (mean over members):",
-    "  hoop slack              12.5 %",
-    "  meridional slack         0.0 %",
-    "  above breakdown        unknown (no dielectric strength given)",
-    "  near the stretch limit  25.0 %",
-    "  above membrane pull-in  50.0 %",
-    "  pulled in                0.0 %",
+    "share of the motion in which the model does not hold: hoop slack 12.5 %, near the stretch limit 25 %, above "
+    "membrane pull-in 50 %",
+    "breakdown unknown: the dielectric strength is not given",
 ]
 
 
-RUN = ["run of 30 ms, 1 member(s)", "displacement -4 to 3 mm; in the second half 1 to 2 mm"]
+RUN = ["run of 30 ms", "displacement -4 to 3 mm; in the second half 1 to 2 mm"]
 
 
 def test_a_time_response():
@@ -156,12 +152,38 @@ def test_a_time_response():
     assert said(trajectories.simulate_words, warm) == [
         *RUN, "heat in the film 6.5 mW, which alone warms it by 0.75 K/s", *SHARES
     ]  # fmt: skip
-    no_membrane = edited(response(), validity_beyond_membrane=NAN, validity_pulled_in=NAN)
-    assert said(trajectories.simulate_words, no_membrane)[2:] == [*SHARES[:5], "  pulled in              unknown"]
     jumps = edited(response(), peak_current=math.inf)
     assert said(trajectories.simulate_words, jumps) == [*RUN, trajectories._JUMPS, *SHARES]
     failed = edited(response(), outcome=int(Outcome.STRETCH_LIMIT))
-    assert said(trajectories.simulate_words, failed) == [RUN[0], f"  1 of 1: {Outcome.STRETCH_LIMIT.meaning}"]
+    assert said(trajectories.simulate_words, failed) == [RUN[0], f"failed: {Outcome.STRETCH_LIMIT.meaning}"]
+
+
+def test_members_of_a_time_response_stand_side_by_side():
+    """Each with its own range, or how it ended; only the first of many, and without a field that varies by number."""
+    runs = np.array([[-4.0, 3.0, 1.0, 2.0], [NAN] * 4, [0.0, 5.0, 5.0, 6.0]])
+    found = made(
+        {
+            "displacement": (("member", "time"), runs, "mm"), "outcome": ("member", [0, int(Outcome.PULLED_IN), 0]),
+            "validity_near_limit": ("member", [0.0, NAN, 0.5]), "validity_breakdown": ("member", [0.0, NAN, 0.0]),
+        },
+        {"time": ("time", [0.0, 10.0, 20.0, 30.0], "ms"), "frequency": ("member", [7.0, 8.0, 9.0], "Hz")},
+    )  # fmt: skip
+    found["frequency"].attrs["quantity"] = "device field"
+    lines = said(trajectories.simulate_words, found)
+    assert lines[0] == "run of 30 ms, 3 members"
+    assert lines[1:3] == [f"  2 of 3: {Outcome.OK.meaning}", f"  1 of 3: {Outcome.PULLED_IN.meaning}"]
+    assert [[cell.strip() for cell in line.split("  ") if cell.strip()] for line in lines[3:6]] == [
+        ["frequency", "7 Hz", "8 Hz", "9 Hz"],
+        ["displacement", "-4 to 3 mm", Outcome.PULLED_IN.words, "0 to 6 mm"],
+        ["in the second half", "1 to 2 mm", "5 to 6 mm"],
+    ]
+    assert lines[6:] == [
+        "of 2 motions the model does not hold in: near the stretch limit in 1 (up to 50 % of the motion)"
+    ]
+    numbered = said(trajectories.simulate_words, found.drop_vars("frequency"))
+    assert numbered[3].split() == ["member", "0", "1", "2"]
+    many = said(trajectories.simulate_words, found.isel(member=[0] * 25))
+    assert "  and 5 more (all with --json or --out)" in many
 
 
 def test_a_time_response_of_a_film_that_wrinkles():
@@ -169,13 +191,14 @@ def test_a_time_response_of_a_film_that_wrinkles():
     more |= {"pull_in_displacement": (None, 14.5, "mm"), "pull_in_voltage": (None, 1700.0, "V")}
     wrinkles = edited(response(**more), validity_hoop_slack=0.0)
     film = "film (share of the time): taut 75.0 %, crumpled 25.0 %"
-    shares = [SHARES[0], *SHARES[3:]]  # a film that wrinkles is never compressed
-    assert said(trajectories.simulate_words, wrinkles) == [RUN[0], film, RUN[1], *shares]
+    shares = [SHARES[0].replace("hoop slack 12.5 %, ", ""), SHARES[1]]  # a film that wrinkles is never compressed
+    assert said(trajectories.simulate_words, wrinkles) == [*RUN, film, *shares]
     for kind, word in ((1, "minimum"), (2, "localisation")):
         pulled = edited(wrinkles, pull_in_kind=kind)
-        assert said(trajectories.simulate_words, pulled)[2] == (
-            f"film pulls in at 12 ms, displacement 14.5 mm, voltage 1700 V ({word})"
-        )
+        line = f"film pulls in at 12 ms, displacement 14.5 mm, voltage 1700 V ({word})"
+        assert said(trajectories.simulate_words, pulled) == [*RUN, line, film, *shares]
+        failed = edited(pulled, outcome=int(Outcome.PULLED_IN))
+        assert said(trajectories.simulate_words, failed)[-2:] == [line, film]
 
 
 def test_what_an_amplifier_delivers_and_loses():
@@ -212,10 +235,10 @@ def test_sections_turning_points_and_spectra():
         title="Poincare section",
     )  # fmt: skip
     assert said(trajectories.section_words, found) == [
-        "Poincare section, 1 member(s)", "displacement -2 to 1 mm", "velocity 0.25 to 0.5 m/s",
+        "Poincare section", "displacement -2 to 1 mm", "velocity 0.25 to 0.5 m/s",
     ]  # fmt: skip
     empty = edited(found, displacement=NAN, velocity=NAN, outcome=int(Outcome.OUTSIDE))
-    assert said(trajectories.section_words, empty)[1:] == [f"  1 of 1: {Outcome.OUTSIDE.meaning}"]
+    assert said(trajectories.section_words, empty)[1:] == [f"failed: {Outcome.OUTSIDE.meaning}"]
     turns = found.assign(maximum=("repeat", [1, 0, -1]), count=2).assign_attrs(title="extrema")
     assert said(trajectories.extrema_words, turns)[1:] == [
         "displacement -2 to 1 mm", "  1 maxima: 1 to 1 mm", "  1 minima: -2 to -2 mm",
@@ -263,7 +286,7 @@ def test_the_lines_of_a_spectrum():
     still = edited(spectrum(2), power_in_lines=NAN, flatness=NAN)
     assert said(trajectories.spectrum_words, still) == ["the actuator stands still: it has no spectrum"]
     failed = edited(spectrum(2), outcome=int(Outcome.STEP_LIMIT))
-    assert said(trajectories.spectrum_words, failed) == [f"  1 of 1: {Outcome.STEP_LIMIT.meaning}"]
+    assert said(trajectories.spectrum_words, failed) == [f"failed: {Outcome.STEP_LIMIT.meaning}"]
     two = xr.concat([spectrum(2), edited(spectrum(2), rms=0.25, power_in_lines=0.5, flatness=0.5)], "member")
     two["rms"].attrs["units"] = "mm"
     assert said(trajectories.spectrum_words, two)[1:] == [

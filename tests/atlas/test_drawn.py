@@ -66,7 +66,7 @@ def test_a_draw_without_a_state_is_said_and_the_others_have_theirs():
     assert np.isfinite(found.recommended_peak[0]).all()
     assert np.isnan(found.recommended_peak[1]).all()
     words = gelcone.in_words(found)
-    assert "1 of 2 run(s) failed" in words
+    assert "1 of 2 runs failed" in words
     rows = words.partition("in how many draws\n")[2].splitlines()[:2]
     assert all(row.endswith(" 1, failed 1") and "none" not in row for row in rows)
 

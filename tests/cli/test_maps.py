@@ -211,7 +211,7 @@ def test_exponents_in_text_say_their_error_and_their_time(gelcone):
 
 def test_failed_cells_are_told_with_the_remedy(gelcone):
     _, text, _ = gelcone("map", *MODEL, *GRID, *QUICK)
-    assert f"3 of 9 run(s) failed: {Outcome.OUTSIDE.meaning}" in text
+    assert f"3 of 9 runs failed: {Outcome.OUTSIDE.meaning}" in text
     assert "left the domain 3" in text
 
 

@@ -74,7 +74,7 @@ def test_extrema_as_json(gelcone):
 def test_section_of_an_ensemble_in_words(gelcone):
     code, out, _ = gelcone("extrema", "--set", "voltage=0.2:0.8:3", "--repeats", 4)
     assert code == 0
-    assert "3 member(s)" in out
+    assert "3 members" in out
     assert "3 of 3: ok" in out
     code, out, _ = gelcone("section", "--set", "voltage=0.5,0.8", "--repeats", 4)
     assert "displacement" in out

@@ -312,7 +312,8 @@ def outcome_lines(result: xr.Dataset) -> list[str]:
     """Count the runs that failed, a line for each kind of failure, with the remedy."""
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome if outcome}
-    return [f"{n} of {codes.size} run(s) failed: {outcome.meaning}" for outcome, n in counts.items() if n]
+    share = "" if codes.size == 1 else f" of {codes.size} runs"
+    return [f"{n if share else ''}{share} failed: {outcome.meaning}".lstrip() for outcome, n in counts.items() if n]
 
 
 def ending_lines(result: xr.Dataset) -> list[str]:
@@ -320,7 +321,7 @@ def ending_lines(result: xr.Dataset) -> list[str]:
     codes = result["outcome"].values.ravel()
     counts = {outcome: int((codes == outcome).sum()) for outcome in Outcome}
     return [
-        f"  {count} of {codes.size}: {outcome.meaning}"
+        f"  {count} of {codes.size}: {outcome.meaning}" if codes.size > 1 else f"failed: {outcome.meaning}"
         for outcome, count in counts.items()
         if count and (outcome or codes.size > 1)
     ]

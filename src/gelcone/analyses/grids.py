@@ -109,12 +109,15 @@ def map_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _exponent_lines(shown: xr.Dataset) -> list[str]:
-    """The highest and the lowest of the largest exponents, and where they are."""
+    """The highest and, where others differ, the lowest of the largest exponents, and where they are."""
     exponent = first(shown["lyapunov"])
     if not exponent.notnull().any():
         return []
     lines = []
-    for word, at in (("highest", exponent.argmax(...)), ("lowest", exponent.argmin(...))):
+    ends = {"highest": exponent.argmax(...)}
+    if float(exponent.min()) < float(exponent.max()):
+        ends["lowest"] = exponent.argmin(...)
+    for word, at in ends.items():
         cell = shown.isel(at)
         value = with_error(float(cell["lyapunov"][0]), float(cell["standard_error"][0]))
         where = ", ".join(f"{dim} {measured(cell[dim])}" for dim in exponent.dims)

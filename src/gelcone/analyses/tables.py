@@ -64,10 +64,10 @@ def _columns(shown: xr.Dataset) -> list[str]:
     head = [[name, *(measured(member[name]) for member in found)] for name in varied_names(shown)]
     table = [*head, *(row for row in rows if row not in same)]
     for_all = [f"for each of the {len(found)}:", *(f"  {label}: {value}" for label, value, *_ in same)] if same else []
-    return [*(_table(table) if table else []), *for_all, *lines]
+    return [*(side_by_side(table) if table else []), *for_all, *lines]
 
 
-def _table(rows: list[list[str]]) -> list[str]:
+def side_by_side(rows: list[list[str]]) -> list[str]:
     """Rows of a label and values as lines, as many of the columns at a time as fit the width."""
     widths = [min(max(map(len, column)), MOST_LETTERS) for column in list(zip(*rows, strict=True))[1:]]
     room = max(LABEL_WIDTH, WIDTH - sum(widths) - GAP * len(widths))

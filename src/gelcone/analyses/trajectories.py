@@ -7,16 +7,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.analyses.answer import ending_lines, film_state_json, heading
+from gelcone.analyses.answer import ending_lines, heading
+from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
-from gelcone.words import FAILINGS, evenly, film_state_in_words, lasting, sized, unit_of
+from gelcone.words import (
+    MOST_LINES,
+    evenly,
+    film_state_in_words,
+    lasting,
+    measured,
+    members_of,
+    shortened,
+    sized,
+    unit_of,
+    validity_in_words,
+    varied_names,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
 
-_UNKNOWN = {"validity_breakdown": "unknown (no dielectric strength given)"}
 PRINTED_LINES = 8
 """Lines of a spectrum in its text."""
 COOL = 1e-6
@@ -32,29 +44,42 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 
 
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
-    """A time response as text."""
-    x = shown["displacement"]
-    run = f"run of {sized(shown['time'].max(keep_attrs=True), 5)}, {subject.model.size} member(s)"
-    lines = [*heading(subject), run, *ending_lines(shown), *_film_lines(shown)]
-    if (shown["outcome"].values == Outcome.OK).any():
-        late = x.isel({x.dims[-1]: slice(x.shape[-1] // 2, None)})
-        lines.append(f"displacement {_span(x, 4)}; in the second half {_span(late, 4)}")
+    """A time response as text, of an ensemble with a column for each of the first members."""
+    several = f", {shown['outcome'].size} members" if shown["outcome"].dims else ""
+    run = f"run of {sized(shown['time'].max(keep_attrs=True), 5)}{several}"
+    lines = [*heading(subject), run, *ending_lines(shown)]
+    ended = bool((shown["outcome"].values == Outcome.OK).any())
+    if several:
+        lines += _member_lines(shown)
+    elif ended:
+        whole, late = _reach(shown)
+        lines.append(f"displacement {whole}; in the second half {late}")
+    if ended:
         lines += _source_lines(shown, subject)
-        if "heating" in shown and not shown["outcome"].ndim:
+        if "heating" in shown and not several:
             warms = f"which alone warms it by {sized(shown['heating'])}"
             lines.append(f"heat in the film {sized(shown['heat'])}, {warms}")
-        wrinkles = film_state_json(shown) is not None
-        lines.append("share of the time outside the model's validity (mean over members):")
-        for name, variable in shown.items():
-            if str(name).startswith("validity_") and name != "validity_error":
-                share = float(variable.mean())
-                if share == 0.0 and wrinkles and str(name).endswith("slack"):
-                    continue  # a film that wrinkles is never compressed: the shares of its states say how it is slack
-                if share != share and name == "validity_beyond_membrane":
-                    continue  # the film is a membrane itself, or no a/b is known
-                text = f"{100 * share:5.1f} %" if share == share else _UNKNOWN.get(str(name), "unknown")
-                lines.append(f"  {FAILINGS[str(name).removeprefix('validity_')]:22s} {text}")
-    return "\n".join(lines)
+    lines += _pull_in_lines(shown)
+    return "\n".join([*lines, *(validity_in_words(shown) if ended else film_state_in_words(shown))])
+
+
+def _reach(member: xr.Dataset) -> list[str]:
+    """The range of the displacement of one run, of all of it and of its second half."""
+    x = member["displacement"]
+    return [_span(x, 4), _span(x[x.size // 2 :], 4)]
+
+
+def _member_lines(shown: xr.Dataset) -> list[str]:
+    """The first members of an ensemble side by side: what they differ in, and the ranges of their displacements."""
+    members = [member for _, member in members_of(shown, range(shown["outcome"].size)[:MOST_LINES])]
+    head = [[name, *(measured(member[name]) for member in members)] for name in varied_names(shown)]
+    reached = [[Outcome(int(one["outcome"])).words, ""] if int(one["outcome"]) else _reach(one) for one in members]
+    labels = ("displacement", "in the second half")
+    rows = [[label, *texts] for label, texts in zip(labels, zip(*reached, strict=True), strict=True)]
+    return [
+        *side_by_side([*(head or [["member", *map(str, range(len(members)))]]), *rows]),
+        *shortened([], shown["outcome"].size),
+    ]
 
 
 _JUMPS = (
@@ -84,20 +109,16 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     return [*found, f"  supplied {sized(shown['supplied_energy'].isel(time=-1), 4)}, lost: {split}"] if lost else found
 
 
-def _film_lines(shown: xr.Dataset) -> list[str]:
-    """Mean shares of the states of a wrinkling film, and where a single one pulls in."""
-    if film_state_json(shown) is None:
+def _pull_in_lines(shown: xr.Dataset) -> list[str]:
+    """Where the film of a single run pulls in, if it may wrinkle."""
+    kind = shown.get("pull_in_kind")
+    if kind is None or kind.ndim or int(kind) <= 0:
         return []
-    lines = film_state_in_words(shown)
-    kind = shown["pull_in_kind"]
-    if kind.ndim == 0 and int(kind) > 0:
-        time, place, voltage = (
-            sized(shown[f"pull_in_{name}"], digits)
-            for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
-        )
-        reason = FilmPullIn(int(kind)).label
-        lines.append(f"film pulls in at {time}, displacement {place}, voltage {voltage} ({reason})")
-    return lines
+    time, place, voltage = (
+        sized(shown[f"pull_in_{name}"], digits) for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
+    )
+    reason = FilmPullIn(int(kind)).label
+    return [f"film pulls in at {time}, displacement {place}, voltage {voltage} ({reason})"]
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
@@ -228,7 +249,8 @@ def extrema_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _section_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
-    lines = [*heading(subject), f"{shown.attrs['title']}, {subject.model.size} member(s)", *ending_lines(shown)]
+    several = f", {shown['outcome'].size} members" if shown["outcome"].dims else ""
+    lines = [*heading(subject), f"{shown.attrs['title']}{several}", *ending_lines(shown)]
     x = shown["displacement"]
     return [*lines, f"displacement {_span(x)}"] if x.notnull().any() else lines
 

@@ -29,7 +29,7 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "leak_power": ("what leaks through the film", "power"),
     "dielectric_power": ("what a permittivity that follows late takes", "power"),
     "apparent_power": (
-        "apparent power: rms voltage times rms current of the sources",
+        "apparent power, rms voltage times rms current of the sources",
         dataset.absent("apparent power", infinite=JUMPS),
     ),
     "field": ("largest true field in a film", "field"),
