@@ -2,8 +2,8 @@
 
     python tools/plain_english.py              (ends with 1 if something is found)
 
-Docstrings, texts and comments are searched for `WORDS`. Public functions, classes and modules need a docstring, but
-methods inherit that of a base class; none begins with one of `BEGINNINGS`.
+Docstrings, texts and comments are searched for `WORDS`, and names for the word told. Public functions, classes and
+modules need a docstring, but methods inherit that of a base class; none begins with one of `BEGINNINGS`.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ def findings(path: Path) -> Iterator[tuple[int, str]]:
         text = file.read()
     with path.open("rb") as content:
         for token in tokenize.tokenize(content.readline):
+            if token.type == tokenize.NAME and "told" in token.string.split("_"):
+                yield token.start[0], f"the name {token.string!r}; write what it holds"
             if token.type in (tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", -1)):
                 yield from _words(token.string, token.start[0])
     yield from _docstrings(ast.parse(text))

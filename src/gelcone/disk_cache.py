@@ -174,7 +174,7 @@ def write(kind: str, key: str, content: bytes) -> None:
 
 
 def _digest(key: str, content: bytes) -> bytes:
-    """Of content and key together: an entry that was copied to another key is not an entry."""
+    """The digest of content and key together: an entry that was copied to another key is not an entry."""
     return hashlib.sha256(key.encode() + content).digest()
 
 

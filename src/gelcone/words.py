@@ -363,7 +363,7 @@ def validity_in_words(result: xr.Dataset) -> list[str]:
 
 
 def strength_in_words(result: xr.Dataset) -> list[str]:
-    """That the dielectric strength is missing, where the film's states are known and whether it breaks down is not."""
+    """Say that the dielectric strength is missing, where the film's states are known and not whether it breaks down."""
     held, field = (np.isfinite(result[f"validity_{name}"]).any() for name in ("near_limit", "breakdown"))
     return [UNKNOWN_STRENGTH] if held and not field else []
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.devices.template import _terms, _value, first_file, told_fields
+from gelcone.devices.template import _terms, _value, fields_in_words, first_file
 from gelcone.devices.units import parse
 
 PUMP = gelcone.find_device("biased-pump")
@@ -14,7 +14,7 @@ DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="ta
 
 
 def test_what_is_set_is_said_with_its_unit_and_what_is_usual_is_not():
-    told = dict(text.split(" ", 1) for text in told_fields(DOUBLE))
+    told = dict(text.split(" ", 1) for text in fields_in_words(DOUBLE))
     usual = {"initial_height", "release_velocity", "film", "name", "waveform", "prestretch_mode"}
     assert set(told) == {name for name, value in DOUBLE if value is not None} - usual
     assert (told["film_radius"], told["frequency"], told["second_drive"]) == ("25 mm", "14 Hz", "opposite")
@@ -23,14 +23,14 @@ def test_what_is_set_is_said_with_its_unit_and_what_is_usual_is_not():
 
 @pytest.mark.parametrize("swept", [("frequency",), ("hoop_prestretch", "second_flat_height")])
 def test_what_is_swept_is_left_out(swept):
-    told, fewer = told_fields(DOUBLE), told_fields(DOUBLE, swept)
+    told, fewer = fields_in_words(DOUBLE), fields_in_words(DOUBLE, swept)
     assert [text for text in told if text.split()[0] not in swept] == fewer
     assert len(fewer) == len(told) - len(swept)
 
 
 def test_a_law_and_a_waveform_that_are_not_the_usual_ones_are_said():
     own = DOUBLE.replace({"material.law": "neo-hookean"}, waveform="triangle", initial_height="3 mm")
-    assert set(told_fields(own)) - set(told_fields(DOUBLE)) == {
+    assert set(fields_in_words(own)) - set(fields_in_words(DOUBLE)) == {
         "material PVC-DBA 6:1, changed", "law neo-hookean", "waveform triangle", "initial_height 3 mm",
     }  # fmt: skip
 

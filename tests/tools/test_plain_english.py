@@ -33,6 +33,13 @@ def test_each_word_is_found_wherever_it_stands(tmp_path, word, place):
     assert "write" in reason
 
 
+@pytest.mark.parametrize("name", ["told", "_told", "told_fields"])
+def test_the_word_is_found_in_names(tmp_path, name):
+    ((line, reason),) = found(tmp_path, f'"""Module."""\n{name} = 1\n')
+    assert line == 2
+    assert repr(name) in reason
+
+
 @pytest.mark.parametrize("fine", ["told_by = 1", "there is no fold", "it is no longer stable", "retold", "look_up = 2"])
 def test_other_words_are_not(tmp_path, fine):
     assert found(tmp_path, f'"""Module."""\n# {fine}\n') == []

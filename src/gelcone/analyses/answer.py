@@ -246,9 +246,9 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     """First lines of a text: what was computed on, with those numbers that are one and not swept."""
     swept = set(swept)
     if subject.device is not None:
-        from gelcone.devices.template import told_fields
+        from gelcone.devices.template import fields_in_words
 
-        name, numbers = subject.device.name, told_fields(subject.device, swept)
+        name, numbers = subject.device.name, fields_in_words(subject.device, swept)
         numbers += [_spread(k, v, subject.device.fields[k].unit) for k, v in subject.device if _several(k, v, swept)]
     else:
         given = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}

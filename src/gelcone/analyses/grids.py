@@ -78,8 +78,8 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
         own = shown.sel(branch=branch)
         lines.append(f"  {branch}: {counts_text(own)}")
         lines += [f"    {line}" for line in validity_in_words(own)]
-    shown_words = [*doubt_lines(shown), *_threshold_lines(shown), *followed_lines(shown)]
-    return "\n".join([*lines, *shown_words])
+    found = [*doubt_lines(shown), *_threshold_lines(shown), *followed_lines(shown)]
+    return "\n".join([*lines, *found])
 
 
 def _threshold_lines(shown: xr.Dataset) -> list[str]:
@@ -321,7 +321,7 @@ def drawn_names(shown: xr.Dataset) -> list[str]:
 
 
 def _grid_heading(shown: xr.Dataset, subject: Subject) -> list[str]:
-    """What was computed on, over which axes and draws, and what failed."""
+    """The subject, axes and draws of a computation, and which cells failed."""
     axes, drawn = [dim for dim in shown["status"].dims if dim in shown.coords], drawn_names(shown)
     lines = [*heading(subject, [*axes, *drawn]), grid_text(shown, axes), *outcome_lines(_known(shown))]
     lines += [_draws_text(shown, drawn)] if drawn else []

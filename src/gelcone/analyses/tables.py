@@ -95,7 +95,7 @@ def _row_lines(label: str, label_width: int, values: list[str], widths: list[int
 
 
 def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
-    """What is said of each number of one member but those whose names match ``apart``, by its label."""
+    """The text of each number of one member but those whose names match ``apart``, by its label."""
     return {
         variable.attrs["long_name"].removeprefix(YES): _value(variable)
         for name, variable in member.data_vars.items()

@@ -89,7 +89,7 @@ _JUMPS = (
 
 
 def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
-    """What a single amplifier delivers, and what of it is lost; of the ideal source whether its voltage jumps."""
+    """The output of a single amplifier, and the part of it that is lost; of the ideal source, whether it jumps."""
     if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
         jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
         return [_JUMPS] if jumps else []

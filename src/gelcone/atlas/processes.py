@@ -43,7 +43,7 @@ REPORT_EVERY = 0.1
 _serving = False
 _answers: IO[bytes]
 _reporting = threading.Lock()
-_pending, _told = 0.0, 0.0
+_pending, _reported = 0.0, 0.0
 
 
 class ProcessesEnded(InputError):
@@ -252,12 +252,12 @@ def serve() -> None:
 def report(share: float, *, last: bool = False) -> None:
     """Passes on a share of the task's work that is done, from any thread, but not more often than a progress bar can
     show, and the ``last`` one."""
-    global _pending, _told
+    global _pending, _reported
     with _reporting:
         _pending += share
-        if _pending and (last or time.monotonic() - _told >= REPORT_EVERY):
+        if _pending and (last or time.monotonic() - _reported >= REPORT_EVERY):
             _send(pickle.dumps(_pending))
-            _pending, _told = 0.0, time.monotonic()
+            _pending, _reported = 0.0, time.monotonic()
 
 
 @contextmanager

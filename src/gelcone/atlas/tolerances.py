@@ -132,11 +132,11 @@ def arranged(drawn: Mapping[str, Array]) -> int:
 def _risks(own: xr.Dataset) -> tuple[Kinds, Kinds]:
     """Which draws meet each risk, and of which that is known, (grid..., risk, draws)."""
     outcome, regime = own["outcome"].values, own["regime"].values
-    shown_words = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
+    decided = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
     field = own["validity_breakdown"].values if "validity_breakdown" in own else np.full(outcome.shape, np.nan)
     pulled = outcome == Outcome.PULLED_IN
     hits = [pulled, field > 0.0, regime == Regime.CHAOTIC]
-    known = [shown_words, shown_words & np.isfinite(field), shown_words & (regime != Regime.TRANSIENT)]
+    known = [decided, decided & np.isfinite(field), decided & (regime != Regime.TRANSIENT)]
     return np.stack(hits, axis=-2) & np.stack(known, axis=-2), np.stack(known, axis=-2)
 
 
@@ -175,7 +175,7 @@ def sobol(strokes: Array, parameters: int) -> Array:
     count, rng = blocks.shape[1], np.random.default_rng(0)
 
     def indices(rows: Any) -> Array:
-        """Of samples (samples, draws), as (2, parameters, samples)."""
+        """First-order and total indices (2, parameters, samples) of samples (samples, draws)."""
         first, second, *mixed = blocks[:, rows]
         known = {"f_A": first, "f_B": second, "f_AB": np.array(mixed)}
         with np.errstate(invalid="ignore", divide="ignore"):  # rows that are all the same have no variance

@@ -113,14 +113,14 @@ def with_units(function: Callable[..., Any]) -> str:
     """The docstring of an analysis, whose parameters also state what they are of a device."""
     before, heading, rest = inspect.cleandoc(function.__doc__ or "").partition("Parameters\n----------\n")
     entries, gap, after = rest.partition("\n\n")
-    told = []
+    documented = []
     for entry in re.split(r"\n(?=\S)", entries):
         names = entry.partition(" : ")[0].split(", ")
         units = {MEASURES[q].unit for name in names if (q := annotation_of(function, name)[1])}
         own = [OF_DEVICES[name] for name in names if name in OF_DEVICES and "device" not in entry]
         own += [f"With a device in {unit}, or texts with units." for unit in sorted(units)]
-        told.append("\n    ".join([entry, *own]))
-    return before + heading + "\n".join(told) + gap + after
+        documented.append("\n    ".join([entry, *own]))
+    return before + heading + "\n".join(documented) + gap + after
 
 
 @contextmanager
@@ -221,8 +221,8 @@ def state_of(device: Device, initial: Any = None) -> Any:
     """An initial state in SI, or the device's own, dimensionless; warns where nothing moves the disc from it."""
     if initial is None:
         state = device.initial_state()
-        if told := at_rest(device, state):
-            warnings.warn(told, DoubtfulInput, stacklevel=4)
+        if reason := at_rest(device, state):
+            warnings.warn(reason, DoubtfulInput, stacklevel=4)
         return state
     if isinstance(initial, np.ndarray) and initial.ndim > 1:
         return initial / np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)

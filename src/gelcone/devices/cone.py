@@ -86,8 +86,8 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
             f"material.viscous_modulus_1: the film {own.name!r} does not creep; set film = membrane, wrinkling or taut",
         )
     if isinstance(own, BranchedFilm) and (count or own.branches):
-        gel_s = {"branches": count, "flow": device.material.flow or "log"} if count else {}
-        own = film = dataclasses.replace(own, rested="raised", **gel_s)  # a device has crept where it waits
+        of_gel = {"branches": count, "flow": device.material.flow or "log"} if count else {}
+        own = film = dataclasses.replace(own, rested="raised", **of_gel)  # a device has crept where it waits
     if "radius_ratio" in own.parameters:
         numbers["radius_ratio"] = device.disc_radius / device.film_radius
     gel = isinstance(own, GelFilm)

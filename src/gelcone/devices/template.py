@@ -127,9 +127,9 @@ def _terms(field: Field) -> list[str]:
     needed = "required" if field.required else f"optional, {default_text(field)} when left out"
     if field.unset.startswith("or give"):
         needed = f"required, {field.unset}"
-    told = [needed, f"SI unit {field.unit}" if field.unit not in ("", "1") else ""]
-    told += [f"usual {field.typical_text()}" if field.typical else ""]
-    return [text for text in told if text]
+    parts = [needed, f"SI unit {field.unit}" if field.unit not in ("", "1") else ""]
+    parts += [f"usual {field.typical_text()}" if field.typical else ""]
+    return [text for text in parts if text]
 
 
 def default_text(field: Field) -> str:
@@ -197,24 +197,24 @@ def _rows(name: str, field: Field) -> list[str]:
     return [f"  {name:28s} {kind:7s} {'; '.join(terms)}", f"      {field.meaning}"]
 
 
-def told_fields(device: Record, swept: Collection[str] = ()) -> list[str]:
+def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
     """``name value unit`` of every number of a device that is set and not swept, the gel, its law where it is not the
     usual one, and all else that is chosen."""
-    told = []
+    found = []
     for name, value in device:
         field = device.fields.get(name)
         if field is None or name in swept or value is None or np.ndim(value):
             continue
         if field.unit and not (value == 0.0 and field.default == 0.0):
-            told.append(f"{name} {format_si(value, field.unit)}")
+            found.append(f"{name} {format_si(value, field.unit)}")
         elif isinstance(value, Material):
-            told.append(f"{name} {value.name}")
+            found.append(f"{name} {value.name}")
             law = value.plain("law", value.law)
             if law != value.fields["law"].default:
-                told.append(f"law {law}")
+                found.append(f"law {law}")
         elif isinstance(value, str) and name not in ("name", "film") and value != field.default:
-            told.append(f"{name} {value}")
-    return told
+            found.append(f"{name} {value}")
+    return found
 
 
 def unit_table() -> str:

@@ -263,7 +263,7 @@ class _Held:
         return np.array(states), np.array(volts)
 
     def _start(self, members: Members, k: int) -> tuple[list[float], float]:
-        """That of one level: numbers, since films at different levels have different laws."""
+        """The start of one level: numbers, since films at different levels have different laws."""
         system, n = members.system, members.numbers_at(k)
         command = np.float64(n["voltage_bias"])
         z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)

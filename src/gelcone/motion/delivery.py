@@ -103,7 +103,7 @@ def _sizes(line: Line, members: Members, times: Array, states: Array) -> Array:
 
 
 def _root_mean_squares(times: Array, values: Array) -> Array:
-    """Of the second half of samples (..., members, samples), by trapezoids."""
+    """The root mean squares of the second half of samples (..., members, samples), by trapezoids."""
     half = times.shape[1] // 2
     along, squares = times[:, half:], np.square(values[..., half:])
     return np.asarray(np.sqrt(np.trapezoid(squares, along, axis=-1) / (along[:, -1] - along[:, 0])))

@@ -84,7 +84,7 @@ class _OperatingPoint:
 
     @property
     def mean_squares(self) -> list[Array]:
-        """Of the films' voltages."""
+        """The mean squares of the films' voltages."""
         return [np.mean(voltage**2, axis=-1) for voltage in self.voltages]
 
 

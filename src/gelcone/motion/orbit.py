@@ -118,7 +118,7 @@ class Shooting:
         self.count: int = segments * kind.repeats
         self._members = members
         self._values: dict[str, Any] = {name: float(value[0]) for name, value in members.values.items()}
-        self._told = settings is not None
+        self._changes = settings is not None
         self._settings = settings or (lambda values: dict(zip(self.free, values, strict=True)))
         self._around = tuple(self._values[name] for name in self.free) if around is None else tuple(around)
         self._numbers = self.system.numbers_of(self._values | self._settings(self._around))
@@ -171,7 +171,7 @@ class Shooting:
                 self.segments,
                 self.phase,
                 self.tolerance,
-                self._settings if self._told else None,
+                self._settings if self._changes else None,
                 self._around,
             )
             other._kinds = self._kinds

@@ -120,7 +120,7 @@ class Plane:
         )
 
     def ramp(self, levels: Array) -> Ramp:
-        """Of the drive in proportion, to constant peak voltages."""
+        """A ramp to constant peak voltages, of amplitude and bias in the drive's proportion."""
         return drive_ramp(self.model, levels, self.shape.bias)
 
     def natural_frequency(self, peak: float = 0.0) -> float:

@@ -257,14 +257,14 @@ def validity_variables(
     columns["pulled_in"] = np.where(np.asarray(outcome) == Outcome.PULLED_IN, 1.0, ran_on)
     names = {name: f"share of the {of} with {untrue_by(name)}" for name in ASSUMPTIONS}
     names["error"] = "largest error of these shares"
-    told: dict[str, Variable] = {
+    labelled: dict[str, Variable] = {
         f"validity_{name}": (dims, columns[name], meaning, "share") for name, meaning in names.items()
     }
     for film, rows in zip(system.films, own, strict=False):
         for kind, row in zip(film.kinds, rows, strict=False):
             meaning = f"share of the {of} with {film.words} {kind.replace('_', ' ')}"
-            told[f"{film.prefix}film_state_{kind}"] = (dims, row, meaning, "share")
-    return told
+            labelled[f"{film.prefix}film_state_{kind}"] = (dims, row, meaning, "share")
+    return labelled
 
 
 def invalid(result: xr.Dataset) -> xr.DataArray | None:

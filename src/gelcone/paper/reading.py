@@ -40,12 +40,12 @@ def chaotic(study: xr.Dataset) -> Array:
     some of the nearby starts have left it and others have not. A run that ended is not chaotic.
     """
     kinds = study["regime"].values
-    untold = kinds == Regime.TRANSIENT
+    undecided = kinds == Regime.TRANSIENT
     if "lifetime_high" in study:
-        untold = untold | ((kinds == Regime.TRANSIENT_CHAOS) & (study["lifetime_high"].values > PATIENCE))
+        undecided = undecided | ((kinds == Regime.TRANSIENT_CHAOS) & (study["lifetime_high"].values > PATIENCE))
     if "share_chaotic" in study:
-        untold = untold | ((kinds == Regime.CHAOTIC) & (study["share_chaotic"].values < 1.0))
-    return np.where(untold, np.nan, kinds == Regime.CHAOTIC)
+        undecided = undecided | ((kinds == Regime.CHAOTIC) & (study["share_chaotic"].values < 1.0))
+    return np.where(undecided, np.nan, kinds == Regime.CHAOTIC)
 
 
 def regular(study: xr.Dataset) -> Array:
@@ -64,8 +64,8 @@ def positive(study: xr.Dataset) -> Array:
     exponent, error = study["lyapunov"].values[..., 0], study["standard_error"].values[..., 0]
     kinds = study["regime"].values
     certain = exponent > CERTAIN * error
-    untold = ~certain & ~(exponent < -CERTAIN * error) & np.isin(kinds, (Regime.TRANSIENT, Regime.CHAOTIC))
-    return np.where(untold, np.nan, certain)
+    undecided = ~certain & ~(exponent < -CERTAIN * error) & np.isin(kinds, (Regime.TRANSIENT, Regime.CHAOTIC))
+    return np.where(undecided, np.nan, certain)
 
 
 def not_positive(study: xr.Dataset) -> Array:
@@ -134,9 +134,9 @@ def largest_in(chaos: Array, extent: Array) -> Array:
 def ordered(kinds: Array) -> Array:
     """Whether the three motions of each row are chaotic, periodic and at rest: truths, open where one that has not
     settled decides."""
-    told = kinds != Regime.TRANSIENT
+    decided = kinds != Regime.TRANSIENT
     fits = kinds == np.array([Regime.CHAOTIC, Regime.PERIODIC, Regime.REST])
-    return all_of(np.where(told, fits, np.nan))
+    return all_of(np.where(decided, fits, np.nan))
 
 
 def same_extents(extent: Array, kinds: Array) -> Array:

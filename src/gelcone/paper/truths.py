@@ -44,8 +44,8 @@ class Share:
     @property
     def value(self) -> float:
         """Share of the parameters that are known; NaN for none."""
-        told = self.holding + self.failing
-        return self.holding / told if told else float("nan")
+        decided = self.holding + self.failing
+        return self.holding / decided if decided else float("nan")
 
     @property
     def interval(self) -> tuple[float, float]:

@@ -196,7 +196,7 @@ class Amplifier(Circuit):
         return y[1 if "filter_time" in self.takes else 0]
 
     def _following(self, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
-        """Its rate, (C v - C w)/tau_d."""
+        """The rate of the slow charge, (C v - C w)/tau_d."""
         return (port.charge(self.voltage(port, y, n, xp)) - self._slow(y)) / n["dielectric_time"]
 
     def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:

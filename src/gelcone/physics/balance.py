@@ -339,7 +339,7 @@ def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[floa
 
 
 def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float, float]) -> float | None:
-    """That for one v^2; None if there is none."""
+    """The root on a segment for one v^2; None if there is none."""
     x = float(roots_on_segment(balance, np.array([squared]), segment)[0])
     return None if math.isnan(x) else x
 

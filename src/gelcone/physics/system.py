@@ -322,7 +322,7 @@ class ConeSystem(Structure):
         return self.force_under(x, self.squares_at_rest(squared, n), n)
 
     def force_under(self, x: Any, squares: Sequence[Any], n: Numbers) -> tuple[Any, Any]:
-        """That at constant squared voltages on the films."""
+        """The static force, and its slope, at constant squared voltages on the films."""
         first, *others = ((film, squared) for film, squared in zip(self.films, squares, strict=True))
         force, slope = first[0].force(x, first[1], [], n)
         bias, bias_slope = self.bias.force(x, [], n)

@@ -7,7 +7,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from gelcone.devices.si import device_of
-from gelcone.devices.template import told_fields
+from gelcone.devices.template import fields_in_words
 from gelcone.plots.style import GREY
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
     swept |= {name.removeprefix("drawn_") for name in swept}
     if (device := device_of(result)) is not None:
         film = [f"film {device.film}"] if "film" not in swept and len(str(device.film)) < LONGEST_NAME else []
-        return "fixed: " + ", ".join([*told_fields(device, swept), *film])
+        return "fixed: " + ", ".join([*fields_in_words(device, swept), *film])
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
     usual |= {"waveform": "sine", "circuit": "ideal"}
     parts = []

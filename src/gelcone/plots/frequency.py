@@ -66,10 +66,10 @@ def frequency_figure(response: xr.Dataset) -> Figure:
             log_ticks(phase)
         phase.set_xlim(float(frequency[0]), float(frequency[-1]))
         phase.set_xlabel(axis_label(frequency, "drive frequency"))
-        shown_words = [
+        handles_and_labels = [
             one + other for one, other in zip(*(a.get_legend_handles_labels() for a in (stroke, phase)), strict=True)
         ]
-        figure.legend(*shown_words, loc="outside lower center", ncols=3)
+        figure.legend(*handles_and_labels, loc="outside lower center", ncols=3)
 
     return styled(6.4, 5.0, draw, response)
 
@@ -82,10 +82,10 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         shown = look if frequency.size <= FEW else look | {"marker": ""}
         curve(own, axes, shown | {"label": f"swept {branch}"})
         failed = own["outcome"].values > 0
-        at, shown_words = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
+        at, label = frequency[failed], f"{failed_in_words(own['outcome'])}, {branch}"
         if at.size:
             mark = {"color": look["color"], "marker": "x", "ms": 4.5, "ls": "", "clip_on": False}
-            axes.plot(at, np.zeros(at.size), **mark, label=shown_words)
+            axes.plot(at, np.zeros(at.size), **mark, label=label)
         for (label, which), fill in zip(kinds_of_motion(own).items(), ("white", BLACK), strict=True):
             axes.plot(
                 frequency,
@@ -124,7 +124,7 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
     brute = [*response["stroke"].values, *response["fixed_stroke"].values]
     for k, values in enumerate(brute):
         axes.plot(frequency, values, **grey, label=None if k else "brute force")
-    shown_words: set[str] = set()
+    labelled: set[str] = set()
     for k in range(followed.sizes["branch"]):
         own = followed.isel(branch=k)
         value, height = own["value"].values, (own["highest"] - own["lowest"]).values
@@ -139,15 +139,15 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
                 value,
                 np.where(which & held, height, np.nan),
                 **look,
-                label=name if which.any() and name not in shown_words else None,
+                label=name if which.any() and name not in labelled else None,
             )
             # faint lines reach the next points that hold
             axes.plot(value, np.where(which & with_neighbours(~held), height, np.nan), **look | {"alpha": FAINT})
             if which.any():
-                shown_words.add(name)
-        if not held[np.isfinite(value)].all() and UNHELD not in shown_words:
+                labelled.add(name)
+        if not held[np.isfinite(value)].all() and UNHELD not in labelled:
             axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
-            shown_words.add(UNHELD)
+            labelled.add(UNHELD)
     for k in range(followed.sizes["event"]):
         event = followed.isel(event=k)
         branch = followed.isel(branch=int(event["event_branch"]))
@@ -156,9 +156,9 @@ def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> No
         kind, at = event_label(event["event_kind"]), int(event["event_point"])
         beside = (branch["highest"] - branch["lowest"]).values[at : at + 2]
         marks = event_marks(kind, colour_of(branch), int(event["event_supercritical"]) != 0)
-        label = None if kind in shown_words else kind
+        label = None if kind in labelled else kind
         axes.plot([float(event["event_value"])], [beside.mean()], **marks, label=label)
-        shown_words.add(kind)
+        labelled.add(kind)
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     flags(followed, axes)
     top = np.nanmax(

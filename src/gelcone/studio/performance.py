@@ -93,7 +93,7 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
     """The numbers as the page shows them, in order: ``name``, ``place`` in that order, ``text``, and the ``value`` in
     the units of the page's axes (of lag degrees, of the field a share); with pull-in the ``peak`` voltage as its
     share."""
-    told = []
+    found = []
     for place, (name, quantity) in enumerate(QUANTITIES.items()):
         if name not in numbers or not np.isfinite(numbers[name]):
             continue
@@ -109,8 +109,8 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
         own: dict[str, Any] = {"name": name, "place": place, "text": text, "value": value}
         if name in PULL_INS.values():
             own["peak"] = float(subject.model.peak_voltage) / numbers[name]
-        told.append(own)
-    return told
+        found.append(own)
+    return found
 
 
 def _with_unit(value: float, quantity: str, subject: Subject) -> tuple[str, float]:

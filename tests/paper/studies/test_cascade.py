@@ -38,7 +38,7 @@ def test_a_cascade_ends_where_feigenbaums_ratio_says():
     ratio = 4.66920160910299
     doublings = [2.0 - ratio**-k for k in range(4)]
     followed = xr.Dataset({"event_value": ("event", [1.5]), "event_kind": ("event", [0])})
-    found = module._told(followed, doublings, None)
+    found = module._cascade_variables(followed, doublings, None)
     assert found["cascade_end"][1] == pytest.approx(2.0, abs=1e-12)
     assert found["cascade_end_error"][1] < 1e-12
     assert np.isnan(found["cascade_born"][1])

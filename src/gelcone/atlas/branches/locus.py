@@ -290,7 +290,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
 
 
 def _curvature(shooting: Shooting, point: Singular) -> float:
-    """That of the branch born there."""
+    """The curvature of the branch born there."""
     try:
         return born(shooting, point).curvature
     except np.linalg.LinAlgError:

@@ -454,7 +454,7 @@ def search(
 
 
 def integration(options: dict[str, Any]) -> dict[str, Any]:
-    """Of the options of a search, those that go to `integrate`."""
+    """The options of a search that go to `integrate`."""
     return {name: value for name, value in options.items() if name not in ("transient", "patience")}
 
 

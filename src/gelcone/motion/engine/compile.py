@@ -48,8 +48,8 @@ def host() -> Machine:
         features = sorted(llvm.get_host_cpu_features().items())
     except RuntimeError:  # not known on every system; the processor's name then stands for them
         features = []
-    told = ",".join(("+" if on else "-") + name for name, on in features)
-    return Machine(llvm.get_process_triple(), llvm.get_host_cpu_name(), told)
+    named = ",".join(("+" if on else "-") + name for name, on in features)
+    return Machine(llvm.get_process_triple(), llvm.get_host_cpu_name(), named)
 
 
 @functools.cache

@@ -88,7 +88,7 @@ class Run:
         self._works = [Work(compiled, self._job) for _ in range(count)]
         self._report, self._stopped = report, stopped
         self._stop = threading.Event()
-        self._told, self._next_report = 0.0, 0.0
+        self._reported, self._next_report = 0.0, 0.0
 
     def work(self) -> None:
         """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls.
@@ -113,8 +113,8 @@ class Run:
             for thread in others:
                 thread.join()
             raise
-        if self._report is not None and not self._stop.is_set() and self._told < 1.0:
-            self._report(1.0 - self._told)
+        if self._report is not None and not self._stop.is_set() and self._reported < 1.0:
+            self._report(1.0 - self._reported)
 
     def _work_on(self, k: int) -> None:
         for _ in self._advance(k):
@@ -141,9 +141,9 @@ class Run:
         if self._report is not None and now >= self._next_report:
             self._next_report = now + REPORT_EVERY
             done = self._share_done()
-            if done > self._told:
-                self._report(done - self._told)
-                self._told = done
+            if done > self._reported:
+                self._report(done - self._reported)
+                self._reported = done
 
     def _share_done(self) -> float:
         """Members that are done, and the shares of those under way, over all."""

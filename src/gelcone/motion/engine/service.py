@@ -358,13 +358,13 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
     earlier = f.compare("olt", time, f.load(reach))
     first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
     found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
-    told = str(k)
+    counted = str(k)
     if border.seldom:
         there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
-        told = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
+        counted = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
     with f.when(found):
         f.store(time, reach)
-        f.store_whole(told, event)
+        f.store_whole(counted, event)
 
 
 def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Value) -> None:

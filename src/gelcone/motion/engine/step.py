@@ -94,8 +94,8 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
     flagged = f.new(f"and i64 {due_bits}, {f.load_whole(f.place('%words', place))}")
     with f.when(f.new(f"icmp ne i64 {flagged}, 0")):
         _keep_step(f, jet, followed, plan, layout, law, time, low, step)
-        told = dict(zip(near, near_bits, strict=True))
-        bits = [told.get(k, "0") for k in range(len(plan.borders))]
+        known = dict(zip(near, near_bits, strict=True))
+        bits = [known.get(k, "0") for k in range(len(plan.borders))]
         _serve_each(f, layout, place, block, flagged, finite_bits, small_bits, *bits)
     f.finish()
     return f

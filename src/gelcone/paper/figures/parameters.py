@@ -98,11 +98,11 @@ def _cascade(study: xr.Dataset, axes: Axes) -> None:
     """Where the doublings end that lead to chaos, and the branch that they lie on."""
     end, born = float(study["cascade_end"]), study["cascade_born"]
     axes.axvline(end, color=GREEN, lw=0.7, ls=":")
-    told = f"doublings end at {end:.4f}"
+    text = f"doublings end at {end:.4f}"
     if np.isfinite(float(born)):
-        told += f"\nof the branch from the\n{born.attrs['born']} at {float(born):.4f}"
+        text += f"\nof the branch from the\n{born.attrs['born']} at {float(born):.4f}"
     place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "textcoords": "offset points"}
-    axes.annotate(told, (end, 0.03), (3.0, 0.0), fontsize=4.5, color=GREEN, va="bottom", **place)
+    axes.annotate(text, (end, 0.03), (3.0, 0.0), fontsize=4.5, color=GREEN, va="bottom", **place)
 
 
 def _branches(followed: xr.Dataset, axes: Axes) -> None:

@@ -42,14 +42,14 @@ def cascade(model: ConeModel, followed: xr.Dataset) -> dict[str, Any]:
     for k in first[np.argsort(values[first])]:
         doublings = _chain(model, followed, int(k))
         if len(doublings) >= FEWEST:
-            return _told(followed, doublings, _birth(followed, int(followed["event_branch"][k])))
+            return _cascade_variables(followed, doublings, _birth(followed, int(followed["event_branch"][k])))
     return {}
 
 
-def _told(followed: xr.Dataset, doublings: list[float], born: int | None) -> dict[str, Any]:
+def _cascade_variables(followed: xr.Dataset, doublings: list[float], born: int | None) -> dict[str, Any]:
     ends = [b + (b - a) / (FEIGENBAUM - 1.0) for a, b in pairwise(doublings)]
     values = followed["event_value"].values
-    told = {"born": "" if born is None else event_label(followed["event_kind"][born])}
+    birth = {"born": "" if born is None else event_label(followed["event_kind"][born])}
     return {
         "doubling": ("doubling", np.array(doublings), attributes("period doublings of one cascade", "parameter value")),
         "cascade_end": ((), ends[-1], attributes("where the doublings end", "parameter value")),
@@ -57,7 +57,7 @@ def _told(followed: xr.Dataset, doublings: list[float], born: int | None) -> dic
         "cascade_born": (
             (),
             np.nan if born is None else float(values[born]),
-            attributes("where the branch of the cascade is born", "parameter value") | told,
+            attributes("where the branch of the cascade is born", "parameter value") | birth,
         ),
     }
 
