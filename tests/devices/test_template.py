@@ -84,6 +84,15 @@ def test_the_proposals_of_a_first_file_are_written_as_one_would_and_can_be_taken
     assert PUMP.replace(film="taut", circuit="charge").circuit == "charge"
 
 
+def test_a_first_file_leaves_out_what_is_its_default():
+    text = first_file("mine.toml", PUMP, PUMP.material)
+    written = tomllib.loads(text)
+    assert written
+    assert not [name for name, value in written.items() if value == PUMP.fields[name].default]
+    assert '# release_velocity = "100 mm/s"' in text.splitlines()
+    assert '# prestretch_mode = "radial"' in text.splitlines()
+
+
 def test_the_gravity_of_a_first_file_is_that_of_the_earth():
     """The middle of its usual range, 3 m/s^2, would be taken over as it stands."""
     assert gelcone.Device.fields["gravity"].example_text() == "9.81 m/s^2"

@@ -91,7 +91,11 @@ class Field:
         """The typical range, with units; empty where there is none."""
         if self.typical is None:
             return ""
-        return " to ".join(format_si(end, self.unit) for end in self.typical)
+        ends = [format_si(end, self.unit) for end in self.typical]
+        if any("e+" in text for text in ends):  # beyond the largest prefix
+            ends = [f"{end:g}" for end in self.typical]
+            ends[-1] += f" {self.unit}"
+        return " to ".join(ends)
 
 
 MOST_UNKNOWN = 20

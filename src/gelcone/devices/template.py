@@ -110,9 +110,10 @@ def first_file(name: str, device: Record, gel: Material) -> str:
 
 
 def _explained(name: str, value: Any, field: Field, out: bool = False) -> list[str]:
-    """A field with its meaning; commented out where it is left out."""
-    left_out = out or value is None
-    if value is None:
+    """A field with its meaning; commented out where it is left out or its default, with an example of its value."""
+    usual = not field.required and isinstance(value, float | str) and value == field.default
+    left_out = out or value is None or usual
+    if value is None or (usual and field.unit):
         value = field.example_value()
     return [
         f"# {field.meaning}",
