@@ -57,6 +57,8 @@ def test_a_bar_takes_shares_of_the_work_and_names_what_is_made(bars):
         report(0.5)
     (bar,) = bars
     assert bar.n == 0.75
+    assert bar.bar_format == "{l_bar}{bar}| {elapsed}<{remaining}"
+    assert bar.given["bar_format"] == "{l_bar}{bar}| {elapsed}"
     assert {name: bar.given[name] for name in ("total", "desc", "leave")} == {
         "total": 1.0,
         "desc": "static",

@@ -20,10 +20,13 @@ def test_a_pipe_gets_a_line_now_and_then_also_without_news(monkeypatch, capsys):
     monkeypatch.setattr(waiting, "LOG_SECONDS", 0.05)
     with output.progress_lines("static") as report:
         time.sleep(0.12)
-        report(0.25)
+        report(0.09)
+        time.sleep(0.12)
+        report(0.16)
         time.sleep(0.12)
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "static: 0 % after 0 s"
+    assert "static: 9 % after 0 s" in lines  # too early to say how long
     assert re.fullmatch(r"static: 25 % after 0 s, \d s left", lines[-1])
     assert len(lines) >= 3
     time.sleep(0.12)

@@ -85,6 +85,10 @@ class Output(NamedTuple):
         click.echo("\n".join([words, *(f"wrote {path}" for path in places)]))
 
 
+ESTIMATED = 0.1
+"""Share of the work from which on the time left is estimated: the first steps are often the slowest."""
+
+
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     """Takes shares of the work; a bar on a terminal, else a line on the error stream now and then."""
@@ -94,10 +98,15 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
         return
     from tqdm import tqdm
 
-    form = "{l_bar}{bar}| {elapsed}<{remaining}"
-    bar = tqdm(total=1.0, desc=label, leave=False, bar_format=form, delay=0.5, smoothing=0.0)
+    bar = tqdm(total=1.0, desc=label, leave=False, bar_format="{l_bar}{bar}| {elapsed}", delay=0.5, smoothing=0.0)
     with bar, preparing(label, bar.set_description_str), ticking(bar.refresh, BAR_SECONDS):
-        yield bar.update
+
+        def report(share: float) -> None:
+            bar.update(share)
+            if bar.n >= ESTIMATED:
+                bar.bar_format = "{l_bar}{bar}| {elapsed}<{remaining}"
+
+        yield report
 
 
 @contextmanager
@@ -114,7 +123,7 @@ def progress_lines(label: str) -> Iterator[Callable[[float], None]]:
         share, left = f"{100.0 * done:.0f} % after {spent:.0f} s", ""
         if now != label:  # what is made moves no share, and says nothing about the time left
             share = f"{STORED}; {share}"
-        elif 0.0 < done < 1.0:
+        elif ESTIMATED <= done < 1.0:
             left = f", {spent * (1.0 / done - 1.0):.0f} s left"
         click.echo(f"{now}: {share}{left}", err=True)
 
