@@ -204,9 +204,14 @@ def test_the_heading_of_a_text():
     assert "voltage 0.75" not in text
     assert "voltage 0.75" in " ".join(answer.heading(Subject(MODEL.replace(voltage=0.75))))
     assert max(map(len, lines)) <= answer.WIDTH
+    default = "bears compression; the default without a device, where --film membrane or a device has one that wrinkles"
+    assert default in text
+    wrinkles = " ".join(answer.heading(Subject(MODEL.replace(film="wrinkling"))))
+    assert "default without a device" not in wrinkles
     device = gelcone.find_device("biased-pump").replace(film="taut")
     own = " ".join(answer.heading(Subject(device.to_model(), device), ["spring_rate"]))
     assert own.startswith("biased pumping cone")
+    assert "default without a device" not in own
     assert "spring rate" not in own.replace("_", " ")
     grid = made({}, {"voltage": ("voltage", [800.0, 850.0, 900.0], "V"), "material": ("material", ["a", "b"])})
     assert answer.grid_text(grid, ["voltage", "material"]) == "voltage 800 to 900 V, 3 values; material a, b, 2 values"
