@@ -2,42 +2,54 @@
 
 from __future__ import annotations
 
+import inspect
+import textwrap
 from enum import IntEnum
-from typing import Self
+from typing import Any, Self
 
 STEPS_PER_CALL = 800_000
 CALL_SPAN = 2000.0
 """Longest stretch of motion handed to the integrator at once, in units of the fastest linear time scale: between such
 calls an interrupt is noticed and a failing member is separated from its neighbours."""
 
+WIDTH = 116
+"""Most letters of a line of a docstring."""
+
 
 class Code(IntEnum):
-    """Numbers in results, each given with what it means."""
+    """Numbers in results, each given with what it means; the docstring of a class of them lists its members."""
 
     meaning: str
     """One or two sentences."""
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        listed = "\n".join(
+            textwrap.fill(f"* ``{one.name}``: {one.meaning}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+            for one in cls
+            if one.meaning
+        )
+        before, *after = inspect.cleandoc(cls.__doc__ or "").split("\n\n", 1)
+        cls.__doc__ = "\n\n".join(filter(None, (before, listed, *after)))
 
     def __new__(cls, value: int, meaning: str = "") -> Self:
         code = int.__new__(cls, value)
         code._value_, code.meaning = value, meaning
         return code
 
+    @property
+    def label(self) -> str:
+        """The name as in JSON, with underscores."""
+        return self.name.lower()
+
+    @property
+    def words(self) -> str:
+        """The name as in texts and figures, with blanks."""
+        return self.label.replace("_", " ")
+
 
 class Outcome(Code):
     """The ending of the run of one member; everything but ``OK`` leaves NaN from where it happened.
-
-    * ``OK``: ok
-    * ``OUTSIDE``: starts beyond the stretch limit, or its membrane cannot be computed; start lower, raise
-      stretch_limit, or take film = wrinkling
-    * ``STRETCH_LIMIT``: came closer to the stretch limit than double precision resolves; raise stretch_limit, lower
-      the voltage or start with less energy
-    * ``STEP_LIMIT``: needed more than 800000 steps for 2000 time units; the model is too stiff, or its drive has
-      corners too often
-    * ``NOT_FINITE``: became infinite, because the energy has no bound there (a film without stretch limit, or
-      deviations sampled too rarely), or did not start from finite numbers
-    * ``ERROR``: the analysis raised an error there; run this point alone to see it
-    * ``PULLED_IN``: pulled in: the film lost its equilibrium under the voltage; lower the voltage or start with less
-      energy
 
     Examples
     --------
@@ -75,43 +87,17 @@ class Outcome(Code):
         "pulled in: the film lost its equilibrium under the voltage; lower the voltage or start with less energy",
     )
 
-    @property
-    def label(self) -> str:
-        """The name as in JSON, with underscores."""
-        return self.name.lower()
 
-    @property
-    def words(self) -> str:
-        """The name as in texts and figures, with blanks."""
-        return self.label.replace("_", " ")
-
-
-class FilmPullIn(IntEnum):
+class FilmPullIn(Code):
     """The way in which a film without compression pulls in."""
 
     NONE = 0
     MINIMUM = 1
     LOCALISATION = 2
 
-    @property
-    def label(self) -> str:
-        """The name as in JSON."""
-        return self.name.lower()
-
 
 class Regime(Code):
     """Kinds of motion.
-
-    * ``REST``: The disc does not move.
-    * ``PERIODIC``: A motion that repeats after a whole number of forcing periods, which is its period.
-    * ``QUASI_PERIODIC``: A motion of two frequencies that have no common period.
-    * ``CHAOTIC``: Bounded, never repeating, with a positive Lyapunov exponent: neighbouring motions part
-      exponentially.
-    * ``TRANSIENT``: Not settled when the patience ended, or stopped by the integrator before: where it leads is
-      unknown.
-    * ``LEFT_THE_DOMAIN``: The run ended where the model does: the film pulled in, or there is no state; the outcome
-      says why.
-    * ``TRANSIENT_CHAOS``: Chaos that ends by itself, after its lifetime in the mean.
 
     Examples
     --------

@@ -43,12 +43,6 @@ FILM_SAMPLES = 401
 class PullIn(Code):
     """Ways in which the equilibrium on a slow voltage ramp is lost.
 
-    * ``NEVER``: stable at every voltage, approaching the stretch limit asymptotically
-    * ``PITCHFORK``: loses stability in a pitchfork: the flat film buckles to either side
-    * ``FOLD``: meets an unstable equilibrium in a fold and vanishes
-    * ``SEARCH_RANGE``: leaves the searched displacements, |x| up to 1000
-    * ``FILM``: reaches a displacement at which the film pulls in
-
     Examples
     --------
     >>> import gelcone
