@@ -28,9 +28,10 @@ FLAT = 6
 FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
 """Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
 stated error: of that at the same height or at ``LOW``, whichever is greater."""
-GAIN_WEIGHT, GAIN_FLOOR = 0.04, 0.1
+GAIN_WEIGHT, GAIN_FLOOR, GAIN_SHARE = 0.04, 0.1, 0.8
 """Weight in the fit of the relative error of the slope of the force by V, on which strokes depend, next to that of the
-force; and the share of the largest slope at the same height that is added to a slope before."""
+force; the share of the largest slope at the same height that is added to a slope before; and the share of the last V of
+a column up to which slopes take part: next to its end they are known badly."""
 SMALLEST = 1e-6
 """Singular values below this share of the largest are left out of a fit."""
 NEVER = 1e30
@@ -445,7 +446,9 @@ def _slopes(found: Columns, which: Array) -> tuple[Array, Array]:
         own = np.flatnonzero(found.column == k)
         own = own[np.argsort(found.V[own])]
         if own.size >= 4:
-            slope[own] = CubicSpline(found.V[own], found.measures.force[own])(found.V[own], 1)
+            through = CubicSpline(found.V[own], found.measures.force[own])
+            own = own[found.V[own] <= GAIN_SHARE * found.V[own[-1]]]
+            slope[own] = through(found.V[own], 1)
             scale[own] = np.abs(slope[own]) + GAIN_FLOOR * np.max(np.abs(slope[own]))
     return slope[which], scale[which]
 
