@@ -850,8 +850,10 @@ TABLE = {
         ("y: displacement (of displacement)", ["solid . displacement over constant_voltage"]),
         ("y: stroke (of stroke)", ["solid . stroke over constant_voltage"]),
         ("y: blocked force (of blocked_force)", ["solid . blocked_force over constant_voltage"]),
-        ("y: cycle work (of cycle_work)", ["solid . cycle_work over constant_voltage"]),
-        ("x: constant voltage (of constant_voltage); y: losses (of losses)", ["solid . 0 over constant_voltage"]),
+        (
+            "x: constant voltage (of constant_voltage); y: cycle work (of cycle_work)",
+            ["solid . cycle_work over constant_voltage"],
+        ),
         ("figure", ["stroke and blocked force"]),
     ],
 }
