@@ -178,6 +178,13 @@ def test_an_interval_has_one_unit_where_both_ends_have_it_and_one_number_where_t
     assert of(NAN, 3.0) == "unknown to 3 mW"
 
 
+def edited_limits(sheet):
+    """The lines of a sheet none of whose limits is met."""
+    return words.sheet_limits(
+        sheet.assign(first_limit_voltage=((), np.inf)).assign_attrs(first_limit="none up to the voltages examined")
+    )
+
+
 def test_the_limits_of_a_data_sheet_of_draws():
     volts = {"pull_in_voltage": 1700.0, "first_limit_voltage": 1500.0, "safe_peak_voltage": 1200.0,
              "dielectric_breakdown_voltage": 4000.0}  # fmt: skip
@@ -195,6 +202,8 @@ def test_the_limits_of_a_data_sheet_of_draws():
     found = words.sheet_limits(sheet)
     assert found[:3] == lines
     assert " ".join(line.strip() for line in found[3:]) == rest.replace("0.013", f"{0.0125:.2g}")
+    none = edited_limits(sheet)
+    assert none[1] == "first limit: none up to the voltages examined"
     assert ", of which 5 have no state, of film" in " ".join(words.sheet_limits(sheet.assign_attrs(failed=5)))
     long = sheet.assign_attrs(drawn=json.dumps({f"parameter_{k}": 0.03 for k in range(12)}))
     wrapped = words.sheet_limits(long)[3:]

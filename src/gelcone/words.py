@@ -205,8 +205,8 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
     if "first_limit_voltage" in sheet:
         first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
         way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"
-        lines.append(f"first limit: {first} {way}, at a peak of {sized(sheet['first_limit_voltage'])}")
-        lines[-1] += within["first_limit_voltage"]
+        peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}"
+        lines.append(f"first limit: {first}{'' if np.isinf(sheet['first_limit_voltage']) else peak}")
         safe = sized(sheet["safe_peak_voltage"])
         lines.append(f"below every limit: peaks up to {safe}{within['safe_peak_voltage']}")
         if sheet["dielectric_breakdown_voltage"].isnull():

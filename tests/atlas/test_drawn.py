@@ -302,14 +302,14 @@ def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
         at = float(plane.damping_ratio)
         low = np.full((2, 7), np.inf)
         low[0, [1, 2]], low[1, 0] = (0.75 + at, 0.875), np.nan
-        return {"low": low, "high": low + 0.25}, static + at
+        return {"low": low, "high": low + 0.25}, static + at, np.array([0.1, 0.9 - at]) if peaks is None else peaks
 
-    asked = record(monkeypatch, drawn, plane_of=planes, _window=window, peaks_of=np.array([0.1, 0.9]))
+    asked = record(monkeypatch, drawn, plane_of=planes, _window=window)
     variables, outcome, options = drawn._windows(of, {"margin": 0.25, "limits_from": "both"}, 5, counted.append)
     assert {(call["threads"], call["limits_from"]) for call in asked["plane_of"]} == {(5, "both")}
     assert [call["plane"].damping_ratio for call in asked["_window"]] == numbers(3)[[0, 2]].tolist()
     for call in asked["_window"]:
-        assert (call["omegas"].tolist(), call["peaks"].tolist()) == (omegas, [0.1, 0.9])
+        assert (call["omegas"].tolist(), call["peaks"]) == (omegas, None)
     assert outcome.tolist() == [0, gelcone.Outcome.ERROR, 0]
     at = np.array([numbers(3)[0], np.nan, numbers(3)[2]])
     value = {name: variable[1] for name, variable in variables.items()}
@@ -322,25 +322,24 @@ def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
     np.testing.assert_allclose(value["own_peak"], [0.9] * 3)
     np.testing.assert_allclose(value["own_frequency"], [CONE.drive_frequency] * 3)
     assert value["drive_frequency"].tolist() == omegas
-    assert options == {"margin": 0.25, "limits_from": "both", "highest_peak": 0.9}
+    assert options == {"margin": 0.25, "limits_from": "both", "highest_peak": 0.9 - numbers(3)[0]}
     assert sum(counted) == pytest.approx(1.0)
     own = {"frequencies": np.array([[0.5, 0.75]] * 3), "peaks": np.array([[0.1, 0.9], [0.1, 0.8], [0.1, 0.25]])}
     monkeypatch.setattr(drawn._Drawn, "axis", lambda of, name, *given: (own[name][0], own[name]))
-    value = drawn._windows(of, {}, 5, None)[0]
+    value = drawn._windows(of, {"peaks": "given"}, 5, None)[0]
     np.testing.assert_allclose(value["recommended_peak"][1][2], [0.8 * 0.25] * 2)
     assert value["recommended_constant"][1][2] == pytest.approx(0.8 * 0.25)
 
 
 def test_a_draw_is_examined_up_to_its_own_pull_in(monkeypatch):
     static = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
-    asked = record(monkeypatch, drawn, static_limits_of=("curves", static), driven="found")
-    found = drawn._window("plane", "omegas", np.array([0.1, 0.9]), "progress")
-    assert found[0] == "found"
-    assert found[1] is static
-    (call,) = asked["driven"]
+    asked = record(monkeypatch, drawn, static_limits_of=static, driven="found", peaks_of="its own")
+    assert drawn._window("plane", "omegas", "given", "progress") == ("found", static, "given")
+    assert drawn._window("plane", "omegas", None, "progress") == ("found", static, "its own")
     wanted = {"plane": "plane", "omegas": "omegas", "refine": False, "progress": "progress", "pull_in": 0.6}
-    assert {name: call[name] for name in wanted} == wanted
-    assert call["ceiling"] == np.inf
+    for call, volts in zip(asked["driven"], ("given", "its own"), strict=True):
+        assert {name: call[name] for name in wanted} == wanted
+        assert (call["volts"], call["ceiling"]) == (volts, np.inf)
 
 
 def test_an_axis_is_shared_in_si_and_each_draws_own_without_units():

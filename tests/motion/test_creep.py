@@ -277,18 +277,20 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
     assert json.loads(found.attrs["options"]) == {"duration": 30.0, "tolerance": 2e-9}
 
 
-@pytest.mark.parametrize(("up_to", "highest"), [(9.0, 0.875), (0.375, 0.75)])
-def test_levels_that_are_held_end_at_the_highest_or_at_the_highest_voltage_examined(monkeypatch, up_to, highest):
+@pytest.mark.parametrize(("borne", "highest"), [(0.875, 0.875), (np.inf, 0.75), (np.nan, 0.75)])
+def test_levels_that_are_held_end_at_the_highest_or_where_there_is_none_at_the_one_given(monkeypatch, borne, highest):
     """They are commanded; what is reported is the half of them that is on the film."""
     films, asked = Films(), []
     monkeypatch.setattr(_Held, "of", lambda *given: asked.append(given) or films)
+    curve = films.curve
+    films.curve = lambda *given: (*curve(*given)[:2], borne)
     model = ConeModel(**RELAXING)
-    found = holding(model, 30.0, up_to, count=2, threads=5)
+    found = holding(model, 30.0, 0.375, count=2, threads=5)
     assert asked == [(model, DEFAULT_TOLERANCE, 5)]
     np.testing.assert_allclose(films.asked["run"][0], [0.0, highest])
     np.testing.assert_allclose(found.levels, [0.0, 0.5 * highest])
     assert found.members == ("members", [0.0, highest])
-    assert found.highest == found.variables["holding_voltage"][1] == 0.4375
+    np.testing.assert_array_equal([found.highest, found.variables["holding_voltage"][1]], [0.5 * borne] * 2)
     assert (found.variables["long_time_voltage"][1], found.variables["instant_voltage"][1]) == (0.75, 1.25)
     assert (films.asked["run"][1][-1], films.asked["curve"]) == (30.0, 30.0)
 

@@ -606,7 +606,8 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(made_up, monkeypat
         assert float(own["driven_error_voltage"]) == pytest.approx(omega * 0.03)
         assert float(own["driven_meridional_slack_voltage"]) == pytest.approx(omega * 0.53)
         assert float(own["driven_chaos_voltage"]) == np.inf
-    np.testing.assert_allclose(made_up["volts"][0], 0.6 * np.linspace(1.0 / 12.0, 2.0, 24))
+        assert float(own["examined_voltage"]) == 1.212
+    np.testing.assert_allclose(made_up["volts"][0], 1.212 * np.arange(1.0, 21.0) / 20.0)
     assert np.isnan(found["safe_peak_voltage"].values[1])
 
 
@@ -643,7 +644,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
         assert "held_voltage" not in found
         return
     (call,), (of_limits,) = asked["hold"], asked["held_limits"]
-    assert (call["duration"], call["up_to"]) == (30.0, 1.4)
+    assert (call["duration"], call["up_to"]) == (30.0, pytest.approx(1.212))
     assert of_limits["held"] is asked["_held_variables"][0]["held"] is held
     assert of_limits["relaxed"][-1] == 1.2
     assert asked["_held_variables"][0]["duration"] == 30.0
@@ -655,11 +656,12 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
 
 
 def test_a_constant_voltage_above_those_of_the_drive_is_recommended(made_up, monkeypatch):
-    """Nothing is met up to the highest constant voltage, though drives are examined up to 1.4 alone."""
-    curves = {"peak_voltage": np.array([0.0, 2.0])}
-    monkeypatch.setattr(envelope_module, "static_limits_of", lambda plane, volts: (curves, np.full(6, np.inf)))
+    """A limit is met above the peaks of drives, of which 1.4 is the highest."""
+    static = np.array([np.nan, 1.75, np.inf, np.inf, np.nan, np.inf])
+    monkeypatch.setattr(envelope_module, "static_limits_of", lambda plane: static)
     found = envelope(TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]], margin=0.25)
-    assert float(found["recommended_constant"]) == pytest.approx(1.5)
+    assert float(found["recommended_constant"]) == pytest.approx(0.75 * 1.75)
+    assert float(found["peak_voltage"][-1]) == 3.5
 
 
 def test_what_is_held_ends_at_the_last_sample_for_the_duration():

@@ -484,7 +484,8 @@ def test_each_equilibrium_has_the_state_of_its_film_and_one_that_is_not_there_ha
 class Balance:
     """A made-up balance, all of whose numbers are its own."""
 
-    reachable, flat, free_height, highest, highest_squared, n = True, True, 0.25, 2.0, 9.0, {}
+    reachable, flat, free_height, highest, highest_squared = True, True, 0.25, 2.0, 9.0
+    system, n = ConeModel().system, {}
 
     def __init__(self, at):
         self.at = at
@@ -612,10 +613,9 @@ def test_a_ramp_starts_where_it_is_asked_to(balances):
 
 def test_the_ramp_of_a_drive_is_that_of_its_balance(balances):
     """The blocked force is that at rest; beyond the film there is no stiffness."""
-    single = ConeModel()
     levels = np.array([0.5, 1.0])
-    found = module.drive_ramp(single, levels, 0.75)
-    assert balances == [(single, 0.75)]
+    (balance,) = module.every_balance(ConeModel())
+    found = module.drive_ramp(balance, levels)
     assert found.rest == 0.5
     assert found.displacement.tolist() == [0.75, 1.5]
     assert found.stroke.tolist() == [0.25, 1.0]

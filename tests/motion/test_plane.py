@@ -24,12 +24,14 @@ def test_a_plane_scales_amplitude_and_bias_with_the_peak(monkeypatch):
     assert model.drive_frequency.tolist() == [0.5, 0.9]
     np.testing.assert_allclose(model.voltage, [0.3, 0.6])
     np.testing.assert_allclose(model.voltage_bias, [0.1, 0.2])
-    asked = record(monkeypatch, module, stiffness_under=4.0, drive_ramp="ramp")
+    asked = record(monkeypatch, module, stiffness_under=4.0, drive_ramp="ramp", every_balance=["balance"])
     assert plane_of().natural_frequency(0.8) == 2.0
     drive = asked["stiffness_under"][0]["model"]
     assert (drive.voltage, drive.voltage_bias) == pytest.approx((0.6, 0.2))
-    assert plane_of().ramp("levels") == "ramp"
-    assert asked["drive_ramp"] == [{"model": FLAT, "levels": "levels", "bias_share": 0.25}]
+    plane = plane_of()
+    assert [plane.ramp("levels"), plane.ramp("more")] == ["ramp", "ramp"]
+    assert asked["every_balance"] == [{"model": FLAT, "bias_share": 0.25}]
+    assert asked["drive_ramp"] == [{"balance": "balance", "levels": levels} for levels in ("levels", "more")]
 
 
 @pytest.mark.parametrize("limits_from", ["rest", "settled", "both"])

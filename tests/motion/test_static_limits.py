@@ -16,10 +16,9 @@ from tests.motion.planes import BEAM, FLAT, TAUT, WRINKLING, Curve, passes, stra
 from tests.recorded import record
 
 
-def test_the_membranes_static_pull_in_is_found_above_the_voltages_that_were_asked_for():
+def test_the_membranes_static_pull_in_is_found_above_the_voltages_of_the_drive():
     membrane = Curve((0.0, 2.0), (0.45, 0.45), 0.01)
-    curves, limits = static_limits._static(Plane.of(WRINKLING, None, membrane), 0.2)
-    assert curves["peak_voltage"][-1] == 0.2
+    limits = static_limits.static_limits_of(Plane.of(WRINKLING, None, membrane))
     assert limits[STATIC_LIMITS.index("pull-in")] == pytest.approx(0.45, abs=2e-3)
 
 
@@ -28,7 +27,7 @@ def test_a_membrane_that_pulls_in_at_no_voltage_or_only_higher_up_has_a_static_l
     """Of a film with a low stretch limit, whose cone never pulls in."""
     model = WRINKLING.replace(stretch_limit=5.0, rest_height=0.8, spring_stiffness=0.5)
     membrane = Curve((0.0, 0.5, 2.0), (voltages[0], *voltages[1:] * 2), 0.01)
-    _, limits = static_limits._static(Plane.of(model, None, membrane), 0.2)
+    limits = static_limits.static_limits_of(Plane.of(model, None, membrane))
     found = limits[STATIC_LIMITS.index("pull-in")]
     assert found == expected if expected is not None else 0.9 <= found <= 1.8
 
@@ -41,18 +40,23 @@ def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
     model = ConeModel(damping_ratio=0.1, voltage=0.1, voltage_bias=0.3, **films)
     plane = Plane.of(model, None)
     assert plane.shape.bias == pytest.approx(0.75)
-    curves, limits = static_limits._static(plane, 1.2)
-    doubled, same = static_limits._static(Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None), 1.2)
+    curves, limits = static_limits.static_curves(plane, 1.2), static_limits.static_limits_of(plane)
+    twice = Plane.of(model.replace(voltage=0.2, voltage_bias=0.6), None)
+    doubled, same = static_limits.static_curves(twice, 1.2), static_limits.static_limits_of(twice)
     for name, values in curves.items():
         np.testing.assert_allclose(values, doubled[name], rtol=1e-12, err_msg=name)
-    np.testing.assert_allclose(limits, same)
+    np.testing.assert_array_equal(limits, same)
     peak, x, n = curves["peak_voltage"], curves["static_displacement"], model.own_numbers
     force, slope = model.system.force_under(x, [peak**2, (0.5 * peak) ** 2], n)
     np.testing.assert_allclose(force, 0.0, atol=1e-12)
     np.testing.assert_allclose(curves["natural_frequency"], np.sqrt(slope), rtol=1e-12)
-    first, second = (peak * np.sqrt(1.0 + x**2), 0.5 * peak * np.sqrt(1.0 + (0.8 - x) ** 2))
-    expected = np.interp(0.9, np.maximum(first, second), peak)
-    assert limits[STATIC_LIMITS.index("dielectric breakdown")] == pytest.approx(expected, rel=1e-9)
+
+    def fields(v):
+        x = float(plane.ramp(np.array([v])).displacement[0])
+        return max(v * np.sqrt(1.0 + x**2), 0.75 * v * np.sqrt(1.0 + (0.8 - x) ** 2))
+
+    expected = passes(lambda v: fields(v) - 0.9, 0.1, 1.2)
+    assert limits[STATIC_LIMITS.index("dielectric breakdown")] == pytest.approx(expected, rel=1e-6)
     level, omega = 0.4, plane.natural_frequency(0.4)
     drive = model.replace(voltage=0.25 * level, voltage_bias=0.75 * level, damping_ratio=1e-3, drive_frequency=omega)
     response = gelcone.motion.linear.linear_response(drive, omega * np.array([0.97, 1.0, 1.03])).stroke
@@ -63,8 +67,8 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     """Breakdown between the thresholds, where the relaxed film has no state: that of the run at the end of the time."""
     model = BEAM.replace(dielectric_strength=1.45)
     plane = Plane.of(model, None)
-    static, relaxed = static_limits.static_limits_of(plane, np.array([0.6, 1.0]))
-    held = static_limits.hold(plane, 60.0, float(static["peak_voltage"][-1]), None)
+    relaxed = static_limits.static_limits_of(plane)
+    held = static_limits.hold(plane, 60.0, 1.0, None)
     found = dict(zip(STATIC_LIMITS, static_limits.held_limits(plane, held, relaxed), strict=True))
     volts = found["dielectric breakdown"]
     assert np.isinf(relaxed[0]) or relaxed[0] < volts
@@ -76,8 +80,8 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
 def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
     """Of a disc that rises in proportion to the voltage, by the formulas of the taut cone."""
     lm, lh, strength = 1.2, 1.5, 1.3
-    plane = straight(TAUT.replace(dielectric_strength=strength, stretch_limit=6.0), jump=3.3)
-    curves, limits = static_limits._static(plane, 4.0)
+    plane = straight(TAUT.replace(dielectric_strength=strength, stretch_limit=6.0), jump=3.7)
+    curves, limits = static_limits.static_curves(plane, 4.0), static_limits.static_limits_of(plane)
 
     def q(v):
         return 1.0 + (0.1 + 0.5 * v) ** 2
@@ -94,7 +98,7 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
         passes(slack(lambda v: lm**2 * q(v)), 0.1, 3.0),
         passes(lambda v: strain(v) - 0.99 * 6.0, 0.1, 4.0),
         np.nan,
-        3.3,
+        3.7,
     )
     np.testing.assert_allclose(limits, expected, rtol=1e-4)
     levels = np.linspace(0.0, 4.0, 401)
@@ -112,7 +116,7 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
         stress = -slack(flat)(levels)
         np.testing.assert_allclose(curves[f"static_{name}_stress"][inside], stress[inside], rtol=1e-9, err_msg=name)
     assert "static_heating" not in curves
-    unknown = static_limits._static(straight(TAUT, jump=3.3), 4.0)[1]
+    unknown = static_limits.static_limits_of(straight(TAUT, jump=3.7))
     assert np.isnan(unknown[0])
 
 
@@ -121,7 +125,7 @@ def test_the_first_film_to_meet_a_limit_counts(share):
     """Field and heat of either film, at its own voltage and from its own flat height."""
     films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.8, "leakage_time": 7.0}
     plane = straight(TAUT.replace(**films, dielectric_strength=0.9), share=share)
-    curves, limits = static_limits._static(plane, 2.0)
+    curves, limits = static_limits.static_curves(plane, 2.0), static_limits.static_limits_of(plane)
     first = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - 0.9, 0.0, 2.0)
     second = passes(lambda v: share * v * np.sqrt(1.0 + (0.7 - 0.5 * v) ** 2) - 0.9, 0.0, 4.0)
     assert limits[0] == pytest.approx(min(first, second), rel=1e-4)
@@ -133,14 +137,47 @@ def test_the_first_film_to_meet_a_limit_counts(share):
 
 def test_a_flat_film_alone_has_a_pitchfork():
     for model, expected in ((FLAT, 0.7), (TAUT, np.nan)):
-        limits = static_limits._static(straight(model, pitchfork=0.7), 2.0)[1]
+        limits = static_limits.static_limits_of(straight(model, pitchfork=0.7))
         np.testing.assert_array_equal(limits[STATIC_LIMITS.index("pitchfork")], expected)
 
 
-def test_quasi_static_limits_are_known_to_twice_the_own_peak_and_to_the_largest_one():
-    for peaks, highest in (([0.1, 0.9], 1.2), ([0.1, 2.9], 2.9)):
-        curves, _ = static_limits.static_limits_of(straight(TAUT), np.array(peaks))
-        assert curves["peak_voltage"][-1] == pytest.approx(highest)
+@pytest.mark.parametrize(("strength", "jump"), [(1.3, 5.0), (9.0, 5.0), (9.0, 2.5), (1.3, np.inf), (9.0, np.inf)])
+def test_quasi_static_limits_are_searched_up_to_pull_in_or_the_stretch_limit_whatever_the_own_drive(strength, jump):
+    model = TAUT.replace(dielectric_strength=strength, stretch_limit=6.0)
+    found = [
+        static_limits.static_limits_of(straight(model.replace(voltage=own, voltage_bias=own), jump=jump))
+        for own in (0.01, 0.3, 4.0)
+    ]
+    for own in found[1:]:
+        np.testing.assert_array_equal(own, found[0])
+    breakdown = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - strength, 0.1, 9.0)
+    expected = breakdown if breakdown < jump else np.inf
+    assert found[0][0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_film_without_pull_in_is_examined_up_to_its_stretch_limit():
+    """The disc comes to it far above the unit of voltage."""
+    model = ConeModel(voltage=0.1, voltage_bias=0.1, rest_height=0.8, hoop_prestretch=1.4)
+    limits = dict(zip(STATIC_LIMITS, static_limits.static_limits_of(Plane.of(model, None)), strict=True))
+    assert limits["pull-in"] == np.inf
+    x = gelcone.stroke_and_blocked_force(model, [limits["stretch limit"]])["displacement"].item()
+    q = 1.0 + x * x
+    assert (q + 1.4**2 + 1.0 / (1.4**2 * q) - 3.0) / 50.0 == pytest.approx(0.99, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("limits", "top"),
+    [
+        ((np.nan, np.inf, np.inf, np.inf, np.nan, 3.0), 3.03),
+        ((2.0, np.inf, np.inf, np.inf, np.nan, 3.0), 3.03),
+        ((1.25, 0.0, np.inf, np.inf, np.nan, 3.0), 2.5),
+        ((np.nan, 0.75, 0.5, 12.0, 0.625, np.inf), 1.0),
+        ((np.nan, 0.0, np.inf, 12.0, np.nan, np.nan), 24.0),
+    ],
+)
+def test_peaks_are_examined_up_to_pull_in_or_to_twice_the_lowest_limit(limits, top):
+    peaks = static_limits.peaks_of(np.array(limits))
+    np.testing.assert_allclose(peaks, top * np.arange(1.0, 21.0) / 20.0)
 
 
 def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_time():
@@ -154,7 +191,7 @@ def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_ti
     plane = straight(TAUT.replace(dielectric_strength=1.3))
     found = static_limits.held_limits(plane, held, relaxed)
     breakdown = passes(lambda v: v * np.sqrt(1.0 + (0.5 * v) ** 2) - 1.3, 0.1, 2.0)
-    hoop = static_limits._static(straight(plane.model, rest=0.0), 2.0)[1][1]
+    hoop = static_limits.static_limits_of(straight(plane.model, rest=0.0))[1]
     thin = 1.0 / (1.2**2 * 1.5**2)
     low = np.sqrt((1.2**2 - thin) / (1.0 - (1.2**2 + 1.5**2 + thin - 3.0) / 50.0))  # flat, before the disc has risen
     np.testing.assert_allclose(found, [breakdown, hoop, low, np.inf, 0.77, 1.8], rtol=2e-4)

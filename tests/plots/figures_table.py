@@ -253,7 +253,7 @@ TABLE = {
                 "text: # of apparent_power",
                 "text: mean power",
                 "text: # of mean_power",
-                "text: pull-in under constant voltage: not reached",
+                "text: pull-in under constant voltage: none",
                 "text: first limit: hoop slack of the drive, at a peak of # of first_limit_voltage",
                 "text: below every limit: peaks up to # of safe_peak_voltage",
                 "text: dielectric strength: unknown, breakdown is not accounted for",
@@ -286,7 +286,10 @@ TABLE = {
         ),
         (
             "x: peak voltage (of first_limit_voltage); title: limits met: peak of the drive",
-            ["bars of -", "ticks: meridional slack, drive: meridional slack, hoop slack, drive: hoop slack"],
+            [
+                "bars of -",
+                "ticks: stretch limit, meridional slack, drive: meridional slack, hoop slack, drive: hoop slack",
+            ],
         ),
         ("y: blocked force (of ramp_blocked_force)", ["dashed ramp_blocked_force over ramp_voltage"]),
         ("figure", ["# of constant_voltage", "about # of constant_voltage, half power"]),

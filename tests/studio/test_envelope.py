@@ -9,6 +9,7 @@ import pytest
 import gelcone
 from gelcone.devices.files import shipped_devices
 from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.studio import envelope
 from gelcone.studio.grids import Source
 from gelcone.studio.long_work import Work
@@ -80,12 +81,12 @@ def test_a_whole_envelope_is_that_of_the_analysis():
 
 def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_is_known(monkeypatch):
     """With limits that are made up: every frequency once, in tasks of a few, and the picture in hertz and volts."""
-    omegas, peaks, count = np.arange(1.0, 34.0), np.array([0.0, 1.0, 2.0]), len(DRIVEN_LIMITS)
+    omegas, count = np.arange(1.0, 34.0), len(DRIVEN_LIMITS)
     asked, between = [], []
-    limits = {"hoop slack": 1.25, "meridional slack": np.nan, "dielectric breakdown": np.inf, "pull-in": 1.5}
+    static = np.array([np.inf, 1.25, np.nan, np.inf, np.nan, 1.5])
 
-    def find_rows(source, own, pull_in, around=None):
-        assert (source, pull_in) == (PUMP, 1.5)
+    def find_rows(source, own, static, around=None):
+        assert (source, static[-1]) == (PUMP, 1.5)
         asked.append((own.tolist(), None if around is None else around.tolist()))
         low = np.tile(own[:, None] / 100.0, (1, count))
         return {"frequency": own, "low": low, "high": low + 0.5, "final_below": own}
@@ -97,8 +98,8 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
         new = own[:-1][np.diff(own) > 0.9][:3] + 0.5 if len(between) <= 2 else np.empty(0)
         return new, 10.0 + new, confirmed | {(float(own[0]), float(own[-1]))}
 
-    monkeypatch.setattr(envelope, "find_axes", lambda source: envelope.Axes(omegas, peaks, 2.0, 100.0))
-    monkeypatch.setattr(envelope, "find_limits", lambda source: {"static": limits, "pull_in_of": "membrane"})
+    monkeypatch.setattr(envelope, "find_axes", lambda source: envelope.Axes(omegas, 2.0, 100.0))
+    monkeypatch.setattr(envelope, "find_limits", lambda source: envelope.Limits(static, "membrane"))
     monkeypatch.setattr(envelope, "find_rows", find_rows)
     monkeypatch.setattr(envelope, "find_between", find_between)
     messages = sent(PUMP)
@@ -122,19 +123,19 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     for name in DRIVEN_LIMITS:
         np.testing.assert_allclose(arrays[f"limit {name}"], 100.0 * (every / 100.0 + 0.5))
     assert head["static"]["pull-in"] == 150.0
-    assert (head["highest"], head["most"], head["pull_in_of"]) == (200.0, 66.0, "membrane")
+    assert (head["highest"], head["most"], head["pull_in_of"]) == (pytest.approx(151.5), 66.0, "membrane")
     assert head["share"] == pytest.approx(len(every) / (1.8 * 33))
     first = messages[0][0]
-    assert (list(first["static"]), first["pull_in_of"]) in (([], "film"), (list(limits), "membrane"))
+    assert (list(first["static"]), first["pull_in_of"]) == (list(STATIC_LIMITS), "membrane")
     assert first["share"] == 0.0
 
 
 def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_around_what_is_known(monkeypatch):
     """A worker is asked for the numbers of the picture alone."""
     made = dict.fromkeys(("frequency", "low", "high", "final_below", "more"), 1.0)
-    asked = record(monkeypatch, envelope, _plane=SimpleNamespace(model="model"), peaks_of="peaks", rows_of=made)
-    assert envelope.find_rows(PUMP, "omegas", 1.5, "around") == {n: v for n, v in made.items() if n != "more"}
-    assert asked["peaks_of"] == [{"model": "model"}]
+    asked = record(monkeypatch, envelope, _plane="plane", peaks_of="peaks", rows_of=made)
+    assert envelope.find_rows(PUMP, "omegas", [1.25, 1.5], "around") == {n: v for n, v in made.items() if n != "more"}
+    assert asked["peaks_of"] == [{"static": [1.25, 1.5]}]
     (rows,) = asked["rows_of"]
     given = {"omegas": "omegas", "volts": "peaks", "pull_in": 1.5, "around": "around", "yields": False}
     assert {name: rows[name] for name in given} == given
@@ -145,11 +146,10 @@ def test_an_envelope_begins_with_the_default_frequencies_and_goes_between_rows_u
 ):
     plane = SimpleNamespace(model="model", default_frequencies=lambda: np.array([0.75, 1.5]))
     asked = record(
-        monkeypatch, envelope, _plane=plane, peaks_of=[0.0, 2.5],
+        monkeypatch, envelope, _plane=plane,
         scales={"frequency": (3.0, "Hz"), "voltage": (40.0, "V")}, unknown_between=("between", "around"),
     )  # fmt: skip
     axes = envelope.find_axes(PUMP)
-    assert (axes.omegas.tolist(), axes.peaks, axes.hertz, axes.volts) == ([0.75, 1.5], [0.0, 2.5], 3.0, 40.0)
-    assert asked["peaks_of"] == [{"model": "model"}]
+    assert (axes.omegas.tolist(), axes.hertz, axes.volts) == ([0.75, 1.5], 3.0, 40.0)
     assert envelope.find_between(PUMP, "rows", 1.25, "confirmed") == ("between", "around", "confirmed")
     assert [list(call.values()) for call in asked["unknown_between"]] == [[plane, "rows", 1.25, "confirmed"]]

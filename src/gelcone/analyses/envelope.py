@@ -41,17 +41,11 @@ def _first_name(shown: xr.Dataset, index: int) -> str | None:
     return None if index < 0 else _names(shown, "driven_limit")[int(index)]
 
 
-def _status(name: str, voltage: float) -> str:
-    """Whether a limit is met, or why it has no voltage."""
-    if np.isnan(voltage):
-        return "unknown" if name == "dielectric breakdown" else "not applicable"
-    return "not reached" if np.isinf(voltage) else "met"
-
-
 def _reading(name: str, voltage: float) -> float | str:
     """A limit's voltage, or in words why it has none."""
-    status = _status(name, voltage)
-    return float(voltage) if status == "met" else status
+    if np.isnan(voltage):
+        return "unknown" if name == "dielectric breakdown" else "not applicable"
+    return "none" if np.isinf(voltage) else float(voltage)
 
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -107,7 +101,8 @@ def _pull_in_words(shown: xr.Dataset) -> str:
 
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
     if np.isinf(voltage) and name not in ("pitchfork", "pull-in"):
-        if shown["static_displacement"][-1].isnull():
+        pull_in = float(shown["static_limit_voltage"][_names(shown, "static_limit").index("pull-in")])
+        if pull_in <= float(shown["peak_voltage"].max()):
             return "none to pull-in"
         return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
     value = _reading(name, voltage)

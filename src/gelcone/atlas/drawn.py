@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,10 +28,10 @@ from gelcone.devices.si import device_attributes, shown_values, to_si
 from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
-from gelcone.motion.envelope import MARGIN, peaks_of, plane_of, recommended_peaks
+from gelcone.motion.envelope import MARGIN, plane_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.settle import single
-from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
+from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.film.pull_in import interpolated_curves
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, advance, weighted
@@ -199,24 +199,28 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
     nominal, members = plan.cone, plan.at(plan.grid)[0].members()
     default = plane_of(nominal, threads, from_).default_frequencies
     hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], default)
-    volts, peaks = drawn.axis("peaks", "voltage", own["peaks"], lambda: peaks_of(nominal))
+    peaks: Sequence[Array | None] = [None] * plan.size
+    if own["peaks"] is not None:
+        peaks = [*drawn.axis("peaks", "voltage", own["peaks"], None)[1]]
     of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
     low, high = np.full((2, count, *of_limit), np.nan)
     recommended, static = np.full((count, hertz.size), np.nan), np.full((count, len(STATIC_LIMITS)), np.nan)
-    constant, outcome = np.full(count, np.nan), np.full(count, Outcome.OK)
+    constant, top = np.full((2, count), np.nan)
+    outcome = np.full(count, Outcome.OK)
     for row in range(count):
         counted = Counted(weighted(progress, 1.0 / count))
         try:
             plane = plane_of(single(members, row), threads, from_)
-            found, static[row] = _window(plane, omegas[row], peaks[row], counted)
+            found, static[row], volts = _window(plane, omegas[row], peaks[row], counted)
         except InputError:
             outcome[row] = Outcome.ERROR
             counted.finish()
             continue
         low[row], high[row] = found["low"].T, found["high"].T
         lowest = np.nanmin(static[row], initial=np.inf)
-        recommended[row] = recommended_peaks(found["low"], lowest, peaks[row], own["margin"])
-        constant[row] = (1.0 - own["margin"]) * min(lowest, float(peaks[row, -1]))
+        recommended[row] = recommended_peaks(found["low"], lowest, volts, own["margin"])
+        top[row] = volts[-1]
+        constant[row] = (1.0 - own["margin"]) * min(lowest, top[row])
         counted.finish()
     least = np.where(np.isnan(low), np.inf, low)
     first = np.where(np.isfinite(least.min(axis=1)), least.argmin(axis=1), -1)
@@ -238,13 +242,17 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
         "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
     }
-    return variables, outcome, {"margin": own["margin"], "limits_from": from_, "highest_peak": float(volts[-1])}
+    highest = float(np.fmax.reduce(top * drawn.size("voltage")))
+    return variables, outcome, {"margin": own["margin"], "limits_from": from_, "highest_peak": highest}
 
 
-def _window(plane: Plane, omegas: Array, peaks: Array, progress: Progress) -> tuple[dict[str, Array], Array]:
-    """The driven limits of one draw, and its quasi-static ones."""
-    static = static_limits_of(plane, peaks)[1]
-    return driven(plane, omegas, peaks, refine=False, progress=progress, pull_in=static[-1]), static
+def _window(
+    plane: Plane, omegas: Array, peaks: Array | None, progress: Progress
+) -> tuple[dict[str, Array], Array, Array]:
+    """The driven limits of one draw, its quasi-static ones, and the peak voltages examined, by default its own."""
+    static = static_limits_of(plane)
+    volts = peaks_of(static) if peaks is None else peaks
+    return driven(plane, omegas, volts, refine=False, progress=progress, pull_in=static[-1]), static, volts
 
 
 def _options(analysis: str, given: Mapping[str, Any], taken: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,6 +37,7 @@ FREQUENCIES, LOWEST, HIGHEST = 201, 0.02, 4.0
 STEP = 1e-5
 """Change of a voltage, over it, between which the slope of the charge is taken."""
 HALF_POWER = np.sqrt(0.5)
+NO_LIMIT = "none up to the voltages examined"
 STEPS = 4000
 """Samples of the step response, over a time in which all of its modes have settled or 200 slow periods."""
 
@@ -325,10 +326,11 @@ def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr
     shown = [*STATIC_LIMITS, *(f"driven {name}" for name in DRIVEN_LIMITS)]
     peaks = {name: float(limits[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in shown}
     known = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
-    first = min(known, key=lambda name: known[name]) if known else "none up to twice the drive"
+    first = min(known, key=lambda name: known[name]) if known else NO_LIMIT
     voltage = dataset.columns((), {
         "first_limit_voltage": (
-            known.get(first, np.inf), "peak voltage of the drive at the first limit", dataset.absent("voltage")
+            known.get(first, np.inf), "peak voltage of the drive at the first limit",
+            dataset.absent("voltage", infinite="none"),
         )
     })  # fmt: skip
     return found.assign(listed).assign(voltage).assign_attrs(first_limit=first)

@@ -213,12 +213,13 @@ class Holding(NamedTuple):
 def holding(
     model: ConeModel, duration: float, up_to: float, *, count: int, threads: int | None, progress: Progress = None
 ) -> Holding:
-    """The highest voltage that a film bears for a ``duration``, and what it does at ``count`` levels up to that or to
-    ``up_to``; `InputError` as `creep`."""
+    """The highest voltage that a film bears for a ``duration``, and what it does at ``count`` levels up to that, or to
+    ``up_to`` of a film that never pulls in; `InputError` as `creep`."""
     _check_creeps(model, "duration", "or leave it out")
     films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), _checked(duration)
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
-    levels = np.fmin(highest, up_to / films.gain) * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
+    end = highest if np.isfinite(highest) else up_to / films.gain
+    levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
     run, _ = films.run(levels, _times(lasts), weighted(progress, 0.5))
     variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest * films.gain, *_HIGHEST)}
     return Holding(highest * films.gain, levels * films.gain, films.members(levels), run, variables)

@@ -27,7 +27,7 @@ from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, DriveShape, Plane
 from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
-from gelcone.motion.static_limits import PEAKS, STATIC_LIMITS, held_limits, hold, static_limits_of
+from gelcone.motion.static_limits import STATIC_LIMITS, held_limits, hold, peaks_of, static_curves, static_limits_of
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import membrane_pull_in
@@ -77,7 +77,8 @@ def envelope(
     ----------
     model : a single model; its drive gives the proportion of amplitude to bias, and its own point of operation. Without
         a ``dielectric_strength`` breakdown is NaN, and the window does not account for it.
-    peaks : increasing peak voltages of the driven plane; default 24 up to twice the model's own peak.
+    peaks : increasing peak voltages of the driven plane; default 20 up to a little above the constant
+        voltage of pull-in, or to twice the lowest quasi-static limit where that is less.
     frequencies : increasing drive frequencies; default some 30 from a tenth to three times the natural frequency at
         rest, the first resonances and the model's own among them, and more until the lowest limit is known to 1 %
         between any two, or to jump between two that are 0.2 % apart.
@@ -94,7 +95,8 @@ def envelope(
     -------
     Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
     ``natural_frequency``, ``static_field``, ``static_hoop_stress``, ``static_meridional_stress``; over
-    ``static_limit``: ``static_limit_voltage`` (infinity: not reached, NaN: unknown or not applicable); and
+    ``static_limit``: ``static_limit_voltage`` (infinity: none on the way to pull-in or the stretch limit, NaN: unknown
+    or not applicable); and
     ``recommended_constant``, the lowest of them less the margin.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
@@ -155,17 +157,19 @@ def envelope(
         raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
     plane = plane_of(model, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
-    volts = peaks_of(model) if peaks is None else _axis("peaks", peaks)
+    given = None if peaks is None else _axis("peaks", peaks)
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
-    static, static_limits = static_limits_of(plane, volts)
+    static_limits = static_limits_of(plane)
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
-        held = hold(plane, duration, float(static["peak_voltage"][-1]), weighted(progress, HELD_SHARE))
+        held = hold(plane, duration, float(peaks_of(static_limits)[-1]), weighted(progress, HELD_SHARE))
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
+    volts = peaks_of(static_limits) if given is None else given
+    static = static_curves(plane, max(float(volts[-1]), float(peaks_of(static_limits)[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     found = driven(
         plane,
@@ -233,11 +237,6 @@ def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -
     return Plane.of(model, threads, membrane_pull_in(model), limits_from)
 
 
-def peaks_of(model: ConeModel) -> Array:
-    """The peak voltages that an envelope examines where no others are given."""
-    return float(model.peak_voltage) * np.linspace(*PEAKS)
-
-
 def pull_in_of(plane: Plane) -> str:
     """Whose pull-in an envelope shows: ``membrane`` or ``cone``."""
     return "cone" if plane.membrane is None and not isinstance(plane.model.film, MembraneFilm) else "membrane"
@@ -259,7 +258,9 @@ def operating_limits(
 ) -> xr.Dataset:
     """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
 
-    As `envelope` finds them from rest, up to twice the member's own peak voltage.
+    As `envelope` finds them from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up to
+    ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice the
+    lowest quasi-static limit where that is less. The member's own voltages give no more than their proportion.
 
     Parameters
     ----------
@@ -272,8 +273,8 @@ def operating_limits(
     -------
     Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
     `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
-    ``driven_error_voltage``; ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage
-    being an error.
+    ``driven_error_voltage`` (NaN where none is met); ``safe_peak_voltage`` below all of them; and ``outcome``, that of
+    a member without voltage being an error.
 
     Raises
     ------
@@ -328,11 +329,20 @@ def operating_limits_cells(
 
 def _limit(name: str) -> dict[str, str]:
     """What a variable with a limit holds; without a dielectric strength that of breakdown is not known."""
-    return dataset.absent("voltage", nan="unknown" if "breakdown" in name else "not applicable")
+    infinite = "above the voltages examined" if name.startswith("driven") else "none before pull-in"
+    return dataset.absent(
+        "voltage",
+        nan="unknown" if "breakdown" in name else "not applicable",
+        infinite="none" if name == "pull-in" else infinite,
+    )
 
 
 _LIMITS = (
-    {"safe peak": "peak voltage below every limit", "driven error": "width to which the driven limits are known"}
+    {
+        "safe peak": "peak voltage below every limit",
+        "examined": "peak voltage up to which the driven motion was examined",
+        "driven error": "width to which the driven limits are known",
+    }
     | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
     | {f"driven {name}": f"limit of the drive that is switched on from rest: {name}" for name in DRIVEN_LIMITS}
 )
@@ -341,15 +351,16 @@ _LIMITS = (
 def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
     plane = plane_of(model, threads)
-    volts = peaks_of(model)
+    static = static_limits_of(plane)
+    volts = peaks_of(static)
     found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
-    static = static_limits_of(plane, volts)[1]
     with np.errstate(invalid="ignore"):
-        error = np.fmax.reduce(np.where(np.isfinite(high), high - low, 0.0))
+        error = np.fmax.reduce(np.where(np.isfinite(high), high - low, np.nan))
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
+    examined = np.fmin(high[DRIVEN_LIMITS.index("pull-in")], volts[-1])
     return (
-        {"safe peak": float(safe), "driven error": float(error)}
+        {"safe peak": float(safe), "examined": float(examined), "driven error": float(error)}
         | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
         | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
     )

@@ -349,21 +349,19 @@ class Ramp(NamedTuple):
     pull_in: float
 
 
-def drive_ramp(model: Ensemble, levels: Array, bias_share: float) -> Ramp:
-    """The ramp of a single model's drive, whose bias takes that share of the voltage, at the ``levels``."""
-    balances = every_balance(model, bias_share)
-    (balance,), rests = balances, each(rest_of, balances, [None])
-    squared, (rest,) = levels**2, rests
+def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
+    """The ramp of a single model's drive at the ``levels``."""
+    squared, rest = levels**2, rest_of(balance, None)
     x = balance.along_ramp(rest, squared)[0]
     stiffness = np.where(balance.whole(x, squared), balance.slope(x, squared), np.nan)
-    (pitchfork,) = _pitchfork_voltages(balances)
+    (pitchfork,) = _pitchfork_voltages([balance])
     return Ramp(
         rest,
         x,
         x - rest,
         balance.voltage_force(rest, squared) + 0.0,
         stiffness,
-        [np.sqrt(own) for own in model.system.squares_at_rest(squared, balance.n)],
+        [np.sqrt(own) for own in balance.system.squares_at_rest(squared, balance.n)],
         float(np.nan_to_num(pitchfork, nan=np.inf)),
         balance.jump(rest).voltage,
     )

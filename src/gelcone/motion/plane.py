@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +28,11 @@ from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two
 from gelcone.motion.start import start_states
 from gelcone.motion.validity import excesses, slack_places
+from gelcone.physics.balance import StaticBalance
 from gelcone.physics.film.pull_in import PullInCurve
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import rest_displacement
+from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.quantity import Array
 
 Rows = npt.NDArray[np.intp]
@@ -119,9 +121,14 @@ class Plane:
             drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
         )
 
+    @cached_property
+    def _balance(self) -> StaticBalance:
+        (balance,) = every_balance(self.model, self.shape.bias)
+        return balance
+
     def ramp(self, levels: Array) -> Ramp:
         """A ramp to constant peak voltages, of amplitude and bias in the drive's proportion."""
-        return drive_ramp(self.model, levels, self.shape.bias)
+        return drive_ramp(self._balance, levels)
 
     def natural_frequency(self, peak: float = 0.0) -> float:
         """About the equilibrium under the drive's mean-square voltages; NaN where there is no stable one."""

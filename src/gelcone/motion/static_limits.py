@@ -8,22 +8,30 @@ import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.motion.creep import Holding, holding
-from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.driven import WITHIN
+from gelcone.motion.equilibrium import Ramp
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.plane import Plane, is_flat
 from gelcone.motion.validity import NEAR_LIMIT, excesses
 from gelcone.physics.bracket import first_passing
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.pull_in import PullInCurve
-from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
-PEAKS = (1.0 / 12.0, 2.0, 24)
-"""Peak voltages over the model's own that are examined: from, to, how many."""
-STATIC_POINTS = 400
+PEAKS = 20
+"""Peak voltages that are examined where no others are given."""
+STATIC_POINTS, CLOSER = 400, 65
+"""Constant voltages at which limits are searched, and those that are added around each limit."""
 LATER = 2.0
-"""Constant voltages up to which a membrane's pull-in is searched for, over the largest of its own."""
+"""Constant voltages up to which a membrane's pull-in is searched for, over the largest of its own; and peak voltages
+up to which the driven motion is examined, over the lowest quasi-static limit."""
+FARTHEST = 1024.0
+"""Constant voltage, in units of the model, up to which limits are searched of a film that neither pulls in nor comes to
+a stretch limit."""
+BEFORE = 1.0 - 1e-9
+"""Share of the pull-in voltage at which the disc has not yet jumped."""
 HELD_LEVELS = 32
 """Constant voltages that are held for a duration."""
 
@@ -31,53 +39,82 @@ HELD_LEVELS = 32
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
-def static_limits_of(plane: Plane, peaks: Array) -> tuple[dict[str, Array], Array]:
-    """`_static` up to the largest of the driven peaks, and at least to twice the model's own."""
-    return _static(plane, max(float(peaks[-1]), PEAKS[1] * float(plane.model.peak_voltage)))
+def static_limits_of(plane: Plane) -> Array:
+    """The constant peak voltage of a drive in proportion at which each of `STATIC_LIMITS` is met by either film, on the
+    way to pull-in or, without one, to the stretch limit; infinite where it is not."""
+    model, ramp = plane.model, plane.ramp(np.zeros(1))
+    pull_in = ramp.pull_in
+    if plane.membrane is not None:
+        pull_in = min(pull_in, _membrane_pull_in(plane, plane.membrane, pull_in))
+    end = BEFORE * pull_in if np.isfinite(pull_in) else 1.0
+    met = _met(plane, end)
+    while not np.isfinite(pull_in) and not np.isfinite(met[-1]) and end < FARTHEST:
+        end *= 2.0
+        met = _met(plane, end)
+    return np.array([*met, ramp.pitchfork if is_flat(model) else np.nan, pull_in])
 
 
-def _static(plane: Plane, highest: float) -> tuple[dict[str, Array], Array]:
-    """Curves over the constant peak voltage of a drive in proportion, and the voltage of each of `STATIC_LIMITS`, of
-    either film."""
+def _met(plane: Plane, highest: float) -> Array:
+    """The constant peak voltages up to ``highest`` at which breakdown, slack and the stretch limit are met."""
+    levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
+    met = _first_met(plane, levels)
+    around = met[np.isfinite(met)][:, None] + levels[1] * np.linspace(-1.0, 1.0, CLOSER)
+    return _first_met(plane, np.union1d(levels, np.clip(around, 0.0, highest))) if around.size else met
+
+
+def _first_met(plane: Plane, levels: Array) -> Array:
+    """Those of `_met`, linear between levels."""
+    states, strength = _states(plane, plane.ramp(levels)), plane.model.dielectric_strength
+    least = np.nan if strength is None else strength
+    excess = [(s.true_field - least, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states]
+    met = np.array([[first_passing(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
+    met[0] = np.nan if strength is None else met[0]
+    return met
+
+
+def _states(plane: Plane, ramp: Ramp) -> list[FilmState]:
+    """The state of each film on a ramp."""
+    films, n = plane.model.system.films, plane.model.own_numbers
+    return [film.state(ramp.displacement, v, [], n) for film, v in zip(films, ramp.voltages, strict=True)]
+
+
+def peaks_of(static: Array) -> Array:
+    """The peak voltages at which the driven motion of a device is examined where no others are given: up to a little
+    above pull-in, or to twice the lowest of its ``static`` limits, whatever its own drive is."""
+    positive = static[np.isfinite(static) & (static > 0.0)]
+    top = np.fmin(LATER * positive.min(initial=FARTHEST), (1.0 + WITHIN) * static[-1])
+    return np.asarray(top * np.arange(1, PEAKS + 1) / PEAKS)
+
+
+def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
+    """Curves over the constant peak voltage of a drive in proportion, up to the ``highest``."""
     model, levels = plane.model, np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = plane.ramp(levels)
-    x, n = ramp.displacement, model.own_numbers
-    states = [film.state(x, v, [], n) for film, v in zip(model.system.films, ramp.voltages, strict=True)]
+    state = _states(plane, ramp)[0]
     curves = {
         "peak_voltage": levels,
-        "static_displacement": x,
+        "static_displacement": ramp.displacement,
         "stroke": ramp.stroke,
         "blocked_force": ramp.blocked_force,
         "natural_frequency": frequency_of(ramp.stiffness),
-        "static_field": states[0].true_field,
-        "static_hoop_stress": states[0].hoop_stress,
-        "static_meridional_stress": states[0].meridional_stress,
+        "static_field": state.true_field,
+        "static_hoop_stress": state.hoop_stress,
+        "static_meridional_stress": state.meridional_stress,
     }
-    leaks = model.system.leaking_at_rest(x, ramp.voltages, n)
+    leaks = model.system.leaking_at_rest(ramp.displacement, ramp.voltages, model.own_numbers)
     if any(np.any(leak) for leak in leaks):
-        curves["static_heating"] = sum(leaks) / len(leaks) + 0.0 * x
-    strength = np.nan if model.dielectric_strength is None else model.dielectric_strength
-    excess = [
-        (s.true_field - strength, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states
-    ]
-    limits = np.array([[first_passing(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
-    limits[0] = np.nan if np.isnan(strength) else limits[0]
-    pull_in = ramp.pull_in
-    if plane.membrane is not None:
-        pull_in = min(pull_in, _membrane_pull_in(model, plane.membrane, pull_in))
-    return curves, np.array([*limits, ramp.pitchfork if is_flat(model) else np.nan, pull_in])
+        curves["static_heating"] = sum(leaks) / len(leaks) + 0.0 * ramp.displacement
+    return curves
 
 
-def _membrane_pull_in(model: ConeModel, membrane: PullInCurve, highest: float) -> float:
+def _membrane_pull_in(plane: Plane, membrane: PullInCurve, highest: float) -> float:
     """Constant voltage up to ``highest`` at which the membrane pulls in where the ramp has led; infinity if none."""
     known = membrane.voltage(np.linspace(0.0, membrane.reach, STATIC_POINTS))
     if not np.isfinite(known).any():
         return math.inf
     # where it pulls in at all, it has at the largest of these; the ramp may come there later
     levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
-    return first_passing(
-        levels, levels - membrane.voltage(stroke_and_blocked_force(model, levels)["displacement"].values)
-    )
+    return first_passing(levels, levels - membrane.voltage(plane.ramp(levels).displacement))
 
 
 # --- held for a while -----------------------------------------------------------------------------------------------

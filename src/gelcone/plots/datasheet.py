@@ -146,7 +146,7 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     met = {name: value for name, value in ends.items() if np.isfinite(value)}
     axes.set_title("limits met: peak of the drive", loc="left", fontsize=8.0)
     if not met:
-        axes.text(0.5, 0.5, "none up to twice the drive", transform=axes.transAxes, ha="center", color=GREY)
+        axes.text(0.5, 0.5, "none up to the voltages examined", transform=axes.transAxes, ha="center", color=GREY)
         axes.set_axis_off()
         return
     names = sorted(met, key=lambda name: -met[name])
@@ -162,4 +162,6 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     axes.set_xlabel(axis_label(result["first_limit_voltage"], "peak voltage"))
 
 
-NOT_LIMITS = ("first_limit_voltage", "safe_peak_voltage", "driven_error_voltage", "pitchfork_voltage")
+NOT_LIMITS = (
+    "first_limit_voltage", "safe_peak_voltage", "examined_voltage", "driven_error_voltage", "pitchfork_voltage",
+)  # fmt: skip

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gelcone.motion.driven import REFINEMENTS, rows_of, unknown_between
-from gelcone.motion.envelope import peaks_of, plane_of, pull_in_of, recommended_peaks
+from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
-from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
+from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.quantity import Array
 from gelcone.studio.grids import Source, subject_of
 from gelcone.studio.long_work import Work
@@ -37,11 +37,10 @@ def _plane(path: Path | None, time: int, text: str | None, options: str) -> Plan
 
 
 class Axes(NamedTuple):
-    """The drive frequencies that an envelope begins with and the peak voltages that it examines, in the model's units,
-    and what one of these units is in hertz and volts."""
+    """The drive frequencies that an envelope begins with, in the model's units, and what one unit of a frequency and of
+    a voltage is in hertz and volts."""
 
     omegas: Array
-    peaks: Array
     hertz: float
     volts: float
 
@@ -49,24 +48,26 @@ class Axes(NamedTuple):
 def find_axes(source: Source) -> Axes:
     """The `Axes` of an envelope."""
     plane, by = _plane(*source.key), scales(source.subject())
-    omegas = plane.default_frequencies()
-    return Axes(omegas, peaks_of(plane.model), by["frequency"][0], by["voltage"][0])
+    return Axes(plane.default_frequencies(), by["frequency"][0], by["voltage"][0])
 
 
-def find_limits(source: Source) -> dict[str, Any]:
-    """The limits of a constant voltage, by name, in the model's units, and whose the pull-in is."""
+class Limits(NamedTuple):
+    """The voltage of each of `STATIC_LIMITS`, in the model's units, and whose the pull-in is."""
+
+    static: Array
+    pull_in_of: str
+
+
+def find_limits(source: Source) -> Limits:
+    """The `Limits` of a constant voltage."""
     plane = _plane(*source.key)
-    peaks = peaks_of(plane.model)
-    return {
-        "static": dict(zip(STATIC_LIMITS, static_limits_of(plane, peaks)[1].tolist(), strict=True)),
-        "pull_in_of": pull_in_of(plane),
-    }
+    return Limits(static_limits_of(plane), pull_in_of(plane))
 
 
-def find_rows(source: Source, omegas: Array, pull_in: float, around: Array | None = None) -> dict[str, Array]:
+def find_rows(source: Source, omegas: Array, static: Array, around: Array | None = None) -> dict[str, Array]:
     """The limits of the motion at some drive frequencies, as `rows_of` finds them, by default at all peak voltages."""
-    plane = _plane(*source.key)
-    found = rows_of(plane, omegas, peaks_of(plane.model), None, pull_in=pull_in, around=around, yields=False)
+    plane, pull_in = _plane(*source.key), float(static[-1])
+    found = rows_of(plane, omegas, peaks_of(static), None, pull_in=pull_in, around=around, yields=False)
     return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
 
 
@@ -87,18 +88,19 @@ async def draw_envelope(work: Work, source: Source) -> None:
 
 
 class _Envelope:
+    axes: Axes
+    limits: Limits
+
     def __init__(self, work: Work, source: Source) -> None:
         self.work, self.source = work, source
-        self.axes: Axes | None = None
-        self.limits: dict[str, Any] = {}
         self.rows: dict[str, Array] = {}
         self._room = asyncio.Semaphore(work.pool.size + 1)
 
     async def grow(self) -> None:
-        _, axes = await asyncio.gather(self._find_limits(), self._find_axes())
-        await self._begin(axes.omegas)
-        static = [*self.limits["static"].values()]
-        ceiling = min(float(np.nanmin(static, initial=np.inf)), float(axes.peaks[-1]))
+        self.axes, self.limits = await asyncio.gather(self._do(find_axes), self._do(find_limits))
+        await self._show()
+        await self._begin(self.axes.omegas)
+        ceiling = min(float(np.nanmin(self.limits.static, initial=np.inf)), float(peaks_of(self.limits.static)[-1]))
         confirmed: set[tuple[float, float]] = set()
         for _ in range(REFINEMENTS):
             pairs = np.array_split(np.arange(len(self.rows["frequency"]) - 1), self.work.pool.size)
@@ -117,15 +119,6 @@ class _Envelope:
         async with self._room:
             return await self.work.do(function, self.source, *arguments)
 
-    async def _find_limits(self) -> None:
-        self.limits = await self._do(find_limits)
-        await self._show()
-
-    async def _find_axes(self) -> Axes:
-        self.axes = axes = Axes(*await self._do(find_axes))
-        await self._show()
-        return axes
-
     async def _begin(self, omegas: Array) -> None:
         order = np.array(list(dict.fromkeys(k for step in STEPS for k in range(0, len(omegas), step))))
         first = FIRST_TASK * self.work.pool.size
@@ -135,7 +128,7 @@ class _Envelope:
 
     async def _find_rows(self, tasks: Iterable[tuple[Array, ...]]) -> None:
         async def find(omegas: Array, *around: Array) -> None:
-            new = await self._do(find_rows, omegas, self.limits["static"]["pull-in"], *around)
+            new = await self._do(find_rows, omegas, self.limits.static, *around)
             if self.rows:
                 order = np.argsort(np.concatenate([self.rows["frequency"], new["frequency"]]))
                 new = {name: np.concatenate([values, new[name]])[order] for name, values in self.rows.items()}
@@ -145,17 +138,14 @@ class _Envelope:
         await asyncio.gather(*(find(*task) for task in tasks))
 
     async def _show(self) -> None:
-        """Sends what is known, in volts and hertz; rows come once the limits of a constant voltage are known."""
-        if self.axes is None:
-            return
-        omegas, peaks, hertz, volts = self.axes
-        named = self.limits.get("static", {})
-        static = np.array([*named.values()])
-        lowest = float(np.nanmin(static, initial=np.inf))
+        """Sends what is known, in volts and hertz."""
+        omegas, hertz, volts = self.axes
+        static, pull_in_of = self.limits
+        peaks = peaks_of(static)
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
-            "window": recommended_peaks(low, lowest, peaks) * volts,
+            "window": recommended_peaks(low, float(np.nanmin(static, initial=np.inf)), peaks) * volts,
         }
         high = self.rows.get("high", low)
         arrays |= {f"limit {name}": high[:, k] * volts for k, name in enumerate(DRIVEN_LIMITS)}
@@ -163,9 +153,9 @@ class _Envelope:
             "envelope",
             arrays,
             limits=list(DRIVEN_LIMITS),
-            static=dict(zip(named, (static * volts).tolist(), strict=True)),
+            static=dict(zip(STATIC_LIMITS, (static * volts).tolist(), strict=True)),
             highest=float(peaks[-1]) * volts,
             most=float(omegas[-1]) * hertz,
-            pull_in_of=self.limits.get("pull_in_of", "film"),
+            pull_in_of=pull_in_of,
             share=min(len(arrays["frequency"]) / (EXPECTED * len(omegas)), 0.99),
         )
