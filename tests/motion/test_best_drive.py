@@ -211,6 +211,20 @@ def test_a_limit_at_a_constant_voltage_counts_where_it_is_the_lower_one():
     assert best_drive._limit(free, free, 0.5) == ("none", np.inf)
 
 
+def test_no_more_is_claimed_of_a_drive_than_was_examined():
+    """Where no limit is met up to the highest peak examined, 1.6, a voltage above it counts as one that meets one."""
+    window = made_up(2.0, 1.4, 2.0, 1.9).assign(first_limit=("f", [-1, 0, 0, -1]), driven_peak=("peak", [1.6]))
+    above = window.assign(static_limit_voltage=("limit", [3.1]))
+    _, limits, names = best_drive._rows(above)
+    np.testing.assert_allclose(limits, [1.6, 1.4, 2.0, 1.6])
+    assert names == ["none", "pull-in", "pull-in", "none"]
+    np.testing.assert_allclose(best_drive._detuned(FREQUENCY, above)[[0, 3]], [1.6, 1.6], rtol=0.01)
+    assert best_drive._held(above, above, 1.0, 1.7) == (1.0, 1.0)
+    assert best_drive._held(above, above, 1.0, 1.5) == (1.0, 1.5)
+    below = window.assign(static_limit_voltage=("limit", [1.5]))
+    assert best_drive._rows(below)[2][0] == "breakdown at a constant voltage"
+
+
 def test_the_second_search_lies_between_the_neighbours_and_around_the_limit_there():
     window = made_up(2.0, 1.4, 2.0, 1.9)
     for omega, ends, bound in ((0.5, (0.5, 0.995), 2.0), (1.0, (0.995, 1.5), 2.0), (1.4, (1.0, 1.5), 1.9)):

@@ -265,7 +265,8 @@ def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
 
 
 def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
-    """Frequency, lowest limit and its name of every frequency examined, by rising frequency."""
+    """Frequency, lowest limit and its name of every frequency examined, by rising frequency; the highest peak voltage
+    examined and ``none`` where no limit is met up to it."""
     found: dict[float, tuple[float, str]] = {}
     for one in envelopes:
         static = one["static_limit_voltage"].values
@@ -273,7 +274,7 @@ def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
         held_by = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(held) else ""
         for k, omega in enumerate(one["drive_frequency"].values):
             row = int(one["first_limit"][k])
-            low = np.inf if row < 0 else float(one["limit_low"][row, k])
+            low = float(one["driven_peak"][-1] if row < 0 else one["limit_low"][row, k])
             name = "none" if row < 0 else str(one["driven_limit"].values[row])
             found[float(omega)] = (low, name) if low <= held else (held, f"{held_by} at a constant voltage")
     order = sorted(found)
@@ -284,7 +285,7 @@ def _limit(wide: xr.Dataset, near: xr.Dataset, omega: float) -> tuple[str, float
     """The lowest limit at a frequency, and its peak voltage; infinite where none is met."""
     known, limits, names = _rows(wide, near)
     at = int(np.argmin(np.abs(known - omega)))
-    return names[at], float(limits[at])
+    return names[at], np.inf if names[at] == "none" else float(limits[at])
 
 
 def _held(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tuple[float, float]:
