@@ -59,6 +59,12 @@ import pytest
             "prestretch: mounted flat, the film has I1 - 3 = 159, which must be less than its stretch limit 50",
         ),
         (["envelope", "soft-film", "--over", "damping_ratio=1:2:3"], "envelope sweeps frequency and peak_voltage"),
+        (
+            ["envelope", "soft-film", "--over", "frequency=9 Hz"],
+            'has one point; give at least two, or take gelcone operating-limits --set "frequency=9 Hz"',
+        ),
+        (["frequency", "--over", "drive_frequency=0.5"], 'or take gelcone settled --set "drive_frequency=0.5"'),
+        (["envelope", "soft-film", "--over", "peak_voltage=1 kV"], "--over peak_voltage: has one point; a sweep takes"),
     ],
 )
 def test_a_message_speaks_of_what_was_typed(command_line, typed, message):

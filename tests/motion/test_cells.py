@@ -220,6 +220,15 @@ def test_operating_limits_of_members_without_voltage_or_inside(operating):
         np.testing.assert_array_equal(values, result[name].values, name)
 
 
+def test_operating_limits_say_why_every_member_is_refused():
+    """The first of them has a voltage, and a radius that no membrane has."""
+    model = ConeModel(film="wrinkling", voltage=[0.5, 0.0], rest_height=0.9, radius_ratio=1.5)
+    with pytest.raises(InputError, match=r"radius_ratio = 1\.5: must lie between 0 and 1"):
+        operating_limits(model)
+    some = ConeModel(voltage=[0.0, 0.5], rest_height=0.9)
+    assert operating_limits(some)["outcome"].values.tolist() == [Outcome.ERROR, Outcome.OK]
+
+
 def test_operating_limits_need_a_voltage():
     with pytest.raises(InputError, match="amplitude or a bias"):
         operating_limits(ConeModel(voltage=0.0))

@@ -89,8 +89,11 @@ class Subject:
                 own = " and ".join(known)
                 raise InputError(f"--over {name}: cannot be swept here; {analysis.command} sweeps {own}")
             _, quantity = annotation_of(analysis.call, known[name])
-            numbers = read_measures(f"--over {name}", values, quantity, self.device)
-            found[known[name]] = increasing(f"--over {name}", np.atleast_1d(numbers))
+            numbers = np.atleast_1d(read_measures(f"--over {name}", values, quantity, self.device))
+            if numbers.size < 2 and (one := analysis.axes[known[name]].one):
+                at = f'gelcone {one} --set "{name}={values}"'
+                raise InputError(f"--over {name}: has one point; give at least two, or take {at}")
+            found[known[name]] = increasing(f"--over {name}", numbers)
         self._not_set(named[keyword] for keyword in found if analysis.axes[keyword].replaces)
         defaults = {k: np.linspace(*a.default) for k, a in analysis.axes.items() if a.default is not None}
         return defaults | found

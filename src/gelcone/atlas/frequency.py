@@ -66,7 +66,7 @@ FILLED_SHARE = 0.4
 
 
 @analysis(
-    axes={"frequencies": Axis("drive_frequency", "frequency", replaces=True)},
+    axes={"frequencies": Axis("drive_frequency", "frequency", replaces=True, one="settled")},
     answers="frequency",
     drawn=True,
     file_only=("followed_orbit",),

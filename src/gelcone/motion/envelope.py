@@ -23,7 +23,7 @@ from gelcone.motion.creep import Holding, thresholds
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import driven
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
-from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, DriveShape, Plane
+from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, Plane
 from gelcone.motion.response import HEAT, heats
 from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
@@ -49,7 +49,10 @@ HELD_SHARE = 0.1
 
 
 @analysis(
-    axes={"frequencies": Axis("drive_frequency", "frequency"), "peaks": Axis("voltage", "peak_voltage")},
+    axes={
+        "frequencies": Axis("drive_frequency", "frequency", one="operating-limits"),
+        "peaks": Axis("voltage", "peak_voltage"),
+    },
     answers="envelope",
     drawn=True,
     over="Drive frequencies or peak voltages in place of the default ones: drive_frequency=from:to:count, "
@@ -278,7 +281,8 @@ def operating_limits(
 
     Raises
     ------
-    InputError : when no member has a voltage, or when the flat film lies beyond its stretch limit in all members.
+    InputError : when every member is refused, as one without voltage is, with the reason of the first; or when the flat
+        film lies beyond its stretch limit in all members.
 
     Examples
     --------
@@ -289,11 +293,9 @@ def operating_limits(
     '0.901 +- 0.001'
     """
     start_states(model, (0.0, 0.0))
-    members = model.members()
-    states = members.start_states((0.0, 0.0))
-    found = operating_limits_cells(members, states, threads=threads, progress=progress)
-    if (found.outcome == Outcome.ERROR).all():
-        DriveShape.of(single(members, 0))
+    found, refused = _limits_of_members(model.members(), threads, progress)
+    if refused and not (found.outcome == Outcome.OK).any():
+        raise refused[0]
     return dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
 
 
@@ -306,25 +308,29 @@ def operating_limits_cells(
 ) -> Findings:
     """Compute `operating_limits` for every member of a flattened ensemble, whose ``states`` play no part; options as
     there."""
-    found = {name: np.full(members.size, np.nan) for name in _LIMITS}
+    return _limits_of_members(members, threads, progress)[0]
+
+
+def _limits_of_members(members: Members, threads: int | None, progress: Progress) -> tuple[Findings, list[InputError]]:
+    """The limits of all members, and why those are refused that are."""
+    found, refused = {name: np.full(members.size, np.nan) for name in _LIMITS}, list[InputError]()
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     for row in range(members.size):
         if inside(members, 0.0)[row]:
             try:
                 values = _limits_of(single(members, row), threads)
                 outcome[row] = Outcome.OK
-            except InputError:
+            except InputError as error:
                 values, outcome[row] = {}, Outcome.ERROR
+                refused.append(error)
             for name, value in values.items():
                 found[name][row] = value
         advance(progress, 1.0 / members.size)
-    return Findings(
-        {
-            f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))
-            for name, values in found.items()
-        },
-        outcome,
-    )
+    variables: dict[str, dataset.Variable] = {
+        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))
+        for name, values in found.items()
+    }
+    return Findings(variables, outcome), refused
 
 
 def _limit(name: str) -> dict[str, str]:

@@ -29,12 +29,14 @@ _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": s
 @dataclass(frozen=True)
 class Axis:
     """An axis of an analysis: its name for a model and for a device, whether it ``replaces`` the actuator's own value,
-    which then must not be set, and from where to where, in how many steps, it runs by default."""
+    which then must not be set, from where to where, in how many steps, it runs by default, and the command that answers
+    at ``one`` value."""
 
     of_model: str
     of_device: str
     replaces: bool = False
     default: tuple[float, float, int] | None = None
+    one: str = ""
 
 
 @dataclass(frozen=True)
