@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, binomtest
 
-from gelcone.statistics import spread, wilson
+from gelcone.statistics import share_interval, spread, wilson
 
 
 @pytest.mark.parametrize(("successes", "count"), [(0, 16), (3, 16), (16, 16), (40, 100), (1, 1)])
@@ -23,6 +23,18 @@ def test_it_holds_the_true_share_about_as_often_as_it_says():
     held = [binom.pmf(seen, 40, p)[(low <= p) & (p <= high)].sum() for p in truths]
     assert np.mean(held) == pytest.approx(0.95, abs=0.01)
     assert min(held) > 0.89
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_the_exact_interval_holds_every_true_share_at_least_as_often_as_it_says(confidence):
+    seen = np.arange(13)
+    low, high = share_interval(seen, 12, confidence)
+    for hits in seen:
+        exact = binomtest(int(hits), 12).proportion_ci(confidence, method="exact")
+        assert (low[hits], high[hits]) == pytest.approx((exact.low, exact.high), abs=1e-12)
+    for p in np.linspace(0.02, 0.98, 25):
+        assert binom.pmf(seen, 12, p)[(low <= p) & (p <= high)].sum() >= confidence
+    assert share_interval(0, 0) == (0.0, 1.0)
 
 
 def test_without_trials_nothing_is_known():

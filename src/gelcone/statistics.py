@@ -1,4 +1,8 @@
-"""Intervals of shares, and of numbers over draws."""
+"""Intervals of shares, and of numbers over draws.
+
+Of shares there are two: `wilson` takes any share and any number of standard errors, and holds the truth as often as it
+says in the mean; `share_interval` takes counts, and holds every truth at least as often as it says.
+"""
 
 from __future__ import annotations
 
@@ -49,3 +53,17 @@ def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Ar
     half: Any = z / (1.0 + z * z / n) * np.sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n))
     low, high = np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
     return np.where(known, low, 0.0), np.where(known, high, 1.0)
+
+
+def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = CONFIDENCE) -> tuple[Array, Array]:
+    """Compute the interval of a share of which ``hits`` of ``count`` independent draws are seen; 0 and 1 for no draws.
+
+    Clopper and Pearson, Biometrika 26 (1934) 404.
+    """
+    from scipy.special import betaincinv
+
+    k, n = np.asarray(hits), np.asarray(count)
+    tail = 0.5 * (1.0 - confidence)
+    low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
+    high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
+    return low, high

@@ -12,6 +12,7 @@ from gelcone.devices.units import format_si
 from gelcone.lab.device import UNDECIDED
 from gelcone.lab.fitted import fitted_device
 from gelcone.lab.predictions import PREDICTIONS
+from gelcone.statistics import Z
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,7 +105,7 @@ def _unknown_lines(result: xr.Dataset, device: Device) -> list[str]:
             low, high = (100.0 * float(np.expm1(result[f"profile_{end}"][k])) for end in ("low", "high"))
             lines.append(
                 f"    95 % by profile: {low:+.2f} to {high:+.2f} %; by curvature "
-                f"{100.0 * np.expm1(moved - 1.96 * left):+.2f} to {100.0 * np.expm1(moved + 1.96 * left):+.2f} %"
+                f"{100.0 * np.expm1(moved - Z * left):+.2f} to {100.0 * np.expm1(moved + Z * left):+.2f} %"
             )
     return lines
 

@@ -350,7 +350,7 @@ def totals_text(totals: dict[str, Any]) -> str:
     parts += [f"{totals[kind]} {kind}" for kind in ("inferred", "failed") if totals[kind]]
     lines = [f"{', '.join(parts)}; {totals['integrator_steps']:,} steps in {totals['wall_time_s']:.3g} s"]
     if totals["checked"]:
-        from gelcone.atlas.uncertain import share_interval
+        from gelcone.statistics import share_interval
 
         checked, missed = totals["checked"], totals["missed"]
         low, high = share_interval(missed, checked)

@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
-from gelcone.atlas.uncertain import share_interval
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError, check_result
 from gelcone.quantity import Array
-from gelcone.statistics import CONFIDENCE
+from gelcone.statistics import CONFIDENCE, share_interval
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,13 +65,12 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     own = base_draws(cells)
     hits, known = _risks(own.transpose(*dims, "draw", ...))
     count, total = hits.sum(axis=-1), known.sum(axis=-1)
-    low, high = share_interval(count, total, CONFIDENCE)
-    decided = total > 0
+    low, high = share_interval(count, total)
     at = (*dims, "risk")
     table: dataset.Table = {
-        "probability": (np.where(decided, count / np.maximum(total, 1), np.nan), "probability of the event", "share"),
-        "low": (np.where(decided, low, 0.0), "lower end of the 95 % interval of the probability", "share"),
-        "high": (np.where(decided, high, 1.0), "upper end of the 95 % interval of the probability", "share"),
+        "probability": (np.where(total > 0, count / np.maximum(total, 1), np.nan), "probability of the event", "share"),
+        "low": (low, "lower end of the 95 % interval of the probability", "share"),
+        "high": (high, "upper end of the 95 % interval of the probability", "share"),
         "decided": (total, "draws that are decided", "count"),
     }
     strokes = strokes_of(cells).transpose(*dims, "draw")

@@ -8,7 +8,6 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome, Regime
@@ -17,6 +16,7 @@ from gelcone.devices.points import STATE_FIELDS
 from gelcone.devices.units import parse, parse_deviation
 from gelcone.errors import InputError, check_kind, check_name, check_result
 from gelcone.quantity import Array
+from gelcone.statistics import CONFIDENCE, share_interval
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -190,21 +190,7 @@ def _shares(dimension: int, count: int, method: Method, seed: int, indices: bool
     return np.concatenate([first, second, *mixed])
 
 
-def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = 0.95) -> tuple[Array, Array]:
-    """The interval of a share of which ``hits`` of ``count`` independent draws are seen.
-
-    Clopper and Pearson, Biometrika 26 (1934) 404.
-    """
-    from scipy.special import betaincinv
-
-    k, n = np.asarray(hits), np.asarray(count)
-    tail = 0.5 * (1.0 - confidence)
-    low = np.where(k > 0, betaincinv(np.maximum(k, 1), n - k + 1, tail), 0.0)
-    high = np.where(k < n, betaincinv(k + 1, np.maximum(n - k, 1), 1.0 - tail), 1.0)
-    return low, high
-
-
-def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = 0.95) -> xr.Dataset:
+def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence: float = CONFIDENCE) -> xr.Dataset:
     """The probability of a kind of motion at every point of a grid, from the draws made there.
 
     Parameters
@@ -248,8 +234,8 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     result = dataset.label(dataset.model_of(cells), {}, options=options, title=f"probability: {kind.label}")
     table: dataset.Table = {
         "probability": (share, f"probability that the motion is {kind.label}", "share"),
-        "low": (np.where(n > 0, low, 0.0), f"lower end of its {100.0 * confidence:g} % interval", "share"),
-        "high": (np.where(n > 0, high, 1.0), f"upper end of its {100.0 * confidence:g} % interval", "share"),
+        "low": (low, f"lower end of its {100.0 * confidence:g} % interval", "share"),
+        "high": (high, f"upper end of its {100.0 * confidence:g} % interval", "share"),
         "decided": (n.values, "draws that are decided", "count"),
     }
     coords = {str(dim): cells[dim] for dim in n.dims}

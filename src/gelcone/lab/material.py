@@ -36,6 +36,7 @@ from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, check_count
+from gelcone.statistics import Z
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -420,7 +421,7 @@ def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
     positive = (drawn > 0.0).all(axis=0) & (values > 0.0)
     with np.errstate(all="ignore"):
         own = np.where(positive, np.log(drawn), drawn)
-    half = 0.98 * np.ptp(np.quantile(own, CENTRAL, axis=0), axis=0)  # 1.96 standard deviations of a normal one
+    half = 0.5 * Z * np.ptp(np.quantile(own, CENTRAL, axis=0), axis=0)
     low, high = (
         np.where(positive, values * np.exp(-half), values - half),
         np.where(positive, values * np.exp(half), values + half),

@@ -25,11 +25,12 @@ from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_p
 from gelcone.physics.records import FILMS
 from gelcone.progress import Progress
 from gelcone.quantity import Array
+from gelcone.statistics import Z
 
 KINDS: Mapping[str, float] = {"stated": 0.01, "derived": 0.03, "digitised": 0.02, "assumed": 0.0}
 """Kinds of numbers, and the relative standard deviation of one that states none; an assumed one must."""
 KEYS = ("title", "source", "missing", "device", "measured", "coupons")
-DRAWS, Z = 256, 1.96
+DRAWS = 256
 HALF = 0.5
 """Share of a prediction's variance beyond which assumed numbers refuse it."""
 INSIDE = 0.9

@@ -34,7 +34,8 @@ SMALL, LARGE = ("apparent_power", "current", "peak_voltage", "footprint", "film_
 """What may be made smallest and largest."""
 SETTINGS = ("margin", "confidence", "smallest", "largest", "free", "tolerances")
 MOST_FREE, MOST_TOLERANCES, MOST_OBJECTIVES = 16, 24, 3
-CONFIDENCE = 0.95
+MUST_MEET = 0.95
+"""Share of the devices within the tolerances that must meet all requirements, where the wish names none."""
 REMEDY = "`gelcone init --wish wish.toml` writes one to fill in"
 
 
@@ -206,7 +207,7 @@ def _wish(content: Mapping[str, Any], name: str, text: str) -> Wish:
         tuple(_tolerance(device, *item) for item in tolerances.items()),
         _objectives(content),
         _share(content, "margin", MARGIN, 0.0, 0.9),
-        _share(content, "confidence", CONFIDENCE, 0.5, 0.99),
+        _share(content, "confidence", MUST_MEET, 0.5, 0.99),
     )
 
 
