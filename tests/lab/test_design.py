@@ -366,6 +366,8 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     for name in own.free:
         assert float(result[name][0]) == pytest.approx(float(device.get(name)))
     assert (result["binds"][0], result["first_limit"][0]) == ("stroke", "chaos under the drive")
+    assert (result["stroke"].attrs["units"], result["stroke"].attrs["quantity"]) == ("mm", "length")
+    assert all("long_name" in variable.attrs for variable in result.variables.values())
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])
     several = designs._labelled(own, [rows[1], rows[0], rows[1]], 4, {})
     assert [one.name for one in gelcone.designed_devices(several)] == [f"{own.name} 1", f"{own.name} 2"]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
@@ -307,23 +308,22 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
         for own, value in zip(columns.values(), values, strict=True):
             own.append(value)
     known = good[0].device.swept_fields()
-    fields = {
-        name: (
-            "design",
-            [float(row.device.get(name)) for row in good],
-            {"units": known[name].unit, "long_name": known[name].meaning},
-        )
+    table: dict[str, tuple[Any, str, dataset.Of]] = {
+        name: (np.array(columns[name]) * per_unit, words, of if unit == "1" else {"units": unit, "quantity": of})
+        for name, (words, of) in _NUMBERS.items()
+        for unit, per_unit in [(MEASURES[of].shown, MEASURES[of].per_unit) if of in MEASURES else ("1", 1.0)]
+    }
+    table |= {
+        name: ([float(row.device.get(name)) for row in good], known[name].meaning, {"units": known[name].unit})
         for name in wish.free
     }
-    labelled = {
-        name: ("design", np.array(columns[name]) * MEASURES[of].per_unit if of in MEASURES else np.array(columns[name]),
-               {"units": MEASURES[of].shown if of in MEASURES else "1", "long_name": words})
-        for name, (words, of) in _NUMBERS.items()
-    }  # fmt: skip
-    texts = {"first_limit": ("design", [row.checked.first_limit for row in good]), "binds": ("design", binds)}
+    table |= {
+        "first_limit": ([row.checked.first_limit for row in good], "limit that comes first", "code"),
+        "binds": (binds, "requirement that binds", "code"),
+    }
     return xr.Dataset(
-        {**labelled, **fields, **texts},
-        {"design": np.arange(1, len(good) + 1)},
+        dataset.columns("design", table),
+        dataset.columns("design", {"design": (np.arange(1, len(good) + 1), "number of the design", "count")}),
         {
             "title": f"designs: {wish.name}",
             "wish": wish.text,

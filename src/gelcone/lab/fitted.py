@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone import dataset
 from gelcone.devices.device import Device
 from gelcone.errors import InputError, check_result
 from gelcone.lab.bench import Variants, field_value
@@ -89,14 +90,10 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     own = result["covariance"].values[: len(fields), : len(fields)]
     logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
     known = device.swept_fields()
-    columns = {
-        name: (
-            "draw",
-            float(result["value"][k]) * np.exp(logs[:, k]),
-            {"units": known[name].unit, "long_name": known[name].meaning},
-        )
+    columns = dataset.columns("draw", {
+        name: (float(result["value"][k]) * np.exp(logs[:, k]), known[name].meaning, {"units": known[name].unit})
         for k, name in enumerate(fields)
-    }
+    })  # fmt: skip
     attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}
     return xr.Dataset(columns, attrs=attrs | {"seed": seed, "title": f"draws of {device.name}"})
 
