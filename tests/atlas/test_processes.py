@@ -164,7 +164,7 @@ def test_shares_of_work_are_summed_up_between_two_reports(monkeypatch):
     monkeypatch.setattr(module, "_answers", sent, raising=False)
     monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(module, "_pending", 0.0)
-    monkeypatch.setattr(module, "_told", 0.0)
+    monkeypatch.setattr(module, "_reported", 0.0)
     for passed, share in ((0.0, 0.25), (0.05, 0.125), (0.04, 0.0625), (0.02, 0.25), (0.01, 0.03125)):
         now[0] += passed
         module.report(share)
