@@ -204,7 +204,7 @@ def test_the_heading_of_a_text():
     assert "voltage 0.75" not in text
     assert "voltage 0.75" in " ".join(answer.heading(Subject(MODEL.replace(voltage=0.75))))
     assert max(map(len, lines)) <= answer.WIDTH
-    default = "bears compression; the default without a device, where --film membrane or a device has one that wrinkles"
+    default = "bears compression, the default without a device; --film membrane wrinkles, as the film of devices does"
     assert default in text
     wrinkles = " ".join(answer.heading(Subject(MODEL.replace(film="wrinkling"))))
     assert "default without a device" not in wrinkles

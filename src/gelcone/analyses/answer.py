@@ -266,7 +266,7 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
             known, gain = (np.max(own[film.prefix + name]) for name in ("film_error", "gain_error"))
             abouts[k] += f"; its force is known to {known:.1%}, what a voltage takes from it to {gain:.1%}"
     if subject.device is None and system.films[0].film.name == "taut":
-        abouts[0] += "; the default without a device, where --film membrane or a device has one that wrinkles"
+        abouts[0] += ", the default without a device; --film membrane wrinkles, as the film of devices does"
     about, *seconds = abouts
     films = [about, *(f"second {second}" for second in seconds if second and second != about)]
     for text in filter(None, (*films, system.circuit.describe(), _stiff_line(subject))):

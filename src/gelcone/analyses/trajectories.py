@@ -46,8 +46,7 @@ def _span(variable: xr.DataArray, digits: int = 5) -> str:
 def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
     """A time response as text, of an ensemble with a column for each of the first members."""
     several = f", {shown['outcome'].size} members" if shown["outcome"].dims else ""
-    run = f"run of {sized(shown['time'].max(keep_attrs=True), 5)}{several}"
-    lines = [*heading(subject), run, *ending_lines(shown)]
+    lines = [*heading(subject), f"run of {_lengths(shown['time'])}{several}", *ending_lines(shown)]
     ended = bool((shown["outcome"].values == Outcome.OK).any())
     if several:
         lines += _member_lines(shown)
@@ -61,6 +60,12 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
             lines.append(f"heat in the film {sized(shown['heat'])}, {warms}")
     lines += _pull_in_lines(shown)
     return "\n".join([*lines, *(validity_in_words(shown) if ended else film_state_in_words(shown))])
+
+
+def _lengths(time: xr.DataArray) -> str:
+    """The length of a run, of members that differ in it the shortest and the longest."""
+    ends = time.isel({time.dims[-1]: -1})
+    return " to ".join(dict.fromkeys(sized(end, 5) for end in (ends.min(keep_attrs=True), ends.max(keep_attrs=True))))
 
 
 def _reach(member: xr.Dataset) -> list[str]:
