@@ -94,7 +94,7 @@ def test_without_frequencies_the_band_lies_around_the_natural_one(gelcone):
         (["--over", "voltage=0:1:5"], "sweeps drive_frequency"),
         ([*BAND, "--over", "voltage=0:1:5"], "sweeps drive_frequency"),
         (["--set", "voltage_bias=5", "--set", "stretch_limit=inf"], "beyond pull-in"),
-        (["--over", "drive_frequency=1"], "at least two values"),
+        (["--over", "drive_frequency=1"], "give at least two, or take gelcone settled"),
         (["--over", "drive_frequency=9 Hz:13 Hz:5"], "units need a device"),
         (["--set", "voltage=0.5,1", *BAND], "takes one actuator, not an ensemble of 2"),
         (["--set", "damping_ratio=0", *BAND], "without damping no motion settles"),

@@ -158,3 +158,7 @@ def test_errors_and_doubts_are_said_as_they_were_typed(command_line):
     assert command_line("simulate", "--periods", "-3")[2] == (
         "Error: --periods -3: must be a positive number of drive periods\n"
     )
+
+
+def test_a_message_stays_as_it_is_where_nothing_was_typed():
+    assert cli.as_typed("margin = 2.0: must be below 1", []) == "margin = 2.0: must be below 1"

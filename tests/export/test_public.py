@@ -130,7 +130,7 @@ def test_a_title_cannot_end_a_comment(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "options", "match"),
     [
-        ({"film_thickness": [1.9e-4, 2e-4]}, {}, "one device at a time"),
+        ({"film_thickness": [1.9e-4, 2e-4]}, {}, "export: takes one actuator, not an ensemble of 2"),
         ({"waveform": "triangle"}, {"drive": "sine"}, "give drive = 'own'"),
         ({"waveform": "half_wave"}, {"drive": "own"}, "its corners move with the voltage"),
         ({"waveform": "chirp"}, {"drive": "own"}, "cannot be exported"),

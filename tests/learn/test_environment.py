@@ -305,7 +305,7 @@ def test_an_action_that_is_no_number_is_refused(taut):
 
 
 def test_an_ensemble_is_refused():
-    with pytest.raises(InputError, match="single device"):
+    with pytest.raises(InputError, match="takes one actuator, not an ensemble of 2"):
         gelcone.environment(device(film_thickness=[1.9e-4, 2e-4]))
 
 

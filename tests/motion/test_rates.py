@@ -101,7 +101,7 @@ def test_python_control_integrates_the_device_as_simulate_does():
 
 
 def test_an_ensemble_and_other_states_are_refused():
-    with pytest.raises(InputError, match="single device"):
+    with pytest.raises(InputError, match="takes one actuator, not an ensemble of 2"):
         gelcone.rates(device("taut").replace(film_thickness=[1.9e-4, 2e-4]))
     with pytest.raises(InputError, match="must have 2 states"):
         gelcone.rates(device("taut"))(0.0, [0.0, 0.0, 1.0])

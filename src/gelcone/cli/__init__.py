@@ -6,6 +6,7 @@ import re
 import shlex
 import sys
 from importlib import import_module
+from itertools import pairwise
 from typing import NoReturn
 
 import click
@@ -156,7 +157,7 @@ def _fail(message: str, code: int) -> NoReturn:
 
 def as_typed(message: str, typed: list[str]) -> str:
     """A message about an option by its name in Python, ``margin = 2.0: ...``, as it was typed, ``--margin 2: ...``."""
-    for word, after in zip(typed, [*typed[1:], ""], strict=True):
+    for word, after in pairwise([*typed, ""]):
         option, given, value = word.partition("=")
         name = re.escape(option[2:].replace("-", "_"))
         if not option.startswith("--") or not (found := re.match(rf"{name}( = [^:]*|{_PART})?(?=: )", message)):
