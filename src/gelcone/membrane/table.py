@@ -71,8 +71,9 @@ LEAST_RISE = 1e-3
 """Share of the largest slope of W at which its relative error is taken."""
 NEXT = 1e-3
 """Of p: the pull-in curve turns vertical this far below the cut."""
-MARGIN, ELEMENT_ERROR = 3.5, 2e-4
-"""The stated error over the largest found at the other heights, since others lie between; and that of the elements."""
+MARGIN, GAIN_MARGIN, ELEMENT_ERROR = 3.5, 2.0, 2e-4
+"""The stated errors of the force and of what a voltage takes from it over the largest found at the heights computed,
+since others lie between; and that of the elements."""
 TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
 LOW_LIMIT = 9.0
 """Gels with a lower stretch limit never localise, or only for some pre-stretches, and their membranes are not made."""
@@ -164,7 +165,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     if not error <= LARGEST_ERROR:
         why = f"the force of this film (a/b = {ratio:g}) cannot be fitted to its states"
         raise _not_made(gel, why, "wrinkling, or other pre-stretches")
-    stated = {"film_error": error, "gain_error": ELEMENT_ERROR + MARGIN * max(film.gain_errors)}
+    stated = {"film_error": error, "gain_error": ELEMENT_ERROR + GAIN_MARGIN * max(film.gain_errors)}
     return film.numbers | fitted_mean_length(film.elements, begin, reach) | stated
 
 
