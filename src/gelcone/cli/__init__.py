@@ -155,6 +155,10 @@ def _fail(message: str, code: int) -> NoReturn:
     sys.exit(code)
 
 
+_PART = r" [\w.]+(?: = [^:]*)?| '[^']*'"
+"""The part of an option that a message is about: a field, or the text of one of several."""
+
+
 def as_typed(message: str, typed: list[str]) -> str:
     """A message about an option by its name in Python, ``margin = 2.0: ...``, as it was typed, ``--margin 2: ...``."""
     for word, after in pairwise([*typed, ""]):
@@ -167,10 +171,6 @@ def as_typed(message: str, typed: list[str]) -> str:
         part = f" {shlex.quote(own)}" if part.startswith(" = ") and not again else part
         return f"{option}{part}{message[found.end() :]}"
     return message
-
-
-_PART = r" [\w.]+(?: = [^:]*)?| '[^']*'"
-"""The part of an option that a message is about: a field, or the text of one of several."""
 
 
 def _remedy(error: click.UsageError) -> str:

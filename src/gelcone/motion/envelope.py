@@ -276,8 +276,9 @@ def operating_limits(
     -------
     Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
     `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
-    ``driven_error_voltage`` (NaN where none is met); ``safe_peak_voltage`` below all of them; and ``outcome``, that of
-    a member without voltage being an error.
+    ``driven_error_voltage`` (NaN where none is met; of chaos, whose windows may be narrower than the peaks examined
+    are apart, it is the width of one edge, and another window may begin below); ``safe_peak_voltage`` below all of
+    them; and ``outcome``, that of a member without voltage being an error.
 
     Raises
     ------
