@@ -107,7 +107,7 @@ def test_limits_and_statics_are_those_of_their_analyses(sheet, pump):
     np.testing.assert_allclose(sheet["stroke"].values[1:], ramp["stroke"].values, rtol=1e-12)
 
 
-NOT_LIMITS = ("safe_peak_voltage", "examined_voltage", "driven_error_voltage", "outcome")
+NOT_LIMITS = ("safe_peak_voltage", "examined_voltage", "examined_step_voltage", "driven_error_voltage", "outcome")
 
 
 def test_the_drive_is_that_of_a_run(sheet, pump):

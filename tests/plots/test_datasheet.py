@@ -127,7 +127,7 @@ def test_the_first_limit_is_red_and_the_longest_bar_lowest():
         {
             "pull_in_voltage": 3000.0, "driven_hoop_slack_voltage": 900.0, "stretch_limit_voltage": np.inf,
             "first_limit_voltage": ((), 900.0, {"units": "V"}), "pitchfork_voltage": 100.0, "safe_peak_voltage": 500.0,
-            "examined_voltage": 4000.0, "driven_error_voltage": 3.0,
+            "examined_voltage": 4000.0, "examined_step_voltage": 200.0, "driven_error_voltage": 3.0,
         }
     )  # fmt: skip
     axes = blank()

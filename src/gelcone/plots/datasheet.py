@@ -163,5 +163,6 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
 
 
 NOT_LIMITS = (
-    "first_limit_voltage", "safe_peak_voltage", "examined_voltage", "driven_error_voltage", "pitchfork_voltage",
+    "first_limit_voltage", "safe_peak_voltage", "examined_voltage", "examined_step_voltage", "driven_error_voltage",
+    "pitchfork_voltage",
 )  # fmt: skip
