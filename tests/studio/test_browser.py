@@ -132,8 +132,8 @@ def test_an_error_stands_beside_its_control_and_the_picture_stays(page):
     samples = page.js("studio.looks.a.x.length")
     type_in(page, "disc_radius", "40 mm")
     page.wait("!document.querySelector('[data-name=disc_radius] .error').hidden")
-    told = page.js("document.querySelector('[data-name=disc_radius] .error span').textContent")
-    assert "must be less than film_radius" in told
+    message = page.js("document.querySelector('[data-name=disc_radius] .error span').textContent")
+    assert "must be less than film_radius" in message
     assert page.js("document.querySelector('[data-name=disc_radius] input').getAttribute('aria-invalid')") == "true"
     assert page.js("studio.looks.a.x.length") == samples
     type_in(page, "disc_radius", "7 mm")

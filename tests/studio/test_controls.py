@@ -10,12 +10,13 @@ import pytest
 from gelcone import Device, find_device, static
 from gelcone.analyses.request import Subject
 from gelcone.devices.materials import load_materials
+from gelcone.devices.record import Field
 from gelcone.devices.units import DIMENSIONS
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
 from gelcone.physics.records import FILMS
 from gelcone.quantity import Quantity
-from gelcone.studio.controls import _of_quantity, _range, as_json, controls_of
+from gelcone.studio.controls import _of_field, _of_quantity, _range, as_json, controls_of
 from gelcone.studio.setting import Setting, Shelf
 from tests.toys import CubicBias, ThreeHarmonics
 
@@ -166,6 +167,11 @@ def test_bounds_of_a_field_bound_its_slider(shelf):
         known = shelf.subject(Setting(preset="base")).model.system.parameters.get(control.name)
         if known is not None:
             assert control.low >= known.lower, control.name
+
+
+def test_the_least_value_of_a_field_is_a_slider_end_in_its_unit():
+    gap = _of_field("gap", Field("gap of a stop", "m", least=0.002), 0.01, 0.01, 0.01)
+    assert (gap.unit, gap.low, gap.high) == ("mm", 2.0, 20.0)
 
 
 def test_controls_travel_as_json(shelf):

@@ -159,20 +159,20 @@ def test_a_file_from_a_page_opens_no_other_and_imports_nothing(trap, line):
     (trap.parent / "film.json").write_text('{"gelcone_film": 3, "law": "evilmod:K"}')
     with pytest.raises(InputError) as refused:
         Shelf().subject(Setting.read({"file": pump_with(line)}))
-    told = str(refused.value)
+    message = str(refused.value)
     assert not trap.exists()
-    assert "root:" not in told
-    assert "/tmp" not in told.replace(line.partition('"')[2].rstrip('"'), "")
+    assert "root:" not in message
+    assert "/tmp" not in message.replace(line.partition('"')[2].rstrip('"'), "")
 
 
 def test_a_refusal_does_not_say_whether_there_is_such_a_file(trap):
     (trap.parent / "there").write_text("")
-    told = []
+    messages = []
     for path in ("/etc/passwd", "/dev/zero", "/root/secret", "/no/such/file", "there", "."):
         with pytest.raises(InputError) as refused:
             Shelf().subject(Setting.read({"file": pump_with(f'film = "{path}"')}))
-        told.append(str(refused.value).replace(repr(path), "PATH"))
-    assert len(set(told)) == 1
+        messages.append(str(refused.value).replace(repr(path), "PATH"))
+    assert len(set(messages)) == 1
 
 
 def in_worker(names, function, *arguments):

@@ -136,9 +136,9 @@ def test_what_is_stopped_ends_with_its_run(stop):
 
 
 @pytest.mark.parametrize(
-    ("error", "told"), [(ValueError("no"), True), (Outdated(), False), (WebSocketDisconnect(), False)]
+    ("error", "reported"), [(ValueError("no"), True), (Outdated(), False), (WebSocketDisconnect(), False)]
 )
-def test_the_page_is_sent_what_goes_wrong_unless_nobody_waits_for_it(error, told):
+def test_the_page_is_sent_what_goes_wrong_unless_nobody_waits_for_it(error, reported):
     async def story():
         page = Page()
 
@@ -149,4 +149,4 @@ def test_the_page_is_sent_what_goes_wrong_unless_nobody_waits_for_it(error, told
         await settled()
         return page.failed
 
-    assert asyncio.run(story()) == ([(5, error)] if told else [])
+    assert asyncio.run(story()) == ([(5, error)] if reported else [])

@@ -210,7 +210,7 @@ def test_numbers_of_the_source_and_of_pull_in_are_in_words(shelf, monkeypatch):
     assert asked["of_source"][0]["run"] == "run"
     for film in ("cone", "membrane"):
         monkeypatch.setattr(look, "film_of", lambda model, film=film: film)
-        assert look.margins(subject).words == {"numbers": [{f"pull-in of the {film}, slowly": 2.5}]}
+        assert look.margins(subject).words == {"numbers": [{f"static pull-in of the {film}": 2.5}]}
     assert all(call["subject"] is subject for call in asked["in_words"])
 
 
@@ -280,15 +280,14 @@ def test_of_several_things_that_happen_to_a_film_the_gravest_is_shown(hoop, meri
 
 def test_the_states_of_a_film_have_the_names_that_stand_at_their_place():
     assert [look.FILM_STATES[k] for k in (look.TAUT, look.HOOP_SLACK, look.MERIDIONAL_SLACK, look.CRUMPLED)] == [
-        "taut", "slack around", "slack from rim to disc", "slack both ways"
+        "taut", "hoop slack", "meridian slack", "slack in both directions"
     ]  # fmt: skip
     assert (look.FILM_STATES[look.BREAKDOWN], look.FILM_STATES[look.NEAR_LIMIT]) == (
         "above breakdown",
         "near its stretch limit",
     )
-    # a film slack around folds along the meridian: its folds run from rim to disc
-    assert look.WRINKLED[look.HOOP_SLACK] == "wrinkled from rim to disc"
-    assert look.WRINKLED[look.MERIDIONAL_SLACK] == "wrinkled around"
+    assert look.WRINKLED[: look.CRUMPLED] == look.FILM_STATES[: look.CRUMPLED]
+    assert look.WRINKLED[look.CRUMPLED] == "crumpled"
     assert look.WRINKLED[look.BREAKDOWN :] == look.FILM_STATES[look.BREAKDOWN :]
 
 
@@ -346,13 +345,17 @@ def test_axes_are_in_the_units_of_the_numbers(shelf):
 
 def test_what_is_said_of_a_device(shelf):
     subject = shelf.subject(Setting(device="double-cone"))
-    told, device = look.about(subject), subject.device
-    assert (told["disc"], told["rim"]) == pytest.approx((1e3 * device.disc_radius, 1e3 * device.film_radius))
-    assert told["second"] == pytest.approx(1e3 * device.second_flat_height)
-    assert (told["si"], told["name"], told["wrinkles"]) == (True, device.name, device.film in ("wrinkling", "membrane"))
-    assert told["film"] == list(look.WRINKLED if told["wrinkles"] else look.FILM_STATES)
-    assert told["strength"] == (device.breakdown_field() is not None)
-    assert told["doubts"] == doubts(device) == []
+    shown, device = look.about(subject), subject.device
+    assert (shown["disc"], shown["rim"]) == pytest.approx((1e3 * device.disc_radius, 1e3 * device.film_radius))
+    assert shown["second"] == pytest.approx(1e3 * device.second_flat_height)
+    assert (shown["si"], shown["name"], shown["wrinkles"]) == (
+        True,
+        device.name,
+        device.film in ("wrinkling", "membrane"),
+    )
+    assert shown["film"] == list(look.WRINKLED if shown["wrinkles"] else look.FILM_STATES)
+    assert shown["strength"] == (device.breakdown_field() is not None)
+    assert shown["doubts"] == doubts(device) == []
     thick = shelf.subject(Setting(device="soft-film", values={"film_thickness": "90 mm"}))
     assert look.about(thick)["doubts"] == doubts(thick.device)
     assert any("film_thickness = 90 mm" in doubt for doubt in look.about(thick)["doubts"])
@@ -369,6 +372,15 @@ def test_a_motion_that_repeats_every_few_periods_seems_to(shelf, repeats):
     phase = 2.0 * np.pi * times / (repeats * float(members.forcing_period[0])) + 0.3
     words = look._seems(members, times, np.stack([np.sin(phase), np.cos(phase)], axis=1))
     assert words == ("seems to repeat" if repeats == 1 else f"seems to repeat every {repeats} periods")
+
+
+def test_a_motion_seen_at_its_turning_points_is_judged_by_its_heights(shelf):
+    """Every second period it turns above, in between below; its velocity is 0 each time."""
+    members = shelf.subject(Setting(device="biased-pump")).model.members()
+    times = np.linspace(0.0, 40.0 * float(members.forcing_period[0]), 8001)
+    phase = np.pi * times / float(members.forcing_period[0])
+    states = np.stack([np.cos(phase), -np.sin(phase)], axis=1)
+    assert look._seems(members, times, states) == "seems to repeat every 2 periods"
 
 
 @pytest.mark.parametrize("size", [1e-4, 1.0, 100.0])

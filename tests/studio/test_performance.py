@@ -88,7 +88,7 @@ def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives
     subject = shelf.subject(Setting(device="biased-pump", values=cone))
     peak = subject.device.voltage_amplitude + subject.device.voltage_offset
     expected = in_si(gelcone.limits(subject.model), subject)
-    own = numbers(look.margins(subject))["pull-in of the cone, slowly"]
+    own = numbers(look.margins(subject))["static pull-in of the cone"]
     assert own["value"] == pytest.approx(float(expected.pull_in_voltage), rel=1e-12)
     assert own["text"] == f"2.81 kV (peak at {100 * peak / own['value']:.2g} %)"
     other = shelf.subject(
@@ -104,9 +104,9 @@ def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives
 def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     subject = shelf.subject(SETTINGS["pump"])
     found = look.kind(subject)
-    told = found.words["numbers"] + look.electrical(subject, found.run).words["numbers"]
-    assert all(list(QUANTITIES)[own["place"]] == own["name"] for own in told)
-    texts = {own["name"]: own["text"] for own in told}
+    entries = found.words["numbers"] + look.electrical(subject, found.run).words["numbers"]
+    assert all(list(QUANTITIES)[own["place"]] == own["name"] for own in entries)
+    texts = {own["name"]: own["text"] for own in entries}
     assert texts["stroke"].endswith(" mm")
     assert texts["current"].endswith(" uA")
     assert texts["lag"].endswith("°")
@@ -141,16 +141,16 @@ def test_numbers_that_are_known_are_said_in_order_with_their_units(shelf):
     device, preset = shelf.subject(SETTINGS["weight"]), shelf.subject(SETTINGS["preset"])
     s, peak = device.device.scales, float(device.model.peak_voltage)
     given = {"stroke": 0.25, "lag": 123.456, "harmonic": 2, "field": 0.5, "current": np.nan, "power": 0.0,
-             "pull-in of the cone, slowly": 2.0 * peak}  # fmt: skip
+             "static pull-in of the cone": 2.0 * peak}  # fmt: skip
     found = {own["name"]: own for own in performance.in_words(given, device)}
-    assert list(found) == ["stroke", "lag", "power", "field", "pull-in of the cone, slowly"]
+    assert list(found) == ["stroke", "lag", "power", "field", "static pull-in of the cone"]
     assert [own["place"] for own in found.values()] == [0, 2, 4, 5, 6]
     assert found["stroke"]["value"] == pytest.approx(250.0 * s.length)
     assert found["stroke"]["text"] == f"{250.0 * s.length:.3g} mm"
     assert found["lag"] == {"name": "lag", "place": 2, "text": "123° at twice the drive's frequency", "value": 123.456}
     assert (found["power"]["text"], found["power"]["value"]) == ("0 mW", 0.0)
     assert (found["field"]["text"], found["field"]["value"]) == ("50 % of breakdown", 0.5)
-    slow = found["pull-in of the cone, slowly"]
+    slow = found["static pull-in of the cone"]
     assert slow["value"] == pytest.approx(2.0 * peak * s.voltage)
     assert slow["text"].endswith(" (peak at 50 %)")
     assert slow["peak"] == 0.5

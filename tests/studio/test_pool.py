@@ -104,7 +104,7 @@ def test_a_task_is_done_though_the_one_who_asked_for_it_waits_no_more(pool, monk
 def test_lanes_are_given_back_and_never_given_twice(pool):
     taken = [pool.lane() for _ in range(LANES)]
     assert sorted(taken) == list(range(LANES))
-    with pytest.raises(Busy, match="close a page"):
+    with pytest.raises(Busy, match="close a browser tab"):
         pool.lane()
     run = pool.begin(taken[0])
     pool.leave(taken[0])

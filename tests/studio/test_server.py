@@ -412,25 +412,25 @@ def test_a_connection_that_is_answered_meanwhile_has_its_time_again(monkeypatch)
 
 def test_a_studio_ends_at_either_signal_and_leaves_both_as_they_were():
     """The setting that is shown first is loaded meanwhile, in a thread of its own."""
-    told, loaded = [], threading.Event()
+    calls, loaded = [], threading.Event()
 
     async def serve(listening):
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.raise_signal(number)
             await asyncio.sleep(0.01)
-        told.append(listening)
+        calls.append(listening)
 
     studio = SimpleNamespace(load=lambda first: first == "first" and loaded.set(), serve=serve)
-    studio.stop = lambda: told.append("stopped")
+    studio.stop = lambda: calls.append("stopped")
     before = {number: signal.signal(number, lambda *_: None) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         own = [signal.getsignal(number) for number in before]
-        gelcone.studio.server.run(studio, "listening", "first", lambda: told.append("ready"))
+        gelcone.studio.server.run(studio, "listening", "first", lambda: calls.append("ready"))
         assert [signal.getsignal(number) for number in before] == own
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    assert told == ["ready", "stopped", "stopped", "listening"]
+    assert calls == ["ready", "stopped", "stopped", "listening"]
     assert loaded.wait(10)
 
 
@@ -552,7 +552,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
         subject = server.studio.shelf.subject(Setting(**PUMP))
-        assert names == {"current", "power", f"pull-in of the {look.film_of(subject.model)}, slowly"}
+        assert names == {"current", "power", f"static pull-in of the {look.film_of(subject.model)}"}
         marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
         # of another drive they are known, and come before it rests
@@ -661,7 +661,7 @@ def test_another_rest_is_looked_for_once_the_hand_rests_and_shown(server, monkey
     with server.page() as page:
         snap = {"film": "wrinkling"}
         ask(page, "look", 1, side="a", setting={"device": "snap-cone", "values": {**snap, "initial_height": "2 mm"}})
-        while "pull-in of the cone, slowly" not in [
+        while "static pull-in of the cone" not in [
             own["name"] for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]
         ]:
             pass
@@ -983,24 +983,24 @@ def test_files_and_commands_are_those_of_the_setting(server):
             ("bifurcation", {}, {"over": ["voltage_amplitude", 100, 900]}),
         ):
             ask(page, "code", 4, setting=setting, what=what, options=options, **axes)
-            told = answer(page, "code")[0]
-            assert told["command"].startswith(f"gelcone {what} biased-pump")
-            assert not told["own_file"]
+            answered = answer(page, "code")[0]
+            assert answered["command"].startswith(f"gelcone {what} biased-pump")
+            assert not answered["own_file"]
             if not axes:
                 wanted = exports.Wanted.read(what, options, ())
-                assert told["command"] == exports.command(own, wanted, "biased-pump")
-                assert told["python"] == exports.lines(own, wanted, "biased-pump")
+                assert answered["command"] == exports.command(own, wanted, "biased-pump")
+                assert answered["python"] == exports.lines(own, wanted, "biased-pump")
             if what == "map":
-                assert f"voltage_amplitude=100 V:900 V:{MAP_CELLS[0]}" in told["command"]
-                assert f"frequency=5 Hz:15 Hz:{MAP_CELLS[1]}" in told["command"]
-                assert "--set" not in told["command"]  # the frequency is swept
+                assert f"voltage_amplitude=100 V:900 V:{MAP_CELLS[0]}" in answered["command"]
+                assert f"frequency=5 Hz:15 Hz:{MAP_CELLS[1]}" in answered["command"]
+                assert "--set" not in answered["command"]  # the frequency is swept
             if what == "bifurcation":
-                assert f"voltage_amplitude=100 V:900 V:{STRIP_VALUES}" in told["command"]
-                assert "frequency=9 Hz" in told["command"]
+                assert f"voltage_amplitude=100 V:900 V:{STRIP_VALUES}" in answered["command"]
+                assert "frequency=9 Hz" in answered["command"]
         ask(page, "code", 5, setting={"file": gelcone.find_device("biased-pump").to_toml()}, what="regime")
-        told = answer(page, "code")[0]
-        assert told["own_file"]
-        assert "device.toml" in told["command"]
+        answered = answer(page, "code")[0]
+        assert answered["own_file"]
+        assert "device.toml" in answered["command"]
 
 
 def test_the_page_is_told_what_there_is(server):

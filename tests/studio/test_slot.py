@@ -1,5 +1,5 @@
 """A slot does the newest request of each side, one after the other; what runs has its grace. No time passes here: the
-clock of the loop goes on by itself wherever all wait."""
+clock of the loop advances by itself wherever all wait."""
 
 import asyncio
 

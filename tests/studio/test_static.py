@@ -20,8 +20,8 @@ OLDEST = 20
 
 
 def version():
-    told = subprocess.run([NODE, "--version"], capture_output=True, text=True, check=True).stdout
-    return int(told.removeprefix("v").partition(".")[0])
+    printed = subprocess.run([NODE, "--version"], capture_output=True, text=True, check=True).stdout
+    return int(printed.removeprefix("v").partition(".")[0])
 
 
 @pytest.mark.skipif(NODE is None, reason="no node on this machine (Debian: nodejs), which runs the page's modules")

@@ -1,4 +1,4 @@
-"""Messages of a page: read and checked before anything is computed."""
+"""Requests of a page, read and checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAP_CELLS, STRIP_VALUES = (65, 49), 241
 
 
 def read(text: str | None, kinds: Collection[str]) -> dict[str, Any]:
-    """A message of a page: an object with a known ``kind`` and a number ``id``; `InputError` for anything else."""
+    """The request in a message: an object with a known ``kind`` and a number ``id``; `InputError` for anything else."""
     if text is None:
         raise InputError("the message is not text; send JSON")
     try:
@@ -34,7 +34,7 @@ def read(text: str | None, kinds: Collection[str]) -> dict[str, Any]:
 
 
 def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
-    """The source and the axes of a map over two parameters."""
+    """The source and the two axes of a map."""
     setting = Setting.read(request.get("setting"))
     controls = shelf.controls(setting)
     x, y = (axis(controls, request.get(name), count) for name, count in (("x", MAP_CELLS[0]), ("y", MAP_CELLS[1])))
@@ -44,7 +44,7 @@ def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Ax
 
 
 def over_one(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis]:
-    """The source and the axis of a sweep of one parameter."""
+    """The source and the axis of a sweep."""
     setting = Setting.read(request.get("setting"))
     return source(shelf, setting), axis(shelf.controls(setting), request.get("over"), STRIP_VALUES)
 
@@ -53,12 +53,12 @@ def of_device(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
     """The source of an operating envelope; `InputError` for a preset."""
     setting = Setting.read(request.get("setting"))
     if setting.preset is not None:
-        raise InputError("an envelope is that of a device; choose one")
+        raise InputError("a preset has no envelope; choose a device")
     return (source(shelf, setting),)
 
 
 def to_save(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
-    """The source of a file of the results on the page, the results that are wanted, and its format."""
+    """The source, result and format of a file that the page saves."""
     setting, wanted = _wanted(shelf, request)
     form = text_of(request, "format")
     if form not in exports.FORMATS:
@@ -67,15 +67,15 @@ def to_save(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, exports.W
 
 
 def device_file(shelf: Shelf, request: Mapping[str, Any]) -> str:
-    """The device as it is set, as the text of a device file; `InputError` for a preset."""
+    """The text of a device file with the current values; `InputError` for a preset."""
     device = shelf.subject(Setting.read(request.get("setting"))).device
     if device is None:
-        raise InputError("a preset is not a device; only a device has a file")
+        raise InputError("a preset has no device file; choose a device")
     return device.to_toml()
 
 
 def code(shelf: Shelf, request: Mapping[str, Any]) -> dict[str, Any]:
-    """The command and the Python lines that give what the page shows."""
+    """The command and the Python lines that compute what the page shows."""
     setting, wanted = _wanted(shelf, request)
     shelf.subject(setting)
     device = shelf.called(setting)
@@ -94,13 +94,13 @@ def _wanted(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Setting, exports.
 
 
 def source(shelf: Shelf, setting: Setting) -> Source:
-    """The source from which a worker reads the subject of a setting; `InputError` as `Shelf.check`."""
+    """The source of a setting's subject for a worker; `InputError` as `Shelf.check`."""
     shelf.check(setting)
     return Source(shelf.path(setting), setting.file, typed(setting))
 
 
 def text_of(request: Mapping[str, Any], name: str) -> str:
-    """A text of a message, empty where there is none; `InputError` for anything else."""
+    """A text of a request, empty if it is missing; `InputError` for anything but a text."""
     value = request.get(name, "")
     if not isinstance(value, str):
         raise InputError(f"{name}: must be a text")
@@ -108,7 +108,7 @@ def text_of(request: Mapping[str, Any], name: str) -> str:
 
 
 def _number(text: str) -> float:
-    """A number of a message; `ValueError` for one that is not finite, such as 1e999 or NaN."""
+    """A finite number of a request; `ValueError` for others, such as 1e999 or NaN."""
     number = float(text)
     if not math.isfinite(number):
         raise ValueError(text)

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits over a sweep, and the curves of their bifurcations over a map; followed in workers."""
+"""Branches of periodic orbits over a sweep, and curves of bifurcations over a map, computed in workers."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 OPTIONS: Mapping[str, Any] = {"checks": 8, "points": 500, "threads": 1}
-"""Brute force has been everywhere before; few points are enough for a picture."""
+"""Options of continuation: the sweep's cells already give brute force at every value, and a picture needs few
+points."""
 EVENTS = ("period doubling", "fold", "symmetry breaking")
 """Bifurcations whose curves are drawn over a map."""
 
 
 def follow_branches(source: Source, over: Axis) -> dict[str, Any]:
-    """Branches of periodic orbits along an axis, as lines of the section that end in NaN, and their events.
+    """Branches of periodic orbits along an axis, as lines of section points that end in NaN, and their events.
 
     ``arrays`` holds ``value`` and ``section`` of all lines, whether each point is ``stable``, and ``event_value``,
-    ``event_section`` and ``event_kind``, a place in ``kinds``. `InputError` for what has no branches.
+    ``event_section`` and ``event_kind`` (index into ``kinds``). `InputError` where no branch is found.
     """
     from gelcone.atlas.branches.continuation import continue_branch
 
@@ -49,9 +50,9 @@ def follow_branches(source: Source, over: Axis) -> dict[str, Any]:
 
 
 def follow_loci(source: Source, x: Axis, y: Axis, event: str) -> dict[str, Array]:
-    """The curves of one bifurcation over two axes, ``x`` and ``y`` of lines that end in NaN.
+    """The curves of one bifurcation over two axes: ``x`` and ``y`` of lines that end in NaN.
 
-    `InputError` where there is none at the actuator's own value of the second.
+    `InputError` where the bifurcation does not occur at the actuator's own value of the second parameter.
     """
     from gelcone.atlas.branches.locus import locus
 
@@ -67,7 +68,7 @@ def follow_loci(source: Source, x: Axis, y: Axis, event: str) -> dict[str, Array
 
 
 def _heed(share: float) -> None:
-    """Ends what is cancelled: between the points of a branch, where nothing else asks."""
+    """Stops a cancelled continuation between the points of a branch, where no integration checks for it."""
     watch = current_watch()
     if watch is not None and watch.stop.is_set():
         raise Stopped
@@ -79,14 +80,14 @@ def _ends(axis: Axis, texts: bool) -> tuple[Any, Any]:
 
 
 def _scale(axis: Axis, values: xr.DataArray) -> float:
-    """What brings values of a result into the unit of an axis."""
+    """Factor from the unit of a result to the unit of an axis."""
     powers = next((known.powers for known in DIMENSIONS.values() if axis.unit and axis.unit in known.powers), {})
     own = values.attrs.get("units", "1")
     return float(10.0 ** (powers[own] - powers[axis.unit])) if own in powers else 1.0
 
 
 def _lines(branch: xr.Dataset, mirror: bool) -> Iterable[tuple[Array, Array, Array]]:
-    """Value, section and stability of each line of a branch, and of its mirror image where that is another motion."""
+    """Value, section and stability of each line of a branch, and of its mirror image if that is a different motion."""
     value, stable = branch["value"].values, branch["stable"].values == 1
     image = mirror and not bool(branch["symmetric"]) and not bool(branch["resting"])
     for line in sections_of(branch).T:
@@ -95,7 +96,7 @@ def _lines(branch: xr.Dataset, mirror: bool) -> Iterable[tuple[Array, Array, Arr
 
 
 def _mark(shown: xr.Dataset, k: int, kind: int) -> Array:
-    """Value, section and kind of an event, a column for each point of its section."""
+    """Value, section and kind of an event: a column for each point of its section."""
     event = shown.isel(event=k)
     branch = shown.isel(branch=int(event["event_branch"]))
     per, period = int(branch["nodes_per_repeat"]), int(branch["period"])

@@ -1,4 +1,4 @@
-"""The controls of a subject, made from what its parts say of themselves: parameters, device fields, components."""
+"""The controls of a subject, derived from the parameters, device fields and components of its parts."""
 
 from __future__ import annotations
 
@@ -33,22 +33,22 @@ CHOICES: Mapping[str, Iterable[str]] = {
     "second_film": FILMS,
     "second_drive": DRIVES,
 }
-"""What a text may be, by the last part of its name."""
+"""Allowed texts by the last part of a control's name."""
 NOT_SHOWN = ("name", "sources", "relative_permittivity_range", "shear_modulus_range", "young_modulus", "material")
 WIDER: Mapping[str, float] = {"voltage": 2.0}
-"""Parameters whose interesting values go further than twice their default, and by how much."""
+"""Factor on the slider's usual upper end (twice the default) for parameters that are interesting beyond it."""
 DRIVE, BODY, GEL, START = "Drive", "Body", "Gel", "Start"
 NONE = "none"
-"""A choice where the device has no such part, to which it returns when the choice is taken back."""
+"""Choice for a part that the device does not have; choosing it again removes the part."""
 
 
 @dataclass(frozen=True)
 class Control:
     """One control of a page.
 
-    ``kind`` is ``number`` or ``choice``. A number's ``value`` at the start (None: automatic) and its slider's ends
-    ``low`` and ``high`` are in ``unit`` (empty: dimensionless), one of those in ``powers``, which holds the power of
-    ten of each. A choice is one of ``choices``.
+    ``kind`` is ``number`` or ``choice``. A number has a start ``value`` (None: automatic) and a slider from ``low`` to
+    ``high``, in ``unit`` (empty: dimensionless); ``powers`` gives the power of ten of each unit that may be typed. A
+    choice is one of ``choices``.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Control:
 
 
 def controls_of(subject: Subject) -> list[Control]:
-    """The controls of a device in its own units, or of the model's parameters."""
+    """The controls of a device, in its display units, or of a model's parameters."""
     return _of_device(subject.device) if subject.device is not None else _of_model(subject)
 
 
@@ -116,14 +116,15 @@ def _of_quantity(name: str, quantity: Quantity, value: float, group: str) -> Con
 
 
 def _range(value: float, default: float) -> tuple[float, float]:
-    """From 0, or from the negative where the value may be either, to a round number above twice what is usual."""
+    """The slider's ends: from 0 if value or default is positive, else symmetric about 0; to a round number above twice
+    the larger of the two."""
     size = max(abs(number) if math.isfinite(number) else 0.0 for number in (value, default))
     high = _round_up(2.0 * size) if size else 1.0
     return (0.0 if value > 0.0 or default > 0.0 else -high), high
 
 
 def _round_up(value: float) -> float:
-    """The next of 1, 2, 2.5, 4, 5, 8 times a power of ten."""
+    """The next of 1, 2, 2.5, 4, 5, 8 or 10 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(float(f"{step * power:.6g}") for step in (1.0, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0) if step * power >= value)
 
@@ -145,7 +146,7 @@ def _of_device(device: Device) -> list[Control]:
         if last in CHOICES:
             found.append(_choice(name, shown[name], _group(name), CHOICES[last], about.meaning))
         elif about.unit:
-            # a length or a voltage of 0 has the device's own for a range
+            # a field of 0 has no size of its own: the radius or the drive's amplitude sets its range
             usual = shown[name] or {"m": device.film_radius, "V": device.voltage_amplitude}.get(about.unit, 0.0)
             found.append(_of_field(name, about, value, usual, shown[name]))
     creeps = isinstance(component_of("film", device.film), BranchedFilm)
@@ -155,7 +156,7 @@ def _of_device(device: Device) -> list[Control]:
 
 
 def _shown_anyway(device: Device) -> dict[str, Any]:
-    """Fields that may stay unset, and what they amount to then."""
+    """Fields shown even if unset, with the values that then apply."""
     height = device.initial_state()[0] * device.scales.length
     strength = device.material.dielectric_strength
     unset: dict[str, Any] = {"release_height": height}
@@ -165,7 +166,7 @@ def _shown_anyway(device: Device) -> dict[str, Any]:
 
 
 def _of_second(device: Device) -> dict[str, Any]:
-    """The fields of a second film where they are left unset, and that there is none."""
+    """Defaults of a second film's unset fields, or the choice `NONE` without a second film."""
     if device.second_film is None:
         return {"second_film": NONE}
     found: dict[str, Any] = {"second_flat_height": 0.0, "second_drive": "same"}
@@ -173,7 +174,7 @@ def _of_second(device: Device) -> dict[str, Any]:
 
 
 def _of_components(device: Device) -> dict[str, float]:
-    """What the parameters of components are where they are left unset, in SI units."""
+    """Default parameters of components, in SI units."""
     found = {}
     for part in PARTS:
         own = getattr(device, part)
@@ -202,7 +203,7 @@ def _of_field(name: str, about: Field, value: Any, usual: float, start: float) -
 
 
 def _display_unit(value: float, unit: str) -> str:
-    """The unit in which a value reads well."""
+    """The unit that `format_si` chooses for a value; empty for a pure number."""
     if unit == "1":
         return ""
     text = format_si(value, unit) if math.isfinite(value) else ""
@@ -235,7 +236,7 @@ def _label(name: str) -> str:
 
 
 def _in_groups(controls: list[Control]) -> list[Control]:
-    """Without choices of one, the groups one after the other."""
+    """The controls sorted by group, without choices that have one entry."""
     order = (DRIVE, BODY, GEL, START)
     kept = [c for c in controls if c.kind == "number" or len(c.choices) > 1]
     return sorted(kept, key=lambda c: order.index(c.group))

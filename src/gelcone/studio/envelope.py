@@ -1,5 +1,5 @@
-"""A device's operating envelope as it grows: limits that need no motion, then those at more and more frequencies, each
-computed by workers as `gelcone.envelope` computes them."""
+"""A device's operating envelope while it is computed: static limits first, then driven limits at more and more
+frequencies, in workers and as `gelcone.envelope` computes them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from gelcone.studio.long_work import Work
 from gelcone.studio.look import scales
 
 FIRST_TASK, TASK = 2, 4
-"""Frequencies of a task while the first picture is awaited, and later."""
+"""Frequencies in a task: until the first picture, and later."""
 STEPS = (16, 8, 4, 2, 1)
-"""From coarse to fine: steps from one frequency to the next, in places."""
+"""Strides through the frequencies, from coarse to fine."""
 EXPECTED = 1.8
-"""Frequencies of a whole envelope over those that it begins with, about."""
+"""Approximate number of frequencies of a finished envelope, over that of its first grid; for the progress shown."""
 
 
 # --- in the workers --------------------------------------------------------------------------------------------------
@@ -37,8 +37,7 @@ def _plane(path: Path | None, time: int, text: str | None, options: str) -> Plan
 
 
 class Axes(NamedTuple):
-    """The drive frequencies that an envelope begins with, in the model's units, and what one unit of a frequency and of
-    a voltage is in hertz and volts."""
+    """The first grid of drive frequencies in the model's units, and the scales to hertz and volts."""
 
     omegas: Array
     hertz: float
@@ -52,20 +51,22 @@ def find_axes(source: Source) -> Axes:
 
 
 class Limits(NamedTuple):
-    """The voltage of each of `STATIC_LIMITS`, in the model's units, and whose the pull-in is."""
+    """The voltage of each of `STATIC_LIMITS` in the model's units, and the film (``membrane`` or ``cone``) whose
+    pull-in is used."""
 
     static: Array
     pull_in_of: str
 
 
 def find_limits(source: Source) -> Limits:
-    """The `Limits` of a constant voltage."""
+    """The `Limits` under a constant voltage."""
     plane = _plane(*source.key)
     return Limits(static_limits_of(plane), pull_in_of(plane))
 
 
 def find_rows(source: Source, omegas: Array, static: Array, around: Array | None = None) -> dict[str, Array]:
-    """The limits of the motion at some drive frequencies, as `rows_of` finds them, by default at all peak voltages."""
+    """The limits of the motion at some drive frequencies, from `rows_of`; searched near the peak voltages ``around``
+    (frequencies,), default from the lowest up."""
     plane, pull_in = _plane(*source.key), float(static[-1])
     found = rows_of(plane, omegas, peaks_of(static), None, pull_in=pull_in, around=around, yields=False)
     return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
@@ -74,8 +75,8 @@ def find_rows(source: Source, omegas: Array, static: Array, around: Array | None
 def find_between(
     source: Source, rows: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
 ) -> tuple[Array, Array, set[tuple[float, float]]]:
-    """The frequencies between those of some rows at which the limits are not known yet, the lowest limits next to them,
-    and the pairs confirmed."""
+    """The frequencies to add between rows, where the lowest limit is not on a straight line; the limits next to them;
+    and the pairs of rows confirmed to need none."""
     return *unknown_between(_plane(*source.key), rows, ceiling, confirmed), confirmed
 
 
@@ -83,7 +84,7 @@ def find_between(
 
 
 async def draw_envelope(work: Work, source: Source) -> None:
-    """A device's operating envelope, which the page is sent again whenever more of it is known."""
+    """Computes a device's operating envelope and sends it to the page whenever it has grown."""
     await _Envelope(work, source).grow()
 
 
@@ -138,7 +139,7 @@ class _Envelope:
         await asyncio.gather(*(find(*task) for task in tasks))
 
     async def _show(self) -> None:
-        """Sends what is known, in volts and hertz."""
+        """Sends what is known so far, in volts and hertz."""
         omegas, hertz, volts = self.axes
         static, pull_in_of = self.limits
         peaks = peaks_of(static)

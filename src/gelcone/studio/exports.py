@@ -1,4 +1,4 @@
-"""Files that the page saves: results computed again in double precision, their figures, and the command and the Python
+"""Files that the page saves (results computed again in double precision, and their figures), and the command and Python
 lines that give the same numbers."""
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ OPTIONS: Mapping[str, Mapping[str, Callable[[Any], float]]] = {
     "bifurcation": {},
     "envelope": {},
 }
-"""Results that the page saves -> options of the analysis that it sends, and their checks."""
+"""Result that the page can save -> the options that the page sends for it, and their checks."""
 OVER: Mapping[str, tuple[str, ...]] = {"map": ("x", "y"), "bifurcation": ("over",)}
-"""Those over parameters -> the axes that the page sends."""
+"""Result over parameters -> the axes that the page sends for it."""
 FORMATS = ("nc", "png", "svg")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A result: the ``analysis``, its options and swept parameters as they would be typed."""
+    """A result to save: its ``analysis``, options, and swept parameters as they would be typed."""
 
     analysis: Analysis
     options: Mapping[str, Any]
@@ -54,7 +54,7 @@ class Wanted:
 
     @classmethod
     def read(cls, name: Any, options: Any, axes: tuple[Axis, ...]) -> Wanted:
-        """From what the page sends; `InputError` for what it cannot save."""
+        """The result from the page's request; `InputError` for one that cannot be saved."""
         check_name("result that can be saved", name, OPTIONS)
         if not isinstance(options, dict) or not options.keys() <= set(OPTIONS[name]):
             raise InputError(f"options of {name}: must be among {', '.join(OPTIONS[name]) or 'none'}")
@@ -63,12 +63,12 @@ class Wanted:
 
     @property
     def given(self) -> dict[str, Any]:
-        """The options as the command line reads them."""
+        """The options as the command line passes them to the analysis."""
         return {**self.options, **({"over": self.over} if self.over else {})}
 
 
 def fitting(setting: Setting, wanted: Wanted) -> Setting:
-    """A setting without the values that the result sweeps, and without a start where it has none."""
+    """The setting without the values that the result sweeps, and without a start if the analysis takes none."""
     left_out = {text.partition("=")[0] for text in wanted.over}
     if "initial" not in wanted.analysis.signature.parameters:
         left_out |= set(STATES)
@@ -77,13 +77,13 @@ def fitting(setting: Setting, wanted: Wanted) -> Setting:
 
 
 def over_text(axis: Axis) -> str:
-    """``name=from:to:count`` with units."""
+    """The swept parameter as it is typed: ``name=from:to:count`` with units."""
     low, high = axis.texts((0, len(axis.values) - 1))
     return f"{axis.name}={low}:{high}:{len(axis.values)}"
 
 
 def make(source: Source, wanted: Wanted, form: str) -> bytes:
-    """The bytes of a file: netCDF of the result, or its figure."""
+    """The bytes of a file: the result as netCDF, or its figure."""
     from gelcone.netcdf import write_netcdf
     from gelcone.plots import plot, style
 
@@ -102,18 +102,18 @@ def make(source: Source, wanted: Wanted, form: str) -> bytes:
 def compute(subject: Subject, wanted: Wanted) -> xr.Dataset:
     """The result of an analysis as the command line computes it."""
     analysis = wanted.analysis
-    if analysis.name == "map":  # whose command makes a plan of its own
+    if analysis.name == "map":  # the command computes it through a plan
         over = subject.over(wanted.over)
         return analysis.call(subject.target, over, subject.beginning)
     arguments = arguments_of(analysis, subject, wanted.given)
     return analysis.call(subject.target if analysis.planned else subject.model, **arguments)
 
 
-# --- the same by hand ------------------------------------------------------------------------------------------------
+# --- command and Python lines -----------------------------------------------------------------------------------------
 
 
 def command(setting: Setting, wanted: Wanted, device: str) -> str:
-    """The command that writes the same netCDF and PNG; ``device`` is what the command line calls it."""
+    """The command that writes the same netCDF and PNG; ``device`` is the device's name or file on the command line."""
     options = typed(setting)
     words = ["gelcone", wanted.analysis.command]
     if setting.preset is None:
@@ -162,7 +162,7 @@ def lines(setting: Setting, wanted: Wanted, device: str) -> str:
 
 
 def _swept(setting: Setting, wanted: Wanted) -> list[str]:
-    """The lines that hold the swept parameters, in SI units for a device."""
+    """The lines that define the swept parameters, in SI units for a device."""
     axes = []
     for text in wanted.over:
         name, _, ends = text.partition("=")
@@ -177,13 +177,13 @@ def _swept(setting: Setting, wanted: Wanted) -> list[str]:
 
 
 def _si_unit(text: str) -> str:
-    """The SI unit of what a text says, ``"1"`` for a pure number."""
+    """The SI unit of a typed value; ``"1"`` for a pure number."""
     shown = text.partition(" ")[2]
     return next(unit for unit, dimension in DIMENSIONS.items() if shown in dimension.powers)
 
 
 def _plain(value: str) -> str:
-    """A value as it is written in Python: a number, or else a text."""
+    """A value as a Python literal: a number, or else a text."""
     if not is_number(value):
         return repr(value)
     return value if math.isfinite(float(value)) else f"float({value!r})"

@@ -17,17 +17,16 @@ import numpy as np
 from gelcone.analyses.answer import plain
 
 TYPES = {"u": "u1", "i": "f4", "f": "f4", "b": "u1"}
-"""Kind of a NumPy array -> how its values travel: bytes as they are, numbers in single precision, which a picture needs
-no more than."""
+"""Kind of a NumPy array -> type in the frame. Numbers travel in single precision, which is enough for a picture."""
 
 
 def pack(head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> bytes:
-    """One frame; a number in the head that is not finite becomes null."""
+    """One frame; numbers in the head that are not finite become null."""
     index, parts, at = [], [], 0
     for name, values in (arrays or {}).items():
         array = np.asarray(values)
         kind = TYPES[array.dtype.kind]
-        with np.errstate(over="ignore"):  # what single precision cannot hold is infinite, and not drawn
+        with np.errstate(over="ignore"):  # too large for single precision: infinite, and not drawn
             data = np.ascontiguousarray(array, dtype=f"<{kind}").tobytes()
         index.append([name, kind, at, array.size])
         parts.append(data + b"\0" * (-len(data) % 8))

@@ -1,7 +1,8 @@
-"""Cells of maps and strips: the kind of motion over one or two parameters of the page, computed in workers.
+"""Cells of maps and sweeps: the kind of motion over one or two parameters, computed in workers.
 
-The cells of a map come level by level, as `gelcone.atlas.refinement` asks for them: first a coarse lattice, then
-between points of another kind, until all cells next to one of another kind are computed; the rest take the nearest's.
+The cells of a map come level by level, as `gelcone.atlas.refinement` chooses them: first a coarse lattice, then cells
+between neighbours of different kinds. The others are shown in the kind of the nearest computed cell until their turn
+comes.
 """
 
 from __future__ import annotations
@@ -37,24 +38,27 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_TASK, FIRST_TASK, TASK = 32, 48, 128
-"""Cells of a task at least, and at most of the coarsest picture and of later ones: enough to fill the lanes of vectors,
-few enough for a picture that grows, and for no worker to wait for another at the end of a level."""
+"""Fewest cells in a task, and most in a task of the coarsest picture and of later ones: enough to fill the lanes of
+vectors, few enough that the picture grows steadily and that no worker waits long at the end of a level."""
 COARSEST = 9
 """Cells along each axis of the coarsest picture."""
 PULLED_IN, IMPOSSIBLE = 98, 99
-"""Kinds of cells besides those of motion."""
+"""Kinds of cells in addition to the regimes of motion."""
 
 
 def even_tasks(cells: Array, workers: int, most: int) -> list[Array]:
-    """Cells in tasks of equal size but for one cell: two a worker, or more where tasks of ``most`` cells take more,
-    but none of less than `LEAST_TASK` unless there are fewer cells."""
+    """Cells split into tasks of equal size (to within one cell).
+
+    Two tasks per worker, or more if they would exceed ``most`` cells; none smaller than `LEAST_TASK` unless fewer cells
+    are left.
+    """
     size = min(max(-(-cells.size // (2 * workers)), LEAST_TASK), most)
     return np.array_split(cells, -(-cells.size // size)) if cells.size else []
 
 
 @dataclass(frozen=True)
 class Source:
-    """The source of a worker's subject: a device file by its ``path`` or its ``text``, or a preset among the
+    """The origin of a worker's subject: the ``path`` or the ``text`` of a device file, or a preset among the
     ``options`` of `read_subject`."""
 
     path: Path | None
@@ -63,22 +67,22 @@ class Source:
 
     @property
     def key(self) -> tuple[Path | None, int, str | None, str]:
-        """The key that sources of equal subjects share."""
+        """A cache key, equal for sources of equal subjects."""
         return self.path, changed(self.path), self.text, json.dumps(self.options)
 
     def subject(self) -> Subject:
-        """The subject that is read from the source."""
+        """The subject, cached in this process."""
         return subject_of(*self.key)
 
 
 @lru_cache(maxsize=8)
 def subject_of(path: Path | None, time: int, text: str | None, options: str) -> Subject:
-    """Read once by each worker."""
+    """The subject of a `Source.key`; ``time`` only distinguishes versions of the file."""
     return read_subject(device_in(path, text), **json.loads(options))
 
 
 def changed(path: Path | None) -> int:
-    """When a file was changed; 0 for none, and for one that is gone, which who reads it will say."""
+    """Modification time of a file in nanoseconds; 0 for None and for a missing file, which the reader reports."""
     try:
         return 0 if path is None else path.stat().st_mtime_ns
     except OSError:
@@ -86,7 +90,7 @@ def changed(path: Path | None) -> int:
 
 
 def device_in(path: Path | None, text: str | None) -> Device | None:
-    """The device in a file, or in the text of one; None without either."""
+    """The device in a file or in the text of one; None without either."""
     if path is not None:
         return Device.from_toml(path)
     return None if text is None else Device.from_text(text)
@@ -101,12 +105,12 @@ class Axis:
     values: Array
 
     def texts(self, places: Iterable[int]) -> list[str]:
-        """Values as they would be typed."""
+        """The values at these places, as they would be typed."""
         return [f"{self.values[i]:.10g} {self.unit}".strip() for i in places]
 
 
 def axis(controls: Iterable[Control], given: Any, count: int) -> Axis:
-    """An axis from the page's JSON ``[name, from, to]``; `InputError` for what cannot be swept."""
+    """An axis from the page's JSON ``[name, from, to]``; `InputError` for a parameter that cannot be swept."""
     name, low, high = given if isinstance(given, list) and len(given) == 3 else (given, None, None)
     control = next((c for c in controls if c.name == name and c.kind == "number"), None)
     if control is None:
@@ -120,7 +124,8 @@ def axis(controls: Iterable[Control], given: Any, count: int) -> Axis:
 
 @dataclass(frozen=True)
 class Cells:
-    """Members with their initial states (members, N), and what one unit of length, rate and voltage is for each."""
+    """Members with initial states (members, N), and the page's units for one unit of length, rate and voltage
+    (members,)."""
 
     members: Members
     states: Array
@@ -130,7 +135,7 @@ class Cells:
 
 
 def cells_of(subject: Subject, axes: Mapping[str, Any]) -> Cells:
-    """The actuators at some values: name -> texts as typed, one a cell."""
+    """The actuators of some cells; ``axes``: parameter -> its value in each cell, as typed."""
     return _of_device(subject.device, axes) if subject.device is not None else _of_model(subject, axes)
 
 
@@ -163,7 +168,7 @@ def _of_device(device: Device, axes: Mapping[str, list[str]]) -> Cells:
 
 
 def load() -> None:
-    """Nothing: a worker that has done it has loaded what the rest needs."""
+    """Does nothing: running it in a worker loads the modules that later tasks need."""
 
 
 def find_pull_in(source: Source) -> float:
@@ -172,8 +177,8 @@ def find_pull_in(source: Source) -> float:
 
 
 def make_membrane(source: Source, periods: float) -> bool:
-    """Leaves in the disk cache what the picture and the kind of motion of a subject need; a motion under a drive that
-    does not repeat has no kind."""
+    """Stores in the disk cache the membrane that a subject's picture and kind of motion need. A drive that does not
+    repeat has no kind of motion, but the picture has stored the membrane by then."""
     subject = source.subject()
     look.response(subject, periods)
     with suppress(InputError):
@@ -182,7 +187,7 @@ def make_membrane(source: Source, periods: float) -> bool:
 
 
 def find_curves(source: Source, keys: list[CurveKey]) -> list[PullInCurve | None]:
-    """The voltages at which the membranes of a subject pull in."""
+    """The pull-in curves of a subject's membranes."""
     return [curve_of(*key) for key in keys]
 
 
@@ -197,7 +202,7 @@ def find_profiles(source: Source, film: int) -> look.Parts:
 
 
 def find_rests(source: Source, keys: list[RestKey]) -> dict[RestKey, float]:
-    """Those of a subject's rests, which are searched for while it is read."""
+    """The rest displacements of a subject under these keys; reading the subject searches for them."""
     source.subject()
     return kept_rests(keys)
 
@@ -205,7 +210,7 @@ def find_rests(source: Source, keys: list[RestKey]) -> dict[RestKey, float]:
 def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     """Kind of motion, largest exponent, extent and section of each cell, in the units of the page.
 
-    Cells of which there is no actuator, such as a disc larger than the film, have the kind `IMPOSSIBLE`.
+    Cells without a valid actuator, such as a disc larger than the film, have the kind `IMPOSSIBLE`.
     """
     return _kinds(source.subject(), axes)
 
@@ -244,16 +249,16 @@ THRESHOLDS = {
     "pitchfork_voltage": "flat film loses its stability at the peak",
     "pull_in_voltage": "pull-in of the {film} at the peak",
 }
-"""Voltages that bound the use, as `gelcone.limits` finds them, in words with the film's name."""
+"""Voltages of `gelcone.limits` drawn over a map, with their labels."""
 FREQUENCIES = ("frequency", "drive_frequency")
 VOLTAGES = ("voltage", "voltage_amplitude")
-"""Parameters that are the amplitude of the voltage."""
+"""Parameters that hold the voltage's amplitude."""
 
 
 def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
-    """The amplitudes at which a threshold is met, along one axis, in V or dimensionless; without those never met.
+    """The voltage amplitude at each threshold along one axis, in V or dimensionless; thresholds never met are left out.
 
-    Pull-in and pitchfork are those of a constant voltage, met when the drive's peak reaches it.
+    Pull-in and pitchfork are those of a constant voltage: they are met when the peak of the drive reaches them.
     """
     subject = source.subject()
     try:

@@ -1,5 +1,5 @@
-"""The lanes of a page: each kind of long work, and what each side computes once the hand rests, has one of its own, in
-which newer work takes the place of older."""
+"""The lanes of a page: one for each kind of long work and one for each side, in which newer work replaces older
+work."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ SIDES = ("a", "b")
 
 
 class Lanes(dict[str, tuple[Pool, int]]):
-    """The pool and the lane of each kind of work by its name, and the tasks of the event loop that wait for it. A file
-    or a number that one waits for has the pool ``saving``, so that it does not queue behind a map."""
+    """Pool and lane of each kind of work by name, and the tasks of the event loop that wait for results.
+
+    Files, and numbers that the user waits for, have the pool ``saving``, so that they do not queue behind a map.
+    """
 
     def __init__(
         self, pool: Pool, saving: Pool, send: Callable[..., Awaitable[None]], fail: Callable[..., Awaitable[None]]
@@ -30,17 +32,17 @@ class Lanes(dict[str, tuple[Pool, int]]):
         self._tasks: set[asyncio.Task[None]] = set()
 
     def work(self, name: str, number: int) -> Work:
-        """Begin a run in the lane of a name, for the page's request of that number."""
+        """Begins a run in a lane, for the page's request ``number``."""
         pool, lane = self[name]
         return Work(pool, lane, pool.begin(lane), number, self._send)
 
     def drop(self, work: Work) -> None:
-        """Cancel a run, unless the page is gone."""
+        """Cancels a run, unless the page is closed."""
         if self:
             work.pool.begin(work.lane)
 
     def start(self, name: str, number: int, answer: Callable[[], Awaitable[None]]) -> None:
-        """Start a task in place of the one of that name; the page is sent what goes wrong."""
+        """Starts a task in place of the running one of the same name; errors are sent to the page."""
 
         async def guarded() -> None:
             with suppress(WebSocketDisconnect):
@@ -57,19 +59,19 @@ class Lanes(dict[str, tuple[Pool, int]]):
         task.add_done_callback(self._tasks.discard)
 
     def cancel(self, name: str) -> None:
-        """Cancel the task of a name."""
+        """Cancels the task of this name."""
         for task in self._tasks:
             if task.get_name() == name:
                 task.cancel()
 
     def stop(self, name: str) -> None:
-        """Cancel the run of a name and its task."""
+        """Cancels the run and the task of this name."""
         pool, lane = self[name]
         pool.begin(lane)
         self.cancel(name)
 
     def end(self) -> None:
-        """Cancel all, and give the lanes back."""
+        """Cancels all tasks and returns the lanes to their pools."""
         for task in self._tasks:
             task.cancel()
         for pool, lane in self.values():

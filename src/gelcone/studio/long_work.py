@@ -1,5 +1,5 @@
-"""Work of seconds that a page asks for: maps, strips, envelopes, files. Worker processes do it, and the page is sent
-what they find as it comes."""
+"""Work of seconds that a page asks for: maps, sweeps, envelopes, files. Worker processes compute it, and the page
+receives each part as it finishes."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from gelcone.studio.grids import (
 from gelcone.studio.pool import Pool
 
 STRIP_STEPS = (8, 4, 2, 1)
-"""From coarse to fine: the strides between the values of a strip."""
+"""Strides through the values of a sweep, from coarse to fine."""
 
 
 class Outdated(Exception):
-    """Something newer has been asked for."""
+    """A newer request has replaced this work."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """One run of long work: the ``lane`` of the ``pool`` in which its tasks run, the ``number`` of the page's request,
-    and how the page is sent what they find."""
+    """One run of long work: its ``lane`` of the ``pool``, the ``number`` of the page's request, and ``send``, which
+    sends results to the page."""
 
     pool: Pool
     lane: int
@@ -50,23 +50,23 @@ class Work:
     send: Callable[..., Awaitable[None]]
 
     async def do(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """``function(*arguments)`` in a worker; `Outdated` once the run is."""
+        """Calls ``function(*arguments)`` in a worker; raises `Outdated` if the run has been replaced."""
         found = await self.pool.do(self.lane, self.run, function, *arguments)
         if found is None:
             raise Outdated
         return found
 
     async def tell(self, kind: str, arrays: Mapping[str, Any] | None = None, **words: Any) -> None:
-        """Send the page a message of this kind about the work."""
+        """Sends the page a message of this kind about the work."""
         await self.send({"kind": kind, "id": self.number, **words}, arrays)
 
 
-# --- maps and strips -------------------------------------------------------------------------------------------------
+# --- maps and sweeps -------------------------------------------------------------------------------------------------
 
 
 async def fill_map(work: Work, source: Source, x: Axis, y: Axis) -> None:
-    """The cells of a map from coarse to fine, then the thresholds over it, all other cells, and the curves of
-    bifurcations."""
+    """Computes a map from coarse to fine: cells near changes of kind with the thresholds, then all other cells, then
+    the curves of bifurcations."""
     filling = Filling(work, "map", source, (x, y))
     await work.tell("grid", grid="map", cells=filling.shape)
     levels = refine(filling.shape, COARSEST)
@@ -84,13 +84,13 @@ async def fill_map(work: Work, source: Source, x: Axis, y: Axis) -> None:
     await filling.compute(np.flatnonzero(filling.kinds < 0))
     await work.tell("done", grid="map")
     for event in EVENTS:
-        with suppress(InputError):  # there is none
+        with suppress(InputError):  # this bifurcation does not occur here
             await work.tell("loci", await work.do(follow_loci, source, x, y, event), name=event)
     await work.tell("followed")
 
 
 async def _draw_thresholds(work: Work, source: Source, x: Axis, y: Axis) -> None:
-    """The lines of thresholds over a map of which one axis is the voltage."""
+    """Sends the threshold lines, if one axis of the map is the voltage."""
     volts, other = (x, y) if x.name in VOLTAGES else (y, x)
     if volts.name not in VOLTAGES:
         return
@@ -101,7 +101,7 @@ async def _draw_thresholds(work: Work, source: Source, x: Axis, y: Axis) -> None
 
 
 async def fill_strip(work: Work, source: Source, over: Axis) -> None:
-    """A sweep of one parameter: the section at each value, from coarse to fine, then the branches over it."""
+    """Computes a sweep: the section at each value from coarse to fine, then the branches."""
     filling = Filling(work, "strip", source, (over,))
     await work.tell("grid", grid="strip", cells=filling.shape)
     places = np.arange(len(over.values))
@@ -118,24 +118,26 @@ async def fill_strip(work: Work, source: Source, over: Axis) -> None:
 
 
 class Filling:
-    """The cells of one run of a map or strip, as they come. ``kinds`` holds what is known, -1 elsewhere."""
+    """The cells of one map or sweep while they are computed. ``kinds`` holds the kind of each cell, -1 where it is not
+    known yet."""
 
     def __init__(self, work: Work, name: str, source: Source, axes: tuple[Axis, ...]) -> None:
         self.work, self.name, self.source, self.axes = work, name, source, axes
         self.shape = tuple(len(axis.values) for axis in axes)
         self.kinds = np.full(int(np.prod(self.shape)), -1, dtype=np.int64)
-        # one more than workers: none waits, and others get their turn
+        # one task more than workers: none idles, and other pages get their turn
         self._room = asyncio.Semaphore(work.pool.size + 1)
 
     async def compute(self, cells: Any) -> Any:
-        """The kinds of some cells, which the page is sent task by task; `Outdated` once the run is."""
+        """Computes some cells, sends them to the page task by task, and returns their kinds; `Outdated` if the run has
+        been replaced."""
         alike = cells[np.lexsort(self._groups(cells))]
         most = FIRST_TASK if self.kinds.max() < 0 else TASK
         await asyncio.gather(*(self._task(part) for part in even_tasks(alike, self.work.pool.size, most)))
         return self.kinds[cells]
 
     def _groups(self, cells: Any) -> list[Any]:
-        """What cells are sorted by: cells of one frequency are computed side by side at a third of the cost."""
+        """Sort keys of cells: cells of equal frequency next to each other compute three times as fast."""
         places = np.unravel_index(cells, self.shape)
         return [cells, *(own for axis, own in zip(self.axes, places, strict=True) if axis.name in FREQUENCIES)]
 
@@ -156,7 +158,7 @@ class Filling:
 
 
 async def make_file(work: Work, source: Source, wanted: exports.Wanted, form: str) -> None:
-    """A file of what the page shows."""
+    """Computes a file and sends it to the page."""
     data = await work.do(exports.make, source, wanted, form)
     name = f"{wanted.analysis.command}.{form}"
     await work.tell("file", {"data": np.frombuffer(data, dtype=np.uint8)}, name=name)

@@ -1,6 +1,6 @@
-"""The numbers in the live panels of one actuator, plain and in the units of the page.
+"""The numbers behind the live panels of one actuator, as plain arrays in the units of the page.
 
-Datasets with labels take several times as long as the integration itself; they are for what is saved.
+Labelled Datasets would take several times as long as the integration itself; only saved files use them.
 """
 
 from __future__ import annotations
@@ -41,53 +41,54 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_SAMPLES = 200_000
-"""Samples of a run on the screen; one that needs more is shown up to where they suffice."""
+"""Most samples of a run; a run that needs more is shown only as far as these reach."""
 PERIODS = 20
-"""Periods of the voltage that a run lasts where nothing else is asked for."""
+"""Drive periods of a run by default."""
 FEWEST, MOST = 1, 500
-"""Periods that may be asked for."""
+"""Bounds of the drive periods that the page may ask for."""
 JUST_BEFORE = 1.0 - 1e-9
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
 SHOWN_RATIO = 8.0
-"""Most times the drive's frequency that a spectrum shows."""
+"""Highest frequency of a spectrum, over the drive's."""
 SHOWN_SHARE = 1e-6
-"""Of the run of a drive that does not repeat a spectrum shows what is above this share of the largest amplitude."""
+"""A spectrum without lines (the drive does not repeat) is shown up to the last amplitude above this share of the
+largest."""
 STATIC_LEVELS = 2
 PULLED_IN_COLOUR = "#5b5b5b"
 RETURNS = 0.01
-"""A run that comes back to within this share of its size seems to repeat."""
+"""Distance, as a share of its size, within which a run counts as returned."""
 TAUT, HOOP_SLACK, MERIDIONAL_SLACK, CRUMPLED, BREAKDOWN, NEAR_LIMIT = range(6)
 FILM_STATES = (
     "taut",
-    "slack around",
-    "slack from rim to disc",
-    "slack both ways",
+    "hoop slack",
+    "meridian slack",
+    "slack in both directions",
     "above breakdown",
     "near its stretch limit",
 )
-WRINKLED = ("taut", "wrinkled from rim to disc", "wrinkled around", "crumpled", *FILM_STATES[4:])
-"""The states of a film that wrinkles where it would be slack."""
+WRINKLED = (*FILM_STATES[:3], "crumpled", *FILM_STATES[4:])
+"""States of a film that wrinkles: it crumples where a taut one would be slack in both directions."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Arrays for plots and words for text, by name."""
+    """The arrays of plots and the texts and numbers next to them, by name."""
 
     arrays: dict[str, Any] = field(default_factory=dict)
     words: dict[str, Any] = field(default_factory=dict)
 
 
 def check_periods(periods: Any) -> float:
-    """The periods that a page asks for; `InputError` for what is not a number from `FEWEST` to `MOST`."""
+    """The requested drive periods; `InputError` unless a number from `FEWEST` to `MOST`."""
     if isinstance(periods, bool) or not isinstance(periods, int | float) or not FEWEST <= periods <= MOST:
         raise InputError(f"periods: must be a number from {FEWEST} to {MOST}")
     return float(periods)
 
 
 def scales(subject: Subject) -> dict[str, tuple[float, str]]:
-    """Quantity -> what one unit of the model is on the page, and the unit's name (empty: dimensionless)."""
+    """Quantity -> one unit of the model in the page's unit, and that unit's name (empty: dimensionless)."""
     quantities = ("length", "time", "velocity", "voltage", "frequency")
     if subject.device is None:
         return dict.fromkeys(quantities, (1.0, ""))
@@ -95,7 +96,7 @@ def scales(subject: Subject) -> dict[str, tuple[float, str]]:
 
 
 def axes(subject: Subject) -> dict[str, str]:
-    """The labels of the plots' axes."""
+    """The axis labels of the plots, with units."""
     units = {quantity: unit for quantity, (_, unit) in scales(subject).items()}
 
     def named(name: str, quantity: str) -> str:
@@ -117,7 +118,8 @@ def axes(subject: Subject) -> dict[str, str]:
 
 
 def response(subject: Subject, periods: float) -> Parts:
-    """The motion from its start, the voltage, the film's state, and in words what it seems to be."""
+    """The run from the start, with the voltage, the states of the films, and a first impression of the motion in
+    words."""
     members = subject.model.members()
     states0 = start_states(members, subject.initial)
     with np.errstate(over="ignore"):
@@ -130,7 +132,7 @@ def response(subject: Subject, periods: float) -> Parts:
     span = periods * period * count / wanted
     shares = np.linspace(0.0, 1.0, count + 1)
     whole = run = integrate(members, states0, span * shares, threads=1)
-    if whole.outcome[0] and whole.end_times[0] > 0.0:  # what there is of it, up to its end, in as many samples
+    if whole.outcome[0] and whole.end_times[0] > 0.0:  # sampled again, up to its end
         run = integrate(members, states0, JUST_BEFORE * whole.end_times[0] * shares, threads=1)
     arrays, found_in = curve(members, run, subject)
     outcome = Outcome(int(whole.outcome[0]))
@@ -149,9 +151,11 @@ def response(subject: Subject, periods: float) -> Parts:
 
 
 def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "") -> tuple[dict[str, Any], Any]:
-    """Arrays along the run of a single actuator - time, height, velocity, voltage, and of each film its state, its
-    thickness over that without stretch and its field over breakdown, or over the largest where that is unknown - and
-    for which share of the run the films are in each state that occurs."""
+    """Arrays along the run of a single actuator, and the share of the run in each state of the films.
+
+    Time, height, velocity and voltage; for each film its state, its thickness over the unstretched one, and its true
+    field over the dielectric strength (over the largest field where the strength is unknown).
+    """
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     x, voltages = run.states[..., 0], members.voltages(run.times, run.states)
     with np.errstate(all="ignore"):
@@ -180,8 +184,11 @@ def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "
 def film_states(
     members: Members, states: Array, voltages: Sequence[Array], films: Sequence[FilmState | None] = (None, None)
 ) -> list[Any]:
-    """The state of each film (a place in `FILM_STATES`) along a single run under their voltages, (samples,); of two
-    films behind them what happens in either. ``films``: what the run does to each, where it is known."""
+    """The state of each film (an index into `FILM_STATES`) along a single run, (samples,); with two films, followed by
+    both combined.
+
+    ``voltages``: those across each film; ``films``: states computed before, where known.
+    """
     each = broken_by_film(members, states, voltages, films)
     found = [_coded(fails, states.shape[1]) for fails in each]
     if len(each) > 1:
@@ -204,13 +211,13 @@ def _coded(fails: Mapping[str, Any], samples: int) -> Any:
 
 
 def _shares(film: Any) -> list[dict[str, Any]]:
-    """For which share of the run the film is in each state that occurs."""
+    """The share of the run in each state that occurs."""
     counts = np.bincount(film, minlength=len(FILM_STATES)) / max(film.size, 1)
     return [{"code": code, "share": float(share)} for code, share in enumerate(counts) if share > 0.0]
 
 
 def _ended(subject: Subject, run: Trajectories) -> str:
-    """How a run that stopped did so, and where."""
+    """The reason why a run ended early, with time, height and voltage."""
     outcome = Outcome(int(run.outcome[0]))
     if outcome is not Outcome.PULLED_IN:
         return outcome.meaning
@@ -222,7 +229,7 @@ def _ended(subject: Subject, run: Trajectories) -> str:
 
 
 def _seems(members: Members, times: Array, states: Array) -> str:
-    """What the end of a run looks like, from its states at whole forcing periods: quick, and not sure."""
+    """A first impression of the end of a run, from its states once per forcing period: fast, but not reliable."""
     if not members.system.waveform.repeat:
         return "the drive does not repeat"
     period = float(members.forcing_period[0])
@@ -240,7 +247,7 @@ GLANCE_PERIODS, GLANCE_SAMPLES = 4, 240
 
 
 def glance(subject: Subject) -> Parts:
-    """The last periods of a run as a small picture needs them."""
+    """The last periods of a run, sampled for a small picture."""
     whole = response(subject, PERIODS)
     count = len(whole.arrays["t"]) - 1
     first = count - round(count * min(1.0, GLANCE_PERIODS / PERIODS))
@@ -249,18 +256,18 @@ def glance(subject: Subject) -> Parts:
     return Parts(arrays | {"t": arrays["t"] - arrays["t"][0]}, {"period": whole.words["period"]})
 
 
-# --- what kind of motion ---------------------------------------------------------------------------------------------
+# --- the kind of motion ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Settled(Parts):
-    """The kind of motion, with the ``run`` along the settled motion; None where there is none."""
+    """The kind of motion, and the ``run`` along the settled motion (None without one)."""
 
     run: Trajectories | None = None
 
 
 def kind(subject: Subject) -> Settled:
-    """The regime of the motion with its evidence in the words of the command line, its section and settled orbit."""
+    """The regime with its evidence in words, its section and its settled orbit."""
     analysis = ANALYSES["regime"]
     states = start_states(subject.model.members(), subject.initial)
     found = analysis.compute(subject.model.members(), states, threads=1)
@@ -289,25 +296,24 @@ def kind(subject: Subject) -> Settled:
 
 
 def electrical(subject: Subject, run: Trajectories) -> Parts:
-    """Current and power along the run of `Settled`."""
+    """Current and power along the settled run."""
     numbers = performance.of_source(subject.model.members(), run)
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
 class Reading(np.ndarray):
-    """A variable as `gelcone.words` reads it. The library of labelled arrays takes a second to load."""
+    """A variable as `gelcone.words` reads it; stands in for xarray, which takes a second to import."""
 
     attrs: dict[str, str]
 
     @property
     def values(self) -> Array:
-        """The numbers as an array, as a Dataset has them."""
+        """The numbers as a plain array, as a DataArray has them."""
         return np.asarray(self)
 
 
 def single(found: Findings, subject: Subject) -> Any:
-    """The findings of a single actuator, by name, with units: as a Dataset to those who only read it, in a tenth of
-    its time."""
+    """The findings of a single actuator by name, with units: readable like a Dataset, ten times faster."""
     member: dict[str, Any] = {"outcome": found.outcome[0]}
     for name, (_, values, _, quantity) in found.variables.items():
         scale, unit = 1.0, "1"
@@ -320,7 +326,7 @@ def single(found: Findings, subject: Subject) -> Any:
 
 
 def section(subject: Subject) -> Parts:
-    """More section points, for a motion that does not repeat."""
+    """More section points of a motion that does not repeat."""
     states = start_states(subject.model.members(), subject.initial)
     found = section_cells(subject.model.members(), states, repeats=SECTION_POINTS, threads=1)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
@@ -332,8 +338,8 @@ def section(subject: Subject) -> Parts:
 
 
 def spectrum(subject: Subject) -> Parts:
-    """The amplitude spectrum of the settled motion, or of the run of a drive that does not repeat; with the highest
-    frequency to show."""
+    """The amplitude spectrum, and the highest frequency to show. It is that of the settled motion, or of the whole run
+    if the drive does not repeat."""
     repeats, states = subject.model.system.waveform.repeat, start_states(subject.model.members(), subject.initial)
     periods = SPECTRUM_PERIODS if repeats else 1
     found = spectrum_cells(subject.model.members(), states, periods=periods, threads=1).variables
@@ -359,17 +365,17 @@ def spectrum(subject: Subject) -> Parts:
 
 
 DRIVEN = ("voltage", "drive_frequency", "damping_ratio", "waveform", "circuit")
-"""Parameters on which equilibria under a constant voltage do not depend."""
+"""Parameters that do not affect the equilibria under a constant voltage."""
 MOST_STATICS = 32
 
 
 def _body(model: ConeModel) -> str:
-    """All of a model but its drive."""
+    """A text that identifies a model up to its drive."""
     return repr(sorted((name, value) for name, value in model.parameters().items() if name not in DRIVEN))
 
 
 def _levels(model: ConeModel) -> float:
-    """A voltage past the peak, the same for neighbouring ones."""
+    """The next power of two above the peak voltage, so that neighbouring settings share their statics."""
     return float(2.0 ** np.ceil(np.log2(max(float(model.peak_voltage), 1e-3))))
 
 
@@ -377,26 +383,26 @@ T = TypeVar("T")
 
 
 class Answers(Generic[T]):
-    """Answers about models by a ``key``, found by a function and stored for `MOST_STATICS` keys."""
+    """Answers about models, found by ``find`` and cached by ``key`` for up to `MOST_STATICS` keys."""
 
     def __init__(self, key: Callable[[ConeModel], str], find: Callable[[ConeModel], T]) -> None:
         self._key, self._find = key, find
         self.stored: dict[str, T] = {}
 
     def of(self, model: ConeModel) -> T:
-        """The answer, from the store where it is there."""
+        """The answer for a model, cached."""
         if not self.has(model):
             self.keep(model, self._find(model))
         return self.stored[self._key(model)]
 
     def keep(self, model: ConeModel, found: T) -> None:
-        """Stores an answer that was found elsewhere."""
+        """Stores an answer that was computed elsewhere."""
         if len(self.stored) >= MOST_STATICS:
             self.stored.clear()
         self.stored[self._key(model)] = found
 
     def has(self, model: ConeModel) -> bool:
-        """Whether `of` answers at once."""
+        """Whether the answer is cached."""
         return self._key(model) in self.stored
 
 
@@ -404,19 +410,19 @@ STATICS: Answers[xr.Dataset] = Answers(
     lambda model: f"{_levels(model)} {_body(model)}",
     lambda model: static(model, np.linspace(0.0, _levels(model), STATIC_LEVELS)),
 )
-"""`gelcone.static` past the peak voltage, which takes seconds for films that wrinkle."""
+"""`gelcone.static` up to beyond the peak voltage; takes seconds for films that wrinkle."""
 PULL_INS: Answers[float] = Answers(_body, performance.pull_in)
-"""`performance.pull_in`; like statics, it does not change with the drive."""
+"""`performance.pull_in`; like the statics, it does not depend on the drive."""
 
 
 def margins(subject: Subject) -> Parts:
-    """The static pull-in voltage, and how near the drive's peak is to it."""
+    """The static pull-in voltage, and the drive's peak as a share of it."""
     numbers = {performance.PULL_INS[film_of(subject.model)]: PULL_INS.of(subject.model)}
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
 def statics(subject: Subject) -> Parts:
-    """The equilibria over a constant voltage, stable where the slope is positive, and the voltages that matter."""
+    """The equilibria over a constant voltage with their stability, and the voltages of pitchfork and pull-in."""
     result = STATICS.of(subject.model)
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     voltage, place, slope = (result[f"branch_{name}"].values for name in ("voltage", "displacement", "slope"))
@@ -445,7 +451,7 @@ STAGES: Mapping[str, Callable[[Subject], Parts]] = {
 
 
 def legend() -> dict[str, Any]:
-    """Names and colours of kinds of motion."""
+    """Names and colours of the kinds of motion."""
     return {
         "regimes": [{"name": regime.label, "colour": REGIME_COLOURS[regime]} for regime in Regime],
         "pulled_in": {"name": Outcome.PULLED_IN.words, "colour": PULLED_IN_COLOUR},
@@ -453,19 +459,19 @@ def legend() -> dict[str, Any]:
 
 
 def film_of(model: ConeModel) -> str:
-    """Whether the film of a model is a ``membrane`` or a ``cone``, whose pull-in it then has."""
+    """The model of the film whose pull-in is used: ``membrane`` or ``cone``."""
     return "membrane" if isinstance(model.film, MembraneFilm) else "cone"
 
 
 def _acting(model: ConeModel) -> str:
-    """What acts on the disc besides the film, joined by a plus: without a spring of no stiffness."""
+    """The biases on the disc joined by a plus, without a spring of zero stiffness; ``none`` without any."""
     kinds = str(bias_record(model.system.bias)).split("+")
     stiff = bool(np.any(np.asarray(model.values.get("spring_stiffness", 1.0)) != 0.0))
     return "+".join(kind for kind in kinds if kind != "spring" or stiff) or "none"
 
 
 def about(subject: Subject) -> dict[str, Any]:
-    """Data of the pictures besides the run: sizes of the cone, its parts, labels."""
+    """Data of the pictures in addition to the run: sizes of the cone, its parts, labels."""
     device, model = subject.device, subject.model
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
     disc, rim = (0.35, 1.0) if device is None else (device.disc_radius, device.film_radius)

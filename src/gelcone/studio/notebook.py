@@ -1,4 +1,4 @@
-"""The studio in a notebook: the same page in a frame, from a server in a thread of the notebook's own process."""
+"""The studio in a notebook: the page in a frame, served by a thread of the notebook's process."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEIGHT = 720
 
 
 class _Running:
-    """A studio that serves in a thread."""
+    """A studio server in a thread."""
 
     def __init__(self, names: frozenset[str]) -> None:
         try:
@@ -40,21 +40,21 @@ class _Running:
 
 
 _running: dict[frozenset[str], _Running] = {}
-"""The server of each set of names that pages may follow, see `gelcone.permission`: mostly one."""
+"""The running server for each set of names that pages may follow (see `gelcone.permission`); usually one."""
 
 
 class StudioFrame:
-    """A running studio, which a notebook shows as a frame; `gelcone.studio` makes it.
+    """A running studio, shown by a notebook as a frame; `gelcone.studio` makes it.
 
-    ``address`` opens it in a browser of this machine; `close` ends it, and with it other frames of the same server, of
-    which a notebook has one however often it asks. What a notebook stores of the frame opens it once: a notebook that
-    is passed on gives no access.
+    ``address`` opens it in a browser of this machine. `close` ends the server, and with it all frames of the notebook,
+    which share one server. The output stored in a notebook file holds an address that works once: the file gives nobody
+    access.
 
     Parameters
     ----------
-    state : the settings with which the page opens.
-    height : of the frame in pixels.
-    names : texts that name code of the user's own, which pages may follow.
+    state : settings with which the page opens.
+    height : height of the frame in pixels.
+    names : names of the user's own code that pages may follow.
 
     Examples
     --------
@@ -81,7 +81,7 @@ class StudioFrame:
 
     @property
     def address(self) -> str:
-        """The page's address with the token that gives access to it."""
+        """The page's address with its access token."""
         return self._studio.address(self._state)
 
     def _repr_html_(self) -> str:
@@ -98,32 +98,33 @@ class StudioFrame:
 
 
 _FAR = (
-    "The studio runs where the kernel of this notebook runs, behind {place}, and answers to that machine alone: your "
-    "browser does not reach it, and no proxy passes it on. Install gelcone on your own machine and type gelcone studio "
-    "there, or forward the port, ssh -L {port}:127.0.0.1:{port} to the machine of the kernel, and open .address."
+    "The studio runs on the machine of this notebook's kernel, behind {place}, and answers that machine alone: your "
+    "browser cannot reach it. Install gelcone on your own machine and run gelcone studio there, or forward the port "
+    "(ssh -L {port}:127.0.0.1:{port} to the kernel's machine) and open .address."
 )
-"""In place of the frame where the browser runs elsewhere."""
+"""Text in place of the frame where the browser runs on another machine."""
 
 
 def elsewhere() -> str:
-    """Name what stands between the browser and this process; empty where both are on one machine as far as is known."""
+    """The service between the browser and this process, such as JupyterHub; empty if both run on one machine as far as
+    is known."""
     known = {"JUPYTERHUB_SERVICE_PREFIX": "JupyterHub", "BINDER_SERVICE_HOST": "Binder"}
     known |= {"CODESPACES": "GitHub Codespaces", "COLAB_RELEASE_TAG": "Colab"}
     return next((name for variable, name in known.items() if os.environ.get(variable)), "")
 
 
 def studio(device: Device | str | None = None, *, preset: str | None = None, height: int = HEIGHT) -> StudioFrame:
-    """The studio, as the last line of a notebook's cell shows it.
+    """Starts the studio and returns its frame, for the last line of a notebook cell.
 
     Parameters
     ----------
     device : a `Device` of single numbers, or the name or file of one. Default ``"biased-pump"``.
     preset : in place of a device a parameter set of the source paper.
-    height : of the frame in pixels. Default 720.
+    height : height of the frame in pixels. Default 720.
 
     Returns
     -------
-    What a notebook shows as a frame; its ``address`` opens in any browser of this machine, ``close()`` ends it.
+    A frame for the notebook. Its ``address`` opens the page in any browser of this machine; ``close()`` ends it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The settled motion as a curve: one turn of a periodic orbit, or a stretch of a motion that does not repeat."""
+"""The settled motion as a curve: one period of a periodic orbit, or a stretch of a motion that does not repeat."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 PER_PERIOD, PER_OSCILLATION = 100, 40
-"""Samples of a curve on the screen: each period of the voltage, and each oscillation at the fastest rate, at least."""
+"""Fewest samples of a curve on the screen: per drive period, and per oscillation at the fastest rate."""
 MOST_SAMPLES, MOST_OF_ORBIT = 8000, 100_000
-"""Samples of a motion that does not repeat, and of a periodic orbit: of a very slow drive they are further apart."""
+"""Most samples of a motion that does not repeat, and of a periodic orbit (spaced wider if the drive is very slow)."""
 LONGEST = 64
-"""Forcing periods of it that are drawn."""
+"""Most forcing periods drawn of a motion that does not repeat."""
 
 
 def samples_over(members: Members, span: float) -> int:
-    """The even samples of a single actuator's motion that a curve over the time ``span`` needs, at least `PER_PERIOD`.
+    """Number of even samples for a curve of a single actuator over the time ``span``, at least `PER_PERIOD`.
 
-    The rate that counts is a bound of the actuator's own: the motion oscillates no faster."""
+    Fast oscillations count by ``members.rate``, an upper bound of the actuator's own frequency.
+    """
     periods = span / float(members.drive_period[0])
     oscillations = float(members.rate[0]) * span / (2.0 * np.pi)
     return int(np.ceil(max(PER_PERIOD * periods, PER_OSCILLATION * oscillations, PER_PERIOD)))
@@ -31,9 +32,9 @@ def settled_orbit(members: Members, start: Array, regime: Regime, period: int) -
     """The run along the settled motion of a single actuator from ``start`` (N,) at phase 0, and its samples at the
     beginning of each forcing period.
 
-    ``period`` is that of a periodic orbit in forcing periods; the run along it, and along a rest, lasts whole periods
-    of the drive, so that the voltage repeats with it. A motion that does not repeat is followed for as many periods as
-    `MOST_SAMPLES` can draw, at least one and at most `LONGEST`.
+    A periodic orbit of ``period`` forcing periods, and a rest, are followed over whole drive periods, so that the
+    voltage repeats with them. A motion that does not repeat is followed for as many periods as `MOST_SAMPLES` allow,
+    from one to `LONGEST`.
     """
     repeat = float(members.forcing_period[0])
     each = samples_over(members, repeat)

@@ -1,4 +1,4 @@
-"""One open page: what it asks is read, checked and answered."""
+"""One open page: reads its requests, checks and answers them."""
 
 from __future__ import annotations
 
@@ -46,23 +46,23 @@ from gelcone.studio.slot import GRACE, Slot
 
 _log = logging.getLogger(__name__)
 RATE, BURST = 200.0, 400
-"""Messages a second that are read, and how many at once."""
+"""Messages read per second, and at most at once."""
 RUN_SECONDS, EVIDENCE_SECONDS = 15.0, 30.0
-"""After which a run, and each part of what follows it, is given up."""
+"""Time limits of a run, and of each part of its evidence."""
 THREADS = 3
-"""Of a page: one for each slot, and one in which other requests are read."""
+"""Threads of a page: one for each slot, and one that reads other requests."""
 A_PICTURE, LEAST = 0.016, 0.003
-"""Seconds of processor for each picture of a moving hand: what the picture leaves of the first, and at least the
-second, is saved up for the kind of motion, which is found as often as that suffices."""
+"""Processor time of one picture while a slider moves. What the run leaves of the first, but at least the second, is
+saved up for the kind of motion, which is computed whenever the savings suffice."""
 WANDERING = (Regime.CHAOTIC, Regime.QUASI_PERIODIC, Regime.TRANSIENT)
 SAME_REST = 1e-9
-"""Rests closer than this, in units of b - a, are one in a picture, but of a chaotic motion."""
+"""Rests closer than this, in units of b - a, look alike in a picture of a regular motion."""
 RESTED_SECONDS = 0.2
-"""Without a newer look, after which what takes longer than a picture is computed."""
+"""Time without a new look after which slower computations begin."""
 
 
 class _Late(Exception):
-    """Why a part of what follows a run is missing, such as that it takes longer than a page may have."""
+    """The reason why a part of the evidence is missing, such as its time limit."""
 
 
 class Page:
@@ -73,20 +73,20 @@ class Page:
         self.first, self.second = Slot(self._look, patient=True), Slot(self._examine)
         self._threads = ThreadPoolExecutor(THREADS, initializer=permission.limit, initargs=(shelf.names,))
         self._taken, self._cost, self._saved = (dict.fromkeys(SIDES, 0.0) for _ in range(3))
-        """For how long the kind of motion of each side was examined last, the seconds of processor that it took, and
-        those saved up for the next."""
+        """By side: duration and processor time of the last computation of the kind of motion, and processor time saved
+        up for the next."""
         self._newest, self._known = (dict.fromkeys(SIDES, -1) for _ in range(2))
-        """The numbers of the newest look of each side, and of the last newest one whose kind of motion the page has."""
+        """By side: the newest look, and the newest look whose kind of motion the page has received."""
         self._sending = asyncio.Lock()
         self.lanes = Lanes(pool, saving, self.send, self.fail)
         self._profiles: set[str] = set()
-        """Names of the tables of profiles that the page has."""
+        """Names of the profile tables that the page has received."""
         self._ended = asyncio.Event()
 
     # --- reading ---------------------------------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Reads and answers until the page is gone."""
+        """Reads and answers requests until the connection ends."""
         tasks = [
             asyncio.ensure_future(part)
             for part in (self._read(), self.first.run(), self.second.run(), self._ended.wait())
@@ -94,7 +94,7 @@ class Page:
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
-                if not task.cancelled():  # as what waits for a thread is, once the page has ended
+                if not task.cancelled():  # tasks that wait for a thread are cancelled once the page has ended
                     with suppress(WebSocketDisconnect):
                         task.result()
         finally:
@@ -102,7 +102,7 @@ class Page:
                 task.cancel()
 
     def end(self) -> None:
-        """Stops what the page still computes, and its connection."""
+        """Stops the page's computations and closes its connection."""
         self._ended.set()
         self.first.end()
         self.second.end()
@@ -124,7 +124,7 @@ class Page:
             await self._answer(message.get("text"))
 
     async def _answer(self, text: str | None) -> None:
-        """Answers a message; whatever is wrong with it is said, and nothing ends."""
+        """Answers a message; any error is sent to the page, and the connection stays open."""
         number = side = None
         try:
             request = asked.read(text, _KINDS)
@@ -163,10 +163,10 @@ class Page:
         self.first.give(side, request)
         self.second.put_off(side)
 
-    # --- what a look shows -------------------------------------------------------------------------------------------
+    # --- the answers to a look ---------------------------------------------------------------------------------------
 
     async def _look(self, side: str, request: dict[str, Any]) -> None:
-        """The run from the start, and the controls if they are asked for; then hands on to the second slot."""
+        """Computes the run, preceded by the controls if the page asks for them, and passes it on to the second slot."""
 
         def read() -> dict[str, Any]:
             self.shelf.at_once(request["setting"], lambda subject: None)
@@ -179,7 +179,7 @@ class Page:
             about = look.about(subject) | {"membrane": profiles.names(subject.model), "stands": request["stands"]}
             return subject, parts, {"about": about}
 
-        if request.get("controls"):  # they come before the run, which may take a while
+        if request.get("controls"):  # sent first: the run may take a while
             known = await self._computed(self.first, request, read)
             if known is None:
                 return
@@ -192,12 +192,13 @@ class Page:
         await self._show("response", request, parts, more)
 
     async def _examine(self, side: str, job: tuple[dict[str, Any], Subject]) -> None:
-        """The kind of motion with its evidence, more section points if it does not repeat, and the open panels."""
+        """Computes the kind of motion with its evidence, further section points if it does not repeat, and the open
+        panels."""
         request, subject = job
         loop = asyncio.get_running_loop()
         self._saved[side] += max(A_PICTURE - self.first.cost, LEAST)
-        # what is dear, or would be stopped while the hand moves, waits until it rests; a hand that comes back only once
-        # it has seen the kind of motion has rested
+        # evidence that is expensive, or would be interrupted by a moving slider, waits until the slider rests; a user
+        # who moves it only after seeing the last kind of motion has let it rest
         at_once = self._taken[side] < GRACE and (request["follows"] or self._saved[side] >= self._cost[side])
         await self.second.until(loop.time() + (0.0 if at_once else GRACE))
         began, self._saved[side] = loop.time(), 0.0
@@ -228,15 +229,16 @@ class Page:
     async def _afterwards(
         self, request: dict[str, Any], subject: Subject, kind: look.Settled, missing: list[CurveKey]
     ) -> None:
-        """Send what is stored of other drives at once; once the hand rests, current and power, and what takes longer:
-        first of all the membrane for which a cone stands."""
+        """Sends stored answers at once, and slower ones once the slider rests: current and power, the membrane for
+        which a cone stands, rests, statics and profiles."""
         if request["stands"]:
             return await self._make_membrane(request)
         model = subject.model
-        kept = look.PULL_INS.has(model), "statics" in request["panels"] and look.STATICS.has(model)
-        if kept[0]:
+        has_pull_in = look.PULL_INS.has(model)
+        has_static = "statics" in request["panels"] and look.STATICS.has(model)
+        if has_pull_in:
             await self._add("numbers", request, look.margins, subject)
-        if kept[1]:
+        if has_static:
             await self._add("statics", request, look.statics, subject)
         await asyncio.sleep(RESTED_SECONDS)
         if kind.run is not None:
@@ -246,12 +248,12 @@ class Page:
             if not await self._rests_there(work, source, request, kind):
                 self.first.give(request["side"], request)
                 return
-            await self._find_static(work, source, request, subject, kept)
+            await self._find_static(work, source, request, subject, (has_pull_in, has_static))
             await self._send_profiles(request, model, work, source)
             if missing:
                 for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
                     keep_curve(key, curve)
-                self.second.give(request["side"], (request, subject))  # whose evidence they belong to
+                self.second.give(request["side"], (request, subject))  # its evidence needs these curves
         except InputError as error:
             await self._late(request, "statics", error)
         except asyncio.CancelledError:
@@ -259,7 +261,7 @@ class Page:
             raise
 
     async def _make_membrane(self, request: dict[str, Any]) -> None:
-        """Once the hand rests, the membrane that the picture lacks, in a worker; then the picture again, of it."""
+        """Makes the missing membrane in a worker once the slider rests, then requests the picture again."""
         await asyncio.sleep(RESTED_SECONDS)
         work, source = self._worker(request)
         try:
@@ -273,17 +275,17 @@ class Page:
             self.first.give(request["side"], request | {"made": True})
 
     def _worker(self, request: Mapping[str, Any]) -> tuple[Work, Source]:
-        """Who computes for the side of a look what takes longer, and what from."""
+        """The work and the source with which a worker computes the slower answers to a look."""
         return self.lanes.work(request["side"], request["id"]), asked.source(self.shelf, request["setting"])
 
     async def _late(self, request: Mapping[str, Any], stage: str, error: Exception) -> None:
-        """Says why a stage of a look is missing."""
+        """Sends the reason why a stage of a look is missing."""
         message = " ".join(str(error).split())
         head = {"kind": "late", "id": request["id"], "side": request["side"], "stage": stage, "message": message}
         await self.send(head)
 
     async def _send_profiles(self, request: dict[str, Any], model: ConeModel, work: Work, source: Source) -> None:
-        """The tables of profiles of the films that the page does not have yet."""
+        """Sends the profile tables that the page does not have yet."""
         for film, name in enumerate(profiles.names(model)):
             if name and name not in self._profiles:
                 await self._show("profiles", request, await work.do(find_profiles, source, film))
@@ -292,12 +294,12 @@ class Page:
     async def _add(
         self, name: str, request: Mapping[str, Any], compute: Callable[..., look.Parts], *given: Any
     ) -> None:
-        """Shows what ``compute`` gives in a thread."""
+        """Computes an answer in a thread and sends it."""
         found = await asyncio.get_running_loop().run_in_executor(self._threads, compute, *given)
         await self._show(name, request, found)
 
     async def _rests_there(self, work: Work, source: Source, request: Mapping[str, Any], kind: look.Settled) -> bool:
-        """Whether the picture shows the rests that a search finds."""
+        """Whether the picture shows the rests that a full search finds."""
         guesses = self.shelf.guesses(request["setting"])
         if not guesses:
             return True
@@ -305,19 +307,20 @@ class Page:
         return moved <= SAME_REST and not (moved > 0.0 and kind.words["regime"] in WANDERING)
 
     async def _find_static(
-        self, work: Work, source: Source, request: dict[str, Any], subject: Subject, kept: tuple[bool, bool]
+        self, work: Work, source: Source, request: dict[str, Any], subject: Subject, stored: tuple[bool, bool]
     ) -> None:
-        """Pull-in, and the equilibria where they are shown, of which none is stored yet."""
-        if not kept[0]:
+        """Computes pull-in, and the equilibria if they are shown, unless they are stored."""
+        if not stored[0]:
             with suppress(InputError):
                 look.PULL_INS.keep(subject.model, await work.do(find_pull_in, source))
                 await self._add("numbers", request, look.margins, subject)
-        if "statics" in request["panels"] and not kept[1]:
+        if "statics" in request["panels"] and not stored[1]:
             look.STATICS.keep(subject.model, await work.do(find_static, source))
             await self._add("statics", request, look.statics, subject)
 
     async def _computed(self, slot: Slot, request: Mapping[str, Any], compute: Callable[[], Any]) -> Any:
-        """The result of ``compute``, in a thread under the slot's watch; None after an error, which the page gets."""
+        """The result of ``compute``, run in a thread under the slot's watch; None after an error, which is sent to the
+        page."""
         if self._ended.is_set():
             raise Stopped
         watch, loop = slot.watch, asyncio.get_running_loop()
@@ -340,7 +343,7 @@ class Page:
             what = "the evidence" if slot is self.second else "the run"
             late = f"{what} takes more than {seconds:g} s; take a shorter run, or ask the command line (Save…)"
             if slot is self.second:
-                slot.watch = Watch()  # for what comes next of this request
+                slot.watch = Watch()  # for the next stages of this request
                 raise _Late(late) from None
             await self.fail(request["id"], InputError(late), request.get("side"))
             return None
@@ -358,7 +361,7 @@ class Page:
     # --- work of seconds ---------------------------------------------------------------------------------------------
 
     async def _begin(self, request: dict[str, Any]) -> None:
-        """Starts one of `_LONG` in place of what runs in its lane."""
+        """Starts one of `_LONG`, in place of the work that runs in its lane."""
         read, do = _LONG[request["kind"]]
         work = self.lanes.work(request["kind"], request["id"])
 
@@ -368,7 +371,7 @@ class Page:
         self.lanes.start(request["kind"], request["id"], read_and_do)
 
     async def _glance(self, request: dict[str, Any]) -> None:
-        """A small picture of a device or preset as it is by itself."""
+        """Sends a small picture of a device or preset with its own values."""
 
         async def answer() -> None:
             watch, loop = Watch(), asyncio.get_running_loop()
@@ -379,14 +382,14 @@ class Page:
                 raise InputError(f"the picture takes more than {RUN_SECONDS:g} s") from None
             finally:
                 limit.cancel()
-                watch.stop.set()  # also where another one is asked for
+                watch.stop.set()  # also if another picture is requested
             head = {"kind": "glance", "id": request["id"], "words": parts.words, "about": about}
             await self.send(head, parts.arrays)
 
         self.lanes.start("glance", request["id"], answer)
 
     async def _device_file(self, request: dict[str, Any]) -> None:
-        """The device as it is set, as a device file."""
+        """Sends the current values of the device as a device file."""
 
         async def answer() -> None:
             text = await self._in_thread(asked.device_file, request)
@@ -396,7 +399,7 @@ class Page:
         self.lanes.start("device", request["id"], answer)
 
     async def _code(self, request: dict[str, Any]) -> None:
-        """The command and the Python lines that give what the page shows."""
+        """Sends the command and the Python lines that compute what the page shows."""
 
         async def answer() -> None:
             words = await self._in_thread(asked.code, request)
@@ -405,7 +408,8 @@ class Page:
         self.lanes.start("code", request["id"], answer)
 
     async def _in_thread(self, read: Callable[[Shelf, Mapping[str, Any]], Any], request: Mapping[str, Any]) -> Any:
-        """What a function makes of a request. Not in the event loop: a film that wrinkles takes it a while."""
+        """The result of ``read`` for a request, computed in a thread: a film that wrinkles would block the event
+        loop."""
         return await asyncio.get_running_loop().run_in_executor(self._threads, read, self.shelf, request)
 
     async def _cancel(self, request: dict[str, Any]) -> None:
@@ -422,19 +426,19 @@ class Page:
         await self.send(head, parts.arrays)
 
     async def fail(self, number: Any, error: Exception, side: str | None = None) -> None:
-        """Sends the page what is wrong, and with which control."""
+        """Sends an error, with the control that it concerns."""
         message = _in_words(error)
         control = getattr(error, "field", None) or message.removeprefix("--set ").partition(" ")[0].rstrip(":")
         await self.send({"kind": "error", "id": number, "side": side, "control": control, "message": message})
 
     async def send(self, head: Mapping[str, Any], arrays: Mapping[str, Any] | None = None) -> None:
-        """Send a message in one frame, while the page is connected."""
+        """Sends a message in one frame, while the page is connected."""
         frame = pack(head, arrays)
         async with self._sending:
             if self.socket.application_state is WebSocketState.CONNECTED:
                 try:
                     await self.socket.send_bytes(frame)
-                except RuntimeError:  # closed meanwhile
+                except RuntimeError:  # the connection has been closed
                     raise WebSocketDisconnect from None
 
 
@@ -444,7 +448,7 @@ _LONG: Mapping[str, tuple[Callable[..., tuple[Any, ...]], Callable[..., Awaitabl
     "envelope": (asked.of_device, draw_envelope),
     "export": (asked.to_save, make_file),
 }
-"""Work of seconds: what reads a request, and what then does it."""
+"""Long work by kind: the function that reads the request, and the one that does the work."""
 _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "hello": Page._hello,
     "look": Page._take_look,
@@ -457,20 +461,20 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
     "glance": Page._glance,
     "export": Page._begin,
 }
-"""What a page may ask."""
+"""Handlers of requests by kind."""
 
 
 def _glimpse(watch: Watch, shelf: Shelf, request: Mapping[str, Any]) -> tuple[look.Parts, dict[str, Any]]:
     setting = Setting.read(request.get("setting"))
     if setting.file is not None or setting.values:
-        raise InputError("a small picture is that of a device or preset as it is by itself; name one")
+        raise InputError("a small picture shows a device or preset with its own values; name one")
     with watching(watch), known_curves():
         subject, parts, _ = shelf.at_once(setting, look.glance)
         return parts, look.about(subject)
 
 
 def _in_words(error: Exception) -> str:
-    """What the page says of an error; a fault of gelcone goes to the terminal, too."""
+    """The message for an error; unexpected ones are also logged to the terminal."""
     if isinstance(error, ProcessesEnded):
         return "a worker process ended, perhaps for lack of memory; change a setting to try again"
     if isinstance(error, InputError | MissingDependency):

@@ -1,4 +1,4 @@
-"""The numbers of a settled motion that engineers ask for first: stroke, mean height, lag, current, power, margins."""
+"""Performance numbers of a settled motion: stroke, mean height, lag, current, power, field, pull-in."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from gelcone.physics.model import ConeModel
 
 DIGITS = 3
 MOST_SAMPLES = 2000
-"""Samples of a settled motion from which current, power and field are taken."""
+"""Most samples of a settled motion for current, power and field."""
 ROUNDING = 1e-9
-"""A length of less than this share of b - a, and a mean height or harmonic of less than this share of the stroke, are
-rounding."""
+"""Rounding bound: lengths below this share of b - a are 0, and so are mean heights and harmonics below this share of
+the stroke."""
 QUANTITIES: Mapping[str, str] = {
     "stroke": "length",
     "mean height": "length",
@@ -32,20 +32,20 @@ QUANTITIES: Mapping[str, str] = {
     "current": "current",
     "power": "power",
     "field": "",
-    "pull-in of the cone, slowly": "voltage",
-    "pull-in of the membrane, slowly": "voltage",
+    "static pull-in of the cone": "voltage",
+    "static pull-in of the membrane": "voltage",
 }
-"""The numbers in the order in which they are shown, and the quantity of those that have a unit."""
-PULL_INS = {film: f"pull-in of the {film}, slowly" for film in ("cone", "membrane")}
+"""Numbers in the order shown -> quantity that gives the unit; empty without one."""
+PULL_INS = {film: f"static pull-in of the {film}" for film in ("cone", "membrane")}
 MULTIPLES = ("", " at twice the drive's frequency", " at three times the drive's frequency", " at four times it")
 
 
 def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> dict[str, float]:
     """Numbers of the settled motion of a single actuator along ``run``, over ``turns`` forcing periods, by name.
 
-    In the model's units ``stroke`` and ``mean height``; ``lag``, by how many degrees of the drive frequency's multiple
-    ``harmonic`` the largest harmonic of the height follows the voltage's sine; and ``field``, the largest true field
-    over the dielectric strength. What is not known, or does not apply, is left out.
+    ``stroke`` and ``mean height`` are in the model's units. ``lag`` is in degrees: by how much the largest harmonic of
+    the height follows the voltage's sine at the multiple ``harmonic`` of the drive frequency. ``field`` is the largest
+    true field over the dielectric strength. Numbers that are unknown or do not apply are left out.
     """
     x = run.states[:, 1:, 0]
     lowest, highest = extent(members, run.times, run.states)
@@ -53,7 +53,7 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
     for name, value in found.items():
         found[name] = 0.0 if abs(value) <= ROUNDING * max(found["stroke"], 1.0) else value
     if regime is Regime.PERIODIC:
-        # two forcing periods are a whole number of the drive's
+        # an even number of forcing periods is a whole number of drive periods
         whole = np.concatenate([x, x], axis=1) if turns % 2 else x
         own = harmonics_of(members, whole, x.shape[1] // turns)[0]
         k = int(np.argmax(np.abs(own)))
@@ -69,30 +69,34 @@ def motion(members: Members, run: Trajectories, regime: Regime, turns: int) -> d
 
 
 def of_source(members: Members, run: Trajectories) -> dict[str, float]:
-    """The peak ``current`` into a film and the mean ``power`` that the source gives, along a run as in `motion`.
+    """The peak ``current`` into a film and the mean ``power`` of the source, along a run as in `motion`.
 
-    Left out where a film does not know its charge."""
+    Left out where a film's charge is unknown.
+    """
     found = electrical(members, *_thinned(run), run.states[:, 0])
     return {name: float(found[name][0]) for name in ("current", "power") if np.isfinite(found[name][0])}
 
 
 def _thinned(run: Trajectories) -> tuple[Any, Any]:
-    """At most some `MOST_SAMPLES` times (1, samples) and states (1, samples, N) of a run, but for its last."""
+    """About `MOST_SAMPLES` times (1, samples) and states (1, samples, N) of a run, without its last sample."""
     step = max(1, (run.times.shape[1] - 1) // MOST_SAMPLES)
     return run.times[:, :-1:step], run.states[:, :-1:step]
 
 
 def pull_in(model: ConeModel) -> float:
-    """The constant voltage at which a single actuator jumps or pulls in on a slow ramp; infinite if never.
+    """The constant voltage at which a single actuator jumps or pulls in on a slow ramp; infinite if it never does.
 
-    Takes up to a second for films that wrinkle."""
+    Takes up to a second for films that wrinkle.
+    """
     return float(jump_voltages(model)[0][0])
 
 
 def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, Any]]:
-    """The numbers as the page shows them, in order: ``name``, ``place`` in that order, ``text``, and the ``value`` in
-    the units of the page's axes (of lag degrees, of the field a share); with pull-in the ``peak`` voltage as its
-    share."""
+    """The numbers as the page shows them, in order.
+
+    Each has ``name``, ``place`` (its rank), ``text``, and ``value`` in the units of the page's axes (lag in degrees,
+    field as a share). Pull-in has also ``peak``, the drive's peak voltage over the pull-in voltage.
+    """
     found = []
     for place, (name, quantity) in enumerate(QUANTITIES.items()):
         if name not in numbers or not np.isfinite(numbers[name]):
@@ -122,5 +126,5 @@ def _with_unit(value: float, quantity: str, subject: Subject) -> tuple[str, floa
 
 
 def _percent(share: float) -> str:
-    """A share in per cent, to two digits below 100 and three above."""
+    """A share in percent: two digits below 100 %, three above."""
     return f"{100.0 * share:.{2 if share < 0.995 else 3}g} %"

@@ -1,8 +1,8 @@
-"""Long work in processes of its own, so that sliders stay fast, and its end: cancelled work stops within moments.
+"""Worker processes for long work, so that sliders stay fast; cancelled work stops within moments.
 
-A lane is a number under which a page's work of one kind runs; each new run of a lane ends the one before. Workers read
-the lanes' counters in a file that they and the studio map into memory. They end with the pool, and when the process
-that started them is gone.
+A lane is a number for a page's work of one kind; each new run in a lane cancels the run before. Workers read the lanes'
+run numbers from a file that they and the studio map into memory. They end with the pool, or when the process that
+started them is gone.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from gelcone.progress import Stopped, Watch, watching
 LANES = 256
 NICENESS = 10
 PATIENCE = 0.5
-"""Seconds that workers have to end by themselves: they are in the background, and a busy machine lets them wait."""
+"""Seconds that workers get to end by themselves; as background processes they may have to wait for a busy machine."""
 LOOK_SECONDS = 0.02
-"""A worker looks this often whether its task is out of date."""
+"""Interval at which a worker checks whether its task is outdated."""
 
 
 class Busy(RuntimeError):
-    """All lanes are taken."""
+    """All lanes are in use."""
 
 
 class Pool:
-    """Worker processes, started when they are first needed. Those in the ``background`` leave the processor to the
-    studio and the browser; what does not ship they follow by ``names`` alone, see `gelcone.permission`."""
+    """Worker processes, started when first needed. ``background`` workers run at low priority; beyond what ships,
+    workers follow only ``names``, see `gelcone.permission`."""
 
     def __init__(
         self, size: int | None = None, *, background: bool = True, names: frozenset[str] = frozenset()
@@ -54,31 +54,31 @@ class Pool:
         self._processes: processes.Pool | None = None
 
     def lane(self) -> int:
-        """A free lane; `Busy` when there is none."""
+        """A free lane; `Busy` if all are in use."""
         if not self._free:
-            raise Busy("too much at once; close a page")
+            raise Busy("too many open pages; close a browser tab")
         return self._free.pop()
 
     def leave(self, lane: int) -> None:
-        """Cancels what runs in a lane and gives it back."""
+        """Cancels the run in a lane and returns the lane."""
         self.begin(lane)
         self._free.append(lane)
 
     def begin(self, lane: int) -> int:
-        """Cancels what runs in a lane; the number of its next run."""
+        """Cancels the run in a lane, and returns the number of its next run."""
         self._board[lane] += 1
         return int(self._board[lane])
 
     async def do(self, lane: int, run: int, function: Callable[..., Any], *arguments: Any) -> Any:
-        """``function(*arguments)`` in a worker; None if the run is out of date. Raises what it raises, and
-        `ProcessesEnded`."""
+        """The result of ``function(*arguments)`` in a worker; None if the run is outdated. Raises the function's
+        errors, and `ProcessesEnded`."""
         pool, task = self._started(), self._task(lane, run, function, arguments)
         asked = asyncio.wrap_future(pool.threads.submit(_do, pool, task))
         asked.add_done_callback(lambda done: done.cancelled() or done.exception())
-        return await asyncio.shield(asked)  # who waits may be cancelled; the task finds out by its lane
+        return await asyncio.shield(asked)  # a cancelled caller leaves the task running; its lane stops it
 
     def warm(self, function: Callable[[], None]) -> None:
-        """Starts the workers, unless they run, and lets them load the module of a function."""
+        """Starts the workers, unless they run, and makes them import the module of a function."""
         if self._processes is None:
             pool = self._started()
             for _ in range(self.size):
@@ -93,7 +93,7 @@ class Pool:
         return self._processes
 
     def close(self) -> None:
-        """Ends the workers, in the middle of their work too."""
+        """Ends the workers, even in the middle of a task."""
         self._board[:] += 1
         if self._processes is not None:
             self._processes.close(PATIENCE)
@@ -109,7 +109,7 @@ def _do(pool: processes.Pool, task: _Task) -> Any:
 
 @lru_cache(maxsize=4)
 def _board(path: str) -> Any:
-    """What the studio and its workers share: the number of each lane's run."""
+    """The memory shared by the studio and its workers: the run number of each lane."""
     return np.memmap(path, dtype=float, mode="r+", shape=(LANES,))
 
 
@@ -128,14 +128,14 @@ class _Task(NamedTuple):
 
 @cache
 def _begin(background: bool) -> None:
-    """Once in each worker."""
-    warnings.simplefilter("ignore")  # the studio itself states what is doubtful
+    """Prepares a worker, once in its life."""
+    warnings.simplefilter("ignore")  # the page shows these doubts itself
     with suppress(OSError, AttributeError):
         os.nice(NICENESS if background else 0)
 
 
 def work(task: _Task) -> Any:
-    """Does a task under a watch that stops it once its run is out of date."""
+    """The result of a task, run under a watch that stops it once its run is outdated."""
     _begin(task.background)
     run = _board(task.path)
     if run[task.lane] != task.run:

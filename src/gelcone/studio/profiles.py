@@ -1,4 +1,4 @@
-"""Profiles of a membrane over height and voltage: a small table from which the page draws each picture."""
+"""Profiles of a membrane over height and voltage: a small table from which the page interpolates each picture."""
 
 from __future__ import annotations
 
@@ -19,19 +19,18 @@ from gelcone.physics.placed import PlacedFilm
 from gelcone.studio.look import Parts, scales
 
 HEIGHTS, RINGS = 12, 13
-"""Heights, and rings from the disc to the rim."""
+"""Heights, and rings from disc to rim, in a table."""
 SHARES = (0.0, 0.35, 0.65, 0.85, 0.95, 0.99)
-"""Of the squared voltage at which the film falls slack or localises."""
+"""Squared voltages in a table, over the one at which the film falls slack or localises."""
 CURVED = 1.6
-"""Exponent of the heights, which are closest where the film is flat."""
-HIGHEST = 3.0
+"""Exponent of the spacing of heights, which are densest near the flat film."""
 MOST = 64
-"""Tables held."""
+"""Tables held in memory."""
 
 
 def names(model: ConeModel) -> list[str]:
-    """A name of the table of each film, the same for films of equal profiles; empty for a film that is not a membrane,
-    and for a second one whose voltage is not the first's."""
+    """The name of each film's table, equal for films of equal profiles; empty for films that are not membranes, and for
+    a second film with a voltage of its own."""
     return [_name(model, placed) if _drawn(placed) else "" for placed in model.system.films]
 
 
@@ -52,11 +51,11 @@ def _ratio(model: ConeModel, placed: PlacedFilm) -> float:
 
 
 def table(subject: Subject, film: int) -> Parts:
-    """The profiles of one film of a single actuator in the units of the page.
+    """The profiles of one film of a single actuator, in the units of the page.
 
-    ``height`` (heights,), ``top``, the voltages at which the film falls slack or localises there, and flat over
-    (heights, shares of the squared top voltage, rings from disc to rim) the ring's ``radius``, ``rise`` (its height
-    over the disc's), ``stretch`` (of its area, over the mounted one) and ``wrinkled``, 1 where its hoop is.
+    ``height`` (heights,); ``top`` (heights,), the voltage at which the film falls slack or localises; and, flattened
+    from (heights, shares of the squared top voltage, rings from disc to rim), ``radius``, ``rise`` (height over the
+    disc's), ``stretch`` (area over the mounted one) and ``wrinkled`` (1 where the ring's hoop is).
     """
     model, placed = subject.model, subject.model.system.films[film]
     by = {quantity: scale for quantity, (scale, _) in scales(subject).items()}
@@ -76,7 +75,7 @@ _tables: dict[str, tuple[Any, ...]] = {}
 
 
 def _made(name: str, model: ConeModel, film: int) -> tuple[Any, ...]:
-    """Heights, top voltages and profiles, dimensionless; held by the name of the table."""
+    """Heights, top voltages and profiles, dimensionless; cached by the name of the table."""
     if name not in _tables:
         if len(_tables) >= MOST:
             _tables.clear()
@@ -87,7 +86,7 @@ def _made(name: str, model: ConeModel, film: int) -> tuple[Any, ...]:
 
 
 def _profiles(film: Any, n: dict[str, Any], ratio: float) -> tuple[Any, ...]:
-    x = min(film.reach(n)[1], HIGHEST) * np.linspace(0.0, 1.0, HEIGHTS) ** CURVED
+    x = film.reach(n)[1] * np.linspace(0.0, 1.0, HEIGHTS) ** CURVED
     top = np.minimum(film.balancing(x, 0.0, n), film.highest_squared(x, n))
     V = np.maximum(top, 0.0)[:, None] * np.array(SHARES)
     own = Elements(Gel(film.law, n, n["A"], n["B"]), ratio)
@@ -102,7 +101,7 @@ def _profiles(film: Any, n: dict[str, Any], ratio: float) -> tuple[Any, ...]:
     parts.append(found.excess[:, some] > 0.0)
     values = [np.array(part, dtype=float).reshape(shape) for part in parts]
     there = np.isfinite(values[0][:, :, 0])
-    for values_of in values:  # what was not found is as at the voltage below, or a straight cone that is not stretched
+    for values_of in values:  # missing states: those of the voltage below, else an unstretched straight cone
         for k in range(1, len(SHARES)):
             values_of[:, k][~there[:, k]] = values_of[:, k - 1][~there[:, k]]
     lost = ~np.isfinite(values[0])

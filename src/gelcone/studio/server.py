@@ -1,4 +1,4 @@
-"""The server of the studio: who may talk to it, what it serves, and how it starts and ends."""
+"""The server of the studio: access control, files, start and end."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ from gelcone.studio.setting import Setting, Shelf
 
 LOCAL = "127.0.0.1"
 IDLE_SECONDS = 5.0
-"""After which a connection that asks for nothing is closed."""
+"""Time after which a connection without a request is closed."""
 LARGEST_MESSAGE = 65_536
 MOST_PAGES = 32
 FAREWELL_SECONDS = 0.05
-"""The time in which pages learn that the studio ends."""
+"""Time in which pages receive the end of their connection."""
 LEAVING_SECONDS = 0.3
-"""After which what still answers a page is left alone."""
+"""Time after which unfinished answers are abandoned."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
 )
-"""Nothing but the page's own files; notebooks of this machine may show it in a frame."""
+"""Content security policy: the page's own files only; notebooks of this machine may show it in a frame."""
 KINDS = {".js": "text/javascript", ".css": "text/css", ".html": "text/html", ".svg": "image/svg+xml"}
 
 
 @dataclass
 class Studio:
-    """One server: the address it listens on, its token, the devices it knows, its workers and its pages."""
+    """One server: its address and token, the devices that pages may name, its workers and pages."""
 
     shelf: Shelf
     host: str = LOCAL
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24), repr=False)
     tickets: set[str] = field(default_factory=set, repr=False)
-    """Each opens the page once, and is worth nothing to who finds it later."""
+    """Keys that open the page once, and are worthless afterwards."""
     pool: Pool = field(init=False)
     saving: Pool = field(init=False)
     pages: set[Page] = field(default_factory=set)
@@ -70,13 +70,12 @@ class Studio:
         self.saving = Pool(1, background=False, names=self.shelf.names)
 
     def listen(self, port: int = 0) -> socket.socket:
-        """The bound socket, so that the address is known before the server runs. `InputError` if it is taken."""
+        """The bound socket, so that the address is known before the server runs; `InputError` if the port is taken."""
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
-        # with its protocol named, or asyncio leaves its connections to hold an answer back, by 40 ms, until the browser
-        # has acknowledged the one before
+        # asyncio sets TCP_NODELAY only if the protocol is named; without it answers wait 40 ms for an acknowledgement
         found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)  # a browser that is gone, and did not say so
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)  # detects browsers that vanished without closing
         try:
             found.bind((self.host, port))
         except (OSError, OverflowError) as error:
@@ -84,7 +83,7 @@ class Studio:
             raise InputError(
                 f"--port {port}: cannot listen on {self.host} ({error}); choose another or leave it out"
             ) from None
-        found.listen(128)  # who comes before the server runs waits
+        found.listen(128)  # connections made before the server runs wait
         self.port = found.getsockname()[1]
         return found
 
@@ -103,9 +102,10 @@ class Studio:
         return self._address(f"ticket={new}", state)
 
     def hosts(self, reached: str) -> set[str]:
-        """Values of the header Host that are ours; ``reached`` is the address at which a connection came in.
+        """Accepted values of the header Host; ``reached`` is the address at which a connection came in.
 
-        A page of another name that resolves to this machine has that name there, and is refused.
+        This defeats DNS rebinding: a foreign name that resolves to this machine still appears in the header, and is
+        refused.
         """
         names = {LOCAL, "localhost", "::1"}
         if self.host != LOCAL:
@@ -113,7 +113,7 @@ class Studio:
         return {f"[{name}]:{self.port}" if name.count(":") > 1 else f"{name.lower()}:{self.port}" for name in names}
 
     def app(self) -> ASGIApp:
-        """The routes of the studio, behind its guard."""
+        """The studio's routes, behind its guard."""
         routes = [
             Route("/", self._page),
             Route("/static/{name}", self._static),
@@ -122,7 +122,7 @@ class Studio:
         return Guard(Starlette(routes=routes), self)
 
     async def serve(self, listening: socket.socket) -> None:
-        """Serves until `stop`, which may have come before; then nothing of it is left."""
+        """Serves until `stop`, which may have been called before, and releases everything."""
         if self._stopped:
             listening.close()
             return
@@ -134,7 +134,7 @@ class Studio:
             ws="websockets-sansio",
             ws_max_size=LARGEST_MESSAGE,
             ws_per_message_deflate=False,
-            ws_ping_interval=None,  # a page too busy to answer would lose its connection
+            ws_ping_interval=None,  # a busy page answers pings late, and would be disconnected
         )
         self._server = _Server(config)
         try:
@@ -143,12 +143,12 @@ class Studio:
             self.stop()
 
     def load(self, setting: Setting) -> None:
-        """Loads what a first picture needs, while a browser comes; what is wrong with the setting the page will say."""
+        """Loads what the first picture needs while the browser starts; errors in the setting are left to the page."""
         with suppress(InputError):
             self.shelf.at_once(setting, partial(look.response, periods=look.PERIODS))
 
     def stop(self) -> None:
-        """Ends all work at once, and the server with it. From another thread: by the loop's `call_soon_threadsafe`."""
+        """Ends all work and the server; from another thread call it by the loop's `call_soon_threadsafe`."""
         self._stopped = True
         for page in list(self.pages):
             page.end()
@@ -158,7 +158,7 @@ class Studio:
             self._server.should_exit = True
 
     def is_ours(self, token: str | None) -> bool:
-        """Whether a token is that of this studio, in a time that does not depend on the token."""
+        """Whether a token is this studio's, compared in constant time."""
         return secrets.compare_digest((token or "").encode(), self.token.encode())
 
     async def _page(self, request: Request) -> Response:
@@ -166,10 +166,12 @@ class Studio:
         if ticket in self.tickets:
             self.tickets.remove(ticket)
             return RedirectResponse(f"/?token={self.token}", 303)
-        if ticket is not None:  # a frame that is loaded again has the token in the memory of its tab
+        if ticket is not None:  # a reloaded frame has the token in its session storage
             return _file("index.html")
         if not self.is_ours(request.query_params.get("token")):
-            return PlainTextResponse("The address lacks its token; take the one that gelcone studio printed.", 403)
+            return PlainTextResponse(
+                "The address lacks its token; open the whole address that gelcone studio printed.", 403
+            )
         return _file("index.html")
 
     async def _static(self, request: Request) -> Response:
@@ -179,7 +181,7 @@ class Studio:
         ours = {f"http://{host}" for host in self.hosts(socket.scope["server"][0])}
         origin = socket.headers.get("origin", "").lower()
         if origin not in ours or not self.is_ours(socket.query_params.get("token")):
-            await socket.send_denial_response(PlainTextResponse("This page may not talk to the studio.", 403))
+            await socket.send_denial_response(PlainTextResponse("This page may not connect to the studio.", 403))
             return
         await socket.accept()
         if len(self.pages) >= MOST_PAGES:
@@ -195,7 +197,7 @@ class Studio:
 
 
 class Guard:
-    """Refuses what is addressed to another host, and gives every answer the headers that bind the browser."""
+    """Refuses requests to other hosts, and adds security headers to every answer."""
 
     def __init__(self, app: ASGIApp, studio: Studio) -> None:
         self.app, self.studio = app, studio
@@ -209,7 +211,9 @@ class Guard:
 
         app = self.app
         if Headers(scope=scope).get("host", "").lower() not in self.studio.hosts(scope["server"][0]):
-            app = PlainTextResponse("This is not the host that you asked for.", 421)
+            app = PlainTextResponse(
+                "The studio does not answer under this host name; open the address that gelcone studio printed.", 421
+            )
         await app(scope, receive, with_headers)
 
 
@@ -224,25 +228,24 @@ _HEADERS = [
 
 @cache
 def _files() -> dict[str, bytes]:
-    """The page's files, by name."""
+    """The page's files by name."""
     return {path.name: path.read_bytes() for path in files("gelcone.studio").joinpath("static").iterdir()}
 
 
 def _file(name: str) -> Response:
-    """One of the page's files."""
+    """The response with one of the page's files."""
     if name not in _files():
         return PlainTextResponse("There is no such file.", 404)
     return Response(_files()[name], media_type=KINDS[name[name.rindex(".") :]])
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves signals to those who started it, closes connections on which no request comes, and waits for
-    no page when it ends."""
+    """A server that leaves signals to its caller, closes idle connections, and does not wait for pages when it ends."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)
         self._waiting: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
-        """Connections without a request, and since when."""
+        """Idle connections, and since when."""
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -259,7 +262,7 @@ class _Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         for listening in sockets or []:
-            with suppress(OSError):  # a process that is being started has it open, too, for a moment
+            with suppress(OSError):  # a starting worker may briefly hold it open, too
                 listening.shutdown(socket.SHUT_RDWR)
         for server in self.servers:
             server.close()
@@ -267,18 +270,18 @@ class _Server(uvicorn.Server):
             connection.shutdown()
         await asyncio.sleep(FAREWELL_SECONDS)
         for connection in list(self.server_state.connections):
-            connection.transport.abort()  # a page that does not read would hold it
+            connection.transport.abort()  # a page that does not read would block the end
         if self.server_state.tasks:
             await asyncio.wait(self.server_state.tasks, timeout=LEAVING_SECONDS)
 
 
 def _is_idle(connection: Any) -> bool:
-    """Whether no request of a connection is being answered: none has come, or not the whole of it, or all are."""
+    """Whether a connection has no unanswered request."""
     return connection.cycle is None or connection.cycle.response_complete
 
 
 def run(studio: Studio, listening: socket.socket, first: Setting, ready: Callable[[], None]) -> None:
-    """Serves until Ctrl-C, at ``first`` the setting that is shown first; ``ready`` is called once the server runs."""
+    """Serves until Ctrl-C; ``first`` is the setting shown first, and ``ready`` is called once the server runs."""
 
     async def main() -> None:
         loop = asyncio.get_running_loop()

@@ -1,9 +1,9 @@
-"""The setting of a page: a device or a preset, values of its parameters, an initial state; read with the checks of
-the command line.
+"""The setting of a page - a device or preset, values of its parameters, an initial state - read with the checks of the
+command line.
 
-A page names devices that ship, the one file that the studio was started with, or sends a file's text. Its values are
-those of controls that exist, and texts among them choices of these. That no name in them leads to a module or a file is
-the promise of `gelcone.permission`, under which a `Shelf` and the workers read them.
+A page may name a shipped device or the file that the studio was started with, or send the text of a device file. Its
+values must belong to existing controls, and texts must be among their choices. No name leads to another module or file:
+a `Shelf` and the workers read settings under `gelcone.permission`.
 """
 
 from __future__ import annotations
@@ -42,20 +42,21 @@ from gelcone.studio.grids import changed, device_in
 
 LONGEST_VALUE = 40
 LONGEST_FILE, LONGEST_LINE = 30_000, 500
-"""Characters of a value, and of a device file and its lines, that the page may send: the time that it takes to read a
-key grows with the square of its length."""
+"""Most characters of a value, and of a device file and of one of its lines, from a page: reading a key takes time
+quadratic in its length."""
 OWN_FILE = "device.toml"
-"""What the text of a device file is called once it is saved."""
+"""Name under which a sent device file is saved."""
 MOST_VALUES = 60
 STATES = ("displacement", "velocity")
 _UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers}
 _NUMBER = re.compile(rf"[+-]?(inf|[\d.]+([eE][+-]?\d+)?) ?({'|'.join(map(re.escape, _UNITS))})", re.ASCII)
-"""One number and one unit, or none: never several values, a path or a module."""
+"""One number with or without a unit: never several values, a path or a module."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One of ``device`` (a name), ``preset`` (a name) and ``file`` (the text of a device file); ``values`` by name."""
+    """The setting of a page: one of ``device`` (name), ``preset`` (name) or ``file`` (text of a device file), and
+    ``values`` by control."""
 
     device: str | None = None
     preset: str | None = None
@@ -64,7 +65,7 @@ class Setting:
 
     @classmethod
     def read(cls, given: Any) -> Setting:
-        """A setting from the page's JSON; `InputError` for anything else."""
+        """The setting in the page's JSON; `InputError` for anything else."""
         if not isinstance(given, dict) or not given.keys() <= {"device", "preset", "file", "values"}:
             raise InputError("the setting must hold device, preset or file, and values")
         names = {name: given[name] for name in ("device", "preset", "file") if given.get(name) is not None}
@@ -87,37 +88,36 @@ class Setting:
 
     @property
     def base(self) -> Setting:
-        """A setting of the same subject without values."""
+        """The setting without values."""
         return replace(self, values={})
 
     @property
     def chosen(self) -> Setting:
-        """A setting of the same subject with its choices, and none of its numbers."""
+        """The setting with its choices alone, without numbers."""
         return replace(self, values={name: value for name, value in self.values.items() if leaf(name) in CHOICES})
 
 
 class Shelf:
-    """The devices and presets that a page may name: those that ship, ``given``, and those whose text it sends.
+    """The devices and presets that a page may use: those that ship, ``given``, and devices sent as text.
 
-    ``given`` is the file that the studio was started with, as it was typed, and ``names`` what a device of the person
-    who started it names and does not ship, see `names_in`. Nothing else is opened or imported, whatever a page sends.
+    ``given`` is the file that the studio was started with, as typed; ``names`` are the names of own code in that user's
+    device, see `names_in`. Nothing else is opened or imported, whatever a page sends.
     """
 
     def __init__(self, given: Path | None = None, names: frozenset[str] = frozenset()) -> None:
         self.given, self.names = given, names
         self._places: dict[_Key, dict[ConeSystem, float]] = {}
-        """Where each device rested last."""
+        """The last rest of each device."""
         self._guesses: dict[tuple[_Key, _Texts], dict[RestKey, float]] = {}
-        """Settings whose rest continues another one, and has not been searched for."""
+        """Rests continued from another setting, not yet confirmed by a search."""
         self.devices: Mapping[str, Path] = shipped_devices() | ({} if given is None else {given.stem: given.resolve()})
         """Name -> file."""
-        # they last as long as the places, which reading a device fills
+        # caches of this shelf: reading a device fills its places
         self._device, self._start = lru_cache(MOST_READ)(self._read), lru_cache(MOST_READ)(self._begin)
         self._controls = lru_cache(MOST_READ)(self._find_controls)
 
     def path(self, setting: Setting) -> Path | None:
-        """The file of a setting's device; None for a preset, and for a device whose text was sent. `InputError` for an
-        unknown name."""
+        """The file of a setting's device; None for a preset or a sent device. `InputError` for an unknown name."""
         if setting.file is not None:
             return None
         if setting.device is None:
@@ -127,16 +127,16 @@ class Shelf:
         return self.devices[setting.device]
 
     def called(self, setting: Setting) -> str:
-        """The name of a setting's device on the command line; empty for a preset."""
+        """The device's name on the command line; empty for a preset."""
         if setting.file is not None:
             return OWN_FILE
         own = self.given is not None and setting.device == self.given.stem
         return str(self.given) if own else setting.device or ""
 
     def controls(self, setting: Setting) -> list[Control]:
-        """The controls of a setting, from where they start and return to: its choices, and none of its numbers.
+        """The controls of a setting, with the values to which they reset: its choices count, its numbers do not.
 
-        They start where a cone rests while the device's membrane is not made.
+        While a membrane is not made, its cone gives the rest height.
         """
         with permission.only(self.names):
             given = self._key(setting), setting.device, setting.preset, tuple(setting.chosen.values.items())
@@ -149,9 +149,11 @@ class Shelf:
     def at_once(
         self, setting: Setting, compute: Callable[[Subject], _Found], *, patient: bool = False
     ) -> tuple[Subject, _Found, bool]:
-        """The subject of a setting, what ``compute`` makes of it, and False; or, where its membrane takes seconds to
-        make, and it is not ``patient``, the same of the cone that stands for it meanwhile, and True. `InputError` as
-        `subject`."""
+        """The subject of a setting, the result of ``compute`` for it, and False.
+
+        If the membrane takes seconds to make and the call is not ``patient``, all of this with a cone in its place, and
+        True. `InputError` as `subject`.
+        """
         try:
             with nullcontext() if patient else disk_cache.unmade_refused():
                 subject = self.subject(setting)
@@ -163,25 +165,25 @@ class Shelf:
             return subject, compute(subject), stands
 
     def _cone(self, setting: Setting) -> _Texts:
-        """The fields by which cones stand for the membranes of a device; none for what has none."""
+        """The fields that put cones in place of a device's membranes; empty without membranes."""
         if setting.preset is not None:
             return ()
-        # not of the device with these values: to check two films, their membranes would be made
+        # reads the fields alone: building the device with these values would make the membranes
         device, texts = self._device(self._key(setting)), dict(self._own(setting))
         films = ("film", "second_film")
         chosen = {name: read_value(texts[name]) if name in texts else getattr(device, name) for name in films}
         return tuple((name, CONE) for name, film in chosen.items() if film == MembraneFilm.name)
 
     def check(self, setting: Setting) -> None:
-        """`InputError` for a setting whose names or texts a page may not send, see `subject`."""
+        """Raises `InputError` for names or texts that a page may not send, see `subject`."""
         with permission.only(self.names):
             self._check(setting)
 
     def subject(self, setting: Setting, *, cone: bool = False) -> Subject:
-        """The subject of the analyses; with cones in place of membranes if ``cone``.
+        """The subject of the analyses, with cones in place of membranes if ``cone``.
 
-        Raises `InputError` as the command line does, for a value whose name is not that of a control of the device or
-        preset, and for a text that is not among the choices of its control.
+        Raises `InputError` as the command line does, for a value that belongs to no control of the device or preset,
+        and for a text that is not among the choices of its control.
         """
         with permission.only(self.names):
             self._check(setting)
@@ -205,11 +207,12 @@ class Shelf:
                 raise FieldError(getattr(error, "field", "file"), str(error)) from None
 
     def guesses(self, setting: Setting) -> dict[RestKey, float]:
-        """The rests of a setting that continue those of another, and have not been searched for."""
+        """The rests of a setting that were continued from another one and not confirmed by a search."""
         return self._guesses.get((self._key(setting), self._own(setting)), {})
 
     def confirm(self, setting: Setting, found: dict[RestKey, float]) -> float:
-        """Takes the rests of a setting that a search found; how far from the guess they are, in units of b - a."""
+        """Takes the rests of a setting found by a search, and returns their largest distance from the guesses, in units
+        of b - a."""
         guesses = self._guesses.pop((self._key(setting), self._own(setting)), {})
         keep_rests(found)
         moved = max((abs(found.get(key, guess) - guess) for key, guess in guesses.items()), default=0.0)
@@ -219,15 +222,15 @@ class Shelf:
         return moved
 
     def _own(self, setting: Setting) -> _Texts:
-        """The values of a setting that are not its drive's."""
+        """The values of a setting, without those of the drive."""
         return () if not setting.values else _split(typed(setting)["settings"])[1]
 
     def _check(self, setting: Setting) -> None:
-        """`InputError` for values that are not of controls, which those of a setting with fewer values are."""
+        """Raises `InputError` for values without a control; a choice may bring controls of its own."""
         if not setting.values:
             return
         chosen = setting.chosen
-        if chosen.values == setting.values:  # of which some may be those that others bring
+        if chosen.values == setting.values:  # some of the choices may belong to parts that others bring
             names = {control.name for control in self.controls(setting.base)}
             first = {name: value for name, value in setting.values.items() if name in names}
             chosen = replace(setting, values={} if first == setting.values else first)
@@ -253,7 +256,7 @@ class Shelf:
         return [replace(control, value=MembraneFilm.name) if control.name in films else control for control in found]
 
     def _read(self, key: _Key, texts: _Texts = ()) -> Device:
-        """A device with other fields as they were typed."""
+        """A device with some fields replaced by typed values."""
         if texts:
             return self._device(key).replace_quietly({name: read_value(text) for name, text in texts})
         path, _, text = key
@@ -272,7 +275,7 @@ class Shelf:
 
 
 _Key = tuple[Path | None, int, str | None]
-"""A device: its file and when that was changed, or its text."""
+"""Identity of a device: its file and modification time, or its text."""
 _Texts = tuple[tuple[str, str], ...]
 _Found = TypeVar("_Found")
 CONE = WrinklingCone.name
@@ -280,7 +283,7 @@ MOST_KEPT, MOST_READ = 256, 64
 
 
 def _split(settings: list[str]) -> tuple[Mapping[str, str], _Texts]:
-    """All settings by name, and those that are not the drive's, in order."""
+    """All settings by name, and those not of the drive, sorted."""
     texts = read_pairs(settings, device=True)
     return texts, tuple((name, text) for name, text in sorted(texts.items()) if name not in DRIVE_NUMBERS)
 
@@ -292,7 +295,7 @@ def _bounded(store: dict[Any, Any]) -> dict[Any, Any]:
 
 
 def check_single(device: Device) -> None:
-    """`FieldError` for a device that is several: the studio shows one."""
+    """Raises `FieldError` for a device with several values in a field: the studio shows one actuator."""
     for name in device.swept_fields():
         if np.ndim(device.get(name)):
             count = np.size(device.get(name))
@@ -300,7 +303,7 @@ def check_single(device: Device) -> None:
 
 
 def names_in(device: Device) -> frozenset[str]:
-    """The classes of its components with their data, where they do not ship."""
+    """The classes of a device's components that do not ship, with their data."""
     system = device.to_model().system
     films = [film.film for film in system.films]
     found = set[str]().union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
@@ -312,7 +315,7 @@ def names_in(device: Device) -> frozenset[str]:
 
 
 def typed(setting: Setting) -> dict[str, Any]:
-    """The values as the options of a command: ``settings``, ``preset``, and ``initial`` where a state is among them."""
+    """The values as options of a command: ``settings``, ``preset``, and ``initial`` if a state is among them."""
     values = dict(setting.values)
     states = [values.pop(name, None) for name in STATES]
     options: dict[str, Any] = {"settings": [f"{name}={value}" for name, value in values.items()]}

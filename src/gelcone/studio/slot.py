@@ -1,8 +1,8 @@
-"""Requests that a page repeats while a hand moves: the newest one wins.
+"""Requests that a page repeats while a slider moves: the newest one wins.
 
-A slot does one thing at a time; what arrives meanwhile replaces what waits. What runs is asked to stop once it has had
-its grace: stopped at once, a slider that moves sixty times a second would never see an answer. A patient slot lets what
-follows a stopped one run to its end: else nothing that takes longer than the grace would come before the hand rests.
+A slot does one thing at a time; new requests replace the waiting one. Running work may finish within its grace: if it
+were stopped at once, a slider that moves sixty times a second would never see an answer. A patient slot lets the work
+after a stopped one finish: otherwise nothing slower than the grace would appear before the slider rests.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from starlette.websockets import WebSocketDisconnect
 from gelcone.progress import Stopped, Watch
 
 GRACE = 0.15
-"""Seconds for which what runs may continue after something newer has come."""
+"""Seconds that running work may continue after a newer request."""
 LOOK_SECONDS = 0.01
 
 
 class Slot:
-    """Does the newest of what it is given for each side of the page, one after the other."""
+    """Does the newest request of each side of the page, one after the other."""
 
     def __init__(self, work: Callable[[str, Any], Awaitable[None]], *, patient: bool = False) -> None:
         self.work, self.patient, self.watch = work, patient, Watch()
         self.refines = False
-        """Whether what runs only adds to what the page shows already."""
+        """Whether the running work only adds to a picture that the page already shows."""
         self.cost = 0.0
-        """Seconds of processor that what is done has taken."""
+        """Processor seconds of the running work."""
         self.missing: list[Any] = []
-        """What was left out of what was done last, for it takes long."""
+        """Pull-in curves that the last work left out because they take long."""
         self._next: dict[str, Any] = {}
         self._unanswered: set[str] = set()
-        """Sides of a patient slot whose last request was stopped."""
+        """Sides of a patient slot whose last work was stopped."""
         self._side = ""
         self._began = 0.0
         self._wake = asyncio.Event()
 
     @property
     def overtaken(self) -> bool:
-        """Whether something newer waits and the grace is over."""
+        """Whether a newer request waits and the grace is over."""
         return self._gives_way and time.monotonic() - self._began > GRACE
 
     @property
@@ -50,14 +50,14 @@ class Slot:
         return self._side in self._next and self._side not in self._unanswered
 
     def give(self, side: str, request: Any) -> None:
-        """Take a request of a side, in place of one that waits."""
+        """Takes a request of a side, in place of the waiting one."""
         self._next[side] = request
         self._wake.set()
         left = self._began + GRACE - time.monotonic()
         asyncio.get_running_loop().call_later(max(left, 0.0), self._overtake, self.watch)
 
     def put_off(self, side: str) -> None:
-        """Stops at once what only refines an older picture of a side: it would slow the newer one down."""
+        """Stops work that only refines an older picture of this side: it would slow the newer one down."""
         if self.refines and self._side == side:
             self.watch.stop.set()
 
@@ -66,7 +66,7 @@ class Slot:
             watch.stop.set()
 
     async def run(self) -> None:
-        """Answer requests until the task is cancelled."""
+        """Answers requests until the task is cancelled."""
         while True:
             if not self._next:
                 self._wake.clear()
@@ -83,7 +83,7 @@ class Slot:
                         self._unanswered.add(self._side)
 
     async def until(self, moment: float) -> None:
-        """Waits until a moment of the loop's clock; `Stopped` once something newer for the side has come."""
+        """Waits until a moment of the loop's clock; `Stopped` once a newer request of the side waits."""
         loop = asyncio.get_running_loop()
         while (left := moment - loop.time()) > 0.0:
             if self._side in self._next:
@@ -91,5 +91,5 @@ class Slot:
             await asyncio.sleep(min(left, LOOK_SECONDS))
 
     def end(self) -> None:
-        """Stop what runs."""
+        """Stops the running work."""
         self.watch.stop.set()

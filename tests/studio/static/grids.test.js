@@ -63,7 +63,7 @@ test("every cell is painted in its place and in the colour of its kind", () => {
   assert.deepEqual([colour(1, 0), colour(0, 48), colour(64, 0), colour(41, 48), colour(40, 30), colour(0, 0)], ["#777777", "#0072b2", "#d55e00", "#d55e00", "#777777", LIGHT.line]);
   const { args } = p.context.calls.findLast((c) => c.name === "drawImage"), wide = (p.right - p.left) / 64, tall = (p.bottom - p.top) / 48;
   [p.left - wide / 2, p.top - tall / 2, p.right - p.left + wide, p.bottom - p.top + tall].forEach((v, k) => assert.ok(near(args[k + 1], v)));
-  assert.deepEqual(panel.names.parts.map((e) => [e.textContent, e.parts[0].style.background.split(", ").at(-1)]), [["rest", "#777777"], ["periodic", "#0072b2"], ["chaotic", "#d55e00"], ["no such actuator", LIGHT.line]]);
+  assert.deepEqual(panel.names.parts.map((e) => [e.textContent, e.parts[0].style.background.split(", ").at(-1)]), [["rest", "#777777"], ["periodic", "#0072b2"], ["chaotic", "#d55e00"], ["not a valid actuator", LIGHT.line]]);
   assert.deepEqual(panel.names.parts.map((e) => e.parts[0].style.background.includes("gradient")), [false, false, true, false]);
   const hatches = p.context.calls.filter((c) => ["moveTo", "lineTo"].includes(c.name) && c.strokeStyle.startsWith("rgba(255"));
   assert.equal(hatches.length, 2 * 24 * 49); // the chaotic cells, and no others: from corner to corner
@@ -119,7 +119,7 @@ test("thresholds and bifurcations are lines over the map, either way round, with
 test("a map is done once its thresholds are followed", () => {
   const { grids, panel, id, said } = setUp(), own = id();
   grids.message({ kind: "done", id: own, grid: "map" }, {});
-  assert.deepEqual([panel.running, panel.filled, said()], [true, true, "following thresholds …"]);
+  assert.deepEqual([panel.running, panel.filled, said()], [true, true, "following bifurcations …"]);
   grids.message({ kind: "followed", id: own }, {});
   assert.deepEqual([panel.running, said()], [false, ""]);
   assert.equal(grids.message({ kind: "cells", id: 999 }, {}), true); // of an older map: nothing happens
@@ -217,7 +217,7 @@ test("a sweep has each value's section in its place and colour", () => {
   assert.deepEqual(marks.map((c) => c.fillStyle), ["#0072b2", "#0072b2", "#d55e00", "#d55e00"]);
   [[0, 1], [0, 1], [1200, 2], [1200, 4]].forEach(([x, y], k) => { const [px, py, w] = marks[k].args; assert.ok(near(px + w / 2, p.X(x)) && near(py + 0.9, p.Y(y))); });
   assert.deepEqual(panel.names.parts.map((e) => e.textContent), ["periodic", "chaotic"]);
-  assert.ok(texts(p.context).includes("height (mm): once a period, and its range") && texts(p.context).includes("voltage_amplitude (V)"));
+  assert.ok(texts(p.context).includes("height (mm): once per period; shaded: range") && texts(p.context).includes("voltage_amplitude (V)"));
 });
 
 test("a sweep has the range of each value behind its section, and is grey where the film pulls in", () => {
@@ -252,7 +252,7 @@ test("branches over a sweep: stable whole, unstable dashed, events with the sign
   assert.deepEqual(panel.names.parts.slice(0, 4).map((e) => e.textContent), ["— stable orbits", "┄ unstable", "□ fold", "◇ period doubling"]);
   assert.equal(panel.running, false);
   grids.message({ kind: "branches", id: own, kinds: [], none: "at rest" }, {});
-  assert.deepEqual([panel.said.textContent, panel.said.title], ["no branches here", "at rest"]);
+  assert.deepEqual([panel.note.textContent, panel.note.title], ["no branches here", "at rest"]);
 });
 
 test("a hand over a sweep moves its parameter, and the line stands at the setting", () => {
@@ -312,7 +312,7 @@ function envelope() {
   const own = setUp("envelope");
   own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900 }, highest: 2500, most: 15, share: 0, pull_in_of: "membrane" }, { frequency: Float32Array.of(), window: Float32Array.of(), "limit pull-in": Float32Array.of() });
   own.panel.redrawOver();
-  const first = [texts(own.p.context).includes("pull-in of the membrane, slowly"), own.panel.words.textContent];
+  const first = [texts(own.p.context).includes("static pull-in of the membrane"), own.panel.words.textContent];
   forget(own.p.context);
   own.grids.message({ kind: "envelope", id: own.id(), limits: ["pull-in"], static: { "pull-in": 1900, none: null }, highest: 2500, most: 15, share: 0.42, pull_in_of: "membrane" }, { frequency: Float32Array.of(5, 10, 15), window: Float32Array.of(2000, 1000, 2000), "limit pull-in": Float32Array.of(2400, 1200, NaN) });
   const half = [own.said(), own.panel.running, own.panel.verdict(7.5, 1499)];
@@ -323,8 +323,8 @@ function envelope() {
 
 test("an envelope grows: limits without a motion first, then a window as far as it is known", () => {
   const { first, half } = envelope();
-  assert.deepEqual(first, [true, "own drive: 10 Hz, peak 1800 V …"]);
-  assert.deepEqual(half, ["42 %", true, "own drive: 7.5 Hz, peak 1499 V; so far the window ends at 1500 V"]);
+  assert.deepEqual(first, [true, "drive: 10 Hz, peak 1800 V …"]);
+  assert.deepEqual(half, ["42 %", true, "drive: 7.5 Hz, peak 1499 V; so far the window ends at 1500 V"]);
 });
 
 test("an envelope shows its window and limits at their frequencies and voltages, and says what they are", () => {
@@ -334,7 +334,7 @@ test("an envelope shows its window and limits at their frequencies and voltages,
   [[5, 2000], [10, 1000], [15, 2000]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.taut)[k][0], p.X(f)) && near(line(LIGHT.taut)[k][1], p.Y(v))));
   [[5, 2400], [10, 1200]].forEach(([f, v], k) => assert.ok(near(line(LIGHT.breakdown)[k][0], p.X(f)) && near(line(LIGHT.breakdown)[k][1], p.Y(v))));
   assert.ok(line(LIGHT.edge).every(([, y]) => near(y, p.Y(1900))) && line(LIGHT.edge).length === 2);
-  for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in of the membrane", "pull-in of the membrane, slowly", "recommended"]) assert.ok(texts(p.context).includes(text), text);
+  for (const text of ["drive frequency (Hz)", "peak voltage (V)", "pull-in of the membrane", "static pull-in of the membrane", "recommended"]) assert.ok(texts(p.context).includes(text), text);
   assert.ok(near(p.toX(p.right), 15) && near(p.toY(p.top), 2500) && near(p.toY(p.bottom), 0));
 });
 
@@ -342,11 +342,11 @@ test("the device's own drive is where its peak is, and is said to be inside or a
   const { panel, p } = envelope();
   panel.redrawOver();
   assert.ok(near(placed(p, "ring")[0], p.X(10), 0.01) && near(placed(p, "ring")[1], p.Y(1800), 0.01));
-  assert.equal(panel.words.textContent, "own drive: 10 Hz, peak 1800 V: above the window (1000 V)");
+  assert.equal(panel.words.textContent, "drive: 10 Hz, peak 1800 V: above the window (1000 V)");
   assert.match(panel.verdict(7.5, 1499), /inside the window \(up to 1500 V\)/);
   assert.match(panel.verdict(7.5, 1501), /above the window \(1500 V\)/);
   assert.match(panel.verdict(2, 1999), /inside the window \(up to 2000 V\)/);
-  assert.match(panel.verdict(16, 1), /beyond what is examined/);
+  assert.match(panel.verdict(16, 1), /above the frequencies examined/);
 });
 
 test("the device's own drive is in volts and hertz, whatever the units and the sign of the offset", () => {
@@ -465,7 +465,7 @@ test("names in an envelope stand apart and inside of it, with limits beyond its 
   forget(p.context);
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
   const names = p.context.calls.filter((c) => c.name === "fillText" && /pull-in|slack|onset|pitchfork/.test(c.args[0])).map((c) => c.args);
-  assert.deepEqual(names.map(([text]) => text), ["pull-in of the cone", "hoop slack", "onset of rest", "pull-in of the cone, slowly", "hoop slack, slowly"]);
+  assert.deepEqual(names.map(([text]) => text), ["pull-in of the cone", "hoop slack", "onset of rest", "static pull-in of the cone", "static hoop slack"]);
   for (const [text, x, y] of names) assert.ok(x >= p.left && x <= p.right && y >= p.top - 10 && y <= p.bottom, text);
   names.forEach(([text, x, y], k) => { for (const [other, u, v] of names.slice(0, k)) assert.ok(Math.abs(y - v) > 10 || x !== u, `${text}, ${other}`); });
   assert.equal(p.context.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.edge && c.dash.length).length, 2);

@@ -181,7 +181,7 @@ export function browser(hash = "", search = "?token=secret") {
   return root;
 }
 
-// Runs what was put off: pictures, or timers of at most so many milliseconds.
+// Runs what was put off: pictures, or timers of at most the given milliseconds.
 export function draw(now = (page.moment += 100)) { for (const does of page.frames.splice(0)) does(now); }
 export function wait(most) { for (const [k, timer] of [...page.timers.entries()]) if (timer && timer.wait <= most) { page.timers[k] = null; timer.does(); } }
 

@@ -146,8 +146,8 @@ test("where a run ends before its time there is a cross, and why", () => {
 
 test("a run that had to be cut says so", () => {
   const said = (words) => texts(panel(timePanel, { a: look({ words: { ended: "", period: 20, shares: [], ...words } }) }).context);
-  assert.ok(said({ shown: 3.512, cut: true }).some((text) => text.startsWith("the first 3.5 periods")));
-  assert.ok(!said({ shown: 20, cut: false }).some((text) => text.startsWith("the first")));
+  assert.ok(said({ shown: 3.512, cut: true }).some((text) => text.startsWith("only the first 3.5 periods")));
+  assert.ok(!said({ shown: 20, cut: false }).some((text) => text.startsWith("only the first")));
 });
 
 test("the spectrum is that of its frequencies on a logarithmic axis, with its lines", () => {
@@ -160,11 +160,18 @@ test("the spectrum is that of its frequencies on a logarithmic axis, with its li
   for (const text of ["10⁰", "10⁻⁴", "frequency (Hz)", "amplitude (mm)"]) assert.ok(texts(p.context).includes(text), text);
 });
 
+test("the lines of two settings at one place both show: a dot below a smaller square", () => {
+  const spectrum = { frequency: Float32Array.of(0, 10), amplitude: Float32Array.of(1, 1), line: Float32Array.of(10), height: Float32Array.of(1), top: 80 };
+  const p = panel(spectrumPanel, { a: look({ spectrum }), b: look({ spectrum }) }), { calls } = p.context;
+  const dot = calls.findIndex((c) => c.name === "arc" && c.fillStyle === LIGHT.a), square = calls.findIndex((c) => c.name === "fillRect" && c.fillStyle === LIGHT.b);
+  assert.ok(dot >= 0 && square > dot && calls[square].args[2] < 2 * calls[dot].args[2]);
+});
+
 test("a motion without a spectrum says why", () => {
   const said = (own) => texts(panel(spectrumPanel, { a: own }).context).at(-1);
   assert.equal(said(look({ words: { ended: "pulled in" } })), "A motion that ends has no spectrum.");
-  assert.match(said(look()), /stands still|under way/);
-  assert.match(said(look({ spectrum: { amplitude: Float32Array.of(NaN) } })), /stands still|under way/);
+  assert.match(said(look()), /stands still|being computed/);
+  assert.match(said(look({ spectrum: { amplitude: Float32Array.of(NaN) } })), /stands still|being computed/);
 });
 
 test("statics: stable and unstable equilibria, marks, the settled motion, and a dot at the voltage now", () => {
@@ -182,7 +189,7 @@ test("statics: stable and unstable equilibria, marks, the settled motion, and a 
   assert.ok(near(placed(p, "a")[0], p.X(250), 0.1) && near(placed(p, "a")[1], p.Y(3), 0.1));
   const one = panel(staticsPanel, { a: look({ statics: { ...statics, swing: [200, 700] }, extent: [1, 3] }) });
   assert.ok(near(one.context.calls.find((c) => c.name === "fillRect" && near(c.globalAlpha, 0.12)).args[0], one.X(200)));
-  assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /under way/);
+  assert.match(texts(panel(staticsPanel, { a: look() }).context).at(-1), /Computing the equilibria/);
 });
 
 test("pull-in is that of the film which pulls in, and a drive below zero has its room, too", () => {
@@ -377,8 +384,9 @@ test("a hand takes the disc and lets it go at its place, and the gauge; a frame 
   done.length = 0;
   put("pointerdown", x, y, { button: 2 }); put("pointermove", x, y - 50); put("pointerdown", 3, 3); put("pointermove", 3, 50); put("pointerup", 3, 50);
   assert.deepEqual(done, []);
-  put("pointerdown", gauge.box[0] + 1, gauge.box[3]); put("pointermove", gauge.box[0], (gauge.box[1] + gauge.box[3]) / 2); put("pointercancel", 0, 0);
-  assert.deepEqual(done.map(([kind, share, settled]) => [kind, Number(share.toFixed(6)), settled]), [["volts", Number(gauge.value((gauge.box[1] + gauge.box[3]) / 2).toFixed(6)), false], ["volts", Number(gauge.value((gauge.box[1] + gauge.box[3]) / 2).toFixed(6)), true]]);
+  const quarter = 0.75 * gauge.box[1] + 0.25 * gauge.box[3]; // from the top of -1000 to 2000 V: 1250 V
+  put("pointerdown", gauge.box[0] + 1, gauge.box[3]); put("pointermove", gauge.box[0], quarter); put("pointercancel", 0, 0);
+  assert.deepEqual(done.map(([kind, share, settled]) => [kind, Number(share.toFixed(6)), settled]), [["volts", 0.625, false], ["volts", 0.625, true]]);
   assert.ok(own.held === null);
   own.w = 20;
   own.draw([{ about: ABOUT, height: 10, films: [0, 0], low: 0, high: 20, volts: [0, 100], voltage: 50, heightText: "", voltageText: "" }]);

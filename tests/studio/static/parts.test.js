@@ -82,7 +82,7 @@ function controls() {
   return { own, changes, root, row: (name) => own.rows.get(name) };
 }
 
-test("a slider's place is its value, both ways, and the number stands beside it", () => {
+test("a slider's place is its value, both ways, and the number stands next to it", () => {
   const { own, row, changes } = controls(), { slider, number } = row("voltage_amplitude");
   assert.deepEqual([slider.value, number.value], ["400", "800 V"]);
   slider.value = "750"; slider.oninput();
@@ -114,7 +114,7 @@ test("the value of a control is in its own unit", () => {
   assert.deepEqual([own.value("voltage_amplitude", {}), own.value("release_height", {}), own.value("none", {})], [800, null, null]);
 });
 
-test("a bare number is in the unit beside it, an empty field is the default, and other texts are sent as typed", () => {
+test("a bare number is in the unit next to it, an empty field is the default, and other texts are sent as typed", () => {
   const { row, changes } = controls(), { number } = row("voltage_amplitude");
   for (const [typed, sent] of [["900", "900 V"], [" 1e3 ", "1e3 V"], [".5", ".5 V"], ["1.2 kV", "1.2 kV"], ["", null], ["1,2 kV", "1,2 kV"]]) {
     number.value = typed; number.onchange();
@@ -145,7 +145,7 @@ test("a lock keeps a value until it is opened", () => {
   assert.deepEqual([changes.length, number.disabled], [1, false]);
 });
 
-test("an error stands beside its control, opens its group, and goes when all is well", () => {
+test("an error stands next to its control, opens its group, and goes when all is well", () => {
   const { own, row } = controls();
   own.fail("disc_radius", "too large");
   assert.deepEqual([row("disc_radius").error.hidden, row("disc_radius").error.firstChild.textContent, row("disc_radius").number.getAttribute("aria-invalid")], [false, "too large", "true"]);
@@ -311,7 +311,7 @@ test("the slider goes through the whole run and holds it", () => {
   const own = clock({ a: RUN() });
   own.scrub.value = "250"; own.scrub.oninput();
   assert.deepEqual([own.at, own.playing, own.time()], [10, false, 10]);
-  own.at = 30; own.tell(1e6);
+  own.at = 30; own.write(1e6);
   assert.deepEqual([own.scrub.value, own.output.textContent], ["750", "30 ms"]);
   assert.equal(clock({}).time(), null);
 });
@@ -332,7 +332,7 @@ test("a place of the run is gone to and held, none before its begin or after its
 // --- words -----------------------------------------------------------------------------------------------------------
 
 const LEGEND = { regimes: [{ name: "rest", colour: "#777777" }, { name: "periodic", colour: "#0072b2" }, { name: "quasi-periodic", colour: "#009e73" }, { name: "chaotic", colour: "#d55e00" }] };
-const FILM = ["taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown", "near its stretch limit"];
+const FILM = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit"];
 
 function badge(words, more = {}, about = {}) {
   browser();
@@ -344,7 +344,7 @@ function badge(words, more = {}, about = {}) {
 
 test("the badge tells a first impression from a verdict, with the colour of its kind", () => {
   const first = badge({});
-  assert.deepEqual([first.kind, first.evidence, first.row.kind.style.background], ["Seems to repeat …", "first impression; the evidence is under way", ""]);
+  assert.deepEqual([first.kind, first.evidence, first.row.kind.style.background], ["Seems to repeat …", "first impression; the evidence is being computed", ""]);
   const sure = badge({}, { lines: ["chaotic", "one", "two"], regime: 3 });
   assert.deepEqual([sure.kind, sure.evidence, sure.row.kind.style.background, sure.row.kind.style.color], ["Chaotic", "one · two", "#d55e00", "#ffffff"]);
   const ended = badge({ ended: "pulled in", seems: "the film pulls in after 3 ms" }, { lines: ["x"], regime: 1 });
@@ -355,7 +355,7 @@ test("the first line has the numbers in their order, those of an older setting p
   const numbers = (...own) => new Map(own.map((one) => [one.name, one]));
   const { row } = badge({}, { numbers: numbers({ name: "lag", place: 2, text: "7.45°" }, { name: "stroke", place: 0, text: "14.7 mm" }, { name: "current", place: 3, text: "-79.1 uA", old: true }) });
   assert.deepEqual(row.numbers.parts.map((own) => [own.textContent, own.className]), [["stroke 14.7 mm", "number"], ["lag 7.45°", "number"], ["current −79.1 µA", "number old"]]);
-  assert.equal(badge({}).row.numbers.textContent, "the settled motion is under way …");
+  assert.equal(badge({}).row.numbers.textContent, "computing the settled motion …");
   assert.match(badge({}, { late: "the evidence takes more than 30 s" }).row.numbers.textContent, /first impression only: the evidence takes more than 30 s/);
   const known = badge({}, { late: "the evidence takes more than 30 s", numbers: new Map([["pull-in", { name: "pull-in", place: 6, text: "2 kV", value: 2 }]]) }).row.numbers.textContent;
   assert.match(known, /pull-in 2 kV.*first impression only/); // what is known of other drives does not hide why
@@ -389,15 +389,15 @@ test("the badge says whether the model holds", () => {
     [{}, {}, "the model holds: film taut throughout", true],
     [{}, { strength: false }, "the model holds: film taut throughout; dielectric strength unknown", true],
     [{}, { strength: false, si: false }, "the model holds: film taut throughout", true],
-    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, {}, "the model does not hold: film slack around 60 % of the time", false],
-    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, { wrinkles: true }, "the model holds: film slack around 60 %, as it may be", true],
-    [{ shares: [{ code: 1, share: 0.9999 }, { code: 4, share: 0.001 }] }, { wrinkles: true }, "the model does not hold: film above breakdown under 1 % of the time", false],
+    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, {}, "the model does not hold: film hoop slack 60 % of the time", false],
+    [{ shares: [{ code: 0, share: 0.4 }, { code: 1, share: 0.6 }] }, { wrinkles: true }, "the model holds: film hoop slack 60 % (allowed for this film)", true],
+    [{ shares: [{ code: 1, share: 0.9999 }, { code: 4, share: 0.001 }] }, { wrinkles: true }, "the model does not hold: film above breakdown < 1 % of the time", false],
     [{ shares: [{ code: 5, share: 1 }] }, {}, "the model does not hold: film near its stretch limit all of the time", false],
     [{ ended: "pulled in" }, {}, "the model holds until then only: film taut throughout", false],
   ];
   for (const [words, about, text, holds] of cases) {
     const found = badge(words, {}, about);
-    assert.equal(found.valid.replace(" of the time, as", ", as"), text);
+    assert.equal(found.valid.replace(" of the time (", " ("), text);
     assert.equal(found.holds, holds, text);
   }
 });
@@ -441,17 +441,17 @@ test("the token is that of the address, or the one that the tab remembers", () =
 
 test("a connection numbers its requests, and comes back ever later when it is lost", () => {
   browser();
-  const told = [], link = new Link("a b", { opened: () => told.push("opened"), lost: () => told.push("lost"), message: (...given) => told.push(given) });
+  const received = [], link = new Link("a b", { opened: () => received.push("opened"), lost: () => received.push("lost"), message: (...given) => received.push(given) });
   const [socket] = Socket.all;
   assert.equal(socket.url, "ws://127.0.0.1:9/ws?token=a%20b");
   assert.equal(link.ask("hello"), null);
   socket.open();
-  assert.deepEqual([link.ask("hello"), link.ask("look", { side: "a" }), told], [1, 2, ["opened"]]);
+  assert.deepEqual([link.ask("hello"), link.ask("look", { side: "a" }), received], [1, 2, ["opened"]]);
   assert.deepEqual(socket.sent, [{ kind: "hello", id: 1 }, { kind: "look", id: 2, side: "a" }]);
   socket.give({ kind: "response" }, { x: Float32Array.of(1) });
-  assert.deepEqual([told[1][0].kind, [...told[1][1].x]], ["response", [1]]);
+  assert.deepEqual([received[1][0].kind, [...received[1][1].x]], ["response", [1]]);
   socket.close();
-  assert.equal(told.at(-1), "lost");
+  assert.equal(received.at(-1), "lost");
   const waits = [];
   for (let k = 0; k < 6; k++) { waits.push(page.timers.at(-1).wait); wait(1e9); Socket.all.at(-1).close(); }
   assert.deepEqual(waits, [300, 600, 1200, 2400, 3000, 3000]);

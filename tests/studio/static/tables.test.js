@@ -75,19 +75,19 @@ function clockOf(looks) { browser(); return new Clock({ play: $("play"), scrub: 
 test("the time is in milliseconds up to two seconds, then in seconds, and a number without units", () => {
   for (const [end, at, si, text] of [[40, 30, true, "30 ms"], [1999, 1000, true, "1000 ms"], [2000, 1500, true, "1.50 s"], [9000, 4321, true, "4.32 s"], [40, 12.345, false, "time 12.3"], [9000, 4321, false, "time 4320"]]) {
     const own = clockOf({ a: run(end, { about: { si } }) });
-    own.at = at; own.playing = false; own.tell(1e6);
+    own.at = at; own.playing = false; own.write(1e6);
     assert.deepEqual([own.output.textContent, own.scrub.getAttribute("aria-valuetext"), Number(own.scrub.value)], [text, text, (1000 * at) / end]);
   }
 });
 
 test("while it plays the text changes at most every 120 ms, while it stands always", () => {
   const own = clockOf({ a: run(40) });
-  own.playing = true; own.at = 10; own.tell(1000);
-  own.at = 20; own.tell(1119);
+  own.playing = true; own.at = 10; own.write(1000);
+  own.at = 20; own.write(1119);
   assert.equal(own.output.textContent, "10 ms");
-  own.tell(1120);
+  own.write(1120);
   assert.equal(own.output.textContent, "20 ms");
-  own.playing = false; own.at = 30; own.tell(1121);
+  own.playing = false; own.at = 30; own.write(1121);
   assert.equal(own.output.textContent, "30 ms");
 });
 
@@ -146,7 +146,7 @@ test("a file is asked for with what it is of, in every format", () => {
   for (const [top, what] of [["time", "simulate"], ["spectrum", "spectrum"]]) { state.top = top; saver.show(); assert.equal(saver.what.value, what); }
   for (const preset of [null, "base"]) { page.setting = () => ({ device: null, preset }); saver.show(); assert.deepEqual([saver.device.disabled, saver.what.querySelector('[value="envelope"]').hidden], [Boolean(preset), Boolean(preset)]); }
   saver.id = 4; saver.codeId = 5;
-  assert.deepEqual([saver.failed({ id: 3, message: "no" }), saver.failed({ id: 5, message: "odd" }), saver.said.textContent], [false, true, "odd"]);
+  assert.deepEqual([saver.failed({ id: 3, message: "no" }), saver.failed({ id: 5, message: "odd" }), saver.status.textContent], [false, true, "odd"]);
 });
 
 test("a file is handed over under its name, with the type of its ending", async () => {
@@ -206,11 +206,11 @@ test("tokens and addresses of a studio", () => {
 
 test("shares of the time in the badge, and differences between two settings", () => {
   browser();
-  const film = ["taut", "slack around", "slack from rim to disc", "slack both ways", "above breakdown", "near its stretch limit"], own = new Badge($("badges"));
+  const film = ["taut", "hoop slack", "meridian slack", "slack in both directions", "above breakdown", "near its stretch limit"], own = new Badge($("badges"));
   const look = (more, about = {}) => ({ words: { shares: [], seems: "seems to repeat", ended: "", ...more }, about: { film, wrinkles: true, si: true, strength: true, ...about } });
-  for (const [share, text] of [[0.004, "under 1 %"], [0.01, "1 %"], [0.344, "34 %"], [0.99, "99 %"], [0.9996, "all"]]) {
+  for (const [share, text] of [[0.004, "< 1 %"], [0.01, "1 %"], [0.344, "34 %"], [0.99, "99 %"], [0.9996, "all"]]) {
     own.show("a", look({ shares: [{ code: 2, share }] }), { regimes: [] });
-    assert.equal(own.rows.get("a").valid.textContent, `the model holds: film slack from rim to disc ${text} of the time, as it may be`);
+    assert.equal(own.rows.get("a").valid.textContent, `the model holds: film meridian slack ${text} of the time (allowed for this film)`);
   }
   for (const code of [0, 1, 2, 3, 4, 5]) for (const wrinkles of [true, false]) {
     own.show("a", look({ shares: [{ code, share: 0.5 }] }, { wrinkles }), { regimes: [] });

@@ -1,10 +1,10 @@
-// The whole state of the page as the part of its address behind the #.
+// The state of the page, as the part of its address after the #.
 const KEYS = ["device", "preset", "file"];
-// What each part of the page may show, the usual one first.
+// The views that each part of the page may show, the default first.
 const PAGE = { periods: ["20", "5", "60", "200"], top: ["time", "spectrum"], left: ["portrait", "statics"], right: ["map", "strip", "envelope"], view: ["kind", "exponent", "stroke"], motion: ["settled", "start"] };
 const USUAL = Object.fromEntries(Object.entries(PAGE).map(([name, [usual]]) => [name, usual]));
-const MOST_LOCKS = 60; // as many as the server takes values
-const SHOWN = 24; // characters of a value in a sentence
+const MOST_LOCKS = 60; // the server accepts this many values
+const SHOWN = 24; // most characters of a value in a message
 
 /**
  * What is shown: a device or preset by its name, or the text of a device file; and values by the names of controls.
@@ -16,7 +16,7 @@ const SHOWN = 24; // characters of a value in a sentence
  *   locked: string[], odd: string[], periods: string, top: string, left: string, right: string, view: string, motion: string}} State
  */
 
-// The state of an address, and in ``odd`` a sentence for each part that was not understood.
+// The state in an address; ``odd`` holds a sentence for each part that was not understood.
 /** @param {string} text @param {string} start a device for an address without one @returns {State} */
 export function read(text, start) {
   const given = new URLSearchParams(text.replace(/^#/, ""));

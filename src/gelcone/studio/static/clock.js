@@ -1,9 +1,9 @@
-// The player: where in the run the picture is, and how fast it goes.
+// The player: the time shown, and the speed.
 import { format, icon, say } from "./controls.js";
 import { placeAt, sceneOf } from "./scene.js";
 
 const PLAY = "M4 3v12l9-6z", PAUSE = "M5 3v12M11 3v12";
-const TOLD = 120; // ms between changes of slider and text while it plays: each lays out the page
+const TEXT_EVERY = 120; // ms between updates of slider and text while playing: each lays out the page
 const SECONDS = [8, 4, 2, 1, 0.5];
 
 export class Clock {
@@ -11,8 +11,8 @@ export class Clock {
   /** @type {any} */ looks; /** @type {() => void} */ wakes; moved = false; /** @type {string | undefined} */ key;
 
   constructor({ play, scrub, output, speed }, looks) {
-    Object.assign(this, { play, scrub, output, speed, looks, wakes: () => {} }); // wakes(): there is something to draw
-    this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.told = 0;
+    Object.assign(this, { play, scrub, output, speed, looks, wakes: () => {} }); // wakes(): asks for a new picture
+    this.at = 0; this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches; this.before = null; this.written = 0;
     play.onclick = () => { this.playing = !this.playing; if (this.playing && this.at >= this.length()) this.at = 0; this.button(); this.wakes(); };
     scrub.oninput = () => { this.playing = false; this.button(); this.at = (scrub.value / 1000) * this.length(); this.moved = true; this.wakes(); };
     this.button();
@@ -23,7 +23,7 @@ export class Clock {
     this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
   }
 
-  // Holds at a time of the run.
+  // Pauses at a time of the run.
   goTo(time) {
     this.playing = false; this.button();
     this.at = Math.min(Math.max(time, 0), this.length()); this.moved = true; this.wakes();
@@ -35,7 +35,7 @@ export class Clock {
 
   length() { return Math.max(0, ...["a", "b"].map((side) => this.looks[side]).map((look) => (look?.t ? this.scene(look).t.at(-1) : 0))); }
 
-  // The speeds to choose from, once it is known how long a period is; with seconds known, how much slower than real.
+  // Offers the speeds for a period in ms; with SI units as factors of real time.
   speeds(period, si) {
     const key = `${format(period, 3)} ${si}`;
     if (key === this.key) return;
@@ -60,15 +60,15 @@ export class Clock {
     }
     this.before = now;
     if (this.at <= length) return;
-    if (look.words.ended) { this.at = length; this.playing = false; this.button(); } // a scene that plays once, and holds
+    if (look.words.ended) { this.at = length; this.playing = false; this.button(); } // a run that ended plays once
     else this.at %= length || 1;
   }
 
-  // Slider and text.
-  tell(now) {
+  // Updates slider and text.
+  write(now) {
     const length = this.length();
-    if (this.playing && now - this.told < TOLD) return;
-    this.told = now;
+    if (this.playing && now - this.written < TEXT_EVERY) return;
+    this.written = now;
     this.scrub.value = String((1000 * this.at) / (length || 1));
     this.scrub.style.setProperty("--fill", `${this.scrub.value / 10}%`);
     const text = this.look().about.si ? (length >= 2000 ? `${(this.at / 1000).toFixed(2)} s` : `${this.at.toFixed(0)} ms`) : `time ${format(this.at, 3)}`;
@@ -78,8 +78,8 @@ export class Clock {
 
   time() { return this.look()?.t ? this.at : null; }
 
-  // The state of what is shown of a look at this time, between its samples; null where the run has ended. Of each film
-  // its state, thickness and field.
+  // The state of a look at the time shown, interpolated, with state, thickness and field of each film; null after the end
+// of the run.
   state(look) {
     if (!look.t) return null;
     const scene = this.scene(look), [k, f] = placeAt(scene, this.at), next = Math.min(k + 1, scene.t.length - 1);

@@ -1,4 +1,4 @@
-// The page's colours, read from the style sheet once a theme.
+// The page's colours, read from the style sheet once per theme.
 const NAMES = ["bg", "panel", "ink", "soft", "line", "field", "edge", "a", "b", "accent", "taut", "around", "meridian", "both", "breakdown", "limit", "steel"];
 /** @type {any} Colours by name, those of the film's states in ``film``, and whether it is ``dark``. */
 let palette = null;
@@ -24,14 +24,14 @@ export function rgb(hex) {
   return [n >> 16, (n >> 8) & 255, n & 255];
 }
 
-// Black or white, whichever reads better on a colour.
+// The text colour, black or white, that reads better on a colour.
 /** @param {string} hex @returns {string} */
 export function onto(hex) {
   const [r, g, b] = rgb(hex);
   return 0.299 * r + 0.587 * g + 0.114 * b > 150 ? "#10151b" : "#ffffff";
 }
 
-// Between two colours, as a CSS colour.
+// A mixture of two colours, as a CSS colour.
 /** @param {string} one @param {string} other @param {number} share of the other @returns {string} */
 export function mix(one, other, share) {
   const p = rgb(one), q = rgb(other);

@@ -1,14 +1,14 @@
-// The cone in cross-section and in perspective: coloured by the film's state, brighter under a stronger field and drawn
-// thinner where it is thinner, with a trail of its heights. A hand takes the disc, or the voltage.
+// The cone in cross-section and in perspective. Colours show the film's state, brightness its field, line width its
+// thickness, and a trail the recent heights. The disc and the voltage gauge can be dragged.
 import { colours, mix, rgb } from "./colours.js";
 
 const SECTORS = 64, RINGS = 5, TILT = 0.4;
 const GAUGE = 46;
-const SEEN_THROUGH = 0.7; // of the upper of two films
+const SEEN_THROUGH = 0.7; // opacity of the upper of two films
 const AROUND = 1, MERIDIAN = 2, BOTH = 3;
-const GRIP = 12; // px around the disc and the gauge within which a hand takes them
-const THICK = 5, THINNEST = 1.5; // px of a film in cross-section without stretch, and at least
-const NAMES = 40; // px below two cones for their names
+const GRIP = 12; // px around disc and gauge within which a drag takes hold of them
+const THICK = 5, THINNEST = 1.5; // line width in px of an unstretched film in cross-section, and the least
+const NAMES = 40; // px for the names below two cones
 
 export class Cone {
   /** @type {HTMLCanvasElement} */ canvas; /** @type {CanvasRenderingContext2D} */ context; /** @type {() => void} */ wakes;
@@ -17,7 +17,7 @@ export class Cone {
 
   // small: a picture of the cone alone, without section, gauge and texts.
   constructor(canvas, small = false) {
-    // hands.disc(height, settled) and hands.volts(share of the highest voltage, settled) are called while a hand moves
+    // during a drag: hands.disc(height, settled) and hands.volts(share of the highest voltage, settled)
     Object.assign(this, { canvas, wakes: () => {}, hands: null, grips: [], held: null, foot: 0, small });
     this.context = canvas.getContext("2d", { alpha: false });
     new ResizeObserver(() => { this.fit(); this.changed = true; this.wakes(); }).observe(canvas);
@@ -27,7 +27,7 @@ export class Cone {
     this.fit();
   }
 
-  // What a hand would take at a place: the disc, or the gauge of the voltage.
+  // The part that can be dragged at a place (disc or voltage gauge), and the height of the place.
   grip(event) {
     const r = this.canvas.getBoundingClientRect(), x = event.clientX - r.left, y = event.clientY - r.top;
     return [this.grips.find(({ box: [x0, y0, x1, y1] }) => x >= x0 - GRIP && x <= x1 + GRIP && y >= y0 - GRIP && y <= y1 + GRIP), y];
@@ -60,7 +60,7 @@ export class Cone {
     this.context.fillRect(0, 0, this.canvas.width, this.canvas.height);
   }
 
-  // sides: for each setting {about, height, voltage, films, low, high, volts}; heights in the unit of about.rim.
+  // sides: {about, height, voltage, films, low, high, volts} of each setting; heights in the unit of about.rim.
   draw(sides) {
     const g = this.context, { w, h } = this;
     if (!w || !h) return;
@@ -72,7 +72,7 @@ export class Cone {
     if (this.small) return this.perspective(sides[0], w, h, this.scale(sides[0]), "");
     const halves = sides.length > 1 ? sides.map((side) => ["perspective", side]) : [["section", sides[0]], ["perspective", sides[0]]];
     const common = Math.min(...halves.map(([, side]) => this.scale(side)));
-    const apart = sides.length > 1 && sides[0].name !== sides[1].name; // two subjects: each in a scale of its own
+    const apart = sides.length > 1 && sides[0].name !== sides[1].name; // two subjects, each at its own scale
     const two = sides.length > 1, half = two ? w / 2 : (w - GAUGE) / 2;
     halves.forEach(([kind, side], k) => {
       g.save();
@@ -84,7 +84,7 @@ export class Cone {
     if (!two) this.gauge(sides[0], half + GAUGE / 2 - 4, h);
   }
 
-  // The heights that are seen: those of the disc and of the planes of the films.
+  // The highest and lowest height in the picture: of the disc and of the films' planes.
   reach(side) { return [Math.max(side.high, side.about.second ?? 0, 0.15 * side.about.rim), Math.min(side.low, side.about.second ?? 0, 0)]; }
 
   scale(side) {
@@ -104,7 +104,7 @@ export class Cone {
     g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([3, 4]);
     g.beginPath(); g.moveTo(cx - b - 16, y0); g.lineTo(cx + b + 16, y0); g.stroke(); g.setLineDash([]);
     const base = Math.min(h - 8, y0 + Math.max(0.42 * b, -side.low * scale + 26));
-    trail.forEach((own, k) => { // where the disc was, the longer ago the paler
+    trail.forEach((own, k) => { // earlier heights of the disc, paler with time
       g.globalAlpha = 0.3 * (1 - k / trail.length); g.fillStyle = c.accent;
       g.fillRect(cx - a, y0 - own * scale - 1, 2 * a, 2);
     });
@@ -123,11 +123,11 @@ export class Cone {
 
   block(x, y, w, h) { const g = this.context; g.beginPath(); g.roundRect(x, y, w, h, 2.5); g.fill(); }
 
-  // What acts on the disc besides the film, in outline: one or several of spring, weight, force, beam.
+  // Outlines of the biases that act on the disc: spring, weight, force, beam, second film.
   bias(side, cx, y0, base, y, a, b, scale) {
     const g = this.context, c = colours(), kinds = side.about.bias;
     g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
-    if (side.about.second !== null) { // the second film, flat where the disc is at that height
+    if (side.about.second !== null) { // the second film's plane is at this height
       const flat = y0 - side.about.second * scale;
       for (const sign of [-1, 1]) { this.filmLine(cx + sign * b, flat, cx + sign * a, y, side.films[1], side.thin?.[1], side.field?.[1], side.shapes?.[1]); this.block(cx + sign * b - 6, flat - 7, 12, 14); }
       g.strokeStyle = g.fillStyle = c.edge; g.lineWidth = 1.6;
@@ -154,7 +154,7 @@ export class Cone {
     const waves = film === MERIDIAN || film === BOTH ? 3 : 0;
     const nx = y1 - y0, ny = x0 - x1, length = Math.hypot(nx, ny) || 1, n = 48;
     g.strokeStyle = lit(c.film[film], field); g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1), THINNEST), 2 * THICK); g.lineCap = "round"; g.lineJoin = "round";
-    g.setLineDash(film === AROUND || film === BOTH ? [10, 8] : []); // distinguished by more than its colour
+    g.setLineDash(film === AROUND || film === BOTH ? [10, 8] : []); // a second cue besides colour
     g.beginPath();
     for (let i = 0; i <= n; i++) {
       const s = i / n, sway = waves ? 3.2 * Math.sin(2 * Math.PI * waves * s) * Math.sin(Math.PI * s) : 0;
@@ -164,7 +164,7 @@ export class Cone {
     g.lineCap = "butt";
   }
 
-  // A membrane with its own profile: each ring as thick, as bright by its field and as wrinkled as it is.
+  // A membrane with its own profile: each ring with its thickness, field and wrinkles.
   meridian(x0, y0, x1, y1, film, thin, field, shape) {
     const g = this.context, c = colours(), [disc] = shape, rim = shape.at(-1), most = Math.max(...shape.map((ring) => ring.stretch));
     const at = ({ radius, rise }) => [x1 + ((radius - disc.radius) / (rim.radius - disc.radius)) * (x0 - x1), y0 + rise * (y1 - y0)];
@@ -173,7 +173,7 @@ export class Cone {
       const one = shape[k], next = shape[k + 1], stretch = 0.5 * (one.stretch + next.stretch), wrinkled = one.wrinkled && next.wrinkled;
       g.strokeStyle = lit(c.film[ringState(film, wrinkled)], field * (stretch / most));
       g.lineWidth = Math.min(Math.max(THICK * (thin > 0 ? thin : 1) * (disc.stretch / stretch), THINNEST), 2 * THICK);
-      g.setLineDash(wrinkled ? [3, 5] : []); // distinguished by more than its colour
+      g.setLineDash(wrinkled ? [3, 5] : []); // a second cue besides colour
       g.beginPath(); g.moveTo(...at(one)); g.lineTo(...at(next)); g.stroke();
     }
     g.setLineDash([]); g.lineCap = "butt";
@@ -202,7 +202,7 @@ export class Cone {
     g.fillStyle = c.dark ? "rgba(0,0,0,0.35)" : "rgba(20,30,45,0.08)";
     g.beginPath(); g.ellipse(cx, y0 + 9, b * scale * 1.06, b * scale * TILT * 1.06, 0, 0, 7); g.fill();
     const rim = (z, from, to) => { g.lineWidth = Math.min(7, 0.06 * w); g.strokeStyle = c.steel; ring(b * 1.02, z, from, to); g.stroke(); };
-    // half of a film between its rim at the height ``flat`` and the disc
+    // the front or back half of a film between its rim at the height ``flat`` and the disc
     const quads = (film, flat, front, field, shape) => {
       const slack = film >= MERIDIAN && film <= BOTH, own = slack || !shape ? null : shape.filter((_, k) => k % 2 === 0).reverse();
       const rings = own ? own.length - 1 : slack ? RINGS : 1, rise = height - flat, slope = Math.atan2(rise, b - a);
@@ -249,7 +249,8 @@ export class Cone {
     }
   }
 
-  // Light from the upper left; slack film is pleated: from rim to disc where it is slack around, in rings otherwise.
+  // The colour of a facet, lit from the upper left. Slack film is pleated: radially under hoop slack, in rings under
+  // meridian slack.
   shade(film, angle, slope, sector, ring, front, field) {
     const c = colours(), light = 0.5 + 0.5 * Math.cos(angle + 2.3) * Math.sin(slope + 0.5);
     let share = (front ? 0 : 0.12) + 0.5 * (1 - light);
@@ -259,10 +260,10 @@ export class Cone {
   }
 }
 
-// The state of a ring of a membrane: wrinkled or not, unless the whole film is above breakdown or near its limit.
+// The state of a ring of a membrane: wrinkled or taut, unless the whole film is above breakdown or near its limit.
 function ringState(film, wrinkled) { return film > BOTH ? film : wrinkled ? AROUND : 0; }
 
-// A colour, brighter the nearer the field is to breakdown, or to the largest of the motion where that is unknown.
+// A colour, brightened with the field's share of breakdown (of the motion's largest field where that is unknown).
 function lit(colour, field) {
   const share = Math.min(Math.max(field || 0, 0), 1), [r, g, b] = rgb(colour);
   return `#${[r, g, b].map((v) => Math.round(v + (255 - v) * 0.55 * share * share).toString(16).padStart(2, "0")).join("")}`;

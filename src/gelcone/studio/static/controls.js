@@ -1,11 +1,11 @@
-// The controls of a setting: slider, number with unit, reset, lock; choices. They come from the server's list.
+// The controls of a setting, from the server's list: slider, number with unit, reset and lock, or a choice.
 /**
  * A control as the server describes it.
  * @typedef {{name: string, label: string, group: string, kind: string, value: number | string | null, about: string, unit: string,
  *   low: number, high: number, choices: string[], powers: Record<string, number>}} Control
  */
 const STEPS = 1000;
-const NONE = "none"; // the choice of what a device does not have
+const NONE = "none"; // choice for a part that the device does not have
 const SHAPES = {
   reset: "M4 4v4h4M4.6 8A6 6 0 1 1 4 11",
   lock: "M5 9V6.5a3 3 0 0 1 6 0V9M3.5 9h9v6h-9z",
@@ -31,14 +31,14 @@ export function make(tag, properties = {}, ...children) {
   return element;
 }
 
-// Writes a text, and as a title too, unless it stands there: the page is laid out again for each.
+// Writes a text, optionally also as the title, only if it has changed: each write lays out the page.
 export function say(element, text, titled = false) {
   if (element.textContent === text) return;
   element.textContent = text;
   if (titled) element.title = text;
 }
 
-// A number to so many digits, without trailing zeros and without an exponent where one can do without.
+// A number with the given significant digits, without trailing zeros, with an exponent only if very large or small.
 /** @param {number} value @param {number} digits @returns {string} */
 export function format(value, digits = 4) {
   if (!Number.isFinite(value)) return "";
@@ -46,11 +46,11 @@ export function format(value, digits = 4) {
   return Math.abs(text) >= 1e6 || (text !== 0 && Math.abs(text) < 1e-4) ? text.toExponential() : String(text);
 }
 
-// A text as it is printed: with true minus signs and micro.
+// A text for display, with proper signs for minus, micro and powers.
 /** @type {(text: string) => string} */
 export const typeset = (text) => text.replace(/-(?=[\d.])/g, "−").replace(/(?<=\d ?)u(?=[A-Za-z])/g, "µ").replace(/\^([23])/g, (_, n) => (n === "2" ? "²" : "³"));
 
-// The same back: what a reader types or copies, as the server reads it.
+// The inverse of typeset: typed or copied text in the form that the server reads.
 /** @type {(text: string) => string} */
 export const plain = (text) => text.replace(/[−–]/g, "-").replace(/[µμ]/g, "u").replace(/²/g, "^2").replace(/³/g, "^3").replace(/\u00a0/g, " ");
 
@@ -59,14 +59,14 @@ export class Controls {
   /** @type {(name: string, text: string | null, settled: boolean) => void} */ changed; /** @type {() => void} */ relocked;
   /** @type {Control[]} */ list; /** @type {Map<string, any>} */ rows; /** @type {Set<string>} */ locked;
 
-  // changed(name, text or null for the default, settled): a value was set; settled once the user let go.
-  // relocked(): a lock was set or opened.
+  // changed(name, text or null for the default, settled): a value was set; settled once the slider is released.
+  // relocked(): a lock was set or removed.
   constructor({ drive, groups, group, general, changed, relocked = () => {} }) {
     Object.assign(this, { drive, groups, group, general, changed, relocked });
     this.list = []; this.rows = new Map(); this.shown = new Map(); this.locked = new Set(); this.open = null;
   }
 
-  // Shows a list of controls with the values set so far; rows are kept where nothing about them is new.
+  // Shows a list of controls with their values; rebuilds the rows only if the list is new.
   show(list, values) {
     const key = JSON.stringify(list);
     if (key !== this.key) { this.key = key; this.list = list; this.build(); }
@@ -74,7 +74,7 @@ export class Controls {
     this.values(values);
   }
 
-  // Shows the values set so far; what is shown already costs nothing.
+  // Shows the values; unchanged ones cost nothing.
   values(values) {
     for (const control of this.list) {
       const text = values[control.name];
@@ -143,7 +143,7 @@ export class Controls {
   /** @param {Control} control @param {number} value @returns {string} */
   text(control, value) { return `${format(value)} ${control.unit}`.trim(); }
 
-  // What was typed: a bare number is in the unit beside it.
+  // Takes typed text; a bare number is in the control's unit.
   typed(control, text) {
     const own = plain(text.trim());
     if (!own) return this.give(control, null, true);
@@ -153,11 +153,11 @@ export class Controls {
 
   give(control, text, settled) {
     if (this.locked.has(control.name)) return;
-    this.changed(control.name, text, settled); // first of all, for this is what takes the time
+    this.changed(control.name, text, settled); // sent first: the answer takes longest
     this.set(control, text ?? undefined);
   }
 
-  // The number of a control in its unit, as it is set now; null for a value that is not a plain one.
+  // The value of a control in its unit; null for a value that is not one number.
   /** @param {string} name @param {Record<string, string | undefined>} values @returns {number | null} */
   value(name, values) {
     const control = this.list.find((c) => c.name === name), text = values[name];
@@ -208,7 +208,7 @@ export class Controls {
     lock.replaceChildren(icon(on ? SHAPES.lock : SHAPES.open));
   }
 
-  // Shows an error beside its control, or below all of them; whether there is such a control.
+  // Shows an error at its control and returns true, or below all controls and returns false.
   fail(name, message) {
     this.settle();
     const entry = this.rows.get(name) ?? this.ending(`.${name}`) ?? this.ending(`_${name}`);
@@ -221,7 +221,7 @@ export class Controls {
     return true;
   }
 
-  // The row of a control by the end of its name, of several one that is changed: hoop_prestretch for prestretch.
+  // The row of a control whose name ends in a text, a changed one first: hoop_prestretch for prestretch.
   ending(text) {
     const found = [...this.rows.values()].filter(({ control }) => control.name.endsWith(text));
     return found.find(({ row }) => row.classList.contains("changed")) ?? found[0];

@@ -25,7 +25,7 @@ export class EnvelopePanel extends Panel {
 
   prepare() { const key = this.basis(); if (key !== this.key) { this.key = key; this.stale = true; } }
 
-  // All that the envelope depends on: not the frequency, and of the voltages only their proportion.
+  // A key of everything that the envelope depends on: not the frequency, and of the voltages only their ratio.
   basis() {
     const own = this.page.setting(), { frequency, voltage_amplitude, voltage_offset, ...rest } = own.values;
     const [a, o] = [this.volts("voltage_amplitude"), this.volts("voltage_offset")];
@@ -39,7 +39,7 @@ export class EnvelopePanel extends Panel {
   hertz() { const c = this.control("frequency"), v = this.value("frequency"); return c && v !== null ? v * (c.unit === "kHz" ? 1000 : c.unit === "mHz" ? 0.001 : 1) : 0; }
   own() { return [this.hertz(), this.volts("voltage_amplitude") + Math.abs(this.volts("voltage_offset"))]; }
 
-  // It comes again whenever more of it is known.
+  // Sent again whenever more of the envelope is known.
   on_envelope(head, arrays) {
     this.found = { ...head, arrays };
     this.progress(head.share);
@@ -50,7 +50,7 @@ export class EnvelopePanel extends Panel {
 
   draw(p) {
     const found = this.found, c = colours();
-    if (!found) return this.nothing(p, this.running ? "computing the envelope; some seconds …" : "");
+    if (!found) return this.nothing(p, this.running ? "computing the envelope, which takes some seconds …" : "");
     const { frequency, window } = found.arrays;
     p.axes([0, found.most], [0, found.highest], { xLabel: "drive frequency (Hz)", yLabel: "peak voltage (V)" });
     const faded = this.stale ? 0.4 : 1;
@@ -73,7 +73,7 @@ export class EnvelopePanel extends Panel {
     for (const [name, v] of Object.entries(found.static)) {
       if (!Number.isFinite(v) || v === null || v > found.highest) continue;
       p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
-      p.label(`${named(name)}, slowly`, p.left + 6, p.Y(v) - 7);
+      p.label(`static ${named(name)}`, p.left + 6, p.Y(v) - 7);
     }
     p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
   }
@@ -87,8 +87,8 @@ export class EnvelopePanel extends Panel {
 
   verdict(f, v) {
     const { frequency, window } = this.found.arrays, k = frequency.findIndex((own) => own >= f);
-    const at = `own drive: ${format(f, 3)} Hz, peak ${format(v, 4)} V`;
-    if (f > this.found.most) return `${at}, beyond what is examined`;
+    const at = `drive: ${format(f, 3)} Hz, peak ${format(v, 4)} V`;
+    if (f > this.found.most) return `${at}: above the frequencies examined`;
     if (k < 0) return `${at} …`;
     const j = Math.max(k - 1, 0), share = k === j ? 0 : (f - frequency[j]) / (frequency[k] - frequency[j]);
     const most = window[j] + (window[k] - window[j]) * Math.min(Math.max(share, 0), 1);
@@ -101,7 +101,7 @@ export class EnvelopePanel extends Panel {
     if (this.plot.x && this.found) this.drive(this.plot.toX(event.clientX - r.left), this.plot.toY(event.clientY - r.top), settled);
   }
 
-  // Moves the own drive: the frequency, and amplitude and offset in their proportion.
+  // Moves the drive: sets the frequency, and scales amplitude and offset together.
   drive(f, v, settled) {
     const p = this.plot, a = this.volts("voltage_amplitude"), o = this.volts("voltage_offset"), peak = a + Math.abs(o);
     const freq = Math.min(Math.max(f, p.x[1] / 500), p.x[1]), volts = Math.min(Math.max(v, p.y[1] / 500), p.y[1]);

@@ -1,4 +1,4 @@
-// Pictures and films of what is on the page, with a caption: what is shown, and its numbers.
+// Pictures and films of the page, with a caption.
 import { colours } from "./colours.js";
 import { typeset } from "./controls.js";
 
@@ -6,7 +6,7 @@ const LINE = 20, EDGE = 16, FONT = "14px system-ui, 'Segoe UI', Roboto, sans-ser
 const RATE = 25; // pictures a second
 const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm"];
 
-// The lines of a caption: name, kind of motion and numbers, and what differs from the device as it is by itself.
+// The lines of a caption: name, kind of motion, numbers, and the changed values.
 export function caption(name, look, values) {
   const kind = look.words.ended || (look.lines ? look.lines[0] : look.words.seems);
   const numbers = [...(look.numbers?.values() ?? [])].sort((p, q) => p.place - q.place).map((own) => `${own.name} ${own.text}`);
@@ -14,7 +14,7 @@ export function caption(name, look, values) {
   return [`${name}: ${kind}`, numbers.join(", "), changed.length ? `with ${changed.join(", ")}` : "", "gelcone studio"].filter(Boolean).map(typeset);
 }
 
-// How a text breaks into lines of at most a number of pixels.
+// A text broken into lines of at most a number of pixels.
 /** @param {{measureText: (text: string) => {width: number}}} g @param {string} text @param {number} most @returns {string[]} */
 export function broken(g, text, most) {
   const lines = [""];
@@ -25,7 +25,7 @@ export function broken(g, text, most) {
   return lines;
 }
 
-// Where pictures of these sizes stand below each other, two a row: places, and the size of the whole.
+// A layout of pictures of these sizes, two per row: their places, and the size of the whole.
 /** @param {number[][]} sizes widths and heights @returns {{places: number[][], size: number[]}} */
 export function arranged(sizes) {
   const places = [];
@@ -40,7 +40,7 @@ export function arranged(sizes) {
   return { places, size: [wide, y] };
 }
 
-// A canvas with pictures and a caption below them, and what draws them on it again.
+// A canvas with pictures above a caption, and a function that redraws it.
 export function composed(pictures, lines) {
   const canvas = document.createElement("canvas"), g = canvas.getContext("2d", { alpha: false }), d = devicePixelRatio;
   const { places, size: [wide, tall] } = arranged(pictures.map((own) => [own.width / d, own.height / d]));
@@ -59,7 +59,7 @@ export function composed(pictures, lines) {
   return { canvas, draw };
 }
 
-// A film of some seconds of pictures that move: its data; null where the browser makes none.
+// The data of a film of some seconds; null if the browser cannot record one.
 export function filmed({ canvas, draw }, seconds, report) {
   const type = globalThis.MediaRecorder && canvas.captureStream && TYPES.find((own) => MediaRecorder.isTypeSupported(own));
   if (!type) return null;

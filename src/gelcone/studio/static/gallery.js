@@ -1,11 +1,11 @@
-// The devices and presets as small moving cones, to choose from. Each is asked for when those before it are there.
+// The devices and presets as small moving cones to choose from, requested one after the other.
 import { Cone } from "./cone.js";
 import { make, say } from "./controls.js";
 import { extent } from "./plot.js";
 import { placeAt } from "./scene.js";
 
-const FRAME = 50; // ms from a picture to the next
-const SECONDS = 2; // that a period of the drive takes
+const FRAME = 50; // ms between pictures
+const SECONDS = 2; // duration of a drive period
 
 export class Gallery {
   /** @type {any} */ dialog; /** @type {any} */ page;
@@ -18,7 +18,7 @@ export class Gallery {
     dialog.onclose = () => this.stop();
   }
 
-  // hello: what the server has said that there is.
+  // hello: the server's lists of devices and presets.
   show(hello) {
     if (!this.tiles.length) {
       const named = [...hello.devices.map((name) => ["device", name, ""]), ...Object.entries(hello.presets).map(([name, purpose]) => ["preset", name, purpose])];
@@ -36,7 +36,7 @@ export class Gallery {
     return { kind, name, box, note, cone: new Cone(canvas, true), look: null, failed: false };
   }
 
-  // Asks for the next picture that is not there.
+  // Requests the next missing picture.
   next() {
     this.asked = this.tiles.find((tile) => !tile.look && !tile.failed) ?? null;
     this.id = this.asked ? this.page.ask("glance", { setting: { [this.asked.kind]: this.asked.name } }) : null;
@@ -62,7 +62,7 @@ export class Gallery {
 
   follow() { this.id = null; if (this.dialog.open) this.next(); }
 
-  // Draws those that are in sight, while the gallery is open.
+  // Draws the tiles in sight, while the gallery is open.
   turn() {
     clearTimeout(this.waiting);
     if (!this.dialog.open) return;

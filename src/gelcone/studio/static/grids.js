@@ -1,4 +1,4 @@
-// What is computed over parameters while one works: a map, a sweep of one parameter, a device's envelope.
+// The panels over parameters: map, sweep and envelope.
 import { say } from "./controls.js";
 import { EnvelopePanel } from "./envelope.js";
 import { MapPanel } from "./map.js";
@@ -12,10 +12,10 @@ export class GridPanels {
 
   get open() { return this.panels[this.page.state()?.right]; }
 
-  // Another device or preset, or one read from the address.
+  // Another device or preset was chosen, or read from the address.
   applied(other) { if (other) for (const panel of Object.values(this.panels)) panel.stale = true; }
 
-  // The server has said which controls there are: only now is it known what there is to sweep.
+  // The server has sent the controls: only now are the parameters to sweep known.
   controlsChanged() { for (const panel of Object.values(this.panels)) panel.prepare(); this.opened(); }
 
   changed(names) {

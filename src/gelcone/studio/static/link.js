@@ -1,10 +1,10 @@
-// The connection to the server: says when it is lost, and comes back by itself.
+// The connection to the server: reports when it is lost, and reconnects by itself.
 import { unpack } from "./frames.js";
 
 const KEY = "gelcone-token";
 const SOONEST = 300, LATEST = 3000;
 
-// The token in the address, or that of the last one: the frame of a notebook is loaded again with an address without.
+// The token in the address, or the last one: a reloaded notebook frame has an address without a token.
 export function tokenOf(search, memory) {
   const given = new URLSearchParams(search).get("token");
   try {
@@ -13,8 +13,8 @@ export function tokenOf(search, memory) {
   } catch { return given ?? ""; } // a frame without storage
 }
 
-// The address of a studio that was started anew, as it was pasted: its token, and where to go unless it is where this
-// page came from; null for anything else, also for an address that is not of the machine of this page.
+// The pasted address of a restarted studio: its token, and the address to open if the port differs; null for anything
+// else, such as an address on another machine.
 /** @param {string} text @param {{host: string, hostname: string}} here @returns {{token: string, elsewhere: string | null} | null} */
 export function newAddress(text, here) {
   try {
@@ -47,14 +47,14 @@ export class Link {
     this.socket = socket;
   }
 
-  // Continues with another token, at once.
+  // Reconnects at once with another token.
   renew(token) {
     this.token = token; this.wait = SOONEST;
     clearTimeout(this.timer);
     this.connect();
   }
 
-  // Sends a request; its number, or null while there is no connection.
+  // Sends a request and returns its number; null without a connection.
   ask(kind, content = {}) {
     if (this.socket.readyState !== WebSocket.OPEN) return null;
     const id = ++this.number;

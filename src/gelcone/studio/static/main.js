@@ -1,4 +1,4 @@
-// The page: what it is set to, what it asks for, and where the answers go.
+// The page: its state, its requests, and the answers to them.
 import * as address from "./address.js";
 import { Badge } from "./badge.js";
 import { Clock } from "./clock.js";
@@ -21,29 +21,29 @@ const $ = (id) => document.getElementById(id);
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 const SUN = "M8 6a3 3 0 1 0 .01 0M8 1v2M8 15v2M1 9h2M13 9h2M3 4l1.5 1.5M11.5 12.5L13 14M3 14l1.5-1.5M11.5 5.5L13 4", MOON = "M13 11A6 6 0 1 1 7 3a5 5 0 0 0 6 8z";
 const ASKED_AGAIN = 500;
-const SLOW = 400; // ms after which a look that has no answer is said to be computed, and the picture faded
+const SLOW = 400; // ms after which an unanswered look is announced and the picture fades
 const LARGEST_FILE = 30000, MOST_NOTICES = 3, MOST_OPENED = 6;
-const FRAME = 22; // ms from a picture of the cone until the next is asked for: every second frame of most screens
-const BUSY = 38; // the same while a map is computed, which the browser leaves the processor to: every third
-const HELD = 150; // ms for which the cone moves with answers alone, at most, while one is on its way
-const AGED = 150; // ms after which the settled motion shown fades, if that of the newer run has not come
-const FAILURES = 3; // attempts to connect after which the page asks for the address of a studio that was started anew
-const UNSEEN = 1e-6; // share of the rim's radius below which a height is said to be 0
-const TRAIL = 24; // heights of the disc that are drawn behind it
-const RESTED = 300; // ms after the last move of a slider at which the address follows
+const FRAME = 22; // ms between pictures of the cone: every second frame of most screens
+const BUSY = 38; // the same while a map is computed, which needs the processor: every third frame
+const HELD = 150; // longest wait in ms for an answer, during which the cone is not animated
+const AGED = 150; // ms after which an outdated settled motion fades
+const FAILURES = 3; // failed attempts to connect after which the page asks for the address of a restarted studio
+const UNSEEN = 1e-6; // share of the rim's radius below which a height is shown as 0
+const TRAIL = 24; // earlier heights of the disc in its trail
+const RESTED = 300; // ms after the last move of a slider at which the address is updated
 
 // --- state ---------------------------------------------------------------------------------------------------------
 
 const looks = { active: "a" };
 let hello = null, state = null;
 const asked = { a: null, b: null };
-const asks = { a: [], b: [] }; // of each side the looks without an answer: number, setting, whether it is worth a step
-const good = { a: null, b: null }; // the last settings that the server took: what a wrong entry returns to, and the link
-const unknown = { a: true, b: true }; // whether the controls of a side are still to come
-const ageing = {}; // timers after which the settled motion of an older setting is faded
-let held = 0; // until when an answer is waited for
+const asks = { a: [], b: [] }; // unanswered looks of each side: number, setting, and step as in look()
+const good = { a: null, b: null }; // the last accepted setting of each side, for links and after errors
+const unknown = { a: true, b: true }; // whether the controls of a side have not arrived
+const ageing = {}; // timers that fade the settled motion of an older setting
+let held = 0; // end of the wait for an answer
 /** @type {Record<string, any>} */
-const timers = {}, last = {}; // what is put off; the address and the legend written last
+const timers = {}, last = {}; // timers by purpose; the last address and legend written
 const studio = (/** @type {any} */ (window).studio = { looks, painted: 0, waiting: new Map() });
 
 const setting = (side = state.side) => state[side];
@@ -63,7 +63,7 @@ theme(chosenTheme ?? (dark.matches ? "dark" : "light"));
 dark.onchange = () => { if (!chosenTheme) { theme(dark.matches ? "dark" : "light"); repaint(); } };
 $("theme").onclick = () => {
   chosenTheme = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
-  try { localStorage.setItem("gelcone-theme", chosenTheme); } catch { /* the same */ }
+  try { localStorage.setItem("gelcone-theme", chosenTheme); } catch { /* a frame without storage */ }
   theme(chosenTheme);
   repaint();
 };
@@ -99,7 +99,7 @@ const link = new Link(tokenOf(location.search, () => sessionStorage), {
   lost: () => { $("lost").hidden = false; $("anew").hidden = link.failures < FAILURES; grids.lost(); faded(true); },
   message,
 });
-// Of a studio that was started anew the page takes the new address, and keeps what it shows.
+// Takes the address of a restarted studio, and keeps the state of the page.
 $("address").onchange = () => {
   const found = newAddress($("address").value, location);
   $("address").value = "";
@@ -108,8 +108,7 @@ $("address").onchange = () => {
   else { tokenOf(`?token=${encodeURIComponent(found.token)}`, () => sessionStorage); link.renew(found.token); }
 };
 
-// A hand that takes the disc holds it and lets it go: a start at that height, at rest. One that takes the gauge moves
-// all voltages of the drive in their proportion.
+// Dragging the disc sets the start: at that height, at rest. Dragging the gauge scales all voltages of the drive.
 cone.hands = {
   disc(height, settled) {
     const [place, speed] = controls.list.some((c) => c.name === "release_height") ? ["release_height", "release_velocity"] : ["displacement", "velocity"];
@@ -138,7 +137,7 @@ function toast(text) {
 
 const isChoice = (name) => controls.list.find((c) => c.name === name)?.kind === "choice";
 
-// Sets values by name, null for the default; settled: worth a step in the browser's history once the server takes them.
+// Sets values by name, null for the default; settled: adds a step to the browser's history once the server accepts.
 function change(values, settled = true) {
   const own = setting();
   for (const [name, text] of Object.entries(values)) {
@@ -151,21 +150,21 @@ function change(values, settled = true) {
   grids.changed(Object.keys(values));
 }
 
-// The voltages of the drive that are not 0, with their controls.
+// The nonzero voltages of the drive, with their controls.
 /** @returns {[import("./controls.js").Control, number][]} */
 function voltages() {
   const volts = controls.list.filter((c) => c.kind === "number" && /^voltage/.test(c.name));
   return volts.map((c) => /** @type {[typeof c, number]} */ ([c, controls.value(c.name, setting().values)])).filter(([, value]) => value);
 }
 
-// Sets all voltages of the drive to a share of what they are.
+// Scales all voltages of the drive.
 function lower(share) {
   change(Object.fromEntries(voltages().map(([c, value]) => [c.name, controls.text(c, share * value)])));
   clock.at = 0; clock.playing = true; clock.button(); moved();
 }
 
-// Writes the state into the address: a new step of the history where it is worth one, else once the hand rests, as it
-// costs the browser more than a picture.
+// Writes the state into the address: at once for a step of the history, else once the slider rests, as it costs the
+// browser more than a picture.
 function keep(step) {
   clearTimeout(timers.keep);
   if (step) written(true); else timers.keep = setTimeout(written, RESTED, false);
@@ -178,7 +177,7 @@ function written(step) {
   if (step) last.address = text;
 }
 
-// The server takes a look: its setting is one to return to, and may stand in the address.
+// The server has accepted a look: its setting becomes the last good one and is written into the address.
 function taken(side, id) {
   const at = asks[side].findIndex((ask) => ask.id === id);
   if (at < 0) return;
@@ -192,7 +191,7 @@ function panelsWanted() {
   return [state.top === "spectrum" && "spectrum", state.left === "statics" && "statics"].filter(Boolean);
 }
 
-// Asks for the pictures of a side; step: whether its setting is worth a step of the history, null where it is not new.
+// Requests the pictures of a side; step: whether to add a step to the history, null if the setting is not new.
 function look(side, withControls = false, step = null) {
   held = performance.now() + HELD;
   unknown[side] ||= withControls;
@@ -201,7 +200,7 @@ function look(side, withControls = false, step = null) {
   timers.doing ??= setTimeout(doing, SLOW);
 }
 
-// Says what is computed, for as long as the picture is not that of the controls.
+// Announces the computation while the picture is older than the controls.
 function doing() {
   const side = sides().find((own) => asks[own].length);
   faded(Boolean(side));
@@ -209,7 +208,7 @@ function doing() {
   timers.doing = null;
   if (!side) return say($("doing"), "");
   const drive = [...controls.rows.values()].filter(({ control }) => /frequency$/.test(control.name)).map(({ control, number }) => `${control.label.toLowerCase()} ${number.value}`);
-  say($("doing"), unknown[side] ? "Reading the device and finding where it rests …" : `Computing the run: ${state.periods} periods${drive.length ? ` at ${drive[0]}` : ""} …`);
+  say($("doing"), unknown[side] ? "Reading the device and finding its rest position …" : `Computing the run: ${state.periods} periods${drive.length ? ` at ${drive[0]}` : ""} …`);
 }
 
 function faded(on) { document.body.classList.toggle("old", on); }
@@ -231,7 +230,7 @@ function apply(next) {
   grids.applied(other);
 }
 
-// Ends what a side was: another takes its place, or none.
+// Forgets the contents of a side.
 function forget(side) { delete looks[side]; asks[side] = []; good[side] = null; }
 
 // Only a device has an envelope.
@@ -248,7 +247,7 @@ function sidesShown() {
   motionShown();
 }
 
-// Whether plots and cone show the settled motion or the run from the start, which is all there is where none was found.
+// Marks the part of the motion shown: settled, or from the start, which is also shown if no settled motion was found.
 function motionShown() {
   if (state.motion !== "start") state.motion = "settled";
   looks.motion = state.motion;
@@ -266,7 +265,7 @@ function subjectShown() {
   select.value = own.file ? "file:" : own.preset ? `preset:${own.preset}` : `device:${own.device}`;
 }
 
-// Puts another device or preset in place of the one that the controls change.
+// Replaces the device or preset of the active side.
 function choose(next) {
   state[state.side] = { device: null, preset: null, file: null, values: {}, ...next };
   subjectShown();
@@ -284,7 +283,7 @@ $("unmeasure").onclick = () => { looks.measured = []; measuredShown(); };
 addEventListener("dragover", (event) => { if ([.../** @type {any} */ (event).dataTransfer.types].includes("Files")) event.preventDefault(); });
 addEventListener("drop", (event) => { event.preventDefault(); opened([.../** @type {any} */ (event).dataTransfer.files]); });
 
-// A device file in the place of the device shown; a measured curve over what is computed.
+// Opens files: a device file replaces the device, a measured curve is drawn over the computed ones.
 async function opened(files) {
   for (const file of files.slice(0, MOST_OPENED)) {
     if (!/\.toml$/i.test(file.name)) {
@@ -293,7 +292,7 @@ async function opened(files) {
         looks.measured = withMeasured(looks.measured, readMeasured(file.name, await file.text()));
       } catch (error) { notice(error.message); }
       measuredShown();
-    } else if (file.size > LARGEST_FILE) notice(`${file.name}: has more than ${LARGEST_FILE} characters, and is no device file.`);
+    } else if (file.size > LARGEST_FILE) notice(`${file.name}: has more than ${LARGEST_FILE} characters; a device file has at most that many.`);
     else choose({ file: await file.text() });
   }
 }
@@ -351,7 +350,7 @@ function message(head, arrays) {
   if (head.kind === "error") return failed(head);
   if (grids.message(head, arrays) || saver.message(head, arrays) || gallery.message(head, arrays)) return;
   if (head.id < (asked[head.side] ?? 0) - ASKED_AGAIN || !state[head.side]) return;
-  if (!["subject", "response"].includes(head.kind) && !looks[head.side]) return; // evidence of what is no longer shown
+  if (!["subject", "response"].includes(head.kind) && !looks[head.side]) return; // evidence of a side that is no longer shown
   ANSWERS[head.kind](head, arrays);
   show(head.side, head.kind);
 }
@@ -359,7 +358,7 @@ function message(head, arrays) {
 const ANSWERS = {
   subject(head) {
     const other = good[head.side] && subjectOf(good[head.side]) !== subjectOf(asks[head.side].find((ask) => ask.id === head.id)?.setting ?? good[head.side]);
-    if (other) { // its own axes, and no envelope of a preset
+    if (other) { // another subject has other axes, and a preset has no envelope
       Object.assign(state, { x: null, y: null, over: null });
       if (state.right === "envelope" && setting(head.side).preset) tab("right", "map");
       grids.applied(true);
@@ -408,7 +407,7 @@ const ANSWERS = {
   late(head) {
     if (head.stage === "statics") looks[head.side].problem = head.message;
     if (head.stage === "spectrum") looks[head.side].unmeasured = head.message;
-    if (looks[head.side][head.stage]?.old) delete looks[head.side][head.stage]; // that of an older setting is not shown for it
+    if (looks[head.side][head.stage]?.old) delete looks[head.side][head.stage]; // the older setting's answer must not be taken for it
     if (head.stage === "film") looks[head.side].unmade = head.message;
     if (head.stage === "kind") for (const [name, { old }] of looks[head.side].numbers) if (old) looks[head.side].numbers.delete(name);
     if (head.stage === "kind") Object.assign(looks[head.side], { late: head.message, ox: undefined, px: undefined, settled: null, shares: undefined });
@@ -419,7 +418,7 @@ const ANSWERS = {
   profiles(head, arrays) { profiles.add(head.words, arrays); moved(); },
 };
 
-// Puts the numbers of an answer in the place of those of the same names; of another film's pull-in, too.
+// Replaces numbers of the same names; a pull-in also replaces that of another film.
 function numbered(look, { words }) {
   for (const own of words.numbers ?? []) {
     if (own.peak) for (const [name, { peak }] of look.numbers) if (peak) look.numbers.delete(name);
@@ -438,15 +437,15 @@ function begin(head) {
   }
   if (next.odd.length) notice(next.odd.join(" "));
   apply(next);
-  if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // the address is written anew
+  if (next.odd.length) for (const side of sides()) asks[side].at(-1).step = false; // rewrites the address
   last.address = location.hash;
   if (empty) gallery.show(hello);
 }
 
 const subjectOf = (own) => JSON.stringify([own.device, own.preset, own.file]);
 
-// An answer that something is wrong. The newest look of a side returns to the last setting that was good: a value's
-// entry stays to be corrected, with the reason beside it, and another subject does not take the place of the one shown.
+// Handles an error. If the newest look of a side failed, the side returns to its last good setting; a wrong value stays
+// in its entry, with the reason next to it, and the subject shown stays.
 function failed(head) {
   if (saver.failed(head) || grids.failed(head) || gallery.failed(head)) return;
   const { side } = head, ask = side && asks[side].find((own) => own.id === head.id);
@@ -456,7 +455,7 @@ function failed(head) {
   if (!good[side]) return fallBack(side, ask.setting, head);
   const same = subjectOf(ask.setting) === subjectOf(good[side]), names = [...new Set([...Object.keys(ask.setting.values), ...Object.keys(good[side].values)])];
   const differ = names.filter((name) => ask.setting.values[name] !== good[side].values[name]);
-  // what only another choice has goes with it
+  // a value that only the old choice had is dropped
   if (same && differ.length === 1 && isChoice(differ[0]) && head.control !== differ[0] && Object.hasOwn(ask.setting.values, head.control)) {
     state[side] = structuredClone(ask.setting);
     delete state[side].values[head.control];
@@ -472,7 +471,7 @@ function failed(head) {
   }
 }
 
-// Of an address that cannot be shown: without the value that is wrong, or another device.
+// Falls back from an address that cannot be shown: drops the wrong value, or shows the first device.
 function fallBack(side, { values, ...subject }, { control, message }) {
   const own = state[side], left = Object.hasOwn(values, control) ? [control] : Object.keys(values);
   for (const name of left) delete own.values[name];
@@ -485,7 +484,7 @@ function fallBack(side, { values, ...subject }, { control, message }) {
   look(side, true, false);
 }
 
-// A sentence that stays until it is put away; several stand one after the other.
+// Shows a message until it is dismissed; several are listed.
 function notice(text) {
   const line = make("p", {}, make("span", { textContent: typeset(text) }));
   const more = make("button", { type: "button", className: "more", textContent: "more", "aria-expanded": "false", onclick: () => more.setAttribute("aria-expanded", line.classList.toggle("whole")) });
@@ -499,10 +498,10 @@ function notice(text) {
 
 const DRAWN = { subject: [], late: ["time", "portrait", "spectrum", "statics"], numbers: [], profiles: [], response: ["time", "portrait", "spectrum", "statics"], kind: ["time", "portrait", "statics"], section: ["portrait"], spectrum: ["spectrum"], statics: ["statics"] };
 
-// Draws what an answer changes, at once: the picture is on the screen with the next frame.
+// Draws the changes of an answer at once, so that the next frame shows them.
 function show(side, kind) {
   const open = [state.top, state.left];
-  const same = kind === "response" && looks[side] && sceneOf(looks[side], looks.motion) !== looks[side]; // until its kind comes
+  const same = kind === "response" && looks[side] && sceneOf(looks[side], looks.motion) !== looks[side]; // until the new kind arrives
   for (const name of DRAWN[kind]) if (open.includes(name) && !(name === "time" && same)) plots[name].redraw();
   if (!looks[side]) return;
   badge.keep(sides());
@@ -544,23 +543,23 @@ function coneSides() {
     const [low, high] = look.span, height = Number.isFinite(now.x) ? now.x : high;
     const second = look.about.second ?? 0, [first, other] = look.about.membrane ?? [];
     const shapes = [profiles.profile(first, height, now.v), profiles.profile(other, second - height, now.v)];
-    const said = Math.abs(height) < UNSEEN * look.about.rim ? 0 : height;
-    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(said, 3)}${unit}`),
+    const rounded = Math.abs(height) < UNSEEN * look.about.rim ? 0 : height;
+    return { about: look.about, shapes, name: nameOf(side), height, films: now.films, thin: now.thin, field: now.field, trail: trailOf(look, scene), low, high, volts: look.volts, voltage: now.v, heightText: typeset(`${format(rounded, 3)}${unit}`),
       voltageText: typeset(look.about.si ? (Math.abs(now.v) >= 1000 ? `${(now.v / 1000).toFixed(2)} kV` : `${now.v.toFixed(0)} V`) : now.v.toFixed(2)) };
   });
 }
 
-// The heights over the period of the drive before the moment that is shown, the last first.
+// The heights over the drive period before the time shown, the latest first.
 function trailOf(look, scene) {
   const found = [], step = look.words.period / TRAIL;
   for (let k = 1; k <= TRAIL && clock.at - k * step >= 0; k++) found.push(heightAt(scene, clock.at - k * step));
   return found.filter(Number.isFinite);
 }
 
-// What a side shows: the device's own name, or the name by which it was chosen.
+// The name of a side's subject.
 const nameOf = (side) => state[side]?.device || state[side]?.preset || looks[side]?.about?.name || "";
 
-// Pictures of the cone, only while something moves; until an answer that is on its way has come, none between.
+// Pictures of the cone, drawn only while something moves, and not while an answer is awaited.
 let asking = null, waiting = null;
 
 function moved() { clock.moved = true; next(); }
@@ -573,7 +572,7 @@ function frame(now) {
     cone.draw(coneSides());
     if (state.top === "time") plots.time.redrawOver();
     plots[state.left].redrawOver();
-    clock.tell(now);
+    clock.write(now);
     clock.moved = cone.changed = false;
   }
   if (clock.playing) later();
@@ -582,6 +581,6 @@ function frame(now) {
 function later() { waiting = setTimeout(() => (held > performance.now() ? later() : next()), grids.open?.running ? BUSY : FRAME); }
 clock.wakes = cone.wakes = next;
 
-// What the address names, until the server says what there is.
+// The subject in the address is shown until the server sends its lists.
 const first = address.read(location.hash, "").a;
 $("subject").replaceChildren(new Option(first.preset ?? first.device ?? "device file"));

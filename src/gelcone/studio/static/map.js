@@ -6,7 +6,7 @@ import { DRIVE, IMPOSSIBLE, Panel, fill, hatch, kindOf, labelled, picker, regime
 
 const CELLS = [65, 49], NEAR = 6;
 const VIEWS = { kind: "kind of motion", exponent: "largest exponent", stroke: "stroke" };
-const NAMED_AT = [0.6, 0.3, 0.85, 0.1, 0.99]; // shares of a line at which its name may stand, the best first
+const NAMED_AT = [0.6, 0.3, 0.85, 0.1, 0.99]; // shares of a line at which its name may be placed, the best first
 
 export class MapPanel extends Panel {
   /** @type {Uint8Array} */ codes; /** @type {Float32Array} */ exponent; /** @type {Float32Array} */ low; /** @type {Float32Array} */ high;
@@ -17,7 +17,7 @@ export class MapPanel extends Panel {
     this.x = picker("Parameter along the map", () => this.axes()); this.y = picker("Parameter up the map", () => this.axes());
     this.view = make("select", { "aria-label": "What the map shows", onchange: () => { this.page.state().view = this.view.value; this.page.keep(true); this.plot.redraw(); } },
       ...Object.entries(VIEWS).map(([name, text]) => new Option(text, name)));
-    this.out = make("button", { type: "button", textContent: "Whole", title: "Back to the whole range", onclick: () => this.whole() });
+    this.out = make("button", { type: "button", textContent: "Full range", title: "Show the full range of both parameters", onclick: () => this.whole() });
     this.names = make("ul", { className: "legend" });
     host.append(make("div", { className: "bar" }, this.x, make("span", { textContent: "×" }), this.y, this.view, this.out));
     this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
@@ -40,7 +40,7 @@ export class MapPanel extends Panel {
     Object.assign(this, { codes: new Uint8Array(n).fill(255), exponent: new Float32Array(n), low: new Float32Array(n), high: new Float32Array(n), lines: [], sources: null, dirty: true });
   }
 
-  // The axes of the page's state, or the usual ones.
+  // Sets the axes from the page's state, or the defaults.
   prepare() {
     const state = this.page.state(), { list } = this.page.controls();
     const known = (axis) => axis && list.some((c) => c.name === axis[0] && c.kind === "number");
@@ -85,7 +85,7 @@ export class MapPanel extends Panel {
     this.later();
   }
 
-  on_done() { super.on_done(); this.running = true; this.grids.say("following thresholds …"); }
+  on_done() { super.on_done(); this.running = true; this.grids.say("following bifurcations …"); }
 
   on_loci(head, { x, y }) { this.lines.push({ name: head.name, x, y }); this.later(); }
 
@@ -93,7 +93,7 @@ export class MapPanel extends Panel {
 
   later() { this.waiting ??= requestAnimationFrame(() => { this.waiting = null; if (this.grids.open === this) this.plot.redraw(); }); }
 
-  // For each cell the nearest one that is known: what the picture shows until its own turn comes.
+  // For each cell the nearest known one, which the picture shows until the cell is computed.
   nearest() {
     const [nx, ny] = CELLS, from = new Int32Array(nx * ny).fill(-1), queue = [];
     this.codes.forEach((code, k) => { if (code !== 255) { from[k] = k; queue.push(k); } });
@@ -107,7 +107,7 @@ export class MapPanel extends Panel {
     return from;
   }
 
-  // The kinds of all cells that are known with their places, [kind, along, up].
+  // The kinds of all cells that can be drawn, with their places: [kind, along, up].
   kinds() {
     const ny = CELLS[1], found = [];
     this.sources?.forEach((source, k) => { if (source >= 0) found.push([this.codes[source], Math.floor(k / ny), k % ny]); });
@@ -160,7 +160,7 @@ export class MapPanel extends Panel {
     p.inside((g) => {
       g.imageSmoothingEnabled = false;
       g.globalAlpha = this.stale ? 0.45 : 1;
-      // cells are centred on their values: half of the outermost ones lies outside
+      // cells are centred on their values: the outer half of a border cell lies outside
       const w = (p.right - p.left) / (CELLS[0] - 1), h = (p.bottom - p.top) / (CELLS[1] - 1);
       g.drawImage(this.canvas, p.left - w / 2, p.top - h / 2, p.right - p.left + w, p.bottom - p.top + h);
       if (this.view.value === "kind") hatch(g, this.kinds().map(([code, i, j]) => [code, p.left + (i - 0.5) * w, p.bottom - (j + 0.5) * h]), w, h);
@@ -169,7 +169,7 @@ export class MapPanel extends Panel {
     this.writeLegend();
   }
 
-  // Lines over the map, each with its name where no other name is.
+  // Draws the lines, each with its name where it does not overlap others.
   thresholds(p) {
     const c = colours(), g = p.context, taken = [];
     for (const { x: xs, y: ys } of this.lines) {
@@ -194,7 +194,7 @@ export class MapPanel extends Panel {
   writeLegend() {
     const legend = this.legend(), items = [];
     if (this.view.value === "kind") {
-      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "no such actuator" : kindOf(legend, code).name, code]);
+      for (const code of [...new Set(this.codes)].filter((code) => code !== 255).sort((p, q) => p - q)) items.push([regimeColour(legend, code), code === IMPOSSIBLE ? "not a valid actuator" : kindOf(legend, code).name, code]);
     } else if (this.view.value === "exponent") items.push(["#0072b2", `attracting, to ${format(-this.most, 2)}`], ["#d55e00", `chaotic, to +${format(this.most, 2)}`]);
     else {
       const unit = this.page.look()?.about?.si ? " mm" : "";

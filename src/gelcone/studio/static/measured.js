@@ -1,7 +1,7 @@
-// Measured curves from CSV files dropped on the page: read here and drawn over what is computed; no file leaves the page.
+// Measured curves from CSV files, drawn over the computed ones; they are read here and never sent to the server.
 import { colours } from "./colours.js";
 
-export const LARGEST = 2_000_000; // characters of a file
+export const LARGEST = 2_000_000; // most characters of a file
 const MOST_ROWS = 20000, MOST_COLUMNS = 32, MOST_FILES = 6, LONGEST = 60;
 const MM = { m: 1e3, cm: 10, mm: 1, um: 1e-3, "µm": 1e-3, "μm": 1e-3 };
 /** @type {Record<string, [string, Record<string, number>]>} what a column holds by its name, and factors from its units to those of the axes */
@@ -14,7 +14,7 @@ const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$/;
 
 /** @typedef {{name: string, over: "time" | "voltage", from: "height" | "stroke", along: Float64Array, values: Float64Array, volts: Float64Array | null, low: Float64Array | null, high: Float64Array | null}} Measured */
 
-// A curve of heights or strokes over time or voltage; throws one line that says what is wrong and what to do.
+// A curve of heights or strokes over time or voltage; throws an error of one line with the remedy.
 /** @param {string} name @param {string} text @returns {Measured} */
 export function readMeasured(name, text) {
   name = name.replace(/[^\x20-\x7e\u00a0-\uffff]/g, " ").slice(0, LONGEST);
@@ -57,11 +57,11 @@ export function readMeasured(name, text) {
   return { name, over, from, along: found[over], values: found[from], volts: over === "time" ? found.voltage ?? null : null, low: found.low ?? null, high: found.high ?? null };
 }
 
-// With one more curve; the oldest goes where there are too many.
+// The curves with one more; drops the oldest beyond MOST_FILES.
 /** @param {Measured[] | undefined} known @param {Measured} more */
 export const withMeasured = (known, more) => [...(known ?? []).filter((own) => own.name !== more.name), more].slice(-MOST_FILES);
 
-// The heights of a curve: strokes are counted from the rest of what is computed; times from its first.
+// The curve in the plot's coordinates: strokes start at the computed rest, times at the first sample.
 /** @param {Measured} own @param {number} rest */
 function placed(own, rest) {
   const shift = own.from === "stroke" ? rest : 0, begin = own.over === "time" ? own.along[0] : 0;
@@ -69,7 +69,7 @@ function placed(own, rest) {
   return { ...own, along: Float64Array.from(own.along, (v) => (own.over === "time" ? v - begin : Math.abs(v))), values: moved(own.values), low: moved(own.low), high: moved(own.high) };
 }
 
-// The measured curves over time or voltage, where what is computed has units; `rest` is its height without voltage.
+// The measured curves over time or voltage, if the results have units; `rest` is the computed height without voltage.
 export function shownOver(looks, over, rest) {
   if (!looks[looks.active]?.about?.si || !Number.isFinite(rest)) return [];
   return (looks.measured ?? []).filter((own) => own.over === over).map((own) => placed(own, rest));
@@ -77,7 +77,7 @@ export function shownOver(looks, over, rest) {
 
 export const rangesOf = (curves) => curves.flatMap((own) => [own.values, own.low ?? [], own.high ?? []]);
 
-// Bands, points and names of curves.
+// Draws bands, points and names of curves.
 export function drawMeasured(p, curves) {
   const colour = colours().ink;
   curves.forEach((own, row) => {

@@ -1,4 +1,4 @@
-// The plots that follow every look: over time, phase portrait, spectrum, statics.
+// The plots of a look: over time, phase portrait, spectrum, statics.
 import { colours } from "./colours.js";
 import { format } from "./controls.js";
 import { drawMeasured, rangesOf, shownOver } from "./measured.js";
@@ -6,13 +6,12 @@ import { Plot, Range, extent } from "./plot.js";
 import { sceneOf } from "./scene.js";
 
 const VOLTAGE_SHARE = 0.27;
-const DASHES = { a: [], b: [7, 3] }, LONG_DASHES = { a: [], b: [12, 2] }; // the second of two settings is distinguished by more than its colour
-const PALE = 0.3; // of the run behind the motion that it settles to
-const ROOM = 0.4; // around that motion, at most, as a share of its size
+const DASHES = { a: [], b: [7, 3] }, LONG_DASHES = { a: [], b: [12, 2] }; // the second setting has a second cue besides colour
+const PALE = 0.3; // opacity of the run behind the settled motion
+const ROOM = 0.4; // most room around the settled motion, as a share of its size
 const MOST_BEHIND = 6000, MOST_DRAWN = 20000; // samples of a run in the portrait, behind the settled motion and alone
 
-// Each panel draws the looks of one or two settings: {a, b}, with the arrays of response, kind, spectrum and statics.
-// Both are drawn only where they have the same units.
+// The looks to draw, each with colour and side. Two settings are drawn together only if they have the same units.
 function sidesOf(looks) {
   const sides = ["a", "b"].filter((side) => looks[side]?.about), si = looks[looks.active]?.about?.si;
   return sides.filter((side) => looks[side].about.si === si).map((side) => [looks[side], colours()[side], side]);
@@ -37,14 +36,14 @@ export function timePanel(host, looks, clock) {
       states(p, shown[0][0]);
       for (const [own] of sides) if (sceneOf(own, looks.motion) === own) ended(p, own, own.t);
       const { shown: periods, cut } = look.words;
-      if (cut && shown[0][0] === look) p.label(`the first ${format(periods, 2)} periods: a longer run would lose its oscillations`, p.left + 6, p.top + 9);
+      if (cut && shown[0][0] === look) p.label(`only the first ${format(periods, 2)} periods: more would not resolve the oscillations`, p.left + 6, p.top + 9);
     },
     over(p) {
       const t = clock.time();
       p.upright(t === null ? null : p.X(t), p.margin.top, p.h - p.margin.bottom);
     },
   });
-  // A click goes to its time, and a drag through the run.
+  // A click jumps to its time, a drag scrubs through the run.
   const c = plot.canvas;
   let held = false;
   const go = (event) => { if (plot.x) clock.goTo(plot.toX(event.clientX - c.getBoundingClientRect().left)); };
@@ -54,7 +53,7 @@ export function timePanel(host, looks, clock) {
   return plot;
 }
 
-// A cross where a run ends before its time, and why.
+// Draws a cross, with the reason, where a run ended early.
 function ended(p, { words, x }, across, up = x) {
   if (!words.ended) return;
   const px = p.X(across.at(-1)), py = p.Y(up.at(-1)), c = colours();
@@ -67,7 +66,7 @@ function ended(p, { words, x }, across, up = x) {
   p.label(words.ended, px + (left ? -10 : 10), Math.min(Math.max(py, p.top + 8), p.bottom - 8), { colour: c.breakdown, bold: true, align: left ? "right" : "left" });
 }
 
-// The film's state as a strip of colour below the curve.
+// Draws the film's state as a coloured strip below the curve.
 function states(p, look) {
   const g = p.context, film = look.film, n = film.length - 1, c = colours().film;
   const width = p.X(look.t[n]) - p.left, y = p.bottom + 3;
@@ -98,7 +97,7 @@ export function portraitPanel(host, looks, clock) {
       for (const [look, colour, side] of drawn) p.line(look.ox, look.ou, { dash: DASHES[side], colour, width: look.wanders ? 0.8 : 1.8, alpha: (look.wanders ? 0.6 : 1) * (look.old ? 0.4 : 1) });
       for (const [look, colour, side] of drawn) p.points(look.px, look.pu, { colour: shown.length > 1 ? colour : colours().b, square: side === "b", size: look.wanders ? 2.4 : 7, alpha: look.old ? 0.4 : 1 });
       for (const [look] of shown) ended(p, look, look.x, look.u);
-      if (runs.some(([look]) => look.x.length > MOST_DRAWN)) p.label("the beginning of the run", p.left + 6, p.top + 9);
+      if (runs.some(([look]) => look.x.length > MOST_DRAWN)) p.label("only the beginning of the run", p.left + 6, p.top + 9);
     },
     over(p) {
       dots(p, looks, clock, (state) => [p.X(state.x), p.Y(state.u)]);
@@ -106,7 +105,7 @@ export function portraitPanel(host, looks, clock) {
   });
 }
 
-// The range of what is settled with as much of the run as leaves that large, and the whole of runs without it.
+// The range of the settled motions with limited room for the runs that led there, and of the whole run without one.
 function within(whole, settled, runs) {
   if (!settled.length) return extent(...runs);
   const [low, high] = extent(...settled.flat()), more = ROOM * (high - low);
@@ -114,7 +113,7 @@ function within(whole, settled, runs) {
   return extent([low, high], seen, ...runs);
 }
 
-// A dot where each of the shown looks is now.
+// Draws a dot at the present state of each look.
 function dots(p, looks, clock, place) {
   const shown = sidesOf(looks);
   for (const side of ["a", "b"]) {
@@ -134,14 +133,14 @@ export function spectrumPanel(host, looks) {
       const sides = sidesOf(looks), shown = sides.filter(([look]) => look.spectrum?.amplitude?.some(Number.isFinite));
       if (!shown.length) {
         const ended = sides.some(([look]) => look.words.ended);
-        const text = ended ? "A motion that ends has no spectrum." : looks[looks.active]?.unmeasured ?? "The actuator stands still, or its spectrum is under way.";
+        const text = ended ? "A motion that ends has no spectrum." : looks[looks.active]?.unmeasured ?? "No spectrum yet: it is being computed, or the actuator stands still.";
         return p.paragraph(text, p.w / 2, p.h / 2, 0.7 * p.w);
       }
       const { axes } = shown[0][0].about, top = Math.max(...shown.map(([look]) => look.spectrum.top));
       const most = Math.max(...shown.flatMap(([look]) => [...look.spectrum.amplitude.subarray(1)]), 1e-12);
       const log = (v) => Math.log10(Math.max(v, 1e-30)), y = decades.fit([log(most) - 6, log(most)]);
       p.axes([0, top], y, { xLabel: axes.frequency, yLabel: axes.amplitude, yText: power });
-      for (const [look, colour] of shown) {
+      for (const [look, colour, side] of shown) {
         const { frequency, amplitude, line, height } = look.spectrum;
         const own = Float32Array.from(amplitude, log);
         p.inside((g) => {
@@ -150,7 +149,7 @@ export function spectrumPanel(host, looks) {
           g.lineTo(p.X(frequency.at(-1)), p.bottom); g.fill();
         });
         p.line(frequency, own, { colour, width: 1 });
-        p.points(line, Float32Array.from(height, log), { colour, size: 6 });
+        p.points(line, Float32Array.from(height, log), { colour, size: side === "b" ? 4 : 7, square: side === "b" }); // both show at one place
       }
     },
   });
@@ -161,7 +160,7 @@ export function staticsPanel(host, looks, clock) {
   return new Plot(host, {
     draw(p) {
       const shown = sidesOf(looks).filter(([look]) => look.statics);
-      if (!shown.length) return p.paragraph(looks[looks.active]?.problem ?? "The equilibria are under way.", p.w / 2, p.h / 2, 0.7 * p.w);
+      if (!shown.length) return p.paragraph(looks[looks.active]?.problem ?? "Computing the equilibria …", p.w / 2, p.h / 2, 0.7 * p.w);
       const { axes } = shown[0][0].about, c = colours();
       const most = Math.max(...shown.map(([look]) => Math.max(...look.statics.swing.map(Math.abs), ...Object.values(look.statics.marks)))) * 1.15;
       const near = shown.flatMap(([look]) => [...look.statics.x].filter((_, i) => look.statics.voltage[i] <= most));
@@ -197,7 +196,7 @@ export function staticsPanel(host, looks, clock) {
   });
 }
 
-// The height at the lowest voltage at which the disc is stable.
+// The stable height at the lowest voltage.
 function restOf({ voltage, x, stable }) {
   let best = -1;
   for (let i = 0; i < x.length; i++) if (stable[i] && Number.isFinite(x[i]) && (best < 0 || voltage[i] < voltage[best])) best = i;

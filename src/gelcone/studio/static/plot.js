@@ -25,9 +25,9 @@ export function extent(...arrays) {
   return [low, high];
 }
 
-const NOTHING = 1e-9; // what is no larger is 0, but for rounding
+const NOTHING = 1e-9; // values up to this are rounding
 
-// A range that holds what is shown and moves only when it must, so that a plot does not tremble under a slider.
+// An axis range that contains the data and changes only if necessary, so that plots stay steady under a slider.
 export class Range {
   constructor(least = 1e-6) { this.least = least; this.low = NaN; this.high = NaN; }
 
@@ -55,7 +55,7 @@ export class Plot {
   /** @type {(v: number) => number} */ X; /** @type {(v: number) => number} */ Y; /** @type {(px: number) => number} */ toX; /** @type {(py: number) => number} */ toY;
   logarithmic = false;
 
-  // host: an element; draw(plot): called when there is something new to draw; over(plot): when a mark above it moves.
+  // host: an element; draw(plot) draws the data; over(plot) moves the marks above them.
   constructor(host, { draw = () => {}, over = null, left = 56, bottom = 34, top = 8, right = 20 } = {}) {
     this.box = Object.assign(document.createElement("div"), { className: "plot" });
     this.canvas = document.createElement("canvas");
@@ -86,7 +86,7 @@ export class Plot {
     this.redrawOver();
   }
 
-  // The place under the pointer, in the units of the axes.
+  // Shows the coordinates under the pointer.
   read(event) {
     const r = this.canvas.getBoundingClientRect(), px = event.clientX - r.left, py = event.clientY - r.top;
     const inside = this.x && px >= this.left && px <= this.right && py >= this.top && py <= this.bottom;
@@ -98,8 +98,8 @@ export class Plot {
     if (this.over && this.w && this.x) this.over(this);
   }
 
-  // A small element above the plot, which moves without anything being drawn again: a line from top to bottom, or a
-  // dot, ring or box, at a place in pixels; without one it is not shown.
+  // Moves a mark (line, dot, ring or box) above the plot to a place in pixels, without redrawing; hides it without a
+  // place.
   mark(kind, at, name = kind) {
     let own = this.marks.get(name);
     if (!own) {
@@ -112,12 +112,12 @@ export class Plot {
     return own;
   }
 
-  // The same as a line at a place along the plot, from its top to its bottom.
+  // Moves the vertical line to a place along the plot.
   upright(px, top = this.top, bottom = this.bottom) {
     this.mark("line", px === null ? null : [px, top]).style.height = `${bottom - top}px`;
   }
 
-  // Axes for the ranges x and y, in the part of the height from ``from`` to ``to`` (shares); sets the scales X and Y.
+  // Draws axes for the ranges x and y between the shares ``from`` and ``to`` of the height; sets the scales X and Y.
   axes(x, y, { xLabel = "", yLabel = "", from = 0, to = 1, xTicks = true, yText = null } = {}) {
     const g = this.context, c = colours(), m = this.margin;
     const inner = this.h - m.top - m.bottom, top = m.top + from * inner, bottom = m.top + to * inner;
@@ -149,7 +149,7 @@ export class Plot {
     }
   }
 
-  // Draws inside the axes only.
+  // Clips drawing to the axes.
   inside(draw) {
     const g = this.context;
     g.save(); g.beginPath(); g.rect(this.left, this.top - 1, this.right - this.left, this.bottom - this.top + 2); g.clip();
@@ -171,7 +171,7 @@ export class Plot {
     });
   }
 
-  // Where several samples share a column of pixels: what they span, filled. Strokes of that many samples are slow.
+  // Fills the span of the samples in each column of pixels; stroking that many samples is slow.
   columns(g, x, y, dash = []) {
     const d = this.d, [on = 1, off = 0] = dash;
     let column = -1, low = 0, high = 0, last = NaN;
@@ -200,7 +200,7 @@ export class Plot {
     });
   }
 
-  // A text in lines of at most a number of pixels, centred.
+  // Writes a centred text in lines of at most a number of pixels.
   paragraph(text, px, py, most) {
     const g = this.context, lines = [""];
     g.font = FONT;

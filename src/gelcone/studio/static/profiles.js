@@ -1,16 +1,16 @@
-// Profiles of membranes over height and voltage, from small tables that the server sends once a film.
+// Profiles of membranes over height and voltage, from small tables that the server sends once per film.
 const MOST = 32;
 const tables = new Map();
 
-// A table: arrays height, top, and flat over (heights, shares, rings) radius, rise, stretch, wrinkled; its name and shares.
+// Adds a table: arrays height and top; radius, rise, stretch, wrinkled (heights, shares, rings), flattened; name, shares.
 export function add(words, arrays) {
   if (tables.size >= MOST) tables.delete(tables.keys().next().value);
   tables.set(words.name, { ...arrays, shares: words.shares, rings: words.rings });
 }
 
-// The rings from disc to rim where the disc is that far from the film's plane: radius, rise (height over the disc's),
-// stretch (area over the mounted one) and whether the hoop is wrinkled; null without a table, and where the film has no
-// tension at that voltage.
+// The rings from disc to rim at a height of the disc above the film's plane: radius, rise (height over the disc's),
+// stretch (area over the mounted one) and whether the hoop is wrinkled. Null without a table, and where the voltage
+// leaves the film without tension.
 export function profile(name, height, voltage) {
   const table = tables.get(name);
   if (!table || !Number.isFinite(height)) return null;
@@ -25,7 +25,7 @@ export function profile(name, height, voltage) {
   });
 }
 
-// The place before a value among rising ones, and the share of the way to the next.
+// The index before a value among rising ones, and the fraction of the way to the next.
 function place(values, value) {
   let k = 0;
   while (k < values.length - 2 && values[k + 1] <= value) k++;

@@ -1,4 +1,4 @@
-// Files of what is shown, and the command and Python lines that give the same numbers.
+// The dialog that saves files, and shows the command and Python lines that give the same numbers.
 import { make } from "./controls.js";
 import { caption, composed, filmed } from "./film.js";
 
@@ -15,16 +15,16 @@ export class Saver {
     Object.assign(this, { dialog, page, id: null, codeId: null });
     this.what = make("select", { "aria-label": "What to save", onchange: () => this.ask() }, ...Object.entries(WHAT).map(([name, text]) => new Option(text, name)));
     this.command = make("pre", { tabIndex: 0 }); this.python = make("pre", { tabIndex: 0 });
-    this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device as it is set, as a file for the command line", onclick: () => { this.id = this.page.ask("device", { setting: this.page.setting() }); } });
-    this.said = make("span", { role: "status" });
+    this.device = make("button", { type: "button", textContent: "Device file", "data-format": "toml", title: "The device with its current values, as a file for the command line", onclick: () => { this.id = this.page.ask("device", { setting: this.page.setting() }); } });
+    this.status = make("span", { role: "status" });
     this.buttons = Object.entries(FORMATS).map(([format, text]) => make("button", { type: "button", textContent: text, "data-format": format, onclick: () => this.get(format) }));
     this.picture = make("button", { type: "button", textContent: "Picture", title: "Cone and plots as they are on the page, with a caption", onclick: () => this.takePicture() });
     this.film = make("button", { type: "button", textContent: "Film", title: `The cone as it moves, with a caption: ${FILM_SECONDS} seconds as WebM`, onclick: () => this.takeFilm() });
-    const copy = (from) => make("button", { type: "button", textContent: "Copy", onclick: async () => { try { await navigator.clipboard.writeText(from.textContent); this.said.textContent = "Copied."; } catch { this.said.textContent = "Select the text and copy it."; } } });
+    const copy = (from) => make("button", { type: "button", textContent: "Copy", onclick: async () => { try { await navigator.clipboard.writeText(from.textContent); this.status.textContent = "Copied."; } catch { this.status.textContent = "Select the text and copy it."; } } });
     dialog.append(
       make("h2", { textContent: "Save and repeat" }),
-      make("div", { className: "row" }, this.what, ...this.buttons, this.device, this.said),
-      make("div", { className: "row" }, make("span", { textContent: "What is on the page, with a caption:" }), this.picture, this.film),
+      make("div", { className: "row" }, this.what, ...this.buttons, this.device, this.status),
+      make("div", { className: "row" }, make("span", { textContent: "The page as it looks, with a caption:" }), this.picture, this.film),
       make("h3", { textContent: "The same on the command line " }, copy(this.command)), this.command,
       make("h3", { textContent: "The same in Python " }, copy(this.python)), this.python,
       make("div", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })),
@@ -36,7 +36,7 @@ export class Saver {
     this.what.value = TAB[state.top] ?? "simulate";
     this.what.querySelector('[value="envelope"]').hidden = Boolean(this.page.setting().preset);
     this.device.disabled = Boolean(this.page.setting().preset);
-    this.said.textContent = "";
+    this.status.textContent = "";
     this.ask();
     this.dialog.showModal();
   }
@@ -51,12 +51,12 @@ export class Saver {
 
   get(format) {
     this.id = this.page.ask("export", { ...this.content(), format });
-    this.said.textContent = "computing …";
+    this.status.textContent = "computing …";
     for (const button of this.buttons) button.disabled = true;
   }
 
   done(text) {
-    this.id = null; this.said.textContent = text;
+    this.id = null; this.status.textContent = text;
     for (const button of this.buttons) button.disabled = false;
   }
 
@@ -77,7 +77,7 @@ export class Saver {
     this.done(`${name} is saved.`);
   }
 
-  // The caption of what is on the page.
+  // The caption of the page.
   caption() { const { name, look, values } = this.page.shown(); return caption(name, look, values); }
 
   takePicture() {
@@ -88,7 +88,7 @@ export class Saver {
   async takeFilm() {
     if (!this.page.shown().look?.words) return this.done("There is nothing to show yet.");
     this.page.play();
-    const film = filmed(composed(this.page.pictures().slice(0, 1), this.caption()), FILM_SECONDS, (passed) => { this.said.textContent = `recording, ${Math.min(Math.floor(passed), FILM_SECONDS)} of ${FILM_SECONDS} s …`; });
+    const film = filmed(composed(this.page.pictures().slice(0, 1), this.caption()), FILM_SECONDS, (passed) => { this.status.textContent = `recording, ${Math.min(Math.floor(passed), FILM_SECONDS)} of ${FILM_SECONDS} s …`; });
     if (!film) return this.done("This browser records no films.");
     this.film.disabled = true;
     try { this.give("gelcone.webm", await film); } catch (error) { this.done(error.message); }

@@ -1,12 +1,12 @@
-// What of a motion is shown over time and as a cone: the settled motion, or the run from the start.
+// The part of a motion shown over time and as a cone (scene): the settled motion, or the run from the start.
 /**
  * Arrays along a motion: times, heights, velocities, voltages, and of the films their states, thickness and field.
  * @typedef {{t: Float32Array, x: Float32Array, u: Float32Array, v: Float32Array, film: Uint8Array, [more: string]: any}} Scene
  */
-const MOST = 200000; // samples of a settled motion that is repeated
-const OWN = /^o(t|x|u|v|film|thin|field)(\d?)$/; // arrays of the settled motion, as they come
+const MOST = 200000; // most samples of a repeated settled motion
+const OWN = /^o(t|x|u|v|film|thin|field)(\d?)$/; // names of the settled motion's arrays
 
-// The arrays of a settled motion under the names of a run's; a periodic one repeated over a number of periods of the drive.
+// The settled motion as a scene, with the array names of a run; a periodic one is repeated over some drive periods.
 /** @param {Record<string, any>} arrays @param {{periodic: boolean, periods: number, period: number}} how @returns {Scene | null} */
 export function settledOf(arrays, { periodic, periods, period }) {
   /** @type {any} */ const found = {};
@@ -24,20 +24,20 @@ export function settledOf(arrays, { periodic, periods, period }) {
   return found;
 }
 
-// The scene of a look: what it has settled to, unless that of a newer setting is awaited, or the run itself.
+// The scene of a look: its settled motion, or the run if that is chosen or the settled motion is missing or outdated.
 /** @param {any} look @param {string} motion @returns {Scene} */
 export function sceneOf(look, motion) {
   return motion !== "start" && look.settled && !look.old ? look.settled : look;
 }
 
-// Where a time lies in a scene: the sample before it, and how far it is from there to the next, as a share.
+// The sample before a time of a scene, and the fraction of the way to the next.
 /** @param {{t: Float32Array}} scene @param {number} time @returns {[number, number]} */
 export function placeAt({ t }, time) {
   const n = t.length - 1, place = Math.min((Math.max(time, 0) / t[n]) * n || 0, n), k = Math.min(Math.floor(place), Math.max(n - 1, 0));
   return [k, place - k];
 }
 
-// The height at a time of a scene.
+// The height at a time of a scene, interpolated.
 /** @param {Scene} scene @param {number} time @returns {number} */
 export function heightAt(scene, time) {
   const [k, f] = placeAt(scene, time), { x } = scene;

@@ -4,10 +4,10 @@ import { make } from "./controls.js";
 import { Plot, Range, extent } from "./plot.js";
 import { DRIVE, IMPOSSIBLE, PULLED_IN, Panel, fill, holding, kindOf, labelled, picker, regimeColour, sample } from "./work.js";
 
-const LEFT = 5; // the kind of motions that leave the model's domain
+const LEFT = 5; // the regime of motions that leave the model's domain
 const MARKS = ["□", "◇", "△", "○", "▽"];
 
-// A sign for an event, of the shape that the legend shows.
+// Draws an event's marker in the shape that the legend shows.
 function mark(g, shape, x, y) {
   const r = 3.6, points = { "□": [[-1, -1], [1, -1], [1, 1], [-1, 1]], "◇": [[0, -1.3], [1.3, 0], [0, 1.3], [-1.3, 0]], "△": [[0, -1.2], [1.1, 0.8], [-1.1, 0.8]], "▽": [[0, 1.2], [1.1, -0.8], [-1.1, -0.8]] }[shape];
   g.beginPath();
@@ -20,7 +20,7 @@ export class StripPanel extends Panel {
     super(grids, "strip");
     this.over = picker("Parameter of the sweep", () => { const c = this.control(this.over.value); this.page.state().over = [c.name, c.low, c.high]; this.page.keep(true); this.blank(); this.stale = true; this.grids.opened(); });
     this.names = make("ul", { className: "legend" });
-    host.append(make("div", { className: "bar" }, this.over, this.said = make("span", { textContent: "each value from the same start", className: "right" })));
+    host.append(make("div", { className: "bar" }, this.over, this.note = make("span", { textContent: "each value from the same start", className: "right" })));
     this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
     host.append(this.names);
     this.range = new Range();
@@ -39,15 +39,15 @@ export class StripPanel extends Panel {
 
   blank() { this.cells = new Map(); this.branches = null; }
 
-  // Branches of periodic orbits are followed once brute force has been everywhere.
+  // The branches are followed after the last cell.
   on_done() { super.on_done(); this.running = true; this.grids.say("following branches …"); }
 
   on_branches(head, arrays) {
     this.running = false;
     this.branches = { ...head, ...arrays };
     this.grids.say("");
-    this.said.textContent = head.none ? "no branches here" : "each value from the same start";
-    this.said.title = head.none ?? "";
+    this.note.textContent = head.none ? "no branches here" : "each value from the same start";
+    this.note.title = head.none ?? "";
     this.names.dataset.key = "";
     this.plot.redraw();
   }
@@ -88,14 +88,14 @@ export class StripPanel extends Panel {
     if (!over || !this.legend()) return;
     const axes = this.page.look()?.about?.axes;
     const cells = [...this.cells.values()], ends = cells.flatMap(([, , low, high]) => [low, high]).filter(Number.isFinite);
-    p.axes(over.slice(1), this.range.fit(extent(ends, this.branches?.section ?? [], ...cells.map(([, points]) => points))), { xLabel: labelled(this.control(over[0])), yLabel: axes ? `${axes.displacement}: once a period, and its range` : "" });
+    p.axes(over.slice(1), this.range.fit(extent(ends, this.branches?.section ?? [], ...cells.map(([, points]) => points))), { xLabel: labelled(this.control(over[0])), yLabel: axes ? `${axes.displacement}: once per period; shaded: range` : "" });
     p.canvas.setAttribute("aria-label", `Sweep of ${this.control(over[0])?.label}: the section at each value. Left and right move.`);
     if (!this.cells.size) return this.nothing(p, this.running ? "computing …" : "");
     const legend = this.legend(), used = new Set();
     p.inside((g) => {
       const wide = Math.max(1.5, ((p.right - p.left) / this.count) * 0.8);
       const full = Math.max(1, (p.right - p.left) / this.count) + 0.5;
-      for (const [place, [code, , low, high]] of this.cells) { // the stroke behind the section; grey where there is none
+      for (const [place, [code, , low, high]] of this.cells) { // the range behind the section; grey where the motion ended
         const px = p.X(over[1] + ((over[2] - over[1]) * place) / (this.count - 1)) - full / 2, ended = code === PULLED_IN || code === LEFT;
         if (!ended && !(high > low)) continue;
         g.fillStyle = regimeColour(legend, code); g.globalAlpha = (this.stale ? 0.5 : 1) * (ended ? 0.45 : 0.16);

@@ -1,35 +1,35 @@
-// What panels of long work share: they are asked for once they are visible and out of date, and cancelled otherwise.
+// The base of the panels of long work: computed once visible and outdated, cancelled when hidden.
 import { colours } from "./colours.js";
 import { format, make } from "./controls.js";
 
-// Lines across cells of a kind, from corner to corner in shares of a cell: kinds are distinguished by more than colours.
+// Hatching of cells by kind, as lines in shares of a cell: a second cue besides colour.
 const HATCHES = { 2: [[0.5, 0, 0.5, 1]], 3: [[0, 1, 1, 0]], 6: [[0, 0, 1, 1]], 4: [[0, 1, 1, 0], [0, 0, 1, 1]], [98]: [[0, 0.5, 1, 0.5]] };
-const ANGLES = { 2: [90], 3: [135], 6: [45], 4: [45, 135], [98]: [0] }; // the same as stripes of a legend
+const ANGLES = { 2: [90], 3: [135], 6: [45], 4: [45, 135], [98]: [0] }; // the same as stripes in a legend
 const HATCH = "rgba(255, 255, 255, 0.45)";
-const PAUSE = 500; // ms without a change after which an outdated panel is computed again
-export const PULLED_IN = 98, IMPOSSIBLE = 99; // kinds of cells besides those of motion
+const PAUSE = 500; // ms after the last change at which an outdated panel is computed again
+export const PULLED_IN = 98, IMPOSSIBLE = 99; // kinds of cells in addition to the regimes
 export const DRIVE = ["voltage_amplitude", "voltage", "voltage_offset", "voltage_bias", "frequency", "drive_frequency"];
 
-// Name and colour of a kind of cell; those without a name are drawn as what cannot be.
+// Name and colour of a kind of cell; unnamed kinds have the colour of invalid actuators.
 export const kindOf = (legend, code) => (code === PULLED_IN ? legend.pulled_in : legend.regimes[code]) ?? { colour: colours().line };
 export const regimeColour = (legend, code) => kindOf(legend, code).colour;
 export const labelled = (control) => (control ? `${control.label.toLowerCase()}${control.unit ? ` (${control.unit})` : ""}` : "");
 
-// The sample of a kind in a legend, with its colour and stripes.
+// A legend swatch with colour and stripes.
 export function sample(colour, code = null) {
   const i = make("i");
   i.style.background = [...(ANGLES[code] ?? []).map((angle) => `repeating-linear-gradient(${angle}deg, ${HATCH} 0 1.5px, transparent 1.5px 5px)`), colour].join(", ");
   return i;
 }
 
-// Draws the lines across cells, [kind, left, top] each, of this width and height.
+// Hatches cells [kind, left, top] of this width and height.
 export function hatch(g, cells, w, h) {
   g.strokeStyle = HATCH; g.lineWidth = 1; g.beginPath();
   for (const [code, x, y] of cells) for (const [x0, y0, x1, y1] of HATCHES[code] ?? []) { g.moveTo(x + x0 * w, y + y0 * h); g.lineTo(x + x1 * w, y + y1 * h); }
   g.stroke();
 }
 
-// A hand that holds a canvas: go(event, settled) while it moves and when it lets go, or the system takes it away.
+// Calls go(event, settled) during a drag on a canvas, and settled when it ends or is interrupted.
 export function holding(canvas, go) {
   let held = null;
   canvas.onpointerdown = (event) => {
@@ -43,7 +43,7 @@ export function holding(canvas, go) {
   canvas.onpointercancel = () => { const last = held; held = null; if (last) go(last, true); };
 }
 
-// A choice of parameters that are numbers.
+// A selection of numeric parameters.
 export function picker(label, onchange) {
   return make("select", { "aria-label": label, title: label, onchange });
 }
@@ -89,7 +89,7 @@ export class Panel {
     this.grids.say(this.running ? "0 %" : "");
   }
 
-  // Something that it rests on has changed: what is drawn is faded, and computed again once the hand rests.
+  // Marks the panel as outdated: fades it, and computes it again once the settings rest.
   outdated() {
     if (this.running) { this.page.ask("cancel", { grid: this.kind }); this.running = false; this.id = null; }
     const before = this.stale;
@@ -106,11 +106,11 @@ export class Panel {
     clearTimeout(this.timer);
     if (!this.running) return;
     this.page.ask("cancel", { grid: this.kind });
-    Object.assign(this, { running: false, id: null, stale: !this.filled || this.stale }); // without what was followed
+    Object.assign(this, { running: false, id: null, stale: !this.filled || this.stale }); // without branches and curves the panel counts as filled
   }
 
   progress(share) { this.grids.say(share < 1 ? `${Math.round(100 * share)} %` : ""); }
   redrawOver() { if (this.grids.open === this) this.plot.redrawOver(); }
-  nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 3, 0.7 * p.w); } // clear of the mark in the middle
+  nothing(p, text) { p.paragraph(this.problem || text, p.w / 2, p.h / 3, 0.7 * p.w); } // above the mark in the middle
   on_done() { this.running = false; this.filled = true; this.progress(1); }
 }
