@@ -7,8 +7,8 @@ Units are the names of the variables whose unit a label shows, # is a number, - 
 TABLE = {
     "step": [
         (
-            "x: time after the step (of time); y: displacement (of displacement); title: dashed: where a slow ramp "
-            "ends; dotted: settled",
+            "x: time after the step (of time); y: displacement (of displacement); title: dashed: end of a "
+            "slow ramp; dotted: settling time",
             [
                 "solid displacement over time: # of constant_voltage",
                 "dashed level at equilibrium",
@@ -20,7 +20,7 @@ TABLE = {
     ],
     "creep": [
         (
-            "y: displacement (of displacement); title: dashed: in the long run; dotted: pulls in; log x",
+            "y: displacement (of displacement); title: dashed: equilibrium; dotted: pull-in; log x",
             ["solid displacement over time", "dashed level at equilibrium"],
         ),
         ("x: constant voltage (of held_voltage); y: time to pull-in (of time)", ["text: no voltage pulls it in"]),
@@ -185,7 +185,7 @@ TABLE = {
             "x: drive frequency (of value); y: largest exponent (per second)",
             ["solid level at 0", "solid lyapunov over value", "dashed nothing over value"],
         ),
-        ("figure", ["stable, unstable, brute force, period #"]),
+        ("figure", ["stable, unstable, brute force, period #, the model holds nowhere here"]),
     ],
     "locus": [
         (
@@ -298,10 +298,10 @@ TABLE = {
         ("x: stroke (mm); y: apparent power (mVA)", ["solid o apparent_power over stroke", "text: #"]),
         (
             "x: design; y: share of devices that meet all",
-            ["points o probability over design", "dashed level at -: wished"],
+            ["points o probability over design", "dashed level at -: required"],
         ),
         ("x: design; y: peak voltage (V)", ["bars of -", "bars of peak_voltage"]),
-        ("figure", ["designs: quick", "wished", "first limit, peak of the drive"]),
+        ("figure", ["designs: quick", "required", "first limit, peak of the drive"]),
     ],
     "device fit": [
         (
@@ -824,12 +824,9 @@ TABLE = {
         (
             "y: stroke, peak to peak (of stroke)",
             [
-                "points . stroke over drive_frequency: brute force",
                 "points . stroke over drive_frequency",
-                "solid nothing over followed_value: period #, stable",
                 "solid - over followed_value",
                 "dashed nothing over followed_value",
-                "solid in the legend: faint: the model does not hold",
                 "dashed linear_stroke over drive_frequency: linear theory",
             ],
         ),
@@ -844,7 +841,7 @@ TABLE = {
         (
             "figure",
             [
-                "brute force, period #, stable, faint: the model does not hold, linear theory, "
+                "stable, unstable, brute force, period #, the model holds nowhere here, linear theory, "
                 "phase, swept up, phase, swept down"
             ],
         ),

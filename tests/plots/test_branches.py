@@ -150,3 +150,23 @@ def test_brute_force_is_the_displacement_of_settled_motions():
     assert axes.lines[0].get_xydata().tolist() == [
         [5.0, 0.0], [5.0, 2.0], [5.0, 4.0], [6.0, 6.0], [6.0, 8.0], [6.0, 10.0],
     ]  # fmt: skip
+
+
+def test_a_branch_is_faint_where_the_model_does_not_hold_and_reaches_the_points_that_hold():
+    """Unless it holds nowhere: then this is written, and the branches stay as they are."""
+    fails = np.zeros((2, 4))
+    fails[1, 3] = 0.2
+    shown = branches().assign(validity_breakdown=(("branch", "point"), fails))
+    axes = blank()
+    module.exponents(shown, axes)
+    strong, faint = drawn(axes)[-2:]
+    assert [strong[2:], faint[2:]] == [(1.0, [[2.0, -0.1], [3.0, 0.2]]), (module.UNHELD, [[3.0, 0.2], [4.0, 0.4]])]
+    assert module.UNHELD_LABEL in [handle.get_label() for handle in module.legend(shown)]
+    nowhere = branches().assign(validity_breakdown=(("branch", "point"), np.ones((2, 4))))
+    axes, usual = blank(), blank()
+    module.exponents(nowhere, axes)
+    module.exponents(branches(), usual)
+    assert drawn(axes) == drawn(usual)
+    labels = [handle.get_label() for handle in module.legend(nowhere)]
+    assert module.NOWHERE in labels
+    assert module.UNHELD_LABEL not in labels

@@ -232,9 +232,9 @@ def test_the_figure_has_limits_beside_three_small_panels():
 
 @pytest.mark.parametrize("of", ["membrane", "cone"])
 def test_pull_in_says_whose_it_is(of):
-    from gelcone.plots.envelope import named
+    from gelcone.plots.envelope import limit_label
 
     result = xr.Dataset(attrs={"pull_in_of": of})
-    assert named(result, "pull-in") == f"pull-in of the {of}"
-    assert named(result, "chaos") == "chaos"
-    assert named(xr.Dataset(), "pull-in") == "pull-in"
+    assert limit_label(result, "pull-in") == f"pull-in of the {of}"
+    assert limit_label(result, "chaos") == "chaos"
+    assert limit_label(xr.Dataset(), "pull-in") == "pull-in"

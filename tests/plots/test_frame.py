@@ -17,12 +17,12 @@ MODEL = ConeModel(damping_ratio=0.3, voltage=[0.2, 0.4], dielectric_strength=1.5
 
 def test_a_figure_says_which_parameters_all_of_it_shares():
     response = gelcone.simulate(MODEL, periods=2)
-    told = fixed_parameters(response)
-    assert "damping ratio 0.3" in told
-    assert "dielectric strength 1.5" in told
-    assert "voltage 0" not in told.replace("voltage bias 0", "")
+    footnote = fixed_parameters(response)
+    assert "damping ratio 0.3" in footnote
+    assert "dielectric strength 1.5" in footnote
+    assert "voltage 0" not in footnote.replace("voltage bias 0", "")
     figure = gelcone.plot(response)
-    assert told.split(",")[0] in texts(figure)
+    assert footnote.split(",")[0] in texts(figure)
     assert gelcone.plot(response).get_size_inches()[1] > gelcone.plots.response_figure(response).get_size_inches()[1]
 
 
@@ -61,9 +61,9 @@ def test_what_is_swept_or_drawn_of_a_device_is_not_fixed(name):
     response = gelcone.simulate(device.replace(film="taut"), periods=1)
     assert "film_thickness 200 um" in fixed_parameters(response)
     assert fixed_parameters(response).endswith("film taut")
-    told = fixed_parameters(response.assign_coords({name: ("k", [1.0, 2.0])}))
-    assert "film_thickness" not in told
-    assert "disc_radius" in told
+    footnote = fixed_parameters(response.assign_coords({name: ("k", [1.0, 2.0])}))
+    assert "film_thickness" not in footnote
+    assert "disc_radius" in footnote
 
 
 @pytest.mark.parametrize("kind", ["frequency", "static"])
@@ -87,9 +87,9 @@ def test_the_axes_and_the_note_of_a_device_are_in_its_units():
     figure = gelcone.plot(swept)
     assert figure.axes[0].get_xlabel().endswith("(V)")
     assert figure.axes[0].get_ylabel().endswith("(V)")
-    told = fixed_parameters(swept)
-    assert "film_radius" in told
-    assert "voltage_amplitude" not in told
+    footnote = fixed_parameters(swept)
+    assert "film_radius" in footnote
+    assert "voltage_amplitude" not in footnote
 
 
 def test_a_sweep_of_three_parameters_is_a_row_of_maps():

@@ -5,8 +5,10 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from gelcone import Outcome
-from gelcone.plots.frequency import FAINT, LOOKS, UNHELD, arrows, frequency_figure, phases, strokes
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL, colour_of
+from gelcone.plots.frequency import LOOKS, arrows, branch_strokes, frequency_figure, phases, strokes
 from tests.plots.made_up import blank, data_of, line, result, texts
+from tests.plots.test_branches import VALUES, branches
 
 OMEGA = np.array([1.0, 2.0, 3.0, 4.0])
 STROKE = {"up": [1.0, 2.0, 5.0, 1.5], "down": [1.1, 2.2, 2.6, 1.4]}
@@ -107,9 +109,9 @@ def test_where_the_model_does_not_hold_the_curve_is_faint():
     strokes(data, axes)
     up = data_of(line(axes, "swept up"))
     np.testing.assert_array_equal(up[0], [1.0, 2.0, 2.9])
-    faint = next(one for one in axes.lines if one.get_alpha() == FAINT)
+    faint = next(one for one in axes.lines if one.get_alpha() == UNHELD)
     assert data_of(faint).shape == (2, 5)
-    assert len([one for one in axes.lines if one.get_label() == UNHELD]) == 1
+    assert len([one for one in axes.lines if one.get_label() == UNHELD_LABEL]) == 1
 
 
 def test_an_arrow_goes_from_the_stroke_before_a_jump_to_the_one_after_it():
@@ -153,3 +155,19 @@ def test_a_wide_range_of_frequencies_has_a_log_scale(highest, scale):
     assert phase.get_xlabel() == "drive frequency (Hz)"
     assert stroke.get_ylabel() == "stroke, peak to peak (mm)"
     assert "linear theory" in texts(figure)
+
+
+def test_branches_have_their_stroke_and_their_events_lie_on_it():
+    followed = branches(event_point=[1, 2, 2]).assign(
+        highest=(("branch", "point"), [np.zeros(4), 3.0 * VALUES]), lowest=(("branch", "point"), [np.zeros(4), VALUES])
+    )
+    axes = blank()
+    branch_strokes(response().assign(fixed_stroke=(("start", "drive_frequency"), np.full((1, 4), 0.5))), followed, axes)
+    own = [
+        data_of(one).T.tolist()
+        for one in axes.lines
+        if to_rgb(one.get_color()) == to_rgb(colour_of(followed.isel(branch=1)))
+    ]
+    assert own[:2] == [[[1.0, 2.0], [2.0, 4.0]], [[2.0, 4.0], [3.0, 6.0], [4.0, 8.0]]]  # stable, unstable
+    assert own[2:4] == [[[2.5, 5.0]], [[3.5, 7.0]]]  # events
+    assert axes.get_ylim() == pytest.approx((0.0, 1.1 * 8.0))

@@ -1,4 +1,4 @@
-"""Figures of the cone beside the continuum: taut, slack and pulled in, profiles and stretches of both."""
+"""Figures of the cone and the continuum: taut, slack and pulled in, profiles and stretches of both."""
 
 import numpy as np
 import pytest

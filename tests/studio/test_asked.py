@@ -60,14 +60,14 @@ def test_a_message_has_its_number(number):
 
 
 def test_a_map_and_a_strip_have_their_axes_and_a_source_with_the_setting(shelf):
-    source, x, y = asked.over_two(shelf, {"setting": PUMP, "x": X, "y": Y})
+    source, x, y = asked.read_map(shelf, {"setting": PUMP, "x": X, "y": Y})
     assert (source.path, source.text, source.options) == (
         shipped_devices()["biased-pump"], None, {"settings": ["film=taut"]},
     )  # fmt: skip
     for axis, (name, low, high), count in ((x, X, MAP_CELLS[0]), (y, Y, MAP_CELLS[1])):
         assert axis.name == name
         np.testing.assert_allclose(axis.values, np.linspace(low, high, count))
-    source, over = asked.over_one(shelf, {"setting": BASE, "over": ["voltage", 0.5, 1.5]})
+    source, over = asked.read_sweep(shelf, {"setting": BASE, "over": ["voltage", 0.5, 1.5]})
     assert source.options == {"preset": "base", "settings": []}
     np.testing.assert_allclose(over.values, np.linspace(0.5, 1.5, STRIP_VALUES))
     text = gelcone.find_device("soft-film").to_toml()
@@ -77,15 +77,16 @@ def test_a_map_and_a_strip_have_their_axes_and_a_source_with_the_setting(shelf):
 @pytest.mark.parametrize(
     ("read", "request_", "message"),
     [
-        (asked.over_two, {"setting": PUMP, "x": X, "y": X},
+        (asked.read_map, {"setting": PUMP, "x": X, "y": X},
          "voltage_amplitude: is on both axes; choose two parameters"),
-        (asked.over_two, {"setting": PUMP, "x": X},
+        (asked.read_map, {"setting": PUMP, "x": X},
          "None: is not a parameter that can be swept here; choose one of the list"),
-        (asked.over_one, {"setting": BASE, "over": ["voltage", 2, 1]},
+        (asked.read_sweep, {"setting": BASE, "over": ["voltage", 2, 1]},
          "Voltage: from 2 to 1 is empty; the first end must be below the second"),
-        (asked.of_device, {"setting": BASE}, "a preset has no envelope; choose a device"),
-        (asked.to_save, {"setting": BASE, "what": "regime", "format": "exe"}, "format: must be one of nc, png, svg"),
-        (asked.to_save, {"setting": BASE, "what": "regime"}, "format: must be one of nc, png, svg"),
+        (asked.read_envelope, {"setting": BASE}, "a preset has no envelope; choose a device"),
+        (asked.read_export, {"setting": BASE, "what": "regime", "format": "exe"},
+         "format: must be one of nc, png, svg"),
+        (asked.read_export, {"setting": BASE, "what": "regime"}, "format: must be one of nc, png, svg"),
         (asked.device_file, {"setting": BASE}, "a preset has no device file; choose a device"),
         (asked.code, {"setting": BASE, "what": 3}, "what: must be a text"),
         (asked.code, {"setting": BASE, "what": "regime", "options": {"tolerance": 1}},
@@ -99,7 +100,7 @@ def test_what_cannot_be_asked_for_is_refused_in_full_words(read, request_, messa
 
 
 def test_files_lines_and_devices_are_those_of_the_setting(shelf):
-    source, wanted, form = asked.to_save(
+    source, wanted, form = asked.read_export(
         shelf,
         {"setting": PUMP | {"values": {"film": "taut", "frequency": "9 Hz"}}, "what": "bifurcation", "format": "png",
          "over": Y}

@@ -145,8 +145,8 @@ def test_a_source_is_another_one_where_its_file_text_or_options_are(tmp_path):
     assert len({source.key for source in sources}) == 4
     before = sources[0].key
     os.utime(path, ns=(5, 7))
-    assert (sources[0].key != before, grids.changed(path)) == (True, 7)
-    assert (grids.changed(None), grids.changed(tmp_path / "gone")) == (0, 0)
+    assert (sources[0].key != before, grids.modified(path)) == (True, 7)
+    assert (grids.modified(None), grids.modified(tmp_path / "gone")) == (0, 0)
     assert grids.device_in(None, None) is None
     assert grids.device_in(None, path.read_text()) == grids.device_in(path, None) == gelcone.find_device("soft-film")
 

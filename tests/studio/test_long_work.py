@@ -12,7 +12,7 @@ from gelcone.errors import InputError
 from gelcone.studio import exports, long_work
 from gelcone.studio.grids import THRESHOLDS, Axis, Source
 from gelcone.studio.long_work import Outdated, Work, fill_map, fill_strip, make_file
-from gelcone.studio.look import film_of
+from gelcone.studio.look import pull_in_film
 
 PUMP = Source(shipped_devices()["biased-pump"], None, {"settings": []})
 BASE = Source(None, None, {"preset": "base", "settings": []})
@@ -52,7 +52,7 @@ def test_thresholds_lie_at_the_voltages_of_limits_on_the_axis_of_the_voltage(uni
     device = gelcone.find_device("biased-pump").replace(film_thickness=["0.18 mm", "0.2 mm", "0.22 mm"])
     limits = gelcone.to_si(gelcone.limits(device.to_model()), device)
     np.testing.assert_array_equal(arrays.pop("at"), other.values)
-    offset, film = {"onset_voltage": 0.0}, film_of(device.to_model())
+    offset, film = {"onset_voltage": 0.0}, pull_in_film(device.to_model())
     for name, words in THRESHOLDS.items():
         expected = limits[name].values - offset.get(name, device.voltage_offset)
         if (expected > 0.0).any():

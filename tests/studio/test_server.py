@@ -552,7 +552,7 @@ def test_current_power_and_pull_in_follow_once_the_hand_rests_and_equilibria_whe
         ask(page, "look", 1, side="a", setting=PUMP, panels=["statics"])
         names = {own["name"] for _ in range(2) for own in answer(page, "numbers", 60.0)[0]["words"]["numbers"]}
         subject = server.studio.shelf.subject(Setting(**PUMP))
-        assert names == {"current", "power", f"static pull-in of the {look.film_of(subject.model)}"}
+        assert names == {"current", "power", f"static pull-in of the {look.pull_in_film(subject.model)}"}
         marks = answer(page, "statics", 60.0)[0]["words"]["marks"]
         assert look.margins(subject).words["numbers"][0]["value"] == pytest.approx(marks["pull_in"], rel=1e-9)
         # of another drive they are known, and come before it rests

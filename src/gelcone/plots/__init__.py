@@ -1,8 +1,7 @@
 """The figures of gelcone, one for each kind of result.
 
-`FIGURES` lists them: the title of a result -> the module of this folder and its function that draws it. `plot` looks
-a result up there and draws it. A function is imported when it is first used; importing this package loads no
-matplotlib.
+`FIGURES` maps the title of a result to the module and function that draw it, and `plot` draws any result with it.
+Functions are imported when first used; importing this package does not load matplotlib.
 """
 
 from __future__ import annotations
@@ -53,20 +52,20 @@ FIGURES = MappingProxyType(
         "triptych": "triptych.triptych_figure",
     }
 )
-"""Title of a result, up to a colon -> module.function of its figure."""
+"""Title of a result (up to a colon) -> module.function of its figure."""
 ANY = "values.values_figure"
-"""The figure of a result whose title is not in `FIGURES`: its numbers as curves, or as text."""
+"""Figure of results whose title is not in `FIGURES`: their numbers as curves, or as text."""
 
 __all__ = ["FIGURES", "figure_of", "plot", *(path.split(".")[1] for path in sorted({*FIGURES.values(), ANY}))]
 
 
 def plot(result: xr.Dataset, **options: Any) -> Figure:
-    """Draw any result of gelcone.
+    """Draws any result of gelcone.
 
     Parameters
     ----------
     result : a Dataset that an analysis returned, also one read by `gelcone.load` or converted by `gelcone.to_si`.
-    options : passed on to the figure's own function, for example ``middle="extent"`` for a bifurcation diagram.
+    options : options of the figure's own function, for example ``middle="extent"`` for a bifurcation diagram.
 
     Returns
     -------

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_ATTRACTORS = 8
-"""Most attractors that have their own colour and legend entry; the rest share one."""
+"""Most attractors with a colour and legend entry of their own; the others share one."""
 SHADES = (0.0, 0.55, -0.45, 0.8, -0.7)
-"""Attractors of one regime: its colour, then mixed by these shares with white or (below 0) black."""
+"""Attractors of one regime: its colour, mixed by these shares with white (above 0) or black (below 0)."""
 OTHERS = "#FFFFFF"
 
 
@@ -46,14 +46,14 @@ def basin_figure(cells: xr.Dataset) -> Figure:
 
 
 def _axes(cells: xr.Dataset) -> tuple[str, str]:
-    """The states that are varied, the displacement first and before others the velocity."""
+    """The two states that are varied: displacement first, then velocity, then others."""
     order = {"displacement": -2, "velocity": -1}
     x, y = sorted(map(str, cells["attractor"].dims), key=lambda name: order.get(name, 0))
     return x, y
 
 
 def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
-    """Cells in the colour of their attractor; those without one in the colour of their regime, failed ones hatched."""
+    """Cells in the colour of their attractor, or of their regime where they have none; failed ones hatched."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     x, y = _axes(cells)
@@ -72,7 +72,7 @@ def attractor_map(cells: xr.Dataset, axes: Axes) -> None:
 
 
 def attractor_colours(cells: xr.Dataset) -> list[str]:
-    """A shade of its regime's colour for each attractor, and one for all beyond `MOST_ATTRACTORS`."""
+    """A shade of the regime's colour for each attractor, and one colour for all beyond `MOST_ATTRACTORS`."""
     regimes = [Regime(int(r)) for r in cells["attractor_regime"].values]
     shown = regimes[:MOST_ATTRACTORS]
     colours = [shade(REGIME_COLOURS[r], SHADES[shown[:i].count(r) % len(SHADES)]) for i, r in enumerate(shown)]
@@ -80,7 +80,7 @@ def attractor_colours(cells: xr.Dataset) -> list[str]:
 
 
 def shade(colour: str, share: float) -> str:
-    """A colour mixed with white, or with black where ``share`` is below 0."""
+    """A colour mixed with white (``share`` above 0) or black (below 0)."""
     from matplotlib.colors import to_hex, to_rgb
 
     other = 1.0 if share > 0.0 else 0.0
@@ -89,7 +89,7 @@ def shade(colour: str, share: float) -> str:
 
 
 def legend(cells: xr.Dataset) -> list[Artist]:
-    """A patch for each attractor, and for the other marks that occur."""
+    """A patch for each attractor, and handles of the other marks that occur."""
     from matplotlib.patches import Patch
 
     colours, count = attractor_colours(cells), cells.sizes["attractor_number"]

@@ -1,4 +1,5 @@
-"""Figures of bifurcation diagrams: section points, largest exponent or extent, slackness, regime along a parameter."""
+"""Figures of bifurcation diagrams: section points, largest exponent or extent, slack film and regime over a
+parameter."""
 
 from __future__ import annotations
 
@@ -44,24 +45,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Colours that no regime has; drawn in this order, so that the small marks lie on the large ones.
+# Colours of no regime, drawn in this order: small marks lie on top of large ones.
 SWEEP_STYLES = {"down": (ORANGE, "v", 1.5), "up": (BLACK, "^", 1.0)}
 FIXED_MARKERS = ("o", "s", "D", "P", "X")
 SMALLEST_SHAPE = 1.5
 PALE = 0.6
 """Share of white in the colour of points at which the model does not hold."""
 NARROW = 0.01
-"""Share of the parameter's range up to which the interval of a threshold is a line."""
+"""Thresholds narrower than this share of the parameter's range are drawn as lines."""
 MOST_LINES = 12
-"""Thresholds are drawn through all panels up to this many; more are only marked on the strip of their branch."""
+"""Most thresholds drawn through all panels; more are marked only on the strip of their branch."""
 
 
 MIDDLES = ("exponent", "extent")
-"""What the panel between section points and regimes shows."""
+"""Contents of the panel between section points and regimes."""
 
 
 def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"] = "exponent") -> Figure:
-    """Section points over the parameter, its largest exponent (or the extent of the motion) and the regime."""
+    """Section points over the parameter, above the largest exponent (or the extent of the motion) and the regime."""
     check_name("middle", middle, MIDDLES)
     name = diagram.attrs["parameter"]
     rows, followed = diagram.sizes["branch"], attached_branches(diagram)
@@ -94,7 +95,7 @@ def bifurcation_figure(diagram: xr.Dataset, middle: Literal["exponent", "extent"
 
 
 def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
-    """Colour, marker and relative size of every branch, in the order of drawing: fixed states lowest."""
+    """Colour, marker and relative size of each branch in drawing order, fixed states first."""
     branches = [str(b) for b in diagram["branch"].values]
     fixed = [b for b in branches if b not in SWEEP_STYLES]
     styles = {b: (PURPLE, FIXED_MARKERS[i % len(FIXED_MARKERS)], 2.0) for i, b in enumerate(fixed)}
@@ -102,9 +103,9 @@ def branch_styles(diagram: xr.Dataset) -> dict[str, tuple[str, str, float]]:
 
 
 def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
-    """Keywords for the markers of a branch: the smallest filled, larger ones open so that what is below shows.
+    """Marker keywords of a branch: the smallest markers are filled, larger ones open, so that those below show.
 
-    Markers too small for a shape are dots, the larger ones below.
+    Markers too small to show a shape are dots, larger for the branches drawn first.
     """
     colour, marker, scale = style
     if size < SMALLEST_SHAPE:
@@ -120,12 +121,12 @@ def marks_of(style: tuple[str, str, float], size: float) -> dict[str, Any]:
 
 
 def marker_size(diagram: xr.Dataset) -> float:
-    """Size of the smallest marker in points: small enough to keep neighbouring values apart where possible."""
+    """Size of the smallest marker in points, small enough to separate neighbouring values where possible."""
     return float(np.clip(120.0 / diagram.sizes[diagram.attrs["parameter"]], 0.55, 2.4))
 
 
 def pale_colour(colour: str) -> str:
-    """A colour mixed with white, for what does not hold."""
+    """A colour mixed with white, for points at which the model does not hold."""
     from matplotlib.colors import to_hex, to_rgb
 
     red, green, blue = (PALE + (1.0 - PALE) * part for part in to_rgb(colour))
@@ -199,13 +200,13 @@ def extent(diagram: xr.Dataset, axes: Axes) -> None:
 
 
 def slack_states(diagram: xr.Dataset) -> list[str]:
-    """The variables ``film_state_NAME`` of the states in which a wrinkling film is slack that occur in a diagram."""
+    """The variables ``film_state_NAME`` of the slack states of a wrinkling film that occur in a diagram."""
     names = [f"{film}film_state_{state}" for film in ("", "second_") for state in SLACK]
     return [name for name in names if name in diagram and float(diagram[name].max()) > 0.0]
 
 
 def slack_shares(diagram: xr.Dataset, names: list[str], axes: Axes) -> None:
-    """The share of the time that the film spends in each state in which it is slack, on the branch drawn on top."""
+    """The share of time in each slack state of the film, on the branch drawn on top."""
     (*_, branch) = branch_styles(diagram)
     own = diagram.sel(branch=branch)
     for colour, name in zip((SKY, GREEN, VERMILION, BLUE, YELLOW, GREY), names, strict=False):
@@ -234,7 +235,7 @@ def regime_strip(diagram: xr.Dataset, axes: Axes) -> None:
 
 
 def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
-    """Regimes, failed runs, and runs whose evidence does not support their regime, each (branch, value)."""
+    """Regimes, failed runs, and runs with evidence against their regime, each (branch, value)."""
     ordered = diagram.transpose("branch", diagram.attrs["parameter"], ...)
     failed = ordered["outcome"].values != 0
     regime = ordered["regime"].values
@@ -242,7 +243,7 @@ def marks(diagram: xr.Dataset) -> tuple[Any, Any, Any]:
 
 
 def refined_edges(diagram: xr.Dataset, branch: str) -> Array:
-    """Borders of a branch's cells: halfway between the values, or where bisection found the regime to change."""
+    """Borders of a branch's cells: halfway between values, or at the change of regime found by bisection."""
     values = diagram[diagram.attrs["parameter"]].values
     borders = edges(values)
     own = diagram["threshold_branch"].values == branch
@@ -252,7 +253,7 @@ def refined_edges(diagram: xr.Dataset, branch: str) -> Array:
 
 
 def thresholds(diagram: xr.Dataset, panels: list[Axes]) -> None:
-    """The intervals in which the regime changes: bars on the strip, and lines through the other panels if few."""
+    """Intervals in which the regime changes: bars on the strip, and lines through the other panels if they are few."""
     styles = branch_styles(diagram)
     rows = {str(b): i for i, b in enumerate(diagram["branch"].values)}
     count = diagram.sizes["threshold"]

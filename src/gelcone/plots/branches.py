@@ -1,13 +1,15 @@
-"""Figures of branches: orbits over the parameter above brute force, and their exponents with the events below."""
+"""Figures of branches: orbits over the parameter with brute force behind them, and their exponents with the events."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.motion.validity import invalid
+from gelcone.plots.regime import NOWHERE
 from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, styled
 from gelcone.quantity import Array
 from gelcone.words import event_label, rate_unit
@@ -18,9 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Which = npt.NDArray[np.bool_]
-"""Which points of a line."""
+"""Mask of points along a line."""
 LIGHTER = 0.35
-"""How much of its colour the mirror image of a branch keeps."""
+"""Opacity of a branch's mirror image, relative to the branch."""
 DASHED = (0, (2.5, 1.5))
 MARKERS = {
     "fold": "s",
@@ -34,8 +36,12 @@ MARKERS = {
 }
 BRUTE_FORCE = "#aaaaaa"
 FEW = 2
-"""Unstable orbits of a longer period are drawn faint, and their events as ticks alone: they would cover the rest."""
+"""Longest period with full lines and markers; unstable orbits of longer periods are faint, and their events ticks
+alone."""
 FAINT = 0.25
+UNHELD = 0.3
+"""Opacity of lines where the model does not hold."""
+UNHELD_LABEL = "faint: the model does not hold"
 
 
 def branches_figure(result: xr.Dataset) -> Figure:
@@ -59,33 +65,33 @@ def branches_figure(result: xr.Dataset) -> Figure:
 
 
 def brute_force(result: xr.Dataset, axes: Axes) -> None:
-    """Settled motions as grey dots below everything."""
+    """Settled motions as grey dots behind everything."""
     section = result["run_section"].values[..., 0]
     at = np.broadcast_to(result["run_value"].values[:, None], section.shape)
     axes.plot(at.ravel(), section.ravel(), ".", ms=2.0, color=BRUTE_FORCE, mec="none", zorder=1.0, rasterized=True)
 
 
 def colour_of(branch: xr.Dataset) -> str:
-    """The colour of a branch: black for rest, else by its period."""
+    """The colour of a branch: black for rest, otherwise by period."""
     if bool(branch["resting"]):
         return BLACK
     return CYCLE[int(np.log2(int(branch["period"]))) % len(CYCLE)]
 
 
 def sections_of(branch: xr.Dataset) -> Array:
-    """Displacement at the beginning of every repeat, (points, period)."""
+    """Displacement at the beginning of each repeat, (points, period)."""
     per, period = int(branch["nodes_per_repeat"]), int(branch["period"])
     return np.asarray(branch["orbit"].values[:, : per * period : per, 0])
 
 
 def stability_parts(stable: Array) -> tuple[Which, Which]:
-    """Points to draw as stable and as unstable: both lines reach the point where stability changes."""
+    """Masks of the points drawn as stable and as unstable; the unstable line reaches the first stable points."""
     inside, outside = stable == 1, stable == 0
     return inside, outside | (inside & with_neighbours(outside))
 
 
 def with_neighbours(which: Which) -> Which:
-    """Points along a line, with those next to them."""
+    """The mask extended by one point on either side."""
     found = which.copy()
     found[1:] |= which[:-1]
     found[:-1] |= which[1:]
@@ -93,65 +99,96 @@ def with_neighbours(which: Which) -> Which:
 
 
 def orbits(result: xr.Dataset, axes: Axes, *, mirrored: bool = True) -> None:
-    """Every branch, solid where it is stable and dashed where it is not; mirror images in a lighter tone."""
+    """All branches, solid where stable and dashed where unstable; mirror images in a lighter tone."""
     symmetric = mirrored and has_mirror(result)
-    for k in range(result.sizes["branch"]):
-        own = result.isel(branch=k)
+    for own, parts in branches_of(result):
         colour, value, lines = colour_of(own), own["value"].values, sections_of(own)
         image = symmetric and not bool(own["symmetric"]) and not bool(own["resting"])
-        for which, style, width, alpha in _parts(own):
+        for which, style, width, alpha in parts:
             shown, look = np.where(which[:, None], lines, np.nan), {"color": colour, "ls": style, "lw": width}
             axes.plot(value, shown, **look, alpha=alpha, zorder=2.0 + (style == "-"))
             if image:
                 axes.plot(value, -shown, **look, alpha=LIGHTER * alpha, zorder=1.9)
 
 
-def _parts(branch: xr.Dataset) -> Iterator[tuple[Which, Any, float, float]]:
-    """The stable and the unstable part of a branch, each with its style, width and opacity."""
+Part = tuple[Which, Any, float, float]
+"""Points of a branch that are drawn alike, with line style, width and opacity."""
+
+
+def branches_of(result: xr.Dataset) -> Iterator[tuple[xr.Dataset, list[Part]]]:
+    """Each branch with its parts."""
+    fails = unheld(result)
+    for k in range(result.sizes["branch"]):
+        branch = result.isel(branch=k)
+        yield branch, list(_parts(branch, fails[k]))
+
+
+def _parts(branch: xr.Dataset, fails: Which) -> Iterator[Part]:
+    """The stable and the unstable part of a branch, and their faint parts where the model fails."""
     faint = 1.0 if int(branch["period"]) <= FEW else FAINT
     inside, outside = stability_parts(branch["stable"].values)
-    yield inside, "-", 1.3, 1.0
-    yield outside, DASHED, 0.7 * np.sqrt(faint), faint
+    for which, style, width, alpha in ((inside, "-", 1.3, 1.0), (outside, DASHED, 0.7 * np.sqrt(faint), faint)):
+        yield which & ~fails, style, width, alpha
+        if (which & fails).any():  # reaches the next points that hold, so that no gaps are left
+            yield which & with_neighbours(fails), style, width, UNHELD * alpha
+
+
+def holds_nowhere(result: xr.Dataset) -> bool:
+    """Whether the model holds at no point of any branch."""
+    fails = invalid(result)
+    return fails is not None and bool(fails.values[np.isfinite(result["value"].values)].all())
+
+
+def unheld(result: xr.Dataset) -> Which:
+    """Mask of the points at which the model does not hold, (branches, points), unless it holds nowhere."""
+    fails = invalid(result)
+    return np.zeros(result["value"].shape, dtype=bool) if fails is None or holds_nowhere(result) else fails.values
 
 
 def has_mirror(result: xr.Dataset) -> bool:
-    """Whether the mirror image of a motion is one: the flat film rests."""
+    """Whether motions have mirror images, which is where the flat film is at rest."""
     return bool(result.attrs.get("mirror", 0))
 
 
-def events(result: xr.Dataset, axes: Axes) -> None:
-    """A marker for every event, at its orbit, open where it is subcritical."""
+def section_of_event(branch: xr.Dataset, event: xr.Dataset) -> Array:
+    """Displacement of an event's orbit at the beginning of each repeat, (period,)."""
+    per, period = int(branch["nodes_per_repeat"]), int(branch["period"])
+    return np.asarray(event["event_orbit"].values[: per * period : per, 0])
+
+
+def events(
+    result: xr.Dataset, axes: Axes, heights: Callable[[xr.Dataset, xr.Dataset], Array] = section_of_event
+) -> None:
+    """A marker for each event, open if subcritical, at the ``heights`` of its branch and event."""
     for k in range(result.sizes["event"]):
         own = result.isel(event=k)
         branch = result.isel(branch=int(own["event_branch"]))
         kind, period = event_label(own["event_kind"]), int(branch["period"])
         if period > FEW and not ends_stability(branch, own):
             continue
-        per = int(branch["nodes_per_repeat"])
-        x = own["event_orbit"].values[: per * period : per, 0]
+        at = heights(branch, own)
         filled = int(own["event_supercritical"]) != 0
-        axes.plot(np.full(x.size, float(own["event_value"])), x, **event_marks(kind, colour_of(branch), filled))
+        axes.plot(np.full(at.size, float(own["event_value"])), at, **event_marks(kind, colour_of(branch), filled))
 
 
 def ends_stability(branch: xr.Dataset, event: xr.Dataset) -> bool:
-    """Whether an event is an end of a stable part of its branch."""
+    """Whether a stable part of the branch ends at an event."""
     at = int(event["event_point"])
     return bool((branch["stable"].values[at : at + 2] == 1).any())
 
 
 def event_marks(kind: str, colour: str, filled: bool = True) -> dict[str, Any]:
-    """Keywords for the marker of an event."""
+    """Marker keywords of an event."""
     face = colour if filled else "white"
     return {"marker": MARKERS[kind], "ms": 4.0, "ls": "", "color": colour, "mfc": face, "mew": 0.8, "zorder": 3.0}
 
 
 def exponents(result: xr.Dataset, axes: Axes) -> None:
-    """Largest exponent of every orbit, and the zero line."""
+    """Largest exponent of each orbit, and the zero line."""
     axes.axhline(0.0, color=GREY, lw=0.8)
-    for k in range(result.sizes["branch"]):
-        own = result.isel(branch=k)
+    for own, parts in branches_of(result):
         value, growth = own["value"].values, own["lyapunov"].values
-        for which, style, width, alpha in _parts(own):
+        for which, style, width, alpha in parts:
             axes.plot(value, np.where(which, growth, np.nan), color=colour_of(own), ls=style, lw=width, alpha=alpha)
     growth = result["lyapunov"].values
     low, high = np.nanquantile(growth, [0.01, 0.99])
@@ -162,7 +199,7 @@ def exponents(result: xr.Dataset, axes: Axes) -> None:
 
 
 def event_ticks(result: xr.Dataset, panels: tuple[Axes, ...]) -> None:
-    """A thin line through all panels at every event at which a stable branch ends, and short ticks at the others."""
+    """A thin line through all panels at each event that ends a stable part; a short tick at every event."""
     for k in range(result.sizes["event"]):
         own = result.isel(event=k)
         branch = result.isel(branch=int(own["event_branch"]))
@@ -175,7 +212,7 @@ def event_ticks(result: xr.Dataset, panels: tuple[Axes, ...]) -> None:
 
 
 def flags(result: xr.Dataset, axes: Axes) -> None:
-    """Contradictions between branches and brute force, at the top: a cross, a plus where it is explained."""
+    """Contradictions between branches and brute force, at the top: a cross, or a plus if explained."""
     top = axes.get_xaxis_transform()
     for k in range(result.sizes["flag"]):
         explained = bool(str(result["flag_explanation"][k].values))
@@ -183,7 +220,7 @@ def flags(result: xr.Dataset, axes: Axes) -> None:
         axes.plot([float(result["flag_value"][k])], [0.97], marker, ms=5.0, color=colour, transform=top)
 
 
-def legend(result: xr.Dataset) -> list[Any]:
+def legend(result: xr.Dataset, *, mirrored: bool = True) -> list[Any]:
     """The legend of lines and markers."""
     from matplotlib.lines import Line2D
 
@@ -198,8 +235,12 @@ def legend(result: xr.Dataset) -> list[Any]:
         handles.append(Line2D([], [], color=colour, lw=1.3, label=f"period {period}"))
     if bool(result["resting"].values.any()):
         handles.append(Line2D([], [], color=BLACK, lw=1.3, label="rest"))
-    if has_mirror(result):
+    if mirrored and has_mirror(result):
         handles.append(Line2D([], [], color=GREY, lw=1.3, alpha=LIGHTER, label="mirror image"))
+    if holds_nowhere(result):
+        handles.append(Line2D([], [], ls="", label=NOWHERE))
+    elif unheld(result).any():
+        handles.append(Line2D([], [], color=BLACK, lw=1.3, alpha=UNHELD, label=UNHELD_LABEL))
     kinds = dict.fromkeys(event_label(result["event_kind"][k]) for k in range(result.sizes["event"]))
     handles += [Line2D([], [], label=kind, **event_marks(kind, GREY)) for kind in kinds]
     if (result["event_supercritical"].values == 0).any():

@@ -1,4 +1,4 @@
-"""Figure of a material fit: each test, the stress of the material, and what the other tests predict of it."""
+"""Figure of a material fit: measured stress of each test, fitted stress, and the prediction from the other tests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COLUMNS, MOST_PANELS = 4, 24
 
 
 def coupon_figure(result: xr.Dataset) -> Figure:
-    """A panel for each test that is not left out: measured and fitted stress, and the band of a prediction."""
+    """A panel for each test that is used: measured and fitted stress, and the band of the prediction."""
     shown = [k for k in range(result.sizes["test"]) if str(result["test_use"].values[k]) != "leave out"][:MOST_PANELS]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)
@@ -40,8 +40,8 @@ def coupon_figure(result: xr.Dataset) -> Figure:
 
 
 def draw_test(result: xr.Dataset, k: int, axes: Axes) -> None:
-    """Measured stress as dots, that of the material as a line, the prediction from the other tests dashed with its
-    band; over the stretch, or over the time of a hold."""
+    """One test over stretch, or over time for relaxation and creep: measured stress (dots), fitted stress (line),
+    prediction from the other tests (dashed) with its band."""
     own = result.isel(sample=np.flatnonzero(result["sample_test"].values == k))
     over_time = str(result["test_kind"].values[k]) in ("relaxation", "creep")
     x = own["time"].values / 3600.0 if over_time else own["stretch"].values
@@ -65,6 +65,6 @@ def draw_test(result: xr.Dataset, k: int, axes: Axes) -> None:
 
 
 def _pieces(x: np.ndarray) -> list[slice]:
-    """Stretches of samples along which x rises or falls, so that a band is drawn along each."""
+    """Ranges of samples along which x only rises or only falls, for bands."""
     turn = int(np.argmax(x))
     return [slice(0, turn + 1), slice(turn, x.size)] if 0 < turn < x.size - 1 else [slice(0, x.size)]

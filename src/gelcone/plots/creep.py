@@ -1,4 +1,4 @@
-"""The figure of creep: stroke and margin over the holding time, and the time to pull-in over the voltage."""
+"""Figure of creep: displacement and margin over the holding time, and the time to pull-in over the voltage."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 6
-"""Most voltages that are drawn."""
+"""Most voltages drawn."""
 
 
 def creep_figure(result: xr.Dataset) -> Figure:
-    """Displacement and margin over the time, a line for each voltage; time to pull-in between the thresholds."""
+    """Displacement and margin over time, one line per voltage, and the time to pull-in between the thresholds."""
     size, unit = time_unit(float(result["time"][-1]), result["time"])
 
     def draw(figure: Figure) -> None:
@@ -40,7 +40,7 @@ def creep_figure(result: xr.Dataset) -> Figure:
             axes[name].set_xscale("log")
             axes[name].set_xlim(time[0], time[-1])
         axes["place"].set_ylabel(axis_label(result["displacement"], "displacement"))
-        axes["place"].set_title("dashed: in the long run; dotted: pulls in", loc="left", fontsize=8.0)
+        axes["place"].set_title("dashed: equilibrium; dotted: pull-in", loc="left", fontsize=8.0)
         axes["margin"].set_ylim(bottom=0.0)
         axes["margin"].legend(loc="best")
         axes["margin"].set_ylabel("margin (% of the voltage)")

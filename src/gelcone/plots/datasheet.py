@@ -1,4 +1,4 @@
-"""The data sheet on one page: its numbers as a table, and its curves."""
+"""The data sheet on one page: a table of numbers, and curves."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ MOST_COLUMNS = 4
 LINE = 0.0365
 """Height of a row of the table, as a share of its panel."""
 END = 1.15
-"""Where the bar of an interval without an upper end stops, over the highest limit."""
+"""End of the bar of an unbounded interval, over the highest limit."""
 HALF_POWER = np.sqrt(0.5)
 
 
 def datasheet_figure(result: xr.Dataset) -> Figure:
-    """A page: table on top; below force over displacement, stroke and force over voltage, response over frequency, and
-    limits."""
+    """One page: the table on top; below force over displacement, stroke and force over voltage, response over
+    frequency, and limits."""
 
     def draw(figure: Figure) -> None:
         parts: Any = figure.subfigures(2, 1, height_ratios=[0.93, 1.0])
@@ -84,8 +84,8 @@ def write_table(result: xr.Dataset, axes: Axes) -> None:
 
 
 def _columns(count: int, toleranced: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Which columns are shown, and the places of their right ends; the last one holds intervals where there are
-    some."""
+    """The voltages that are shown, and the right ends of their columns; the last column holds tolerance intervals, if
+    any."""
     voltages, right = (count - 1, 0.7) if toleranced else (count, 1.0)
     few = min(voltages, MOST_COLUMNS - toleranced)
     chosen = np.unique(np.linspace(0, voltages - 1, few).round().astype(int))
@@ -94,7 +94,7 @@ def _columns(count: int, toleranced: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 def over_displacement(result: xr.Dataset, axes: Axes) -> None:
-    """Force on a load at each voltage, with blocked force and free stroke, and the work of a stroke."""
+    """Force on a load at each voltage, with blocked force, free stroke, and the work of the last voltage's stroke."""
     place, rest = result["displacement"].values, float(result["rest_displacement"])
     for colour, k in zip(CYCLE, range(result.sizes["constant_voltage"]), strict=False):
         own = result.isel(constant_voltage=k)
@@ -137,7 +137,7 @@ def over_frequency(result: xr.Dataset, axes: Axes) -> None:
 
 
 def limit_bars(result: xr.Dataset, axes: Axes) -> None:
-    """Peak voltages at which the use of the drive ends, those that are met."""
+    """Peak voltages of the limits that the drive meets, as bars."""
     ends = {
         str(name).removesuffix("_voltage").replace("_", " "): float(value)
         for name, value in result.data_vars.items()

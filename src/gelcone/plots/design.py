@@ -1,4 +1,5 @@
-"""The figure of designs: the front of the objectives, their probability, and their distance from limits."""
+"""Figure of designs: the front of the objectives, the probability of meeting all requirements, and voltages against
+limits."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ def design_figure(result: xr.Dataset) -> Figure:
         number = result["design"].values
         low, high, middle = (result[f"probability{end}"].values for end in ("_low", "_high", ""))
         share.errorbar(number, middle, [middle - low, high - middle], fmt="o", ms=4.0, color=BLUE)
-        share.axhline(result.attrs["confidence"], color=GREY, ls="--", lw=0.8, label="wished")
+        share.axhline(result.attrs["confidence"], color=GREY, ls="--", lw=0.8, label="required")
         share.set_ylabel("share of devices that meet all")
         share.margins(x=0.2, y=0.25)
         share.legend(loc="upper left")

@@ -1,4 +1,4 @@
-"""Figures of a device and its tests: what they determine, and what was fitted."""
+"""Figures of device tests: how well they determine each unknown, and the fit to them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COLUMNS = 2
 
 
 def device_plan_figure(result: xr.Dataset) -> Figure:
-    """Bars of what each unknown is known to, over its prior."""
+    """Bars: the standard deviation that the tests leave of each unknown, over its prior."""
 
     def draw(figure: Figure) -> None:
         left_bars(result, figure.subplots())
@@ -30,7 +30,7 @@ def device_plan_figure(result: xr.Dataset) -> Figure:
 
 
 def device_fit_figure(result: xr.Dataset) -> Figure:
-    """A panel for each test, with measured and predicted readings; and bars of what each unknown is known to."""
+    """A panel for each test with measured and fitted readings, and bars of the standard deviations left."""
     names = json.loads(result.attrs["tests"])
     rows = -(-(len(names) + 1) // COLUMNS)
 
@@ -48,7 +48,7 @@ def device_fit_figure(result: xr.Dataset) -> Figure:
 
 
 def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
-    """Measured readings with their noise, and the fitted device as lines; of a single row the shares of fitted ones."""
+    """Measured readings with their noise, and the fitted device as lines; a single row as shares of fitted readings."""
     if len(np.unique(own["reading_along"])) == 1:
         draw_row(own, name, axes)
         return
@@ -70,7 +70,7 @@ def draw_test(own: xr.Dataset, name: str, axes: Axes) -> None:
 
 
 def in_prefixes(axis: Axis, name: str, unit: str) -> None:
-    """Label an axis of SI numbers; lengths, forces, voltages and capacitances have ticks such as 0.2 mm."""
+    """Labels an axis of SI numbers; lengths, forces, voltages and capacitances have ticks such as 0.2 mm."""
     from matplotlib.ticker import EngFormatter
 
     if unit in ("m", "N", "V", "F"):
@@ -81,7 +81,7 @@ def in_prefixes(axis: Axis, name: str, unit: str) -> None:
 
 
 def draw_row(own: xr.Dataset, name: str, axes: Axes) -> None:
-    """Readings of different units, each over the fitted one."""
+    """Readings of different units, each over its fitted value."""
     fitted, places = own["predicted"].values, np.arange(own.sizes["reading"])
     share, noise = own["measured"].values / fitted, own["noise"].values / np.abs(fitted)
     axes.errorbar(places, share, noise, color=BLUE, fmt=".", ms=4.0, lw=0.6)
@@ -95,7 +95,7 @@ def draw_row(own: xr.Dataset, name: str, axes: Axes) -> None:
 
 
 def _rising(x: np.ndarray) -> list[slice]:
-    """Pieces of samples along which x rises: a curve for each voltage at which heights were measured."""
+    """Ranges of samples along which x rises: one curve for each voltage at which heights were measured."""
     ends = [0, *(np.flatnonzero(np.diff(x) < 0.0) + 1), len(x)]
     return [slice(begin, end) for begin, end in itertools.pairwise(ends)]
 

@@ -1,4 +1,4 @@
-"""Figures of draws: the median and the 95 % interval of what every draw shows over the drive frequency."""
+"""Figures of draws: median and 95 % interval over the drive frequency."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-OF = {"envelope": "recommended_peak", "frequency": "stroke"}
-"""What is drawn of an analysis."""
+VARIABLES = {"envelope": "recommended_peak", "frequency": "stroke"}
+"""Analysis -> the variable that is drawn."""
 
 
 def drawn_figure(result: xr.Dataset) -> Figure:
-    """The band of all draws over the drive frequency; of a frequency response that of each sweep."""
-    name = OF[result.attrs["analysis"]]
+    """The band of all draws over the drive frequency; one for each sweep of a frequency response."""
+    name = VARIABLES[result.attrs["analysis"]]
     frequency, whole = result["drive_frequency"], result[name]
 
     def draw(figure: Figure) -> None:

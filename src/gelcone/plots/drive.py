@@ -1,4 +1,4 @@
-"""Figure of the best drive: the window with what it yields, two periods of the motion, and the sensitivities."""
+"""Figure of the best drive: the recommended window, two periods of the motion, and the sensitivities."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_BARS = 8
-"""Sensitivities that are drawn, the largest."""
+"""Most sensitivities drawn, largest first."""
 
 
 def drive_figure(result: xr.Dataset) -> Figure:
-    """The recommended window over the frequency with the best drive, its motion, and how the stroke changes."""
+    """The recommended window over frequency with the best drive, its motion, and the sensitivity of the stroke."""
 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(2, 2, width_ratios=[1.3, 1.0])
@@ -62,7 +62,7 @@ def window_curve(result: xr.Dataset, axes: Axes) -> None:
 
 
 def value_curve(result: xr.Dataset, axes: Axes) -> None:
-    """The number that is to be largest, along the edge of the window."""
+    """The maximised number along the edge of the window."""
     largest = result.attrs["largest"]
     axes.plot(result["frequency"], result["window_value"], color=BLUE, marker=".", ms=3.0)
     axes.plot(result["drive_frequency"], result[largest], "*", color=BLACK, ms=9.0, ls="none")
@@ -80,7 +80,7 @@ def motion_curves(result: xr.Dataset, axes: Axes) -> None:
 
 
 def sensitivity_bars(result: xr.Dataset, axes: Axes) -> None:
-    """The largest sensitivities of the stroke, the largest on top."""
+    """The largest sensitivities of the stroke, sorted."""
     change = np.nan_to_num(result["sensitivity"].values)
     order = np.argsort(-np.abs(change))[:MOST_BARS][::-1]
     names = [str(result["field"].values[k]).removeprefix("material.").replace("_", " ") for k in order]

@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 
 MARKERS = "Xos^vDP"
 JUMP = 0.15
-"""Neighbouring limits that differ by more than this share are not joined."""
+"""Neighbouring limits that differ by more than this share are not joined by a line."""
 
 
 def envelope_figure(envelope: xr.Dataset) -> Figure:
-    """Limits and recommended window over drive frequency; to the right statics, and stroke and power at its edge."""
+    """Limits and recommended window over drive frequency; statics, natural frequency, and stroke and power at the
+    window's edge."""
 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(3, 2, width_ratios=[1.6, 1.0])
@@ -56,7 +57,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     highest = float(envelope["driven_peak"].max())
     window = envelope["recommended_peak"].values
     if (window > 0.0).any():
-        there = window > 0.0  # where there is none is a gap, and not a slope down to 0
+        there = window > 0.0  # a gap where there is no window, instead of a slope down to 0
         axes.fill_between(frequency, 0.0, window, there, color=GREEN, alpha=0.18, lw=0, label="recommended window")
     looks = zip(envelope["driven_limit"].values, (BLACK, *CYCLE), MARKERS, strict=False)
     for row, (name, colour, marker) in enumerate(looks):
@@ -64,7 +65,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
         look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5 if frequency.size < 40 else 2.2, "lw": 0.9}
         if np.isfinite(middle).any():
-            label = f"{named(envelope, name)}, driven"
+            label = f"{limit_label(envelope, name)}, driven"
             axes.plot(*broken_at_jumps(frequency, middle), **look, label=label, clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
@@ -75,7 +76,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         held = f"held for {lasting(float(time), time, 3)}"
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
-            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{named(envelope, name)}, {held}")
+            axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{limit_label(envelope, name)}, {held}")
     coexisting_motions(envelope, axes)
     own = float(envelope["own_frequency"]), float(envelope["own_peak"])
     if frequency[0] <= own[0] <= frequency[-1]:
@@ -86,21 +87,21 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
 
 
-def named(envelope: xr.Dataset, name: str) -> str:
-    """A limit's name, with the film whose pull-in it is; results of gelcone 0.1 do not say."""
+def limit_label(envelope: xr.Dataset, name: str) -> str:
+    """The label of a limit; pull-in with the film that it is of, which results of gelcone 0.1 do not state."""
     of = envelope.attrs.get("pull_in_of")
     return f"{name} of the {of}" if of and name == "pull-in" else name
 
 
 def broken_at_jumps(frequency: Any, values: Any) -> tuple[Any, Any]:
-    """A line over the frequencies, parted where it jumps from one to the next."""
+    """A line over the frequencies with gaps at jumps."""
     with np.errstate(invalid="ignore", divide="ignore"):
         jumps = np.flatnonzero(np.abs(np.diff(np.log(values))) > np.log1p(JUMP)) + 1
     return np.insert(frequency, jumps, frequency[jumps]), np.insert(values, jumps, np.nan)
 
 
 def coexisting_motions(envelope: xr.Dataset, axes: Axes) -> None:
-    """Where other motions coexist with those at the window's edge."""
+    """Rings at the frequencies at which other motions coexist with those at the window's edge."""
     others = np.flatnonzero(envelope["coexisting"].values > 0)
     if not others.size:
         return
@@ -123,7 +124,7 @@ def frequency_axis(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def static_curves(envelope: xr.Dataset, axes: Axes) -> None:
-    """Stroke and blocked force over the constant voltage, the recommended part of which is shaded."""
+    """Stroke and blocked force over the constant voltage; the recommended range is shaded."""
     volts = envelope["peak_voltage"].values
     twin_curves(axes, volts, envelope["stroke"], "static stroke", envelope["blocked_force"], "blocked force")
     shade(envelope, axes)
@@ -140,7 +141,7 @@ def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def shade(envelope: xr.Dataset, axes: Axes) -> None:
-    """The recommended constant voltages."""
+    """Shades the recommended constant voltages."""
     axes.axvspan(0.0, float(envelope["recommended_constant"]), color=GREEN, alpha=0.18, lw=0)
     axes.set_xlim(0.0, float(envelope["peak_voltage"].max()))
 
@@ -158,7 +159,7 @@ def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
 
 
 def twin_curves(axes: Axes, x: np.ndarray, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> None:
-    """One curve on the left axis, another, dashed, on the right; both from 0 on where nothing lies below."""
+    """One curve on the left axis and one, dashed, on the right; both axes start at 0 unless values are negative."""
     other = second_axes(axes, left, name, right, other_name)
     for own, values, colour, style in ((axes, left, BLUE, "-"), (other, right, VERMILION, "--")):
         own.plot(x, values, color=colour, ls=style)

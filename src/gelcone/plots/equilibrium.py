@@ -23,11 +23,12 @@ MOST_CURVES = 5
 MARKER_SIZES = (8.5, 7.0, 5.5, 4.5, 3.5)
 MOST_ROWS = 3
 HEADROOM = 1.6
-"""Forces are shown up to this many times the largest between the outermost equilibria; the wall is far beyond."""
+"""Forces are shown up to this multiple of the largest one between the outermost equilibria: near the stretch limit they
+grow far beyond."""
 
 
 def static_figure(result: xr.Dataset) -> Figure:
-    """Force over displacement next to the equilibria over the voltage; a row for each of up to three members."""
+    """Force over displacement next to the equilibria over voltage; one row for each of up to three members."""
     drawn = members(result)
     forces = force_curves if _option(result, "displacements") is None else delivered_force
     drawn = [drawn[i] for i in evenly(len(drawn), MOST_ROWS)]
@@ -46,8 +47,8 @@ def static_figure(result: xr.Dataset) -> Figure:
 
 
 def force_curves(member: xr.Dataset, axes: Axes) -> None:
-    """Force that holds the disc, at up to five of the voltages: dashed where its slope is negative (unstable); at zero
-    force the equilibria, stable ones filled, unstable ones open."""
+    """The force that holds the disc, at up to five voltages: dashed where its slope is negative (unstable). On the line
+    of zero force lie the equilibria, stable ones filled, unstable ones open."""
     axes.axhline(0.0, color=GREY, lw=0.8)
     chosen = evenly(member.sizes["constant_voltage"], MOST_CURVES)
     for colour, size, i in zip(CYCLE, MARKER_SIZES, chosen, strict=False):
@@ -69,13 +70,13 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
 
 
 def _option(result: xr.Dataset, name: str) -> Any:
-    """An option of the result; None where results of earlier versions have none."""
+    """An option of the result; None in results of earlier versions without it."""
     return json.loads(result.attrs.get("options", "{}")).get(name)
 
 
 def delivered_force(member: xr.Dataset, axes: Axes) -> None:
-    """Force of the disc on a load over its displacement, at up to five of the voltages: blocked force where it rests
-    without voltage, stroke where the force is zero, and between the highest voltage and none the work of a cycle."""
+    """Force of the disc on a load over its displacement, at up to five voltages: blocked force at the rest without
+    voltage, stroke at zero force, and the work of a cycle between zero and the highest voltage."""
     axes.axhline(0.0, color=GREY, lw=0.8)
     place = member["displacement"].values
     rest = float(member["rest_displacement"])
@@ -104,14 +105,14 @@ def delivered_force(member: xr.Dataset, axes: Axes) -> None:
 
 
 def mark_equilibria(axes: Axes, place: Any, stable: Any, colour: str, size: float) -> None:
-    """Equilibria on the line of zero force; sizes differ so that shared ones show as rings."""
+    """Equilibria on the line of zero force; marker sizes differ so that coinciding ones show as rings."""
     for fill, chosen in ((colour, stable), ("white", ~stable)):
         x = place[chosen & np.isfinite(place)]
         axes.plot(x, 0.0 * x, "o", ms=size, mec=colour, mfc=fill, ls="none", zorder=3)
 
 
 def limit_forces(member: xr.Dataset, axes: Axes) -> None:
-    """Limits of the force that show what lies between the equilibria, not the stretch limit beyond them."""
+    """Limits the force axis to the range between the equilibria, without the rise near the stretch limit."""
     farthest = float(np.abs(member["equilibrium_displacement"]).max())
     force = member["force"]
     near = force.where(np.abs(member["displacement"]) <= 1.1 * farthest) if farthest > 0.0 else force
@@ -143,7 +144,7 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
 
 
 def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
-    """The voltages above which no stable equilibrium that was asked for lies where the model holds, greyed."""
+    """Greys the voltages above which the model holds at none of the computed stable equilibria."""
     where = invalid(member)
     if where is None:
         return
@@ -159,7 +160,7 @@ def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
 
 
 def mark_jump(member: xr.Dataset, axes: Axes) -> None:
-    """An arrow where a slow voltage ramp jumps from one equilibrium to another, a cross where there is no other."""
+    """An arrow where a slow voltage ramp jumps to another equilibrium, a cross where there is none to jump to."""
     voltage, begin, end = (float(member[f"pull_in_{part}"]) for part in ("voltage", "from", "to"))
     if not np.isfinite([voltage, begin]).all() or np.isnan(end):
         return
@@ -174,14 +175,14 @@ def mark_jump(member: xr.Dataset, axes: Axes) -> None:
 
 
 def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str) -> None:
-    """A line, solid where ``slope`` is not negative and dashed in the colour ``both`` where it is not positive."""
+    """A line, solid where ``slope`` is not negative, and dashed in the colour ``both`` where it is not positive."""
     x, y, slope = (np.asarray(values, dtype=float) for values in (x, y, slope))
     axes.plot(x, np.where(slope >= 0.0, y, np.nan), color=colour)
     axes.plot(x, np.where(slope <= 0.0, y, np.nan), color=both, ls="--")
 
 
 def note_failure(member: xr.Dataset, axes: Axes) -> None:
-    """States the reason where there is nothing to draw."""
+    """Writes the reason of a failed member."""
     if int(member["outcome"]):
         text = f"failed: {Outcome(int(member['outcome'])).words}"
         axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", color=VERMILION)

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 
 
 class ShownFigure(Figure):
-    """A figure of matplotlib that is also its own picture, drawn with the settings ``style``."""
+    """A matplotlib figure with its own PNG representation, drawn with the settings ``style``."""
 
     def __init__(self, style: Any, **options: Any) -> None:
         super().__init__(**options)
         self._style = style
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
-        """The picture, and the size at which it is shown: half, for screens with fine pixels."""
+        """The picture, and the size at which it is shown: half of its pixels, for high-density screens."""
         to, canvas = BytesIO(), FigureCanvasAgg(self)
         with mpl.rc_context(self._style):
             cast(Any, canvas).print_png(to)

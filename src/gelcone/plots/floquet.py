@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 LEVELS = 10
 JUMP = 0.06
-"""Share of the voltage axis by which the onset may change from one frequency to the next and still be one line."""
+"""Largest change of the onset between neighbouring frequencies on one line, as a share of the voltage axis."""
 
 
 def tongues_figure(result: xr.Dataset) -> Figure:
@@ -52,7 +52,7 @@ def growth_map(result: xr.Dataset, axes: Axes) -> QuadContourSet | None:
         return None
     levels = MaxNLocator(LEVELS).tick_values(0.0, float(growth[unstable].max()))
     filled = axes.contourf(x, y, growth, levels=levels, cmap="YlOrBr")
-    # Below onset the growth rate is flat: between grid points the margin locates the border better.
+    # The growth rate is flat below onset; the margin locates the border better between grid points.
     axes.contourf(x, y, margin, levels=[-2.0, 0.0], colors="white")
     doubling = np.where(result["doubles"].values.T, margin, -1.0)
     if (doubling > 0.0).any():
@@ -67,7 +67,7 @@ def onset_lines(result: xr.Dataset, axes: Axes) -> None:
     x, y = result["drive_frequency"].values, result["voltage"].values
     axes.contour(x, y, result["margin"].values.T, levels=[0.0], colors=BLACK, linewidths=0.8)
     onset = result["onset_voltage"].values
-    # A jump from one tongue to the next is not a part of the line.
+    # the line is broken at jumps from one tongue to the next
     jumps = 1 + np.flatnonzero(np.abs(np.diff(onset)) > JUMP * (y[-1] - y[0]))
     axes.plot(np.insert(x, jumps, np.nan), np.insert(onset, jumps, np.nan), ".-", color=BLUE, ms=3.0, label="onset")
     static = float(result["pitchfork_amplitude"])

@@ -1,4 +1,4 @@
-"""The footnote of every figure: the parameters that all of it shares."""
+"""The footnote of every figure: the parameters that all of its data share."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LETTERS_AN_INCH = 19
-"""Letters of the footnote to an inch of the figure's width."""
+"""Letters of the footnote per inch of figure width."""
 LONGEST_NAME = 20
-"""Letters of a component's name; what is longer is a description."""
+"""Longest name of a component in letters; longer texts are descriptions, and left out."""
 TIED = "\N{NO-BREAK SPACE}"
 TERMS = "terms: gelcone help glossary"
 LINE = 0.115
-"""Height of its lines, inches."""
+"""Line height in inches."""
 
 
 def fixed_parameters(result: xr.Dataset) -> str:
-    """The numbers that are the same in all of a result, and the components that are not the usual ones."""
+    """The numbers that are constant over a result, and the components other than the default ones."""
     attrs = result.attrs
     if "model" not in attrs:
         return ""
@@ -49,11 +49,11 @@ def fixed_parameters(result: xr.Dataset) -> str:
 
 
 def add_footnote(figure: Figure, text: str) -> None:
-    """Writes small lines below a figure, which grows by their height; the last words say where terms are explained."""
+    """Writes the footnote below a figure, which grows by its height; it ends with where the terms are explained."""
     text = f"{text}. {TERMS}" if text else TERMS
     width, height = figure.get_size_inches()
-    held = text.replace(" ", TIED).replace(f",{TIED}", ", ")  # no line parts a name from its value and unit
-    lines = [line.replace(TIED, " ") for line in textwrap.wrap(held, int(LETTERS_AN_INCH * width))]
+    tied = text.replace(" ", TIED).replace(f",{TIED}", ", ")  # names stay with their values and units
+    lines = [line.replace(TIED, " ") for line in textwrap.wrap(tied, int(LETTERS_AN_INCH * width))]
     room = LINE * len(lines) + 0.06
     figure.set_size_inches(width, height + room)
     share = room / (height + room)
@@ -61,6 +61,6 @@ def add_footnote(figure: Figure, text: str) -> None:
     engine.set(rect=(0.0, share, 1.0, 1.0 - share))
     for legend in figure.legends:
         own: Any = legend
-        if own._outside_loc == "lower":  # it stands on the lower edge of the figure, whatever the layout's
+        if own._outside_loc == "lower":  # a legend outside stays at the figure's edge, not at the layout's
             own.borderaxespad += 72.0 * room / own.prop.get_size_in_points()
     figure.text(0.01, 0.04 / (height + room), "\n".join(lines), fontsize=6.0, color=GREY, va="bottom", linespacing=1.1)

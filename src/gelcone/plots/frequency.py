@@ -1,4 +1,4 @@
-"""Figure of a frequency response: stroke in sweeps up and down, and its phase, compared with linear theory."""
+"""Figure of a frequency response: stroke in sweeps up and down, its phase, and linear theory."""
 
 from __future__ import annotations
 
@@ -9,18 +9,11 @@ import numpy as np
 
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.motion.validity import invalid
-from gelcone.plots.branches import (
-    BRUTE_FORCE,
-    DASHED,
-    colour_of,
-    ends_stability,
-    event_marks,
-    flags,
-    stability_parts,
-    with_neighbours,
-)
+from gelcone.plots.branches import BRUTE_FORCE, UNHELD, UNHELD_LABEL, branches_of, colour_of, events, flags
+from gelcone.plots.branches import legend as branch_legend
 from gelcone.plots.style import BLACK, BLUE, GREY, REST_ROOM, VERMILION, axis_label, log_ticks, say, styled
-from gelcone.words import event_label, failed_in_words, kinds_of_motion
+from gelcone.quantity import Array
+from gelcone.words import failed_in_words, kinds_of_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,23 +28,17 @@ GREYS: dict[str, dict[str, Any]] = {
     "up": {"color": BRUTE_FORCE, "lw": 1.6, "label": "phase, swept up"},
     "down": {"color": BLACK, "lw": 0.7, "ls": ":", "label": "phase, swept down"},
 }
-"""Phases of the sweeps below branches, whose colours mean periods."""
+"""Phases of the sweeps in figures with branches, whose colours mean periods."""
 LINEAR: dict[str, Any] = {"color": GREY, "lw": 1.1, "ls": "--", "zorder": 1.5}
-ORBITS: dict[str, dict[str, Any]] = {
-    "stable": {"ls": "-", "lw": 1.5, "zorder": 2.5},
-    "unstable": {"ls": DASHED, "lw": 1.0, "zorder": 2.2},
-}
 FEW = 60
-"""Up to this many points are marked individually."""
-FAINT = 0.3
-UNHELD = "faint: the model does not hold"
+"""Most points that are marked individually."""
 WIDE = 5.0
-"""Frequencies that span more than this ratio are drawn on a log scale."""
+"""Frequencies that span more than this ratio have a log axis."""
 
 
 def frequency_figure(response: xr.Dataset) -> Figure:
-    """Stroke over drive frequency above the phase of the driven harmonic, for a single actuator; with branches,
-    the sweeps grey below them."""
+    """Stroke over drive frequency above the phase of the driven harmonic, of a single actuator; with branches the
+    sweeps are grey behind them."""
     followed = attached_branches(response)
 
     def draw(figure: Figure) -> None:
@@ -66,16 +53,15 @@ def frequency_figure(response: xr.Dataset) -> Figure:
             log_ticks(phase)
         phase.set_xlim(float(frequency[0]), float(frequency[-1]))
         phase.set_xlabel(axis_label(frequency, "drive frequency"))
-        handles_and_labels = [
-            one + other for one, other in zip(*(a.get_legend_handles_labels() for a in (stroke, phase)), strict=True)
-        ]
-        figure.legend(*handles_and_labels, loc="outside lower center", ncols=3)
+        handles = [] if followed is None else branch_legend(followed, mirrored=False)
+        handles += [handle for axes in (stroke, phase) for handle in axes.get_legend_handles_labels()[0]]
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
     return styled(6.4, 5.0, draw, response)
 
 
 def strokes(response: xr.Dataset, axes: Axes) -> None:
-    """Both sweeps with their jumps, the motions that do not repeat with the drive, and the stroke by linear theory."""
+    """Both sweeps with their jumps, motions that do not repeat with the drive, and the stroke of linear theory."""
     frequency = response["drive_frequency"].values
     for branch, look in LOOKS.items():
         own = response.sel(branch=branch)
@@ -106,7 +92,7 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     arrows(response, axes)
     top = float(np.nanmax([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)]))
-    # An unbounded linear resonance would compress everything else.
+    # linear theory may be unbounded at resonance, and must not set the scale
     if top > REST_ROOM:
         axes.set_ylim(0.0, 1.1 * top)
     else:
@@ -117,59 +103,38 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
 
 
 def branch_strokes(response: xr.Dataset, followed: xr.Dataset, axes: Axes) -> None:
-    """Branches by their stroke, solid where stable, dashed where not, faint where the model does not hold; brute force
-    grey below, and a marker for every event at an end of a stable part."""
+    """The stroke of each branch, faint where the model does not hold, with events and flags, over grey brute force."""
     frequency = response["drive_frequency"].values
     grey: dict[str, Any] = {"ls": "", "marker": ".", "color": BRUTE_FORCE, "ms": 5.0, "mec": "none", "zorder": 1.0}
     brute = [*response["stroke"].values, *response["fixed_stroke"].values]
-    for k, values in enumerate(brute):
-        axes.plot(frequency, values, **grey, label=None if k else "brute force")
-    labelled: set[str] = set()
-    for k in range(followed.sizes["branch"]):
-        own = followed.isel(branch=k)
-        value, height = own["value"].values, (own["highest"] - own["lowest"]).values
-        fails = invalid(own)
-        held = np.ones(value.size, dtype=bool) if fails is None else ~fails.values
-        period = int(own["period"])
-        what = "rest" if bool(own["resting"]) else f"period {period}"
-        for which, style in zip(stability_parts(own["stable"].values), ("stable", "unstable"), strict=True):
-            look = {"color": colour_of(own), **ORBITS[style]}
-            name = f"{what}, {style}"
-            axes.plot(
-                value,
-                np.where(which & held, height, np.nan),
-                **look,
-                label=name if which.any() and name not in labelled else None,
-            )
-            # faint lines reach the next points that hold
-            axes.plot(value, np.where(which & with_neighbours(~held), height, np.nan), **look | {"alpha": FAINT})
-            if which.any():
-                labelled.add(name)
-        if not held[np.isfinite(value)].all() and UNHELD not in labelled:
-            axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
-            labelled.add(UNHELD)
-    for k in range(followed.sizes["event"]):
-        event = followed.isel(event=k)
-        branch = followed.isel(branch=int(event["event_branch"]))
-        if not ends_stability(branch, event):
-            continue
-        kind, at = event_label(event["event_kind"]), int(event["event_point"])
-        beside = (branch["highest"] - branch["lowest"]).values[at : at + 2]
-        marks = event_marks(kind, colour_of(branch), int(event["event_supercritical"]) != 0)
-        label = None if kind in labelled else kind
-        axes.plot([float(event["event_value"])], [beside.mean()], **marks, label=label)
-        labelled.add(kind)
+    for values in brute:
+        axes.plot(frequency, values, **grey)
+    for own, parts in branches_of(followed):
+        for which, style, width, alpha in parts:
+            height = np.where(which, stroke_of(own), np.nan)
+            look = {"color": colour_of(own), "ls": style, "lw": width, "alpha": alpha}
+            axes.plot(own["value"], height, **look, zorder=2.2 + 0.3 * (style == "-"))
+    events(followed, axes, stroke_of_event)
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     flags(followed, axes)
-    top = np.nanmax(
-        [np.nanmax(response["stroke"].values), np.nanmax((followed["highest"] - followed["lowest"]).values)]
-    )
+    top = np.nanmax([np.nanmax(response["stroke"].values), np.nanmax(stroke_of(followed))])
     axes.set_ylim(0.0, 1.1 * float(top) if top > 0.0 else None)
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 
+def stroke_of(branch: xr.Dataset) -> Array:
+    """Stroke of each orbit."""
+    return np.asarray((branch["highest"] - branch["lowest"]).values)
+
+
+def stroke_of_event(branch: xr.Dataset, event: xr.Dataset) -> Array:
+    """Stroke at an event, (1,): the mean of its neighbouring points."""
+    at = int(event["event_point"])
+    return stroke_of(branch)[at : at + 2].mean(keepdims=True)
+
+
 def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
-    """The strokes of one sweep through its refined peak, strong where the model holds and faint where it does not."""
+    """The strokes of one sweep through its refined peak; faint where the model does not hold."""
     frequency, stroke = own["drive_frequency"].values, own["stroke"].values
     where = invalid(own)
     fails = np.zeros(frequency.size, dtype=bool) if where is None else where.values
@@ -177,21 +142,21 @@ def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
     at = int(np.searchsorted(frequency, peak[0]))
     new = np.isfinite(peak).all() and not np.isclose(frequency, peak[0], rtol=1e-12).any()
     if new:
-        beside = fails[np.clip([at - 1, at], 0, frequency.size - 1)]
+        neighbours = fails[np.clip([at - 1, at], 0, frequency.size - 1)]
         frequency, stroke = (np.insert(old, at, value) for old, value in zip((frequency, stroke), peak, strict=True))
-        fails = np.insert(fails, at, beside.any())
+        fails = np.insert(fails, at, neighbours.any())
     marked = np.delete(np.arange(frequency.size), at) if new else np.arange(frequency.size)
     # each line continues to the next point of the other kind, so that no gaps are left
     holds = ~fails
     holds[1:] |= ~fails[:-1]
-    axes.plot(frequency, stroke, **look | {"alpha": FAINT, "label": None}, markevery=marked.tolist())
+    axes.plot(frequency, stroke, **look | {"alpha": UNHELD, "label": None}, markevery=marked.tolist())
     axes.plot(frequency, np.where(holds, stroke, np.nan), **look, markevery=marked.tolist())
-    if fails.any() and not any(label == UNHELD for label in axes.get_legend_handles_labels()[1]):
-        axes.plot([], [], color=BLACK, alpha=FAINT, lw=1.4, label=UNHELD)
+    if fails.any() and not any(label == UNHELD_LABEL for label in axes.get_legend_handles_labels()[1]):
+        axes.plot([], [], color=BLACK, alpha=UNHELD, lw=1.4, label=UNHELD_LABEL)
 
 
 def arrows(response: xr.Dataset, axes: Axes) -> None:
-    """An arrow for each jump, in the colour of the sweep that jumps."""
+    """An arrow for each jump, in the colour of the sweep."""
     columns = (response[f"jump_{name}"].values for name in ("branch", "low", "high", "from", "to"))
     for branch, low, high, before, after in zip(*columns, strict=True):
         at = 0.5 * (low + high)
@@ -200,7 +165,7 @@ def arrows(response: xr.Dataset, axes: Axes) -> None:
 
 
 def phases(response: xr.Dataset, axes: Axes, looks: Mapping[str, dict[str, Any]] = LOOKS) -> None:
-    """Phase of the harmonic that the drive excites most by linear theory."""
+    """Phase of the harmonic that the drive excites most according to linear theory."""
     harmonic = int(response["linear_amplitude"].max("drive_frequency").fillna(0.0).argmax("harmonic"))
     own = response.isel(harmonic=harmonic)
     frequency = response["drive_frequency"].values
@@ -216,7 +181,7 @@ def phases(response: xr.Dataset, axes: Axes, looks: Mapping[str, dict[str, Any]]
 
 
 def _without_turns(phase: Any) -> Any:
-    """Phases between -315 and 45 degrees, with a gap where the line would cross from one end to the other."""
+    """Phases between -315 and 45 degrees, with gaps where the line would wrap."""
     phase = (np.asarray(phase) + 315.0) % 360.0 - 315.0
     jumps = np.abs(np.diff(phase, append=phase[-1:])) > 180.0
     return np.where(jumps, np.nan, phase)

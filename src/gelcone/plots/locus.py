@@ -23,7 +23,8 @@ TONGUES = "instability tongues of rest"
 
 
 def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
-    """The curves over the first parameter, the second upwards; or over the map or the tongues ``on`` which they lie."""
+    """The curves with the first parameter along x and the second along y; or drawn over ``on``, a map or tongues of the
+    same parameters."""
     if on is not None:
         return _over(result, on)
 
@@ -38,7 +39,7 @@ def locus_figure(result: xr.Dataset, on: xr.Dataset | None = None) -> Figure:
 
 
 def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
-    """The figure of a map or of tongues, with the curves on its panels."""
+    """The figure of a map or of tongues with the curves on its panels."""
     from gelcone.plots import figure_of
 
     across, _ = _axes_of(result, on)
@@ -56,14 +57,14 @@ def _over(result: xr.Dataset, on: xr.Dataset) -> Figure:
 
 
 def _labels(result: xr.Dataset) -> set[str]:
-    """What `curves` says."""
+    """The legend labels that `curves` can use."""
     periods = {f"{result.attrs['event']}, period {int(period)}" for period in result["period"].values}
     kinds = {event_label(result["event_kind"][e]) for e in range(result.sizes["event"])}
     return periods | kinds | {BELOW}
 
 
 def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
-    """The parameter of the curves along x of a map or of tongues, and the one along y."""
+    """The parameters of the curves along x and y of a map or of tongues; `InputError` if they do not match."""
     title = str(on.attrs.get("title", "")).partition(":")[0]
     names = ["drive_frequency", "voltage"] if title == TONGUES else [str(dim) for dim in on.get("regime", on).dims]
     same = {number.field: parameter for parameter, number in SHIPPED.items()} if title == TONGUES else {}
@@ -79,15 +80,18 @@ def _axes_of(result: xr.Dataset, on: xr.Dataset) -> tuple[str, str]:
 
 
 def names_of(result: xr.Dataset) -> tuple[str, str]:
-    """The two parameters."""
+    """The names of the two parameters."""
     one, other = result.attrs["parameters"].split(",")
     return one, other
 
 
 def curves(result: xr.Dataset, axes: Axes, across: str | None = None, *, outlined: bool = False) -> None:
-    """The curves on any axes, such as those of a map or of tongues, with ``across`` along x (default the first
-    parameter): by period, solid where the branch that is born lies above the first parameter's value, else dashed;
-    folds are solid. Markers are the points of codimension two. ``outlined`` in white, for a coloured ground."""
+    """The curves of a locus on any axes, with the parameter ``across`` along x (default: the first).
+
+    Colours show the period. Lines are solid where the new branch exists above the first parameter's value, and dashed
+    where below; folds are solid. Markers are points of codimension two. ``outlined`` adds a white rim, for coloured
+    maps.
+    """
     from matplotlib.patheffects import withStroke
 
     effects = [withStroke(linewidth=2.6, foreground="white")] if outlined else []

@@ -1,4 +1,4 @@
-"""Figures of the largest Lyapunov exponent: how its estimate settles, and what it settles to."""
+"""Figure of the largest Lyapunov exponent: convergence of the estimate, and the long-run value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SETTLED = 0.05
-"""The limits contain the running estimates from this share of the longest window on; earlier ones may leave them."""
+"""Estimates over windows longer than this share of the longest one set the limits; earlier ones may leave them."""
 
 
 def lyapunov_figure(result: xr.Dataset) -> Figure:
@@ -32,8 +32,8 @@ def lyapunov_figure(result: xr.Dataset) -> Figure:
 
 
 def running_exponents(result: xr.Dataset, axes: Axes) -> None:
-    """Largest exponent against window length: from the start (dashed, a dot where the finite window ends) and after
-    the transient (solid), with the long-run value and its standard error as a band."""
+    """Largest exponent over window length: from the start (dashed, a dot at the end of the finite window) and after the
+    transient (solid), with a band of one standard error about the long-run value."""
     axes.set_xscale("log")
     axes.axhline(0.0, color=GREY, lw=0.8)
     for colour, (name, member) in zip(CYCLE, members(result), strict=False):
@@ -47,7 +47,7 @@ def running_exponents(result: xr.Dataset, axes: Axes) -> None:
 
 
 def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
-    """Both running estimates of one member and its long-run value."""
+    """Both running estimates of a member and its long-run value."""
     time, exponent = member["finite_time"].values, member["finite_exponent"].values
     axes.plot(time, exponent, color=colour, ls="--", lw=0.8)
     if np.isfinite(exponent).any():
@@ -63,7 +63,7 @@ def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:
 
 
 def verdict(member: xr.Dataset) -> str:
-    """The long-run value with its error, and whether its sign is certain; or how the member failed."""
+    """The long-run value with its error, and whether its sign is certain; or the failure."""
     if int(member["outcome"]):
         return f"failed: {Outcome(int(member['outcome'])).words}"
     value = with_error(float(member["lyapunov"][0]), float(member["standard_error"][0]))
@@ -71,7 +71,7 @@ def verdict(member: xr.Dataset) -> str:
 
 
 def set_limits(result: xr.Dataset, axes: Axes) -> None:
-    """Limits of the exponent that contain zero and every estimate except those over the shortest windows."""
+    """Limits that contain zero and all estimates except those over the shortest windows."""
     seen = [np.zeros(1)]
     for time, exponent in (("finite_time", "finite_exponent"), ("running_time", "running_exponent")):
         longest = result[time].max("window")

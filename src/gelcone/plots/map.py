@@ -31,17 +31,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Lines = Mapping[str, tuple[Any, Any]]
-"""Label -> values of the first and of the second parameter along a line."""
+"""Label -> values of the first and the second parameter along a line."""
 COLOURS = ("exponent", "stroke", *ALSO)
-"""What the left one of a map's two pictures shows."""
+"""Quantities of the left panel."""
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
 def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
-    """Largest exponent, or another number, and regime over two parameters, the first one along x.
+    """Largest exponent, or another number, next to the regime over two parameters, the first along x.
 
-    ``lines`` are drawn over both, for example where rest loses its stability; ``colour`` is ``"exponent"``,
-    ``"stroke"``, or what the map was asked for ``also``: ``"power"`` or ``"margin"``.
+    ``lines`` are drawn over both, for example where rest loses stability; ``colour`` is ``"exponent"``, ``"stroke"``,
+    or one of the numbers that the map was computed with by ``also``: ``"power"`` or ``"margin"``.
     """
     check_name("colour", colour, COLOURS)
     if colour in ALSO and colour not in cells:
@@ -75,7 +75,7 @@ def map_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exp
 
 
 def axes_names(cells: xr.Dataset) -> tuple[str, str]:
-    """The names along x and y; `InputError` where there are not two."""
+    """The parameters along x and y; `InputError` unless there are two."""
     names = [str(dim) for dim in cells["regime"].dims]
     if len(names) != 2:
         raise InputError(f"a map has two parameters, not {len(names)}; draw one with bifurcation_figure")
@@ -90,7 +90,8 @@ def marks(cells: xr.Dataset) -> tuple[Any, Any, Any]:
 
 
 def mark_cells(cells: xr.Dataset, axes: Axes, shown: Any = True) -> None:
-    """Grey where the model does not hold, hatch failed cells, dot those that are doubtful and ``shown``; name axes."""
+    """Greys cells where the model does not hold, hatches failed ones, dots doubtful ones that are ``shown``; names the
+    axes."""
     x, y = axes_names(cells)
     borders = edges(cells[x]), edges(cells[y])
     _, failed, flagged = marks(cells)
@@ -103,13 +104,13 @@ def mark_cells(cells: xr.Dataset, axes: Axes, shown: Any = True) -> None:
 def exponent_map(cells: xr.Dataset, axes: Axes) -> QuadMesh:
     """Largest exponent, blue below zero and red above; failed cells hatched.
 
-    Equal amounts have equal depth on both sides. It goes with the square root of the exponent, so that a small side,
-    such as damping compared with chaos, is visible too.
+    Both signs have the same scale, with the square root of the exponent, so that small exponents such as damping next
+    to chaos stay visible.
     """
     from matplotlib import colormaps
     from matplotlib.colors import FuncNorm, ListedColormap
 
-    # Less than its darkest ends, so that marks and lines show everywhere.
+    # without the darkest ends, so that marks and lines stay visible
     colours = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
     x, y = axes_names(cells)
     exponent = cells["lyapunov"].isel(exponent=0).transpose(y, x).values
@@ -126,8 +127,8 @@ _TITLES = {"power": "mean power of the source", "margin": "margin to pull-in at 
 
 
 def number_map(cells: xr.Dataset, values: xr.DataArray, title: str, axes: Axes) -> None:
-    """A number that each cell has, failed cells hatched: where some are negative from red to blue, else from zero on,
-    a power by its square root, for it grows with the square of a stroke."""
+    """A number of each cell, failed cells hatched: from red to blue if some are negative, otherwise from zero; a power
+    by its square root, as it grows with the square of the stroke."""
     from matplotlib.colors import Normalize, PowerNorm
 
     x, y = axes_names(cells)
@@ -144,7 +145,7 @@ def number_map(cells: xr.Dataset, values: xr.DataArray, title: str, axes: Axes) 
 
 
 def signed_root(values: Any) -> Any:
-    """The root of the amount, with the sign."""
+    """The root of the absolute value, with the sign."""
     return np.sign(values) * np.sqrt(np.abs(values))
 
 
@@ -154,7 +155,7 @@ def signed_square(values: Any) -> Any:
 
 
 def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
-    """The colours of an exponent map, from its lowest to its highest value and zero."""
+    """The colour bar of an exponent map, cut to the values that occur and zero."""
     bar = figure.colorbar(mesh, ax=axes, pad=0.02)
     values: Array = np.ma.filled(np.ma.asarray(mesh.get_array()), np.nan)
     shown = np.append(values[np.isfinite(values)], 0.0)
@@ -170,7 +171,7 @@ def exponent_bar(mesh: QuadMesh, axes: Axes, figure: Figure) -> None:
 
 
 def regime_map(cells: xr.Dataset, axes: Axes) -> None:
-    """Regimes; failed cells hatched, doubtful ones dotted unless their colour says that they have not settled."""
+    """Regimes; failed cells hatched, doubtful ones dotted unless their colour already means not settled."""
     x, y = axes_names(cells)
     regime = marks(cells)[0]
     regime_cells(axes, edges(cells[x]), edges(cells[y]), regime)
@@ -179,7 +180,7 @@ def regime_map(cells: xr.Dataset, axes: Axes) -> None:
 
 
 def overlay(lines: Lines, axes: Axes) -> None:
-    """Lines over the cells, black with a white rim so that they show on every colour."""
+    """Lines over the cells, black with a white rim to show on every colour."""
     from matplotlib.patheffects import Normal, Stroke
 
     for i, (label, (x, y)) in enumerate(lines.items()):
@@ -188,7 +189,7 @@ def overlay(lines: Lines, axes: Axes) -> None:
 
 
 def label_axes(axes: Axes, cells: xr.Dataset) -> None:
-    """Names on both axes, and the limits at the borders of the outer cells."""
+    """Names both axes, and sets limits at the borders of the outer cells."""
     x, y = axes_names(cells)
     axes.set_xlim(*edges(cells[x])[[0, -1]])
     axes.set_ylim(*edges(cells[y])[[0, -1]])

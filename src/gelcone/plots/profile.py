@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_STATES = 6
-"""States that are drawn."""
+"""Most states drawn."""
 WRINKLED = 1e-9
 
 
 def profile_figure(result: xr.Dataset) -> Figure:
-    """The held states of the first actuator; with several heights and voltages the capacitance over both, too."""
+    """The held states of the first actuator; with several heights and voltages also the capacitance over both."""
     member = members_of(result, [0])[0][1]
     prefix = "" if "held" in member else "second_"
     sensing = min(member.sizes["height"], member.sizes["constant_voltage"]) > 1
@@ -39,7 +39,7 @@ def profile_figure(result: xr.Dataset) -> Figure:
 
 
 def _states(member: xr.Dataset, prefix: str) -> list[tuple[int, int]]:
-    """Heights and voltages of some of the states that are held."""
+    """Indices (height, voltage) of some held states."""
     own = np.argwhere(member[f"{prefix}held"].values == 0)
     chosen = np.unique(np.linspace(0, max(len(own) - 1, 0), MOST_STATES).round().astype(int))
     return [(int(i), int(k)) for i, k in own[chosen[: len(own)]]]
@@ -52,7 +52,7 @@ def _label(member: xr.Dataset, state: tuple[int, int]) -> str:
 
 
 def cone_profile(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, figure: Figure, axes: Axes) -> None:
-    """Cross-sections of the film and the disc, coloured by the true field; a wide grey line where it is wrinkled."""
+    """Cross-sections of film and disc, coloured by the true field, with a wide grey line where the film is wrinkled."""
     from matplotlib.collections import LineCollection
 
     prefixes = [one for one in ("", "second_") if f"{one}held" in member]
@@ -97,7 +97,7 @@ def cone_profile(member: xr.Dataset, states: list[tuple[int, int]], prefix: str,
 
 
 def stretches(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, axes: Axes) -> None:
-    """Meridional stretch, and dashed that of the hoop, over the mounted radius."""
+    """Meridional stretch, and hoop stretch dashed, over the mounted radius."""
     radius = member[f"{prefix}mounted_radius"].values
     for colour, state in zip(CYCLE, states, strict=False):
         axes.plot(radius, _row(member, prefix + "meridional_stretch", state), color=colour, label=_label(member, state))
@@ -109,7 +109,7 @@ def stretches(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, ax
 
 
 def fields(member: xr.Dataset, states: list[tuple[int, int]], prefix: str, axes: Axes) -> None:
-    """True field over the mounted radius; dotted the dielectric strength, where it is near."""
+    """True field over the mounted radius, with the dielectric strength dotted if it is near."""
     radius, top, strength = member[f"{prefix}mounted_radius"].values, 0.0, np.inf
     for colour, state in zip(CYCLE, states, strict=False):
         field = _row(member, prefix + "true_field", state)

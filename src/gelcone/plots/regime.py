@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Blues for periodic motion, vermilion for chaos: distinct for all kinds of colour vision, by lightness within a hue.
+# Blues for regular motion, reds for chaos: distinct for all kinds of colour vision, by lightness within a hue.
 REGIME_COLOURS = {
     Regime.REST: SKY,
     Regime.PERIODIC: BLUE,
@@ -30,7 +30,8 @@ REGIME_COLOURS = {
 }
 MARKERS = ("o", "s", "^", "D", "v", "P")
 INVALID, VEIL = "#DDDDDD", 0.62
-"""Colour and opacity of what lies over cells in which the model does not hold."""
+"""Colour and opacity of the veil over cells in which the model does not hold."""
+NOWHERE = "the model holds\nnowhere here"
 
 
 def regime_figure(result: xr.Dataset) -> Figure:
@@ -68,7 +69,7 @@ def regime_points(result: xr.Dataset, axes: Axes) -> None:
 
 
 def state_labels(result: xr.Dataset) -> tuple[str, str]:
-    """Names of displacement and velocity in ``section``, with their units if it is in SI units (``mm, m/s``)."""
+    """Labels of displacement and velocity in ``section``, with units if it is in SI units (``mm, m/s``)."""
     units = result["section"].attrs["units"]
     if "," in units:
         length, velocity = units.split(",")
@@ -79,7 +80,7 @@ def state_labels(result: xr.Dataset) -> tuple[str, str]:
 
 
 def keep_in_proportion(axes: Axes) -> None:
-    """Widens limits that would magnify rounding errors to the size of the figure."""
+    """Widens limits that would magnify rounding errors."""
     for limits, set_limits in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
         centre, least = 0.5 * (limits[0] + limits[1]), max(0.1 * max(map(abs, limits)), 1e-2)
         if limits[1] - limits[0] < 2.0 * least:
@@ -99,12 +100,12 @@ def edges(values: Any) -> Array:
 
 
 def motion_colour(member: xr.Dataset) -> str:
-    """The colour of a motion's regime, the same as in diagrams and maps."""
+    """The colour of a motion's regime."""
     return REGIME_COLOURS[Regime(int(member["regime"]))]
 
 
 def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
-    """Cells in the colour of their regime: codes of shape (y, x) between the borders ``x`` and ``y``; -1 is blank."""
+    """Cells in the colour of their regime: codes (y, x) between the borders ``x`` and ``y``; -1 is blank."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap([REGIME_COLOURS[r] for r in Regime])
@@ -113,7 +114,7 @@ def regime_cells(axes: Axes, x: Array, y: Array, regime: Any) -> None:
 
 
 def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:
-    """Hatches the cells whose run failed, shape (y, x), between the borders ``x`` and ``y``."""
+    """Hatches the cells whose run failed, (y, x), between the borders ``x`` and ``y``."""
     if not np.any(failed):
         return
     from matplotlib.collections import PolyCollection
@@ -127,7 +128,7 @@ def mark_failed(axes: Axes, x: Array, y: Array, failed: Any) -> None:
 
 
 def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
-    """A small dot in the cells whose evidence disagrees, shape (y, x), between the borders ``x`` and ``y``."""
+    """Dots the cells whose evidence disagrees, (y, x), between the borders ``x`` and ``y``."""
     rows, columns = np.nonzero(flagged)
     size = float(np.clip(150.0 / np.shape(flagged)[1], 1.0, 3.0))
     across, up = 0.5 * (x[1:] + x[:-1])[columns], 0.5 * (y[1:] + y[:-1])[rows]
@@ -135,7 +136,7 @@ def mark_flagged(axes: Axes, x: Array, y: Array, flagged: Any) -> None:
 
 
 def invalid_cells(cells: xr.Dataset, *dims: str) -> Any:
-    """Where the model does not hold, with these dims first; nowhere for a result that does not say."""
+    """The cells in which the model does not hold, over ``dims``; none if the result does not state it."""
     from gelcone.motion.validity import invalid
 
     where = invalid(cells)
@@ -143,7 +144,7 @@ def invalid_cells(cells: xr.Dataset, *dims: str) -> Any:
 
 
 def mark_invalid(axes: Axes, x: Array, y: Array, where: Any) -> None:
-    """Greys the cells in which the model does not hold, shape (y, x), unless it holds in none of them."""
+    """Veils the cells in which the model does not hold, (y, x), unless these are all cells."""
     from matplotlib.colors import ListedColormap
 
     if np.any(where) and not np.all(where):
@@ -152,17 +153,17 @@ def mark_invalid(axes: Axes, x: Array, y: Array, where: Any) -> None:
 
 
 def invalid_legend(where: Any, failed: Any) -> list[Artist]:
-    """The legend handle of cells in which the model does not hold, or the statement that it holds in none; those that
-    failed have a mark of their own."""
+    """The legend of cells in which the model does not hold, or the statement that these are all cells; failed cells
+    have a mark of their own."""
     from matplotlib.patches import Patch
 
     if np.all(where) and np.size(where):
-        return [Patch(facecolor="none", edgecolor="none", label="the model holds\nnowhere here")]
+        return [Patch(facecolor="none", edgecolor="none", label=NOWHERE)]
     return [Patch(facecolor=INVALID, alpha=VEIL, label="model does not hold")] if np.any(where & ~failed) else []
 
 
 def cell_legend(regime: Any, failed: Any, flagged: Any, outcome: Any) -> list[Artist]:
-    """Legend handles for the regimes and marks that occur; the outcomes say how runs failed."""
+    """Legend handles for the regimes and marks that occur; failures are named by their outcomes."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""Figures of a time response: displacement, validity and voltage over time, phase portrait."""
+"""Figures of a time response: displacement, validity and voltage over time, and the phase portrait."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ FAILINGS = {
     "near limit": ("near_limit",),
     "beyond membrane": ("beyond_membrane",),
 }
-"""Label of a way in which the model no longer holds -> the flags of `gelcone.simulate` that report it."""
+"""Label of a failed assumption -> the flags of `gelcone.simulate` that report it."""
 
 SLACK = {"hoop_slack": "hoop slack", "meridional_slack": "meridian slack", "crumpled": "crumpled"}
-"""Label of each state in which a wrinkling film is slack."""
+"""Label of each slack state of a wrinkling film."""
 
 
 def response_figure(response: xr.Dataset) -> Figure:
-    """Displacement and voltage over time, with the phase portrait; of an ensemble see `ensemble_figure`.
+    """Displacement and voltage over time, with the phase portrait; ensembles are drawn by `ensemble_figure`.
 
-    The spans during which the model does not hold, or the film is slack, are marked between the two. A run that ended
-    early is drawn to a little after its end.
+    Spans in which the model does not hold, or the film is slack, are marked between the two. A run that ended early is
+    drawn to a little after its end.
     """
     if len(members(response)) > 1:
         return ensemble_figure(response)
@@ -59,14 +59,14 @@ def response_figure(response: xr.Dataset) -> Figure:
 
 
 def ensemble_figure(response: xr.Dataset) -> Figure:
-    """Displacement over time next to the phase portrait, a row for each of up to six members; on equal scales."""
+    """Displacement over time next to the phase portrait, a row for each of up to six members, on equal scales."""
     lines = members(response)
 
     def draw(figure: Figure) -> None:
         grid = figure.subplots(len(lines), 2, sharex="col", sharey="col", squeeze=False, width_ratios=[2.6, 1.0])
         for row, colour, (name, member) in zip(grid, CYCLE, lines, strict=False):
             row[0].plot(member["time"], member["displacement"], color=colour, lw=0.8)
-            row[0].set_title(f"{name}{said(member)}", loc="left", fontsize=7.5, pad=2.0)
+            row[0].set_title(f"{name}{failure_note(member)}", loc="left", fontsize=7.5, pad=2.0)
             row[0].margins(x=0)
             x, u = member["displacement"].values, member["velocity"].values
             settled = len(x) // 2
@@ -81,8 +81,8 @@ def ensemble_figure(response: xr.Dataset) -> Figure:
     return styled(7.2, 0.7 + 0.95 * len(lines), draw, response, picked(response))
 
 
-def said(member: xr.Dataset) -> str:
-    """The failure of a member's run, or that the model did not hold in all of it; empty for one that is fine."""
+def failure_note(member: xr.Dataset) -> str:
+    """The failure of a member's run, or the assumptions that fail at times; empty if neither occurs."""
     if int(member["outcome"]):
         return f": failed, {Outcome(int(member['outcome'])).words}"
     unheld = [words for words, when in failings(member).items() if when.any()]
@@ -90,20 +90,20 @@ def said(member: xr.Dataset) -> str:
 
 
 def picked(response: xr.Dataset) -> str:
-    """The number of members that are drawn, where it is not all of them."""
+    """The number of members drawn, if not all are."""
     count = response["outcome"].size
     return f"{len(members(response))} of {count} members, evenly picked" if count > MOST_LINES else ""
 
 
 def members(response: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """The members to draw, each with its label; evenly picked where there are more than `MOST_LINES`."""
+    """The members to draw, each with its label; evenly picked if more than `MOST_LINES`."""
     chosen = members_of(response, evenly(response["outcome"].size, MOST_LINES))
     return [(name.replace("_", " "), member) for name, member in chosen]
 
 
 def failings(response: xr.Dataset) -> dict[str, np.ndarray]:
-    """Label -> at which samples it applies (time,); those of `FAILINGS`, and the states of a film that wrinkles, that
-    occur in a single run."""
+    """Label -> samples of a single run at which it applies (time,): failed `FAILINGS` and slack states of wrinkling
+    films, those that occur."""
     found = {
         words: np.any([response[flag].values for flag in flags if flag in response], axis=0)
         for words, flags in FAILINGS.items()
@@ -128,24 +128,23 @@ def time_response(response: xr.Dataset, axes: Axes) -> None:
 
 
 def up_to_end(response: xr.Dataset) -> xr.Dataset:
-    """A single run, cut a little after its end where it ended early."""
+    """A single run, cut a little after its end if it ended early."""
     ran = int(np.isfinite(response["displacement"].values).sum())
     return response.isel({response["displacement"].dims[-1]: slice(0, max(ran + ran // 8, 2))})
 
 
 def mark_end(response: xr.Dataset, axes: Axes) -> None:
-    """A cross where a single run ended early, and how it did."""
+    """A cross where a single run ended early, with the reason."""
     ran = np.flatnonzero(np.isfinite(response["displacement"].values))
     if ran.size:
         at = float(response["time"][ran[-1]]), float(response["displacement"][ran[-1]])
         axes.plot(*at, "x", color=BLACK, ms=6.0, clip_on=False)
-        said = Outcome(int(response["outcome"])).words.partition(":")[0]
-        axes.annotate(said, at, (8.0, -2.0), textcoords="offset points", fontsize=8.0, va="top")
+        words = Outcome(int(response["outcome"])).words.partition(":")[0]
+        axes.annotate(words, at, (8.0, -2.0), textcoords="offset points", fontsize=8.0, va="top")
 
 
 def validity_strip(response: xr.Dataset, axes: Axes) -> None:
-    """A row of bars for each way in which the model fails, or the film is slack, during a single run, and the share of
-    its samples at which it does."""
+    """A row of bars for each failed assumption or slack state during a single run, with its share of the samples."""
     time = response["time"].values
     ran = np.isfinite(response["displacement"].values)
     rows = failings(response)
@@ -164,7 +163,7 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
         )
         for text in (label, share):
             text.set(fontsize=6.5, color=GREY)
-        # it uses the room of the axis labels above and below, which is there already
+        # the axis labels above and below already provide the room
         label.set_in_layout(False)
     axes.set_ylim(len(rows), -0.4)
     axes.axis("off")
@@ -181,7 +180,7 @@ def drive_voltage(response: xr.Dataset, axes: Axes) -> None:
 
 
 def phase_portrait(response: xr.Dataset, axes: Axes) -> None:
-    """Velocity over displacement, the first half of the run faint."""
+    """Velocity over displacement, with the first half of the run faint."""
     lines = members(response)
     for colour, (_, member) in zip(CYCLE, lines, strict=False):
         x, u = member["displacement"].values, member["velocity"].values

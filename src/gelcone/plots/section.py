@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CELLS = 400
-"""Points in the same cell of a grid with this many cells across the figure count as one."""
+"""Points in the same cell of a grid of this many cells per axis count as one."""
 
 
 def section_figure(section: xr.Dataset) -> Figure:
-    """A stroboscopic section or extrema, whichever ``section`` holds; up to six members of an ensemble."""
+    """A stroboscopic section or extrema, whichever the result holds; up to six members of an ensemble."""
     draw_points = section_points if "repeat" in section.dims else extremum_points
 
     def draw(figure: Figure) -> None:
@@ -53,7 +53,7 @@ def section_points(section: xr.Dataset, axes: Axes) -> None:
 
 
 def extremum_points(extrema: xr.Dataset, axes: Axes) -> None:
-    """Displacement at the turning points over the phase of the drive; maxima and minima distinguished."""
+    """Displacement at the turning points over the phase of the drive, with maxima and minima distinguished."""
     set_room(axes, np.array([0.0, 1.0]), extrema["displacement"].values)
     shown = members(extrema)
     for i, (name, member) in enumerate(shown):
@@ -75,7 +75,7 @@ def _label(name: str, member: xr.Dataset) -> str:
 
 
 def failure(member: xr.Dataset) -> str:
-    """The failure of a member's run, for a label; empty for one that did not fail."""
+    """The failure of a member's run, for a label; empty if it did not fail."""
     code = int(member["outcome"])
     return f"failed: {Outcome(code).words}" if code else ""
 
@@ -83,7 +83,7 @@ def failure(member: xr.Dataset) -> str:
 def scatter(
     axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64], i: int, label: str, filled: bool = True
 ) -> None:
-    """Points of member ``i``, drawn larger where fewer of them are distinct."""
+    """Points of member ``i``, larger if few of them are distinct."""
     inside = np.isfinite(x) & np.isfinite(y)
     x, y = x[inside], y[inside]
     left, right = axes.get_xlim()
@@ -105,7 +105,7 @@ def scatter(
 
 
 def set_room(axes: Axes, x: npt.NDArray[np.float64], y: npt.NDArray[np.float64]) -> None:
-    """Limits that contain all points, and do not magnify rounding where all of them are one point."""
+    """Limits that contain all points, without magnifying rounding where all points coincide."""
     for values, set_limits in ((x, axes.set_xlim), (y, axes.set_ylim)):
         finite = values[np.isfinite(values)]
         low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)

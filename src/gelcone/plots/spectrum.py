@@ -1,4 +1,4 @@
-"""Figures of a spectrum: amplitude over frequency, with its lines marked."""
+"""Figure of a spectrum: amplitude over frequency, with its lines marked."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_LABELS = 8
-"""Most lines of a panel that are labelled with their frequency, the strongest first."""
+"""Most lines of a panel labelled with their frequency, strongest first."""
 LABEL_WIDTH = 0.045
-"""Share of the picture's width that a label takes."""
+"""Width of a label, as a share of the panel."""
 DEEPEST = 1e-9
 """Amplitudes below this share of the largest one are not shown."""
 
 
 def spectrum_figure(spectrum: xr.Dataset) -> Figure:
-    """Amplitude over frequency, one panel a member; up to six members of an ensemble."""
+    """Amplitude over frequency, one panel per member; up to six members of an ensemble."""
     shown = members(spectrum)
 
     def draw(figure: Figure) -> None:
@@ -39,10 +39,10 @@ def spectrum_figure(spectrum: xr.Dataset) -> Figure:
 
 
 def amplitude_spectrum(member: xr.Dataset, axes: Axes, room_for: xr.Dataset | None = None) -> None:
-    """Amplitude over frequency of one member, over the drive's frequency or, where the result is in SI units, in hertz.
+    """Amplitude of one member over frequency: in hertz for results in SI units, otherwise relative to the drive's.
 
-    ``room_for`` is the ensemble whose members share the axes' limits; default the member alone. That of the run of a
-    drive that does not repeat is over the frequency itself.
+    The run of a drive that does not repeat is drawn over the frequency itself. ``room_for`` is the ensemble whose
+    members share the axis limits; by default the member alone.
     """
     frequency = _frequency(member)
     axes.plot(frequency, _of_motion(member), color=BLUE, lw=0.7)
@@ -57,7 +57,7 @@ def amplitude_spectrum(member: xr.Dataset, axes: Axes, room_for: xr.Dataset | No
 
 
 def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
-    """A log axis over what is larger than `DEEPEST` of the largest amplitude, and room for labels above it."""
+    """Log limits over the amplitudes above `DEEPEST` of the largest, with room for labels."""
     frequency, moving = _frequency(spectrum), _of_motion(spectrum)
     largest = float(moving.max())
     axes.set_yscale("log")
@@ -68,24 +68,24 @@ def set_limits(spectrum: xr.Dataset, axes: Axes) -> None:
 
 
 def _frequency(spectrum: xr.Dataset) -> xr.DataArray:
-    """What a spectrum is drawn over: the frequency over the drive's, where it is in no unit and the drive repeats."""
+    """The frequency axis: relative to the drive's for dimensionless results of drives that repeat."""
     in_si = spectrum["frequency"].attrs["units"] != "1"
-    return spectrum["frequency" if in_si or _of_runs(spectrum) else "frequency_ratio"]
+    return spectrum["frequency" if in_si or _has_runs(spectrum) else "frequency_ratio"]
 
 
-def _of_runs(spectrum: xr.Dataset) -> bool:
-    """Whether it is that of runs of a drive that does not repeat, which have no lines."""
+def _has_runs(spectrum: xr.Dataset) -> bool:
+    """Whether the spectrum is of runs of a drive that does not repeat, which have no lines."""
     return bool((spectrum["flatness"].notnull() & spectrum["power_in_lines"].isnull()).any())
 
 
 def _of_motion(spectrum: xr.Dataset) -> xr.DataArray:
-    """The amplitude without the mean displacement in the first bin, and without motions that are only rounding."""
+    """The amplitude without the mean in the first bin, and without motions that are only rounding."""
     amplitude, moves = spectrum["amplitude"], spectrum["flatness"].notnull()
     return amplitude.where((spectrum["frequency_ratio"] > 0.0) & (amplitude > 0.0) & moves)
 
 
 def label_lines(axes: Axes, at: np.ndarray, height: np.ndarray) -> None:
-    """The frequencies of the strongest lines above them, unless they would overlap."""
+    """Writes the frequencies of the strongest lines above them, unless they would overlap."""
     left, right = axes.get_xlim()
     taken: list[float] = []
     for x, y in zip(at, height, strict=True):
@@ -98,7 +98,7 @@ def label_lines(axes: Axes, at: np.ndarray, height: np.ndarray) -> None:
 
 
 def verdict(member: xr.Dataset) -> str:
-    """The outcome of a member in a few words."""
+    """The result of a member in a few words."""
     share, flatness = float(member["power_in_lines"]), float(member["flatness"])
     if failure(member):
         return failure(member)

@@ -1,4 +1,4 @@
-"""The figure of steps of the voltage: the displacement over time, a line for each voltage."""
+"""Figure of voltage steps: displacement over time, one line per voltage."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 6
-"""Most voltages that are drawn."""
+"""Most voltages drawn."""
 
 
 def step_figure(result: xr.Dataset) -> Figure:
-    """Displacement after the step, dashed where a slow ramp would end, dotted when it has settled."""
+    """Displacement after the step; dashed the equilibrium of a slow ramp, dotted the settling time."""
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
@@ -38,7 +38,7 @@ def step_figure(result: xr.Dataset) -> Figure:
         axes.axhline(float(result["begin"][0]), color=GREY, lw=0.6)
         axes.set_xlim(0.0, float(result["time"].max()))
         name_axes(axes, result["time"], result["displacement"], "time after the step")
-        axes.set_title("dashed: where a slow ramp ends; dotted: settled", loc="left", fontsize=8.0)
+        axes.set_title("dashed: end of a slow ramp; dotted: settling time", loc="left", fontsize=8.0)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return styled(6.0, 3.4, draw, result)

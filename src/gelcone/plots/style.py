@@ -1,4 +1,4 @@
-"""Look shared by all figures: print size, a palette for colour-blind readers, saving whole files."""
+"""Style shared by all figures: print size, a palette for colour-blind readers, atomic saving."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, VERMILION = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 PURPLE, SKY, YELLOW, BLACK, GREY = "#CC79A7", "#56B4E9", "#F0E442", "#000000", "#888888"
 CRIMSON = "#9E0142"
-"""Dark, next to vermilion: chaos that ends."""
+"""Colour of chaos that ends: a dark red next to chaos's vermilion."""
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
 STYLE: Any = {
@@ -40,19 +40,19 @@ _HASHED = re.compile(r'id="([a-z][0-9a-f]{10})"')
 
 
 REST_ROOM = 1e-6
-"""What moves less than this is drawn as a rest, and not magnified."""
+"""Motions smaller than this are drawn as a rest, not magnified."""
 
 
 def say(axes: Axes, words: str) -> None:
-    """Write words in place of a curve."""
+    """Writes words in place of a curve."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
 
 
 def styled(
     width: float, height: float, draw: Callable[[Figure], None], result: xr.Dataset | None = None, more: str = ""
 ) -> Figure:
-    """A figure of the given size in inches, drawn in gelcone's style and without pyplot's global state; with the name
-    of the ``result``'s device and ``more`` as title, if one is given."""
+    """A figure of the given size in inches, drawn in gelcone's style and outside pyplot's global state; titled with the
+    device of ``result`` and ``more``, if given."""
     import matplotlib as mpl
 
     from gelcone.plots.figure import ShownFigure
@@ -66,14 +66,14 @@ def styled(
 
 
 def save_figure(figure: Figure, path: str | Path, *, force: bool = False) -> None:
-    """Writes a figure (PNG, SVG or PDF by its suffix), the same bytes for the same figure, whole or not at all."""
+    """Writes a figure (PNG, SVG or PDF by its suffix): the same bytes for the same figure, whole or not at all."""
     write_whole(Path(path), lambda to: draw_file(figure, to), force=force)
 
 
 def draw_file(figure: Figure, path: Path) -> None:
-    """Write what `save_figure` does, straight to ``path``.
+    """Writes a figure to ``path``, for `save_figure`.
 
-    PNG and SVG by their own canvases: ``Figure.savefig`` draws each figure twice.
+    PNG and SVG use their own canvases, as ``Figure.savefig`` draws each figure twice.
     """
     import matplotlib as mpl
 
@@ -92,25 +92,25 @@ def draw_file(figure: Figure, path: Path) -> None:
 
 
 def numbered(svg: str) -> str:
-    """An SVG whose hashed names are numbered instead: they depend on the last bits of the layout, which can differ."""
+    """An SVG with numbers in place of hashed names, which depend on the last bits of the layout."""
     numbers = {name: f"n{k}" for k, name in enumerate(dict.fromkeys(_HASHED.findall(svg)))}
     return re.sub(r'(id="|#)(\w+)', lambda found: found[1] + numbers.get(found[2], found[2]), svg)
 
 
 def axis_label(variable: xr.DataArray, name: str) -> str:
-    """``name`` in words, with the unit of the variable, if it has one."""
+    """``name`` in words, with the variable's unit, if it has one."""
     name, units = name.replace("_", " "), variable.attrs.get("units", "1")
     return name if units == "1" else f"{name} ({units})"
 
 
 def name_axes(axes: Axes, across: xr.DataArray, up: xr.DataArray, x: str = "", y: str = "") -> None:
-    """Label both axes with their variables, which are called by their own names unless others are given."""
+    """Labels both axes with their variables, by name unless another is given."""
     axes.set_xlabel(axis_label(across, x or str(across.name)))
     axes.set_ylabel(axis_label(up, y or str(up.name)))
 
 
 def second_axes(axes: Axes, left: xr.DataArray, name: str, right: xr.DataArray, other_name: str) -> Axes:
-    """Axes for a second, dashed curve with its values on the right; both labels have the colour of their curve."""
+    """Axes on the right for a second, dashed curve; both labels have the colour of their curve."""
     other = axes.twinx()
     axes.set_ylabel(axis_label(left, name), color=BLUE)
     other.set_ylabel(axis_label(right, other_name), color=VERMILION)
@@ -119,7 +119,7 @@ def second_axes(axes: Axes, left: xr.DataArray, name: str, right: xr.DataArray, 
 
 
 def log_ticks(axes: Axes) -> None:
-    """A log scale along the bottom with plain numbers, for values that span a decade or two."""
+    """Sets a log scale with plain numbers along the bottom, for values that span a decade or two."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set_xscale("log")
@@ -129,7 +129,7 @@ def log_ticks(axes: Axes) -> None:
 
 
 def coordinate_axis(axes: Axes, result: xr.Dataset, name: str, side: Literal["bottom", "left"]) -> None:
-    """Labels an axis with a swept coordinate, where there is one."""
+    """Labels an axis with a swept coordinate, if the result has it."""
     if name in result.coords:
         label = axis_label(result[name], name)
         (axes.set_xlabel if side == "bottom" else axes.set_ylabel)(label)

@@ -1,4 +1,4 @@
-"""Figures of sweeps: a probability with its interval, and any variable over the first axes."""
+"""Figures of sweeps: a probability with its interval, or variables over the first axes."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from gelcone.plots.map import Lines
 
 WIDEST = 6
-"""Most variables that are drawn."""
+"""Most variables drawn, and most slices."""
 FEW = 6
-"""A map with at most this many distinct whole numbers, such as periods, has a tick for each on its colour bar."""
+"""Most distinct whole numbers, such as periods, that each get a tick on the colour bar."""
 _BOOKKEEPING = ("status", "source", "outcome")
 
 
 def probability_figure(result: xr.Dataset) -> Figure:
-    """A probability over one parameter with its interval, or over two next to the width of its interval."""
+    """A probability with its interval over one parameter, or over two next to the width of the interval."""
     if result["probability"].ndim == 1:
         return styled(5.2, 3.2, lambda figure: _curve(result, figure.add_subplot()))
     if result["probability"].ndim != 2:
@@ -76,7 +76,7 @@ def _cells(values: xr.DataArray, result: xr.Dataset, axes: Axes, colours: str, m
 
 
 def sweep_figure(result: xr.Dataset) -> Figure:
-    """The variables of a sweep: maps over two axes, else curves over the first (clouds, with draws or further axes)."""
+    """The variables of a sweep: maps over two axes, curves over one, densities of draws, slices of three axes."""
     if "status" not in result:  # computed at once, not cell by cell
         return values_figure(result)
     if result["status"].dims == ("draw",):
@@ -113,12 +113,12 @@ def sweep_figure(result: xr.Dataset) -> Figure:
 
 
 def _unordered(result: xr.Dataset) -> list[str]:
-    """Axes of names, such as those of gels."""
+    """Axes of names, such as gels."""
     return [str(dim) for dim in result["status"].dims if dim in result.coords and result[dim].dtype.kind in "OU"]
 
 
 def _by_gel(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
-    """The variables over the one axis that has an order, a line for each gel; or a point for each gel alone."""
+    """The variables over the one ordered axis, a line per gel; or one point per gel."""
     (gels,) = _unordered(result)
     others = [str(dim) for dim in result["status"].dims if dim != gels]
     if len(others) > 1:
@@ -167,14 +167,14 @@ def _say_alone(figure: Figure, words: str) -> None:
 
 
 def _absent(values: xr.DataArray, along: str) -> str:
-    """In how many of the draws or cells there is no number, and what that means; nothing where all have one."""
+    """The number of draws or cells without a value, with the reason; empty if all have one."""
     numbers, of = np.ravel(values.values), "draws" if along == "draw" else "cells"
     counts = Counter(missing(float(value), values) for value in numbers[~np.isfinite(numbers)])
     return ", ".join(f"{words} in {count} of {numbers.size} {of}" for words, count in counts.items())
 
 
 def _is_code(name: str, variable: xr.DataArray) -> bool:
-    """Whether a variable is not a number to draw over the axes: codes, bookkeeping, validity."""
+    """Whether a variable is not a number to draw: codes, bookkeeping, validity."""
     coded = variable.attrs.get("quantity") in ("code", "flag") and "regime" not in name and name != "sign"
     return name in _BOOKKEEPING or name.startswith("validity_") or coded
 
@@ -240,8 +240,7 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 
 
 def any_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
-    """The picture of a sweep: a probability, a map with the options of `map_figure`, or else what is known over the
-    first axes."""
+    """The figure of a sweep: a probability, a map with the options of `map_figure`, or `sweep_figure`."""
     if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
         from gelcone.atlas.uncertain import probability
         from gelcone.plots.tolerances import tolerances_figure

@@ -1,4 +1,4 @@
-"""Figures of uncertain parameters: densities of what the draws give, risks, and which parameter matters."""
+"""Figures of uncertain parameters: density of the stroke, risks, and the influence of each parameter."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 POINTS = 200
-"""Of a density curve."""
+"""Points of a density curve."""
 
 
 def tolerances_figure(cells: xr.Dataset) -> Figure:
-    """Draws of the regime: the density of the stroke, risks with intervals and Sobol indices; over one parameter the
-    quantiles and the risks along it."""
+    """Draws of the regime: density of the stroke, risks with intervals and Sobol indices; over one parameter quantiles
+    and risks along it."""
     found = tolerances(cells)
     dims = [str(dim) for dim in found["decided"].dims if dim != "risk"]
     if len(dims) > 1:
@@ -72,7 +72,7 @@ def _along(found: xr.Dataset, name: str, figure: Figure) -> None:
 
 
 def _bars(axes: Axes, names: npt.ArrayLike, ends: npt.ArrayLike, colour: str, height: float = 0.6) -> None:
-    """Horizontal bars with the ends of their intervals; a value that is not known has none."""
+    """Horizontal bars with intervals; unknown values have none."""
     labels = [str(name).replace("_", " ") for name in np.ravel(names)]
     value, low, high = np.asarray(ends, dtype=float)
     known = np.isfinite(value)
@@ -87,7 +87,7 @@ def _bars(axes: Axes, names: npt.ArrayLike, ends: npt.ArrayLike, colour: str, he
 
 
 def density(axes: Axes, values: npt.NDArray[np.float64]) -> None:
-    """The density of some numbers, by Gaussian kernels, with each number as a tick; a line where all are the same."""
+    """The density of some numbers by Gaussian kernels, with a tick for each number; only the ticks if all are equal."""
     from scipy.stats import gaussian_kde
 
     there = values[np.isfinite(values)]

@@ -1,4 +1,4 @@
-"""The figure of transfer functions: a Bode plot of displacement and current, linear and measured."""
+"""Figure of transfer functions: a Bode plot of displacement and current, from linear theory and simulation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 
 def transfer_figure(result: xr.Dataset) -> Figure:
-    """Gain and phase of the displacement to the left, of the current to the right; lines linear, dots measured."""
+    """Gain and phase of the displacement (left) and of the current (right): linear theory as lines, simulation as
+    markers."""
 
     def draw(figure: Figure) -> None:
         axes: Any = figure.subplots(2, 2, sharex=True, height_ratios=[1.5, 1.0])
@@ -51,7 +52,7 @@ def transfer_figure(result: xr.Dataset) -> Figure:
 
 
 def _shown(values: xr.DataArray) -> Any:
-    """The values; phases without turns of 360 degrees."""
+    """The values; phases unwrapped."""
     if not str(values.name).endswith("phase"):
         return values.values
     known = np.isfinite(values.values)

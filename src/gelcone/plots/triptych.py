@@ -1,4 +1,4 @@
-"""The figure of motions side by side: a column for each, in the colour of its regime."""
+"""Figure of motions side by side: one column per motion, in the colour of its regime."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMN, LEAST = 2.4, 3.6
-"""Inches of a column, and of a figure at least."""
+"""Width of a column, and least width of the figure, in inches."""
 SHORT = 16
-"""Section points up to which each is drawn large."""
+"""Most distinct section points that are drawn large."""
 
 
 def triptych_figure(result: xr.Dataset) -> Figure:
-    """From the start, the settled motion, the phase portrait and the section; what a panel shows is written left."""
+    """Run from the start, settled motion, phase portrait and section, one row each."""
     shown = members(result)
 
     def draw(figure: Figure) -> None:
@@ -57,7 +57,7 @@ def _caption(member: xr.Dataset) -> str:
 
 
 def _over_time(axes: Axes, member: xr.Dataset, prefix: str, colour: str) -> None:
-    """Displacement over time; nothing of a motion that has ended before."""
+    """Displacement over time, or a note if the motion has ended before."""
     time, x = member[f"{prefix}time"], member[f"{prefix}displacement"]
     axes.set_xlabel(axis_label(time, "time" if not prefix else "time, settled"), fontsize=8.0)
     if not np.isfinite(x).any():
@@ -69,7 +69,7 @@ def _over_time(axes: Axes, member: xr.Dataset, prefix: str, colour: str) -> None
 
 
 def _phase_plane(axes: Axes, member: xr.Dataset) -> None:
-    """Velocity over displacement: from the start pale, settled in the colour of the regime."""
+    """Velocity over displacement: the run pale, the settled motion in the colour of the regime."""
     axes.plot(member["displacement"], member["velocity"], color=GREY, lw=0.5, alpha=0.6, rasterized=True)
     x, u = member["late_displacement"], member["late_velocity"]
     axes.plot(x, u, color=motion_colour(member), lw=0.9, rasterized=True)
@@ -79,7 +79,7 @@ def _phase_plane(axes: Axes, member: xr.Dataset) -> None:
 
 
 def _section(axes: Axes, member: xr.Dataset) -> None:
-    """Velocity over displacement once every forcing period; what does not move is not magnified."""
+    """Velocity over displacement once per forcing period; rounding is not magnified."""
     x, u = (member[f"section_{name}"].values for name in ("displacement", "velocity"))
     axes.set_xlabel(axis_label(member["section_displacement"], "displacement"), fontsize=8.0)
     if not np.isfinite(x).any():

@@ -23,7 +23,7 @@ _CONTINUUM = (
     ("o", False, "continuum, slack: not physical"),
     ("X", False, "continuum, pulled in"),
 )
-"""Marker, whether it is filled, and meaning of each kind of force of the continuum."""
+"""Marker, whether it is filled, and label of each kind of continuum force."""
 
 
 def validation_figure(result: xr.Dataset) -> Figure:
@@ -38,9 +38,9 @@ def validation_figure(result: xr.Dataset) -> Figure:
             stretch_curves(member, row[2])
             row[0].set_title(name, loc="left")
         for column in grid.T:
-            said = [pair for axes in column for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
-            handles = {label: handle for handle, label in reversed(said)}
-            order = list(dict.fromkeys(label for _, label in said))
+            entries = [pair for axes in column for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
+            handles = {label: handle for handle, label in reversed(entries)}
+            order = list(dict.fromkeys(label for _, label in entries))
             column[0].legend(
                 [handles[label] for label in order],
                 order,
@@ -80,7 +80,7 @@ def force_curves(member: xr.Dataset, axes: Axes) -> None:
 
 
 def limit_forces(member: xr.Dataset, axes: Axes) -> None:
-    """Limits of the force, not widened by a film that has pulled in."""
+    """Limits of the force that ignore films that have pulled in."""
     near = member["continuum_force"].where(member["folds"] == 0)
     shown = np.concatenate([near.values.ravel(), member["cone_force"].values.ravel()])
     shown = shown[np.isfinite(shown)]
@@ -89,7 +89,7 @@ def limit_forces(member: xr.Dataset, axes: Axes) -> None:
 
 
 def shapes(member: xr.Dataset) -> xr.Dataset:
-    """Some displacements at the lowest voltage at which the film was found."""
+    """Some displacements at the lowest voltage with converged states."""
     found = (member["ending"] == Ending.CONVERGED).values & (member["displacement"].values != 0.0)
     rows = np.flatnonzero(found.any(axis=1))
     if rows.size == 0:
@@ -100,7 +100,7 @@ def shapes(member: xr.Dataset) -> xr.Dataset:
 
 
 def profiles(member: xr.Dataset, axes: Axes) -> None:
-    """The film as a continuum (solid) and as a cone (dashed)."""
+    """The film's profile: the continuum solid, the cone dashed."""
     shown = shapes(member)
     for colour, i in zip(CYCLE, range(shown.sizes["displacement"]), strict=False):
         one = shown.isel(displacement=i)
@@ -112,7 +112,7 @@ def profiles(member: xr.Dataset, axes: Axes) -> None:
 
 
 def stretch_curves(member: xr.Dataset, axes: Axes) -> None:
-    """Meridional (solid) and hoop stretch (dotted) along the film, thin lines for the cone's."""
+    """Meridional (solid) and hoop stretch (dotted) along the film; the cone's meridional stretch dashed."""
     shown = shapes(member)
     for colour, i in zip(CYCLE, range(shown.sizes["displacement"]), strict=False):
         one = shown.isel(displacement=i)
@@ -127,6 +127,6 @@ def stretch_curves(member: xr.Dataset, axes: Axes) -> None:
 
 
 def note_missing(shown: xr.Dataset, axes: Axes) -> None:
-    """States that there is no film to draw."""
+    """Writes that no film was found, if so."""
     if shown.sizes["displacement"] == 0:
         axes.text(0.5, 0.5, "no film in tension found", transform=axes.transAxes, ha="center", color=GREY)

@@ -1,4 +1,4 @@
-"""Figure of any result that has none of its own: numbers over the axis they share, and single numbers as text."""
+"""Figure of results without one of their own: numbers over a shared axis, and single numbers as text."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 MOST_PANELS = 8
 MOST_CURVES = 6
 LABEL_WIDTH = 20
-"""Most letters of a line of a label: a panel is not higher."""
+"""Most letters per line of a label, so that it fits the height of a panel."""
 STEM_DISTANCE = 0.1
-"""Between the stems of two members at one harmonic."""
+"""Offset between the stems of two members at one harmonic."""
 LINE_WIDTH = 80
-"""Most letters of a line of text: more would leave the figure."""
+"""Most letters per line of text, so that it fits the figure."""
 MOST_NUMBERS = 6
-"""Most values of one variable that are written out."""
+"""Most values of a variable that are written out."""
 
 
 def values_figure(result: xr.Dataset) -> Figure:
-    """A panel for each number that varies over the first axis of the result, or else all numbers as text.
+    """A panel for each number that varies along the first axis of the result, or else all numbers as text.
 
-    Numbers that are the same all along the axis have a panel only where all are.
+    Numbers that are constant along the axis have panels only if all are constant.
     """
     numbers = {str(name): v for name, v in result.data_vars.items() if is_number(v)}
     along = next((str(dim) for v in numbers.values() for dim in v.dims if axis_of(result, str(dim)) is not None), None)
@@ -56,12 +56,12 @@ def values_figure(result: xr.Dataset) -> Figure:
 
 
 def is_number(variable: xr.DataArray) -> bool:
-    """Whether a variable holds numbers to draw: no codes, no initial state."""
+    """Whether a variable holds numbers to draw: neither codes nor the initial state."""
     return variable.dtype.kind in "fiu" and "flag_values" not in variable.attrs and variable.name != "initial"
 
 
 def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
-    """The axis of a dim: its coordinate, or the parameter that varies along it; None where it has neither."""
+    """The axis of a dim: its coordinate, or the parameter that varies along it; None without either."""
     if dim in result.coords:
         return result[dim] if result[dim].dtype.kind in "fiu" else None
     along = (c for c in result.coords.values() if c.dims == (dim,) and c.attrs.get("quantity") in VARIED)
@@ -69,14 +69,14 @@ def axis_of(result: xr.Dataset, dim: str) -> xr.DataArray | None:
 
 
 def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Axes) -> None:
-    """One variable over the axis, a curve for each of its first few other entries."""
+    """One variable over the axis, a curve for each of its first entries along other dims."""
     from matplotlib.ticker import MaxNLocator
 
     axis = axis_of(result, along)
     if axis is None:
         return
     rows = variable.transpose(along, ...).values.reshape(variable.sizes[along], -1)[:, :MOST_CURVES]
-    counted = axis.dtype.kind in "iu"  # such as harmonics, between which nothing lies
+    counted = axis.dtype.kind in "iu"  # such as harmonics: no line joins them
     names = curve_names(variable, along)
     for i, (colour, row, name) in enumerate(zip(CYCLE, rows.T, names, strict=False)):
         at = axis.values + (STEM_DISTANCE * (i - 0.5 * (rows.shape[1] - 1)) if counted else 0.0)
@@ -92,7 +92,7 @@ def draw_curves(result: xr.Dataset, variable: xr.DataArray, along: str, axes: Ax
 
 
 def curve_names(variable: xr.DataArray, along: str) -> list[str]:
-    """The entry of the other dims that each curve over ``along`` is for, such as a harmonic or fields of a device."""
+    """The label of each curve over ``along``: its entry along the other dims, such as a harmonic or device fields."""
     others = [str(dim) for dim in variable.dims if dim != along]
     if not others:
         return [""]
@@ -111,7 +111,7 @@ def number_text(variable: xr.DataArray, name: str) -> str:
 
 
 def write_lines(texts: list[str], axes: Axes) -> None:
-    """Texts one below the other, each as high as its lines."""
+    """Writes texts below one another, spaced by their number of lines."""
     axes.set_axis_off()
     ends = np.cumsum([2.0 + text.count("\n") for text in texts])
     for text, end in zip(texts, ends, strict=True):

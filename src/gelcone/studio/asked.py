@@ -33,7 +33,7 @@ def read(text: str | None, kinds: Collection[str]) -> dict[str, Any]:
     return request | {"id": int(number)}
 
 
-def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
+def read_map(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Axis]:
     """The source and the two axes of a map."""
     setting = Setting.read(request.get("setting"))
     controls = shelf.controls(setting)
@@ -43,13 +43,13 @@ def over_two(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis, Ax
     return source(shelf, setting), x, y
 
 
-def over_one(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis]:
+def read_sweep(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, Axis]:
     """The source and the axis of a sweep."""
     setting = Setting.read(request.get("setting"))
     return source(shelf, setting), axis(shelf.controls(setting), request.get("over"), STRIP_VALUES)
 
 
-def of_device(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
+def read_envelope(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
     """The source of an operating envelope; `InputError` for a preset."""
     setting = Setting.read(request.get("setting"))
     if setting.preset is not None:
@@ -57,7 +57,7 @@ def of_device(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source]:
     return (source(shelf, setting),)
 
 
-def to_save(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
+def read_export(shelf: Shelf, request: Mapping[str, Any]) -> tuple[Source, exports.Wanted, str]:
     """The source, result and format of a file that the page saves."""
     setting, wanted = _wanted(shelf, request)
     form = text_of(request, "format")

@@ -68,7 +68,7 @@ class Source:
     @property
     def key(self) -> tuple[Path | None, int, str | None, str]:
         """A cache key, equal for sources of equal subjects."""
-        return self.path, changed(self.path), self.text, json.dumps(self.options)
+        return self.path, modified(self.path), self.text, json.dumps(self.options)
 
     def subject(self) -> Subject:
         """The subject, cached in this process."""
@@ -81,7 +81,7 @@ def subject_of(path: Path | None, time: int, text: str | None, options: str) -> 
     return read_subject(device_in(path, text), **json.loads(options))
 
 
-def changed(path: Path | None) -> int:
+def modified(path: Path | None) -> int:
     """Modification time of a file in nanoseconds; 0 for None and for a missing file, which the reader reports."""
     try:
         return 0 if path is None else path.stat().st_mtime_ns
@@ -267,9 +267,9 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
         return {}
     found = limits_cells(cells.members, cells.states, threads=1).variables
     offset = np.abs(np.asarray(cells.members.values["voltage_bias"]))
-    lines = {}
+    lines, film = {}, look.pull_in_film(subject.model)
     for name, words in THRESHOLDS.items():
         volts = np.asarray(found[name][1]) - (0.0 if name == "onset_voltage" else offset)
         if (volts > 0.0).any():
-            lines[words.format(film=look.film_of(subject.model))] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
+            lines[words.format(film=film)] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
     return lines

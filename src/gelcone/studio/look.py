@@ -417,7 +417,7 @@ PULL_INS: Answers[float] = Answers(_body, performance.pull_in)
 
 def margins(subject: Subject) -> Parts:
     """The static pull-in voltage, and the drive's peak as a share of it."""
-    numbers = {performance.PULL_INS[film_of(subject.model)]: PULL_INS.of(subject.model)}
+    numbers = {performance.PULL_INS[pull_in_film(subject.model)]: PULL_INS.of(subject.model)}
     return Parts({}, {"numbers": performance.in_words(numbers, subject)})
 
 
@@ -458,7 +458,7 @@ def legend() -> dict[str, Any]:
     }
 
 
-def film_of(model: ConeModel) -> str:
+def pull_in_film(model: ConeModel) -> str:
     """The model of the film whose pull-in is used: ``membrane`` or ``cone``."""
     return "membrane" if isinstance(model.film, MembraneFilm) else "cone"
 
@@ -481,7 +481,7 @@ def about(subject: Subject) -> dict[str, Any]:
         "disc": disc * unit,
         "rim": rim * unit,
         "bias": _acting(model),
-        "film_of": film_of(model),
+        "film_of": pull_in_film(model),
         "wrinkles": bool(model.system.film.kinds),
         "film": list(WRINKLED if model.system.film.kinds else FILM_STATES),
         "second": None if flat is None else float(np.ravel(flat)[0]) * by["length"],

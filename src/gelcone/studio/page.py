@@ -443,10 +443,10 @@ class Page:
 
 
 _LONG: Mapping[str, tuple[Callable[..., tuple[Any, ...]], Callable[..., Awaitable[None]]]] = {
-    "map": (asked.over_two, fill_map),
-    "strip": (asked.over_one, fill_strip),
-    "envelope": (asked.of_device, draw_envelope),
-    "export": (asked.to_save, make_file),
+    "map": (asked.read_map, fill_map),
+    "strip": (asked.read_sweep, fill_strip),
+    "envelope": (asked.read_envelope, draw_envelope),
+    "export": (asked.read_export, make_file),
 }
 """Long work by kind: the function that reads the request, and the one that does the work."""
 _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {

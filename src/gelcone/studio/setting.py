@@ -38,7 +38,7 @@ from gelcone.physics.system import ConeSystem
 from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.presets import load_presets
 from gelcone.studio.controls import CHOICES, NONE, Control, controls_of, leaf
-from gelcone.studio.grids import changed, device_in
+from gelcone.studio.grids import device_in, modified
 
 LONGEST_VALUE = 40
 LONGEST_FILE, LONGEST_LINE = 30_000, 500
@@ -271,7 +271,7 @@ class Shelf:
 
     def _key(self, setting: Setting) -> _Key:
         path = self.path(setting)
-        return path, changed(path), setting.file
+        return path, modified(path), setting.file
 
 
 _Key = tuple[Path | None, int, str | None]
