@@ -194,10 +194,10 @@ def test_a_run_writes_data_figures_claims_and_report(laboratory, tmp_path):
 
 
 def test_progress_names_the_work_and_adds_up_to_one(laboratory, tmp_path):
-    told = []
-    run(quick=True, out=tmp_path, paper=laboratory.paper, progress=lambda *step: told.append(step))
-    assert sum(share for _, share in told) == pytest.approx(1.0)
-    labels = list(dict.fromkeys(label for label, _ in told))
+    steps = []
+    run(quick=True, out=tmp_path, paper=laboratory.paper, progress=lambda *step: steps.append(step))
+    assert sum(share for _, share in steps) == pytest.approx(1.0)
+    labels = list(dict.fromkeys(label for label, _ in steps))
     assert sorted(labels, key=lambda label: label.startswith("figure")) == [
         "swing, for figures 3, 4",
         "rest, for figures 4, 13",
@@ -362,7 +362,7 @@ def command(laboratory, tmp_path, monkeypatch):
 
 
 def test_claims_are_judged_again_with_other_films(laboratory, tmp_path):
-    """Its studies lie in a folder of their own; the share of the runs that end by pull-in stands beside the verdict."""
+    """Its studies lie in a folder of their own; the verdict states the share of runs that end by pull-in."""
     laboratory.films = ("wrinkling", "membrane")
     found = run(["second"], quick=True, out=tmp_path, paper=laboratory.paper)
     assert sorted(laboratory.computed) == ["rest", "rest membrane", "rest wrinkling", "swing"]

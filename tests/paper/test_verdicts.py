@@ -65,8 +65,8 @@ def test_every_combination_gives_a_verdict_and_each_verdict_can_be_given():
 
 def test_numbers_and_words_do_not_sway_a_verdict():
     plain = Finding(holds=False, holds_finite=True, **ASIDE)
-    told = dataclasses.replace(plain, numbers=(Number("exponent", 0.3, error=0.1),), why="other", unseen="much")
-    assert judge(told) is judge(plain)
+    changed = dataclasses.replace(plain, numbers=(Number("exponent", 0.3, error=0.1),), why="other", unseen="much")
+    assert judge(changed) is judge(plain)
 
 
 def test_parts_of_a_claim_have_verdicts_of_their_own_in_its_text():

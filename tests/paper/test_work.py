@@ -41,13 +41,13 @@ DIAMOND = [job("end", "left", "right"), job("left", "a"), job("right", "a"), job
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_jobs_come_after_what_they_need_and_get_it(workers):
-    told = []
-    found = dict(do(DIAMOND, workers, lambda *step: told.append(step)))
+    steps = []
+    found = dict(do(DIAMOND, workers, lambda *step: steps.append(step)))
     assert {name: value for name, (value, _) in found.items()} == {"a": 1, "left": 5, "right": 6, "end": 14}
     assert next(iter(found)) == "a"
     assert list(found)[-1] == "end"
-    assert sum(share for _, share in told) == pytest.approx(1.0)
-    assert {label for label, _ in told} == {f"making {name}" for name in found}
+    assert sum(share for _, share in steps) == pytest.approx(1.0)
+    assert {label for label, _ in steps} == {f"making {name}" for name in found}
 
 
 def test_processes_are_others_only_where_they_pay():

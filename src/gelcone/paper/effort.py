@@ -12,8 +12,8 @@ from gelcone.presets import Preset, find_preset
 class Effort:
     """Sizes of the paper's studies, and the ``film`` that they are computed with.
 
-    ``samples``: most points of a sample, a power of two (`gelcone.paper.sampling`), and ``costly_samples`` of one with
-    much chaos. ``films``: those that claims are judged with besides the paper's, which ``film`` is by default.
+    ``samples`` is the largest size of a sample, a power of two (`gelcone.paper.sampling`), and ``costly_samples`` that
+    of samples with much chaos. ``films`` are the films other than the paper's that claims are judged with.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Effort:
         return paper if self.film == PAPERS else replace(paper, changes=film_of_model(self.film))
 
     def with_film(self, film: str) -> Effort:
-        """The sizes for another film: the one that creeps takes much longer, and has those of a quick run."""
+        """The sizes for another film; the creeping one takes much longer, and has the sizes of a quick run."""
         return replace(QUICK if film == CREEPING else self, name=self.name, film=film)
 
 

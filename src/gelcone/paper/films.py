@@ -1,10 +1,9 @@
-"""The films that claims are judged with: that of the paper, and others in the same model and the same device.
+"""The films that claims are judged with: the paper's, and others in the same model and device.
 
-The film ``creeping`` is a cone that wrinkles and creeps behind a resistance. No numbers of a branch of a PVC gel are
-known to us. The branch is the fastest of three measured on another soft elastomer, VHB 4910, by its modulus over the
-long-term one and with its own flow rule, which is the linear one: Wang, Decker, Henann and Chester, J. Mech. Phys.
-Solids (2016), as used by Stewart and Anand. The scales of the device of the paper's Table 1 make its time and the
-resistance dimensionless.
+The film ``creeping`` is a cone that wrinkles and creeps behind a resistance. We know of no measured branch of a PVC
+gel. The branch is the fastest of three of another soft elastomer, VHB 4910, by its modulus over the long-term one and
+with its linear flow rule: Wang, Decker, Henann and Chester, J. Mech. Phys. Solids (2016), as used by Stewart and Anand.
+The scales of the paper's Table 1 device make its time and the resistance dimensionless.
 """
 
 from __future__ import annotations
@@ -22,9 +21,10 @@ WRINKLING, MEMBRANE, CREEPING = OTHER_FILMS = ("wrinkling", "membrane", "creepin
 and a cone that also creeps, behind a resistance."""
 SERIES_RESISTANCE = "1 MOhm"
 LONG_TERM_MODULUS, BRANCH_MODULUS, BRANCH_TIME, FLOW = 15.36, 26.06, "0.6074 s", "linear"
-"""Of VHB 4910: kPa, of the relaxed elastomer and of the branch."""
+"""Numbers of VHB 4910: moduli in kPa of the relaxed elastomer and of the branch, the branch's time, and its flow
+rule."""
 TAKEN = ("series_resistance", "viscous_modulus_1", "relaxation_time_1")
-"""The device's dimensionless numbers that a model of the paper takes."""
+"""Dimensionless numbers that a model takes from the device."""
 
 
 @cache
@@ -43,7 +43,7 @@ def film_of_device(film: str) -> Device:
 
 @cache
 def film_of_model(film: str) -> Mapping[str, Any]:
-    """The parameters that give a model one of these films."""
+    """Model parameters of one of these films."""
     if film != CREEPING:
         return MappingProxyType({"film": film})
     values = film_of_device(film).to_model().values
@@ -51,7 +51,7 @@ def film_of_model(film: str) -> Mapping[str, Any]:
 
 
 def creeping_in_words() -> str:
-    """The film ``creeping``: where its numbers are from, and what they are without dimensions."""
+    """The film ``creeping`` in words: the source of its numbers, and their dimensionless values."""
     own = film_of_model(CREEPING)
     resistance, modulus, time = (own[name] for name in TAKEN)
     return (
@@ -59,8 +59,8 @@ def creeping_in_words() -> str:
         f"the scales of the device paper-table1). One Maxwell branch with the linear flow rule, g = {modulus:.4g} and "
         f"tau = {time:.3g}: the fastest of the three of VHB 4910 ({BRANCH_MODULUS:g} kPa over a long-term modulus of "
         f"{LONG_TERM_MODULUS:g} kPa, {BRANCH_TIME}; Wang, Decker, Henann and Chester, J. Mech. Phys. Solids, 2016). "
-        "The two slower ones are left out. No numbers of a branch of a PVC gel are known to us; those of this "
-        "elastomer are an example. All else is as in the paper's film. Judged in full runs, with the sizes of a quick "
-        "one, and only claims whose motions can be followed with it at an acceptable cost; statics are those of the "
-        "film that wrinkles."
+        "The two slower ones are left out. We know of no measured branch of a PVC gel; this elastomer is an example. "
+        "Everything else is as in the paper's film. This film is judged in full runs only, with the sizes of a quick "
+        "one, and only for claims whose motions can be computed at an acceptable cost; its statics are those of the "
+        "wrinkling film."
     )

@@ -18,8 +18,8 @@ from gelcone.quantity import Array
 
 @dataclass(frozen=True)
 class FixedStepRun:
-    """Times (steps + 1,), states (members, steps + 1, 2), largest exponent over the run (members,) from the tangent of
-    the same steps, and the share of the steps spent beyond the stretch limit (members,)."""
+    """Times (steps + 1,), states (members, steps + 1, 2), largest exponent over the run (members,), and share of steps
+    beyond the stretch limit (members,)."""
 
     times: Array
     states: Array
@@ -28,7 +28,7 @@ class FixedStepRun:
 
 
 def fixed_step(model: ConeModel, initial: tuple[float, float], step: float, steps: int) -> FixedStepRun:
-    """Runs every member of a flattened ensemble with a fixed step; non-finite states stay as they come out."""
+    """Integrates every member of a flattened ensemble with a fixed step; non-finite states are returned as they are."""
     members = model.members()
     n = members.numbers()
     state = np.tile([initial[0], initial[1], 1.0, 0.0], (members.size, 1)).T

@@ -1,4 +1,4 @@
-"""Numbers behind verdicts, written to the digits that their errors support, and truths that may stay open."""
+"""Numbers behind verdicts, with the digits that their errors support, and truths that may stay open."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 Truth = bool | None
-"""None where the numbers do not say."""
+"""None if the numbers leave it open."""
 DIGITS = 4
 """Digits of a number whose error is negligible."""
 MOST_DECIMALS = 7
@@ -14,7 +14,7 @@ MOST_DECIMALS = 7
 
 @dataclass(frozen=True)
 class Number:
-    """A number behind a verdict: its value with an error or an interval, and what it is."""
+    """A number behind a verdict: meaning, value, and error or interval."""
 
     meaning: str
     value: float
@@ -24,7 +24,8 @@ class Number:
     unit: str = ""
 
     def __str__(self) -> str:
-        """To the digits that the error or the interval supports; without an error all digits shown are correct."""
+        """The value with the digits that its error or interval supports; without either all digits shown are
+        correct."""
         if math.isnan(self.value):
             return "none"
         unit = f" {self.unit}" if self.unit else ""

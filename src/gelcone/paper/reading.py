@@ -1,4 +1,5 @@
-"""Truths and numbers read off studies: where the motion is chaotic, where exponents are positive, thresholds."""
+"""Truths and numbers read off studies: chaotic motions, positive exponents, thresholds. Arrays of truths hold 1, 0 and
+NaN (open)."""
 
 from __future__ import annotations
 
@@ -20,24 +21,24 @@ if TYPE_CHECKING:
 LIMIT_THRESHOLD = 1.5
 """Stretch limit below which the paper sees chaos (text)."""
 STARTS = 4
-"""Nearby starts of a motion, from which the error of what is read from it follows."""
+"""Number of nearby starts of a motion, for the errors of numbers read from it."""
 SAME = 0.05
-"""Motions are indistinguishable when they differ by less than this share of their size: what a plot shows."""
+"""Motions that differ by less than this share of their size look the same in a plot."""
 SIX = (5.5, 6.5)
-"""What rounds to 6, the digit that the paper gives (text)."""
+"""Interval that rounds to 6, the paper's number (text)."""
 
 
 def ended(study: xr.Dataset) -> Array:
-    """Where the run ended before the long run, for example by pull-in: there is no motion to judge."""
+    """Mask of the runs that ended before the long run, for example by pull-in."""
     left: Array = study["regime"].values == Regime.LEFT_THE_DOMAIN
     return left
 
 
 def chaotic(study: xr.Dataset) -> Array:
-    """Where the long run is chaotic by exponent and 0-1 test: truths.
+    """Truths: the long run is chaotic by exponent and 0-1 test; false for a run that ended.
 
-    Open where the motion has not settled, where chaos ends so late that it is chance whether an end is seen, and where
-    some of the nearby starts have left it and others have not. A run that ended is not chaotic.
+    Open for motions that have not settled, for chaos that ends so late that observing the end is chance, and where only
+    some of the nearby starts have left chaos.
     """
     kinds = study["regime"].values
     undecided = kinds == Regime.TRANSIENT
@@ -49,18 +50,18 @@ def chaotic(study: xr.Dataset) -> Array:
 
 
 def regular(study: xr.Dataset) -> Array:
-    """Where the long run is a motion that is certain not to be chaotic: truths; false of a run that ended."""
+    """Truths: the long run is certainly not chaotic; false for a run that ended."""
     return np.where(ended(study), 0.0, 1.0 - chaotic(study))
 
 
 def without_chaos(study: xr.Dataset) -> Array:
-    """Where no chaos is seen in the long run: truths; open of a run that ended."""
+    """Truths: no chaos in the long run; open for a run that ended."""
     return np.where(ended(study), np.nan, 1.0 - chaotic(study))
 
 
 def positive(study: xr.Dataset) -> Array:
-    """Where the largest exponent of the long run is positive by more than three standard errors: truths, open where it
-    is within three of zero and the motion is not known to be regular. A run that ended has no positive exponent."""
+    """Truths: the largest exponent of the long run is positive by more than three standard errors. Open within three
+    errors of zero, unless the motion is known to be regular; false for a run that ended."""
     exponent, error = study["lyapunov"].values[..., 0], study["standard_error"].values[..., 0]
     kinds = study["regime"].values
     certain = exponent > CERTAIN * error
@@ -69,46 +70,46 @@ def positive(study: xr.Dataset) -> Array:
 
 
 def not_positive(study: xr.Dataset) -> Array:
-    """Where the largest exponent of the long run is at most zero: truths; open of a run that ended."""
+    """Truths: the largest exponent of the long run is at most zero; open for a run that ended."""
     return np.where(ended(study), np.nan, 1.0 - positive(study))
 
 
 def resolution(study: xr.Dataset) -> float:
-    """Exponent over a finite window up to which it counts as zero: log(T)/T, which regular motions reach."""
+    """Largest exponent over a finite window that counts as zero: log(T)/T, which regular motions reach."""
     window = study.attrs.get("window")
     return math.log(window) / window if window else 0.0
 
 
 def finite_positive(study: xr.Dataset) -> Array:
-    """Where the largest exponent over the finite window from the start is above zero, as the paper would read it;
-    false of a run that ended in it."""
+    """Truths: the largest exponent over the finite window from the start is above zero, as the paper would read it;
+    false for a run that ended in it."""
     return np.where(study["finite"].values[..., 0] > resolution(study), 1.0, 0.0)
 
 
 def finite_not_positive(study: xr.Dataset) -> Array:
-    """Where the largest exponent over the finite window is at most zero; open of a run that ended in it."""
+    """Truths: the largest exponent over the finite window is at most zero; open for a run that ended in it."""
     return np.where(np.isnan(study["finite"].values[..., 0]), np.nan, 1.0 - finite_positive(study))
 
 
 def any_of(rows: Array) -> Array:
-    """Whether something holds at any place of each row: truths."""
+    """Truths: a statement holds at any place of each row."""
     return np.where((rows == 1.0).any(axis=-1), 1.0, np.where(np.isnan(rows).any(axis=-1), np.nan, 0.0))
 
 
 def all_of(rows: Array) -> Array:
-    """Whether something holds at all places of each row: truths."""
+    """Truths: a statement holds at all places of each row."""
     return 1.0 - any_of(1.0 - rows)
 
 
 def nearly_all_of(rows: Array) -> Array:
-    """Whether something holds at nine of ten places of each row, or more: truths."""
+    """Truths: a statement holds at nine of ten places of each row, or more."""
     most_failing = math.floor((1.0 - NEARLY_ALL) * rows.shape[-1] + 1e-9)
     failing, open_ = (rows == 0.0).sum(axis=-1), np.isnan(rows).sum(axis=-1)
     return np.where(failing > most_failing, 0.0, np.where(failing + open_ <= most_failing, 1.0, np.nan))
 
 
 def parted(study: xr.Dataset) -> Array:
-    """Whether chaos lies at most of the stretch limits below about 1.5 and all above are regular, at every point."""
+    """Truths: at every point, most stretch limits below about 1.5 are chaotic and all above are regular."""
     below = study["stretch_limit"].values < LIMIT_THRESHOLD
     chaos, calm = chaotic(study), regular(study)
     held = np.where(below, chaos, 0.0)
@@ -120,31 +121,30 @@ def parted(study: xr.Dataset) -> Array:
 
 
 def about_six(largest: Array, chaos: Array) -> Array:
-    """Whether the largest displacements in chaos round to 6: truths; without any chaos they do not."""
+    """Truths: the largest displacement in chaos rounds to 6; false without any chaos."""
     none = np.where(np.isnan(chaos).any(axis=-1), np.nan, 0.0)
     return np.where(np.isnan(largest), none, (largest >= SIX[0]) & (largest < SIX[1]))
 
 
 def largest_in(chaos: Array, extent: Array) -> Array:
-    """Largest extent in chaos of each row; NaN without any."""
+    """Largest extent in chaos of each row; NaN without chaos."""
     size = np.where(chaos == 1.0, extent, -np.inf).max(axis=-1)
     return np.where(np.isfinite(size), size, np.nan)
 
 
 def ordered(kinds: Array) -> Array:
-    """Whether the three motions of each row are chaotic, periodic and at rest: truths, open where one that has not
-    settled decides."""
+    """Truths: the three motions of each row are chaotic, periodic and at rest; open if an unsettled one decides."""
     decided = kinds != Regime.TRANSIENT
     fits = kinds == np.array([Regime.CHAOTIC, Regime.PERIODIC, Regime.REST])
     return all_of(np.where(decided, fits, np.nan))
 
 
 def same_extents(extent: Array, kinds: Array) -> Array:
-    """Whether the extents (points, limits, starts) at every limit are those at the largest one: truths.
+    """Truths: the extents (points, limits, starts) at every limit equal those at the largest one.
 
-    They are where each start has one at the other limit within `SAME` of its extent, and are not where no two agree;
-    between these the start decides. Motions that wander, as in chaos, cover their extent only slowly: where some start
-    does at every limit, one pair that agrees is enough.
+    True where each start has a counterpart at the other limit within `SAME` of its extent, false where no two agree,
+    and open in between. Wandering motions such as chaos cover their extent only slowly: where some start wanders at
+    every limit, one pair that agrees is enough.
     """
     least, _, apart = differences(extent)
     wandering = (~np.isin(kinds, (Regime.REST, Regime.PERIODIC))).any(axis=-1).all(axis=-1)
@@ -152,10 +152,10 @@ def same_extents(extent: Array, kinds: Array) -> Array:
 
 
 def differences(extent: Array) -> tuple[Array, Array, Array]:
-    """Relative differences of the extents from those at the largest limit, of the limit that differs most, (points,).
+    """Relative differences of the extents from those at the largest limit, for the limit that differs most, (points,).
 
-    Between the two starts that agree best, between those that agree worst, and the largest one from a start to the
-    start of the other limit that is nearest.
+    Three numbers: of the two starts that agree best, of the two that agree worst, and the largest difference between a
+    start and its nearest counterpart.
     """
     last = extent[:, -1:, None, :]
     off = np.abs(extent[:, :-1, :, None] - last) / np.maximum(last, 0.01)
@@ -171,9 +171,9 @@ def fixed_branch(diagram: xr.Dataset) -> xr.Dataset:
 
 
 def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -> Number | None:
-    """Lowest value of the parameter at which chaos was seen (highest if ``falling``), with the range of its threshold.
+    """Lowest parameter value with chaos (highest if ``falling``), and the range of its threshold.
 
-    The range reaches from there over all values of which it is not certain to the next one without chaos.
+    The range extends over undecided values to the next value that is certainly not chaotic.
     """
     branch = fixed_branch(diagram)
     values, truths = branch[parameter].values, chaotic(branch)
@@ -198,7 +198,7 @@ def first_chaos(diagram: xr.Dataset, parameter: str, *, falling: bool = False) -
 
 
 def slack_of(study: xr.Dataset, parameter: str) -> tuple[Number, ...]:
-    """For what share of the long run the film was slack, at each motion of a study that is chaotic."""
+    """Share of the long run with slack film, for each chaotic motion of a study."""
     rows = zip(study[parameter].values, chaotic(study), study["late_validity_slack"].values, strict=True)
     name = parameter.replace("_", " ")
     return tuple(

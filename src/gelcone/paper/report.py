@@ -1,4 +1,4 @@
-"""One self-contained HTML page of the paper's figures and claims: nothing is loaded from elsewhere, nothing runs."""
+"""One self-contained HTML page of the paper's figures and claims, without scripts or external resources."""
 
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ if TYPE_CHECKING:
 
 DOI = "10.1177/10775463261460015"
 LARGEST_SVG = 400_000
-"""Bytes of an SVG beyond which the page carries the PNG instead: scatter plots of many points draw slowly."""
+"""Largest SVG in bytes that the page embeds; larger ones are replaced by the PNG, as scatter plots of many points draw
+slowly."""
 
 FILM_HEADINGS = {
     WRINKLING: "If the film wrinkles",
     MEMBRANE: "With the membrane",
     CREEPING: f"If it also creeps, behind {SERIES_RESISTANCE}",
 }
-"""Of the columns that say what becomes of a claim with another film."""
+"""Headings of the columns for other films."""
 
 BADGES = {
     Verdict.REPRODUCED: "reproduced",
@@ -45,14 +46,14 @@ BADGES = {
     Verdict.UNDECIDED: "undecided",
     Verdict.UNDECIDABLE: "undecidable",
 }
-"""The style sheet's class for each verdict's badge; the badge carries the verdict in words as well."""
+"""CSS class of each verdict's badge; the badge states the verdict in words, too."""
 
 SYMBOLS = {"zeta": "ζ", "kappa": "κ", "omega": "ω", "x0": "x₀", "v0": "v₀", "lp": "λₚ"}
 
 
 @dataclass(frozen=True)
 class DrawnFigure:
-    """A figure that was drawn: its pictures, the files of the studies it shows, and its table, if it has one."""
+    """A drawn figure: its pictures, the data files of its studies, and its table, if any."""
 
     figure: PaperFigure
     png: Path
@@ -63,7 +64,7 @@ class DrawnFigure:
 
 @dataclass(frozen=True)
 class WithFilm:
-    """A claim judged with another film: ``pulled_in`` is the share of the runs that end because it does."""
+    """A claim judged with another film; ``pulled_in`` is the share of runs that ended by pull-in."""
 
     film: str
     finding: Finding
@@ -71,7 +72,7 @@ class WithFilm:
     pulled_in: Share
 
     def __str__(self) -> str:
-        """The verdict, or that there is no motion to judge."""
+        """The verdict in words, or that every run ended by pull-in."""
         share, text = self.pulled_in.value, verdict_text(self.finding)
         if share == 1.0:
             return "every run ends by pull-in"
@@ -80,7 +81,7 @@ class WithFilm:
 
 @dataclass(frozen=True)
 class JudgedClaim:
-    """A claim with what its check found, and the verdict that follows; ``others``: the same with other films."""
+    """A claim with its finding and verdict; ``others`` are the judgements with other films."""
 
     claim: Claim
     finding: Finding
@@ -88,12 +89,12 @@ class JudgedClaim:
     others: tuple[WithFilm, ...] = ()
 
     def with_film(self, film: str) -> str:
-        """The verdict of the claim with another film; empty if it was not judged with it."""
+        """The verdict with another film in words; empty if the claim was not judged with it."""
         return next((str(other) for other in self.others if other.film == film), "")
 
 
 def films_of(claims: Iterable[JudgedClaim]) -> dict[str, str]:
-    """The films with which at least one of the claims was judged, with the headings of their columns."""
+    """The films with which any of the claims was judged -> the headings of their columns."""
     judged = {other.film for claim in claims for other in claim.others}
     return {film: heading for film, heading in FILM_HEADINGS.items() if film in judged}
 
@@ -101,7 +102,7 @@ def films_of(claims: Iterable[JudgedClaim]) -> dict[str, str]:
 def report_html(
     figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim], *, effort: str, version: str, day: date
 ) -> str:
-    """The whole page, from figures that were drawn and claims that were judged."""
+    """The whole page, from drawn figures and judged claims."""
     style = files("gelcone.paper").joinpath("report.css").read_text(encoding="utf-8")
     title = "The source paper, figure by figure and claim by claim"
     body = (
@@ -114,7 +115,7 @@ def report_html(
         _films(),
         _presets(),
     )
-    # The policy makes a browser refuse anything that the page might load from elsewhere by mistake.
+    # the browser refuses external resources, should the page ever refer to one
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
     return "\n".join(
         (
@@ -267,7 +268,7 @@ def _pictureless(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClaim]) 
 
 
 def _rules() -> str:
-    """The rules in the words of `judge` itself, so that the two cannot drift apart."""
+    """The rules, quoted from the docstring of `judge` so that the two cannot diverge."""
     rules = re.findall(r"^\d+\. (.+)$", inspect.getdoc(judge) or "", re.MULTILINE)
     items = "\n".join(f"<li>{escape(rule)}</li>" for rule in rules)
     return f"""<section id="verdicts">
@@ -312,7 +313,7 @@ def _presets() -> str:
 
 
 def _table(table: Table | None) -> str:
-    """The table of a figure; nothing without one."""
+    """The table of a figure; empty without one."""
     if table is None:
         return ""
     head, *rows = (
@@ -324,7 +325,7 @@ def _table(table: Table | None) -> str:
 
 
 def _parameter_table(presets: Sequence[Preset]) -> str:
-    """Parameters by preset, each number marked as from the text or reconstructed."""
+    """Parameters by preset, each number marked as text or reconstructed."""
     if not presets:
         return ""
     names = dict.fromkeys(name for preset in presets for name in (*preset.text, *preset.reconstructed))
@@ -361,7 +362,7 @@ def _meaning(name: str) -> str:
 
 
 def _numbers(finding: Finding) -> Iterable[Number]:
-    """All numbers behind a finding, the share of the neighbouring parameters last."""
+    """All numbers behind a finding, with the share of neighbouring parameters last."""
     yield from finding.numbers
     yield from finding.slack
     if finding.share is not None:
@@ -397,7 +398,7 @@ def _without_picture(figures: Sequence[DrawnFigure], claims: Sequence[JudgedClai
 
 
 def _picture(drawn: DrawnFigure) -> str:
-    """The picture as a data URI: SVG, or PNG where the SVG is large."""
+    """The picture as a data URI: SVG, or PNG if the SVG is too large."""
     small = drawn.svg.stat().st_size <= LARGEST_SVG
     path, kind = (drawn.svg, "svg+xml") if small else (drawn.png, "png")
     return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

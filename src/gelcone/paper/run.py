@@ -1,8 +1,8 @@
 """Redraws the paper's figures and judges its claims; results are written to a folder and reused from there.
 
-A folder holds ``data/<study>.nc``, ``figure-03.png`` and ``.svg``, ``claims.json`` and ``report.html``. A study whose
-file was computed with the same effort by the same program (see `stamp`) is not computed again, so that a run that was
-stopped is resumed.
+A folder holds ``data/<study>.nc``, ``figure-03.png`` and ``.svg``, ``claims.json`` and ``report.html``. A study is not
+computed again if its file was computed with the same effort by the same program (see `stamp`), so that an interrupted
+run can be resumed.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ if TYPE_CHECKING:
 
 FOLDERS = {FULL.name: Path("paper-results"), QUICK.name: Path("paper-results-quick")}
 DRAWING = 2.0
-"""Work of drawing a figure, see `Study.work`."""
+"""Work of drawing a figure, in the unit of `Study.work`."""
 
 _FIGURE = re.compile(r"(?:fig(?:ure)?[-_ ]?)?0*(\d+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class Paper:
-    """Everything to compute, draw and judge, by name."""
+    """Studies, figures and claims by name."""
 
     studies: Mapping[str, Study]
     figures: Mapping[int | str, PaperFigure]
@@ -61,7 +61,7 @@ class Paper:
 
 @dataclass(frozen=True)
 class Selection:
-    """The figures and claims that were asked for."""
+    """The requested figures and claims."""
 
     figures: tuple[int | str, ...]
     claims: tuple[str, ...]
@@ -69,7 +69,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class PaperRun:
-    """Results of what was asked for, and the path of the report on everything that the folder holds."""
+    """The requested results, and the path of the report, which covers everything in the folder."""
 
     figures: tuple[DrawnFigure, ...]
     claims: tuple[JudgedClaim, ...]
@@ -98,23 +98,23 @@ def run(
 ) -> PaperRun:
     """Draws figures, judges claims and writes the report.
 
-    A claim includes the figure that shows it. Without names all figures and claims are processed. The report and
-    ``claims.json`` cover all that the folder holds: also what earlier runs of the same effort and version left there,
-    and every claim whose studies are there.
+    A claim includes its figure; without names all figures and claims are processed. The report and ``claims.json``
+    cover everything in the folder, including results of earlier runs of the same effort and version, and every claim
+    whose studies are there.
 
     Parameters
     ----------
     names : figures (``3``, ``"3"``, ``"figure-03"``, ``"end-of-chaos"``) and claims (``"voltage-threshold"``).
     quick : compute on coarser grids and over fewer periods.
     out : folder; by default ``paper-results``, for quick runs ``paper-results-quick``.
-    force : compute again also what is there.
+    force : recompute studies that are there.
     workers : parallel processes; the data are the same to the last bit. Default 1, all in this process.
-    progress : called with what is being worked on and the share of the work done since the last call.
+    progress : called with the current job and the share of the work done since the last call.
     paper : other studies, figures and claims than those of the source paper.
 
     Raises
     ------
-    InputError : for an unknown name, with the nearest one, or a folder that cannot be written; before any work.
+    InputError : before any work, for an unknown name (with the nearest one) or a folder that cannot be written.
     """
     paper = paper or source_paper()
     effort = QUICK if quick else FULL
@@ -140,7 +140,7 @@ def run(
 def _wanted(
     figures: Sequence[PaperFigure], claims: Sequence[Claim], effort: Effort, others: Sequence[Effort], paper: Paper
 ) -> list[tuple[str, Effort]]:
-    """The studies behind figures and claims, each with the film that it is computed with, in the order of the paper."""
+    """The studies behind figures and claims with the effort (and film) of each, in the order of the paper."""
     own = {name for studies in (*(f.studies for f in figures), *(c.studies for c in claims)) for name in studies}
     names_of = [(effort, own)]
     for other in others:
@@ -150,7 +150,7 @@ def _wanted(
 
 
 def _key(study: str, effort: Effort) -> str:
-    """Name of a study's data, which lie in a folder of their own for another film than the paper's."""
+    """Name of a study's data; data with other films than the paper's have folders of their own."""
     return study if effort.film == PAPERS else f"{effort.film}/{study}"
 
 
@@ -172,7 +172,7 @@ def _drawing(figure: PaperFigure, ready: Mapping[str, xr.Dataset], folder: Path)
 
 
 def select(names: Iterable[str | int], paper: Paper) -> Selection:
-    """The figures and claims of those names, each once; all of them where there are no names."""
+    """The figures and claims of these names, each once; all without names."""
     figures: list[int | str] = []
     claims = []
     for name in names:
@@ -193,7 +193,7 @@ def select(names: Iterable[str | int], paper: Paper) -> Selection:
 
 
 def _named(paper: Paper) -> list[str]:
-    """The figures that the paper itself does not have."""
+    """The figures that are not in the paper."""
     return [number for number in paper.figures if isinstance(number, str)]
 
 
@@ -220,7 +220,7 @@ def claim_record(judged: JudgedClaim) -> dict[str, Any]:
 
 
 def _film_record(other: WithFilm) -> dict[str, Any]:
-    """What becomes of a claim with another film, as plain data."""
+    """The judgement of a claim with another film, as plain data."""
     return {
         "film": other.film,
         "verdict": other.verdict.value,
@@ -258,7 +258,7 @@ def _data_path(folder: Path, study: str) -> Path:
 
 
 def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
-    """The studies that lie in the folder, computed with this effort by this program."""
+    """The studies in the folder that were computed with this effort by this program."""
     ready = {}
     for key in (_key(name, effort) for name in paper.studies):
         try:
@@ -273,7 +273,7 @@ def _ready(folder: Path, effort: Effort, paper: Paper) -> dict[str, xr.Dataset]:
 def _compute(
     study: Study, effort: Effort, path: Path, _: Mapping[str, Any], progress: Callable[[float], None]
 ) -> xr.Dataset:
-    """Computes and saves a study, without the time it took: the same run gives the same data to the last bit."""
+    """Computes and saves a study, without the time it took, so that equal runs give equal files."""
     result = study.compute(effort, progress).assign_attrs(stamp(effort))
     result.attrs.pop("totals", None)
     save(result, path, force=True)
@@ -281,7 +281,7 @@ def _compute(
 
 
 def _purpose(study: str, paper: Paper) -> str:
-    """A study's name and what it is for: figures, or else claims."""
+    """A study's name, and the figures or else the claims that need it."""
     figures = [str(figure.number) for figure in paper.figures.values() if study in figure.studies]
     claims = [name for name, claim in paper.claims.items() if study in claim.studies]
     if figures:
@@ -306,7 +306,7 @@ def _draw(
 
 
 def _draw_again(picture: Figure, path: Path) -> None:
-    """Draws with the layout of the first drawing, whose search takes half of the time."""
+    """Draws with the layout of the first drawing: finding it takes half of the time."""
     picture.set_layout_engine("none")
     draw_file(picture, path)
 
@@ -317,7 +317,7 @@ def _drawn(figure: PaperFigure, folder: Path) -> DrawnFigure:
 
 
 def _is_current(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> bool:
-    """Whether an earlier run drew the figure from the data that lie in the folder."""
+    """Whether an earlier run drew the figure from the data in the folder."""
     if not (drawn.png.exists() and drawn.svg.exists() and all(name in studies for name in drawn.figure.studies)):
         return False
     oldest = min(drawn.png.stat().st_mtime_ns, drawn.svg.stat().st_mtime_ns)
@@ -332,7 +332,7 @@ def _finish(
     effort: Effort,
     paper: Paper,
 ) -> PaperRun:
-    """Judges all claims whose studies are there, and writes ``claims.json`` and the report of all the folder holds."""
+    """Judges all claims whose studies are there, and writes ``claims.json`` and the report."""
     earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
     every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
     figures = [_tabulated(every[number], studies) for number in paper.figures if number in every]
@@ -356,7 +356,7 @@ def _finish(
 
 
 def _tabulated(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> DrawnFigure:
-    """A figure with its table, if it has one."""
+    """A figure with its table, if any."""
     return replace(drawn, table=drawn.figure.table(studies)) if drawn.figure.table else drawn
 
 
@@ -368,7 +368,7 @@ def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, pap
 
 
 def _with_film(claim: Claim, film: str, studies: Mapping[str, xr.Dataset], effort: Effort) -> WithFilm | None:
-    """The claim judged with another film, if its studies were computed with it."""
+    """The claim judged with another film; None if its studies were not computed with it."""
     if any(_key(name, effort) not in studies for name in claim.studies):
         return None
     theirs = {name: studies[_key(name, effort)] for name in claim.studies}

@@ -1,8 +1,8 @@
-"""Shares of ranges of parameters, by low-discrepancy samples that grow until the answer is certain or a budget ends.
+"""Shares of parameter ranges, by low-discrepancy samples that grow until the answer is certain or a budget ends.
 
-A sample is a scrambled Sobol sequence, judged whenever its length is a power of two. In one dimension it then has one
-point in each of even parts of the range, and a share is judged as that of strata: a sharp edge costs few points. In
-more dimensions the points count as independent. The confidence allows for all looks together.
+A sample is a scrambled Sobol sequence, judged whenever its length is a power of two. In one dimension it has one point
+in each of equal parts of the range, and a share is judged as that of strata, so that a sharp edge costs few points. In
+more dimensions the points count as independent. The confidence allows for repeated judging.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 SEED = 104
 FIRST = 16
-"""Points of the first look; each later look has twice as many."""
+"""Points of the first judgement; each later one has twice as many."""
 SIGN_BUDGET = 2_000.0
-"""Time over which exponents are averaged whose sign alone is asked for."""
+"""Averaging time of exponents of which only the sign is needed."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A sample: a parameter set with ``changes``, and parameters ``drawn`` evenly between two bounds each.
+    """A sample: a parameter set with ``changes``, and parameters ``drawn`` uniformly between two bounds each.
 
-    ``logarithmic``: evenly in the logarithm. ``inner``: parameters with several values at every draw, all of the same
-    number of values. ``answered`` takes the study of the points so far and says whether more are not needed. A
-    ``costly`` sample has a smaller budget in quick runs.
+    ``logarithmic``: uniformly in the logarithm. ``inner``: parameters with several values at every draw, the same
+    number for each. ``answered`` takes the study of the points so far and returns whether they suffice. A ``costly``
+    sample has a smaller budget in quick runs.
     """
 
     name: str
@@ -66,7 +66,7 @@ Observe = Callable[[ConeModel, tuple[float, float], Effort], "xr.Dataset"]
 def sampled(
     samples: Sequence[Sample], effort: Effort, progress: Callable[[float], None], observe: Observe | None = None
 ) -> xr.Dataset:
-    """The observations of all samples over ``point``, whose ``part`` is the name of the sample; see `observed`."""
+    """The observations of all samples over ``point``, with the name of the sample in ``part``; see `observed`."""
     import xarray as xr
 
     parts = []
@@ -101,7 +101,7 @@ def _grown(sample: Sample, effort: Effort, observe: Observe) -> xr.Dataset:
 
 
 def over_points(study: xr.Dataset) -> xr.Dataset:
-    """An ensemble's Dataset over ``point`` and ``inner``."""
+    """An ensemble's Dataset with its dims named ``point`` and ``inner``."""
     dims = {"member": "point", "member_0": "point", "member_1": "inner"}
     return study.rename({old: new for old, new in dims.items() if old in study.dims})
 
@@ -126,7 +126,7 @@ def observed(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 
 
 def share_of(points: xr.Dataset, truths: Array) -> Share:
-    """The share of a sample's points at which something holds."""
+    """The share of a sample's points at which a statement holds."""
     drawn = [name for name in points.coords if str(name).startswith("drawn_")]
     return stratified(points[drawn[0]].values, truths) if len(drawn) == 1 else share(truths)
 

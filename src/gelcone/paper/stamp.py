@@ -1,4 +1,4 @@
-"""The effort and the program that the data of a study depend on."""
+"""The stamp of a study's data: the effort and the program that they depend on."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ SHOWING = (
     "paper/work.py",
     "words.py",
 )
-"""Parts of the program that print, draw and judge what was computed, and do not compute."""
+"""Sources that print, draw and judge results, but do not affect them."""
 
 
 def stamp(effort: Effort) -> dict[str, str]:
-    """Attributes that the data of a study carry; those with others are computed again."""
+    """Attributes stored with a study's data; data with other attributes are computed again."""
     sizes = {name: size for name, size in asdict(effort).items() if name != "name"}
     return {
         "effort": effort.name,
@@ -44,7 +44,8 @@ def stamp(effort: Effort) -> dict[str, str]:
 
 @cache
 def program() -> str:
-    """Digest of all that computes: this program's sources but for `SHOWING`, its devices, and the libraries below."""
+    """Digest of everything that affects the data: sources except `SHOWING`, shipped devices, and the libraries
+    below."""
     digest = sha256()
     for name in ("numpy", "scipy"):
         digest.update(f"{name} {version(name)}\n".encode())
@@ -54,7 +55,7 @@ def program() -> str:
 
 
 def sources() -> Iterator[tuple[str, Path]]:
-    """Name and path of each file that the data depend on, in the order of the names."""
+    """Name and path of each file that affects the data, sorted by name."""
     root = Path(gelcone.__file__).parent
     files = {path.relative_to(root).as_posix(): path for suffix in ("py", "toml") for path in root.rglob(f"*.{suffix}")}
     files |= {f"devices/{path.name}": path for path in shipped_devices().values()}

@@ -1,9 +1,8 @@
-"""Truths that the numbers may leave open, and shares of parameters with their intervals.
+"""Truths that may be left open, and shares of parameters with their intervals.
 
-A truth is True, False or None: None where the numbers do not say, because an interval contains the cut or the motion
-at a point is not known. A share counts the parameters of a range at which something holds; its interval is that
-of Wilson (J. Am. Stat. Assoc. 22, 1927, 209). A sample is judged up to six times while it grows, at 99.2 % each: all
-looks together hold with at least 95 %.
+A truth is True, False, or None (open: an interval contains the cut, or the motion at a point is not known). A share
+counts the parameters of a range at which a statement holds; its interval is Wilson's (J. Am. Stat. Assoc. 22, 1927,
+209). A sample is judged up to six times while it grows, at 99.2 % each, so that all judgements together hold at 95 %.
 """
 
 from __future__ import annotations
@@ -18,16 +17,17 @@ from gelcone.quantity import Array
 from gelcone.statistics import wilson
 
 LOOKS_Z = 2.638257273476751
-"""Standard errors on either side that hold 1 - 0.05/6 of a normal distribution: a sample has at most six looks."""
+"""Standard errors on either side that hold 1 - 0.05/6 of a normal distribution: a sample is judged at most six
+times."""
 
 
 @dataclass(frozen=True)
 class Share:
-    """At how many of some parameters a statement holds: ``holding``, ``failing``, and ``open`` where it is not known.
+    """The share of parameters at which a statement holds: counts ``holding``, ``failing``, and ``open``.
 
-    ``sample`` is False where the parameters are all that there are: the share is exact. They may be two readings of a
-    word, or the parts of a range between bracketed edges, measured by their lengths. A sample with one point in each of
-    even parts of a range says more than independent draws do: ``apart`` of its pairs of neighbours differ.
+    ``sample`` is False if these are all parameters, so that the share is exact: two readings of a word, or the parts of
+    a range between bracketed edges, measured by their lengths. A sample with one point in each of equal parts of a
+    range is more precise than independent draws: ``apart`` is the number of its pairs of neighbours that differ.
     """
 
     holding: float
@@ -38,18 +38,19 @@ class Share:
 
     @property
     def count(self) -> float:
-        """All parameters."""
+        """The number of parameters."""
         return self.holding + self.failing + self.open
 
     @property
     def value(self) -> float:
-        """Share of the parameters that are known; NaN for none."""
+        """The share among the decided parameters; NaN without any."""
         decided = self.holding + self.failing
         return self.holding / decided if decided else float("nan")
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Between which the share of the whole range lies; what is open counts against it, and for it."""
+        """Bounds of the share over the whole range; open parameters count as failing in the lower and as holding in the
+        upper one."""
         count = self.count
         if not count:
             return 0.0, 1.0
@@ -60,10 +61,10 @@ class Share:
         return float(low), float(high)
 
     def _draws(self, share: float) -> float:
-        """How many independent draws have the variance of this sample.
+        """The number of independent draws with the variance of this sample.
 
         The variance of a mean of strata is at most that within pairs of them (Cochran, Sampling Techniques, 3rd ed.,
-        section 5A.12); a few pairs more than were seen allow for how little few pairs say.
+        section 5A.12); some pairs are added to the observed number, as few pairs are weak evidence.
         """
         if self.apart is None:
             return self.count
@@ -71,13 +72,13 @@ class Share:
         return max(self.count, share * (1.0 - share) / variance)
 
     def exceeds(self, cut: float) -> Truth:
-        """Whether the share is larger than ``cut``; None when its interval contains it."""
+        """Whether the share is larger than ``cut``; None if its interval contains the cut."""
         low, high = self.interval
         return True if low > cut else False if high <= cut else None
 
     @property
     def found(self) -> Truth:
-        """Whether it holds at any of them; None when all that could is open."""
+        """Whether the statement holds at any parameter; None if only open ones could."""
         return True if self.holding else None if self.open else False
 
     def number(self, meaning: str) -> Number:
@@ -87,22 +88,22 @@ class Share:
 
 
 def share(truths: Any, *, sample: bool = True) -> Share:
-    """The share of an array or a list of truths: True, False and None, or 1, 0 and NaN."""
+    """The share of truths in an array or a list: True, False and None, or 1, 0 and NaN."""
     flat = np.asarray(truths, dtype=float).ravel()
     return Share(int((flat == 1.0).sum()), int((flat == 0.0).sum()), int(np.isnan(flat).sum()), sample)
 
 
 def stratified(values: Array, truths: Any) -> Share:
-    """The share of a range in which something holds, from an even number of values, one in each even part of it."""
+    """The share of a range, from an even number of values, one in each of equal parts of it."""
     flat = np.asarray(truths, dtype=float)[np.argsort(values)]
     apart = int((flat[0::2] != flat[1::2]).sum())
     return replace(share(flat), apart=apart)
 
 
 def lengths(values: Array, truths: Any) -> Share:
-    """The share of a range in which something holds, from increasing values at which it does or does not.
+    """The share of a range, from increasing values at which a statement does or does not hold.
 
-    Between two values with the same truth it is that truth; between others lies an edge, and the length is open.
+    Between two values with the same truth that truth holds; between others lies an edge, and the length is open.
     """
     ends, flat = np.diff(np.asarray(values, dtype=float)), np.asarray(truths, dtype=float)
     both, none = ((flat[1:] == flat[:-1]) & (flat[1:] == known) for known in (1.0, 0.0))
@@ -110,7 +111,7 @@ def lengths(values: Array, truths: Any) -> Share:
 
 
 def every(*truths: Truth) -> Truth:
-    """Whether all hold; None when none fails but one is open."""
+    """Whether all hold; None if none fails but one is open."""
     return False if False in truths else None if None in truths else True
 
 

@@ -1,17 +1,17 @@
 """The film that bears compression, of the source paper, as a smooth function of displacement and voltage squared.
 
 In the equation of motion the homogeneous cone pulls the disc back with x (h(q) - v^2). An `UnwrinkledFilm` stands in
-for h - v^2 with what `gelcone.paper.unwrinkled_fit.fit_unwrinkled` fitted to the membrane, as a function of s = x^2 and
+for h - v^2, as `gelcone.paper.unwrinkled_fit.fit_unwrinkled` fits it to the membrane, as a function of s = x^2 and
 V = v^2:
 
     k(s, V) = P(t) + w/(1 - s/wall) - V (1 - Q(t)) + V^2 R(t) + (1 - y - V C(t)/2) S(t),
     t = t0 + t1/(1 + s),    y = sqrt(1 - V C(t)).
 
 P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of the film as a whole; 1/C(t) is the
-highest V at which the film has a state (it pulls in in a fold, where its force changes like the square root y). Beyond
-either there is no number to extrapolate from: k is NaN there, and a trajectory that comes there ends.
+highest V at which the film has a state (it pulls in at a fold, near which its force varies like the square root y).
+Beyond either, k is NaN, and a trajectory that arrives there ends.
 
-The film has no inertia of its own, so that any such force has an energy: integral of x k over x.
+The film has no inertia of its own, so any such force has an energy: the integral of x k over x.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.film.film import Film
 
 Polynomial = tuple[float, ...]
-"""Coefficients, that of the constant first."""
+"""Coefficients, constant first."""
 BISECTIONS = 60
 
 
@@ -64,23 +64,23 @@ class UnwrinkledFilm(Film):
     ending = Outcome.PULLED_IN
 
     def strain_limit(self, n: Numbers) -> Any:
-        """The largest x^2 that the film was fitted for."""
+        """The largest x^2 of the fit."""
         return np.asarray(self.reach_squared)
 
     @property
     def reach_squared(self) -> float:
-        """The largest x^2 that the film was fitted for."""
+        """The largest x^2 of the fit."""
         return self.largest * self.largest
 
     def reach(self, n: Numbers) -> tuple[float, float]:
-        """The displacements that the film was fitted for."""
+        """The displacements of the fit."""
         return 0.0, self.largest
 
     def stiffness_scale(self, n: Numbers) -> Any:
         """A typical stiffness of the film, for time scales."""
         return self.scale
 
-    # --- what the equation of motion takes -----------------------------------------------------------------------
+    # --- terms of the equation of motion -----------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """x (k + V - V) and its slope, with the fitted k(s, V)."""
@@ -140,8 +140,8 @@ class UnwrinkledFilm(Film):
         return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """By bisection, as the pull k falls while the voltage rises. Beyond the V at which the film pulls in, and below
-        0, it continues as in the cone."""
+        """V at which the film balances the pull k, by bisection: k falls with V. Beyond the V of pull-in, and below 0,
+        it continues as in the cone."""
         x = np.asarray(x, dtype=float)
         s, highest = x * x, self.highest_squared_at(x * x)
         with np.errstate(all="ignore"):

@@ -1,6 +1,6 @@
 """The fit of the film as a continuum that bears compression: the force of the membrane that does not wrinkle.
 
-The film of the source paper; claim `fem-agreement` alone asks for it.
+This is the film of the source paper; only the claim `fem-agreement` uses it.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from gelcone.quantity import Array
 
 ELEMENTS = 32
 FARTHEST = 6.0
-"""Largest displacement that is fitted, in b - a, where the stretch limit leaves room for more."""
+"""Largest fitted displacement, in b - a, unless the stretch limit is closer."""
 LIMIT_SHARE = 0.97
-"""Of the stretch limit, next to the disc, up to which displacements are fitted."""
+"""Share of the stretch limit next to the disc up to which displacements are fitted."""
 STEPS = 12
-"""Of the voltage squared, from none to the highest that a free film withstands."""
+"""Steps of the voltage squared, from 0 to the highest that a free film withstands."""
 STEEP = 1.3
-"""Where the voltage weakens the film this many times faster than at first, it is approaching a fold or bulge."""
+"""Near a fold or bulge the voltage weakens the film faster than at first, by this factor or more."""
 FREE_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0)
-"""Of that voltage squared, at which the compressed film near the flat one is followed."""
+"""Shares of that voltage squared at which the compressed film near the flat one is computed."""
 CEILING_MARGIN = 0.97
-"""Share of the highest V up to which states are fitted: at the fold itself the force has no slope."""
+"""Share of the highest V up to which states are fitted: at the fold itself the slope is infinite."""
 TAUT, HOOP_SLACK, SLACK, FLAT = range(4)
 KINDS = ("taut", "hoop slack", "near slack", "nearly flat")
 WEIGHTS = (1.0, 0.1, 0.02, 1.0)
-"""Of the kinds of states in the fit. Only the first is a film that does not wrinkle; the last, a compressed film that
-is all but flat, decides the stability of rest."""
+"""Weights of the kinds of states in the fit. Only the first is a film that does not wrinkle; the last, compressed but
+nearly flat, decides the stability of rest."""
 NEARLY_FLAT = 0.03
 DEGREES = {"rest": 9, "field": 6, "fold": 5, "field_squared": 3, "ceiling": 6}
 """Number of coefficients of each polynomial."""
@@ -49,7 +49,7 @@ WALLS, FARTHEST_WALL = 30, 20.0
 
 
 class _State(NamedTuple):
-    """One state of the film: what is fitted, over s and V."""
+    """One state to fit: stiffness over s and V."""
 
     s: float
     squared: float
@@ -58,10 +58,10 @@ class _State(NamedTuple):
 
 
 def fit_unwrinkled(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) -> UnwrinkledFilm:
-    """The membrane of a model as a smooth force, if it bore compression, with its error.
+    """The fitted force of a model's membrane, if it bore compression, with the error of the fit.
 
-    The membrane is raised step by step, and at each height charged until it pulls in; near the flat film its compressed
-    states are followed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
+    The membrane is raised step by step, and at each height charged until it pulls in. Near the flat film its compressed
+    states are computed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
     limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
 
     Raises `InputError` for a film that is in tension at no displacement.
@@ -74,11 +74,11 @@ def fit_unwrinkled(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO)
 
 
 def free_film_limit(model: ConeModel) -> float:
-    """The V at which a film that is free to take any area - slack, or wrinkled in all directions - runs away.
+    """The V at which a film that may take any area (slack, or wrinkled in all directions) becomes unstable.
 
-    Its stretch t^(1/2) is the same in all directions, and V G = response (1 - t^-3)/t has a largest value: the
-    electromechanical instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the
-    stretch limit prevents it, 1/G stands in as the end of the fit.
+    Its stretch t^(1/2) is equal in all directions, and V G = response (1 - t^-3)/t has a maximum: the electromechanical
+    instability of dielectric elastomers (Zhao and Suo, Appl. Phys. Lett. 91 (2007) 061921). Where the stretch limit
+    prevents it, 1/G is the end of the fit.
     """
     c, limit = model.numbers(), float(model.gel_law().strain_limit(model.numbers()))
     t = 1.0 + np.geomspace(1e-4, min(0.5 * (limit + 3.0), 30.0), 20001)
@@ -99,7 +99,7 @@ def _heights(film: Film) -> Array:
 
 
 def _states(film: Film, free: float) -> tuple[list[_State], list[tuple[float, float]]]:
-    """The states to be fitted, and the ends (s, V) of the voltage."""
+    """The states to fit, and the ends (s, V) of the voltage."""
     heights = _heights(film)
     states: list[_State] = []
     raised = raised_film(film, heights.tolist())
@@ -121,10 +121,10 @@ def _states(film: Film, free: float) -> tuple[list[_State], list[tuple[float, fl
 
 
 def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float]:
-    """States at one height under rising V, and its end: a fold, a film that bulges, or the limit of a free film.
+    """States at one height under rising V, and its end: a fold, a bulge, or the limit of a free film.
 
-    Towards a fold or bulge the voltage weakens the film ever faster; a film that loses its tension it weakens ever
-    less, and the curve does not end there.
+    Towards a fold or bulge the voltage weakens the film at a growing rate. For a film that loses its tension the rate
+    falls, and the curve does not end there.
     """
     point, states, squared, step = start, [_state(film, start)], 0.0, free / STEPS
     first, ratio, steepest = 0.0, 1.0, 1.0
@@ -143,8 +143,8 @@ def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float
 
 
 def _wrinkled(film: Film, heights: Array) -> list[_State]:
-    """A film without voltage that has to wrinkle to be raised so little: where it is neither in tension nor compressed
-    as a whole."""
+    """States without voltage of a film that is raised too little to be in tension, but is not compressed as a whole
+    either."""
     if not heights.size:
         return []
     relaxed = mesh_film(film.model, film.radius_ratio, ELEMENTS, relaxed=True)
@@ -154,7 +154,7 @@ def _wrinkled(film: Film, heights: Array) -> list[_State]:
 
 
 def _compressed(film: Film, squared: float) -> list[_State]:
-    """The film that its voltage compresses along the meridian, from the flat one up."""
+    """States of a film that its voltage compresses along the meridian, from the flat one up."""
     start = flat(film, squared)
     if start is None or not start.forces.most < 0.0:
         return []
@@ -198,7 +198,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     exact = _flat(film)
     base = np.zeros_like(s) if exact is None else exact[0] + squared * (1.0 - exact[1])
     if exact is not None:
-        # what is fitted vanishes at t = -1, or its error would open tongues of instability that are not there
+        # zero at t = -1: an error there would open spurious instability tongues
         rise = 1.0 + _powers(variable, s, 2)[:, 1:]
         parts = {name: part * rise for name, part in parts.items()}
     smooth = np.concatenate(list(parts.values()), axis=1)
@@ -243,7 +243,7 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
 
 
 def _flat(film: Film) -> tuple[float, float] | None:
-    """Stiffness of the flat film without voltage, and how fast V weakens it, where they are known exactly.
+    """Exact stiffness of the flat film without voltage, and the rate at which V weakens it.
 
     With equal pre-stretches the tension N = (A - G) response - V of the flat film is the same everywhere; raised a
     little it satisfies (R w')' = 0, hence the stiffness 2 (1 - r) N/((1 + r) ln(1/r)) for a/b = r.

@@ -1,9 +1,8 @@
-"""From numbers to verdicts: the rules, all in one place.
+"""The rules by which numbers become verdicts.
 
-A claim's check says whether it holds in the long run at the paper's own parameters, whether it holds over a finite
-window like the paper's, at what share of other parameters it holds, and whether it holds for the paper's fixed-step
-integrator while that integrator is beyond the stretch limit. The verdict follows from these alone. Where one of them
-is not known and the verdict depends on it, there is no verdict.
+The check of a claim states whether it holds in the long run at the paper's own parameters, over a finite window like
+the paper's, at what share of other parameters, and for the paper's fixed-step integrator beyond the stretch limit. The
+verdict follows from these alone. If one of them is open and the verdict depends on it, the verdict is undecided.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from gelcone.paper.numbers import Number, Truth
 from gelcone.paper.truths import Share
 
 NEARLY_ALL = 0.9
-"""A statement about every point of a range holds when the share of it is certain to be larger than this."""
+"""A statement about every point of a range holds if its share is certain to exceed this."""
 WIDE = 0.5
 """A claim that holds for more than this share of other parameters does not depend on their choice."""
 
@@ -37,14 +36,13 @@ class Verdict(Enum):
 class Finding:
     """Findings of the check of a claim.
 
-    ``holds`` in the long run at the paper's parameters; ``holds_finite`` over a finite window from the start;
-    ``holds_fixed_step`` for the fixed-step integrator in runs that go beyond the stretch limit; each False where the
-    question does not apply, None where the numbers do not say. ``share`` of other parameters at which it holds in the
-    long run, the paper's own not among them, and what these are (``neighbourhood``). ``decidable`` is False where the
-    surviving text does not say enough, or nothing could be computed. ``numbers``, the first being the key number;
-    ``slack`` says for what share of the time the film was slack; ``consequence`` says of a claim that follows from
-    the equation of motion, for any motion, how; ``unseen`` is what the paper could not see. ``parts`` of a claim that
-    makes several statements are the findings on each, by its words.
+    ``holds``: in the long run at the paper's parameters; ``holds_finite``: over a finite window from the start;
+    ``holds_fixed_step``: for the fixed-step integrator in runs beyond the stretch limit. Each is False if it does not
+    apply, and None if the numbers leave it open. ``share``: of other parameters (described in ``neighbourhood``) at
+    which the claim holds in the long run. ``decidable``: False if the surviving text does not suffice, or nothing could
+    be computed. ``numbers``: the key number first. ``slack``: the share of the time with slack film. ``consequence``:
+    how a claim follows from the equation of motion for any motion. ``unseen``: facts that the paper could not see.
+    ``parts``: findings on each of several statements, by its words.
     """
 
     holds: Truth
@@ -88,7 +86,7 @@ def judge(finding: Finding) -> Verdict:
 
 
 def verdict_text(finding: Finding) -> str:
-    """The verdict in words; of a claim with parts those on each of them."""
+    """The verdict in words; for a claim with parts, the verdict on each."""
     parts = [f"{name}: {judge(part).value}" for name, part in finding.parts.items()]
     return "; ".join(parts) or judge(finding).value
 

@@ -1,7 +1,7 @@
-"""Jobs in parallel processes: first those that need no others, and of these the long ones.
+"""Jobs in parallel processes: first those without needs, and of these the long ones.
 
-Processes and not threads, because drawing and the reading of evidence hold Python's lock. Progress, errors and
-interrupts are passed back to the caller.
+Threads would not do, as drawing and reading evidence hold Python's lock. Progress, errors and interrupts are passed to
+the caller.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from gelcone.atlas.processes import report as report_share
 from gelcone.errors import InputError
 
 Progress = Callable[[str, float], None]
-"""Takes what is being worked on, and the share of the whole work that was just done."""
+"""Called with the current job and the share of the whole work just done."""
 
 WORTH_A_PROCESS = 4.0
-"""Work that justifies starting one more process, in the unit of `Job.work`: about a second."""
+"""Work that justifies one more process, in the unit of `Job.work`: about a second."""
 Call = Callable[[Mapping[str, Any], Callable[[float], None]], Any]
 
 
@@ -30,7 +30,7 @@ Call = Callable[[Mapping[str, Any], Callable[[float], None]], Any]
 class Job:
     """A job: ``call`` takes the results of the jobs in ``needs``, by name, and a callback for shares done.
 
-    It can be pickled, and so can its result. ``work`` is its cost relative to others.
+    Job and result can be pickled. ``work`` is its relative cost.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Job:
 
 
 def do(jobs: Sequence[Job], workers: int, progress: Progress) -> Generator[tuple[str, Any]]:
-    """Does all jobs in up to ``workers`` processes, or in this one where more are not worth it; yields the name and the
+    """Runs all jobs in up to ``workers`` processes, or in this one if more are not worth it; yields the name and the
     result of each job as it finishes."""
     whole = sum(job.work for job in jobs)
     workers = min(workers, len(jobs), int(whole / WORTH_A_PROCESS))
@@ -65,7 +65,7 @@ def _here(open_: list[Job], report: Report) -> Generator[tuple[str, Any]]:
 
 
 def _next(open_: list[Job], done: Collection[str]) -> Job | None:
-    """Removes and returns the first job on the list whose needs are all done; None if there is none."""
+    """Removes and returns the first job on the list whose needs are all done; None without one."""
     ready = next((job for job in open_ if job.needs <= set(done)), None)
     if ready is not None:
         open_.remove(ready)
@@ -95,7 +95,7 @@ def _in_processes(open_: list[Job], workers: int, report: Report) -> Generator[t
 
 
 def _do(pool: Pool, job: Job, given: dict[str, Any], shares: queue.SimpleQueue[tuple[Job, float]]) -> Any:
-    """The result of a job, done in a process, or in this one where it needs what the running script defines."""
+    """The result of a job, run in a worker process, or in this one if it needs definitions of the running script."""
 
     def tell(share: float) -> None:
         shares.put((job, share))

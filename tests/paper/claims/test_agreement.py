@@ -131,8 +131,8 @@ def test_a_threshold_survives_within_a_fifth_and_where_the_film_has_a_state():
     assert survives(np.array([1.0, 1.0]), np.array([1.15, 1.2]))
     assert not survives(np.array([1.0, 1.0]), np.array([1.25, 1.25]))
     assert not survives(np.array([1.0, 1.0]), np.array([np.nan, np.nan]))
-    told = threshold_table(thresholds())["pitchfork"]
-    assert told == "cone 1; corrected 1.1 (+10%): survives"
+    words = threshold_table(thresholds())["pitchfork"]
+    assert words == "cone 1; corrected 1.1 (+10%): survives"
     lost = threshold_table(thresholds(corrected=(np.nan, np.nan), lost=0.677))["pitchfork"]
     assert "above 0.677" in lost
     assert lost.endswith("does not survive")

@@ -14,7 +14,7 @@ UNSETTLED = int(Regime.TRANSIENT)
 
 
 def prestretch(kinds=ORDER, finite=(1.0, 0.0, -1.0), others=18, of=20, other=ORDER, window=500.0):
-    """The paper's own set, and ``of`` others of which so many have the order of motions ``other``."""
+    """The paper's own set, and ``of`` others of which some have the order of motions ``other``."""
     study = cells({"prestretch": [0.8, 1.0, 1.5]}, [1, 0, 0], kinds=kinds, finite=finite)
     near = np.array([other] * others + [ORDER[::-1]] * (of - others))
     study = study.assign_attrs(window=window)

@@ -108,12 +108,12 @@ def test_thresholds_are_those_of_one_member_and_of_flat_rest_only_where_the_film
     monkeypatch.setattr(module, "pitchfork_voltage", lambda model: np.array([1.5]))
     monkeypatch.setattr(module, "onset_voltage", found(onset_voltage=2.5))
     monkeypatch.setattr(module, "pull_in_voltage", found(pull_in_voltage=3.5, rest_displacement=0.7))
-    told = module._thresholds(ConeModel(voltage=[0.3, 0.4], rest_height=height))
-    values = {name: float(value) for name, (dims, value, _, _) in told.items() if dims == ()}
+    thresholds = module._thresholds(ConeModel(voltage=[0.3, 0.4], rest_height=height))
+    values = {name: float(value) for name, (dims, value, _, _) in thresholds.items() if dims == ()}
     onset = 2.5 if height == 0.0 else np.nan
     wanted = {"pitchfork_voltage": 1.5, "onset_voltage": onset, "pull_in_voltage": 3.5, "rest_displacement": 0.7}
     np.testing.assert_equal(values, wanted)
-    assert [told[name][3] for name in values] == ["voltage", "voltage", "voltage", "length"]
+    assert [thresholds[name][3] for name in values] == ["voltage", "voltage", "voltage", "length"]
     assert seen == [(1, 0.3)] * (1 + (height == 0.0))
 
 
@@ -139,5 +139,5 @@ def test_both_heights_are_one_study_over_voltage_and_height(monkeypatch):
     assert (found.attrs["preset"], found.attrs["parameter"]) == ("table1", "voltage_amplitude")
     assert found.attrs["device"] == devices[0].name
     assert found.attrs["window"] == 40.0
-    told = '{"release_height_mm": 40.0, "window": 40.0, "settled_decays": 40.0}'
-    assert (found.attrs["options"], found.attrs["title"]) == (told, "a device at practical voltages")
+    options = '{"release_height_mm": 40.0, "window": 40.0, "settled_decays": 40.0}'
+    assert (found.attrs["options"], found.attrs["title"]) == (options, "a device at practical voltages")

@@ -83,8 +83,8 @@ def test_a_study_of_spectra_has_both_windows_by_name_over_set_and_voltage(monkey
     assert (found.sizes["early_line"], found.sizes["line"]) == (3, 5)
     assert "section" not in found
     assert "outcome" not in found
-    told = {"model": "own", "preset": "base, fast", "parameter": "voltage", "title": "spectra at three voltages"}
-    assert told.items() <= found.attrs.items()
+    attributes = {"model": "own", "preset": "base, fast", "parameter": "voltage", "title": "spectra at three voltages"}
+    assert attributes.items() <= found.attrs.items()
     initial = list(find_preset("base").initial)
     options = {"initial": initial, "periods": QUICK.spectrum_periods, "settled_repeats": 3}
     assert json.loads(found.attrs["options"]) == options

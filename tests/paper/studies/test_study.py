@@ -111,8 +111,8 @@ def test_kinds_wait_for_the_least_damped_motion_or_the_usual_transient_whichever
 def test_a_study_says_what_it_is_of_and_has_the_model_of_another():
     own = xr.Dataset({"x": 1.0}, attrs={"old": 1})
     source = xr.Dataset(attrs={"model": "{}", "title": "another", "options": "{}"})
-    told = study.about(own, source, "base", "voltage", replace(QUICK, window=40.0), {"a": 2}, "a title")
-    assert told.attrs == {
+    result = study.about(own, source, "base", "voltage", replace(QUICK, window=40.0), {"a": 2}, "a title")
+    assert result.attrs == {
         "model": "{}", "title": "a title", "options": '{"a": 2}', "preset": "base", "parameter": "voltage",
         "window": 40.0,
     }  # fmt: skip

@@ -144,8 +144,8 @@ def test_all_parts_of_a_triple_come_to_stand_under_their_names(monkeypatch):
     np.testing.assert_array_equal(found["regime"], values + 10.0)
     assert found.attrs["title"] == "motions at three values of voltage"
     assert (found.attrs["preset"], found.attrs["parameter"], found.attrs["model"]) == ("base", "voltage", "own")
-    told = {"initial": list(preset.initial), "window": QUICK.window, "settled_repeats": 3}
-    assert json.loads(found.attrs["options"]) == told
+    options = {"initial": list(preset.initial), "window": QUICK.window, "settled_repeats": 3}
+    assert json.loads(found.attrs["options"]) == options
     assert {"late_displacement", "late_time", "window_lowest", "late_highest"} <= set(found.variables)
 
 

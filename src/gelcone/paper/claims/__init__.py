@@ -1,4 +1,4 @@
-"""The paper's claims: what it says, in our words, and how each is read off the studies."""
+"""The paper's claims, in our words, and their checks."""
 
 from gelcone.paper.claims import damping, limit, maps, spring, statics, voltage
 from gelcone.paper.claims.claim import Claim
@@ -11,4 +11,4 @@ CLAIMS: dict[str, Claim] = {
     for found in vars(module).values()
     if isinstance(found, Claim)
 }
-"""In the order of the report."""
+"""Claims by name, in the order of the report."""

@@ -1,4 +1,5 @@
-"""The cone against the continuum: how far they agree in figure 3, and which thresholds survive the correction."""
+"""Claim about the cone and the continuum: their agreement in figure 3, and the thresholds that survive the
+correction."""
 
 from __future__ import annotations
 
@@ -19,17 +20,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CLOSE = 0.05
-"""Forces agree closely where they differ by at most this share of the continuum's largest: what a plot shows."""
+"""Forces agree closely if they differ by at most this share of the continuum's largest force: the resolution of a
+plot."""
 NEARLY_ALL = 0.95
-"""Share of the displacements at which the continuum needs a state in tension, or slack where it wrinkles, to be
-compared at a voltage."""
+"""A voltage is compared if at this share of the displacements or more the continuum has a physical state: in tension,
+or slack if it wrinkles."""
 SURVIVES = 0.2
-"""A threshold survives when the corrected one lies within this share of the cone's, in states that the film has."""
+"""A threshold survives if the corrected one lies within this share of the cone's, in states that exist."""
 
 
 def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
-    """Whether the model - the cone, or the membrane - and the continuum agree closely at all voltages of figure 3, at
-    the paper's radius ratio."""
+    """Judges whether model (cone or membrane) and continuum agree closely at all voltages of figure 3, at the paper's
+    radius ratio."""
     study, thresholds = studies["continuum"], studies["corrected"]
     missing = study.attrs.get(MISSING) or thresholds.attrs.get(MISSING)
     if missing:
@@ -78,7 +80,7 @@ def agreement(studies: Mapping[str, xr.Dataset]) -> Finding:
 
 
 def _over_or_under(deviation: Array) -> str:
-    """Where the cone's force is too large and where too small, without voltage."""
+    """The displacements at which the cone's force is too large and too small, without voltage, in words."""
     high, low = float(np.nanmax(deviation)), float(np.nanmin(deviation))
     if low >= 0.0:
         return f"Without voltage the cone overestimates the force everywhere, by up to {high:.0%}."
@@ -88,18 +90,19 @@ def _over_or_under(deviation: Array) -> str:
 
 
 def shares_in_tension(study: xr.Dataset) -> Array:
-    """Share of the displacements at which the continuum rests in tension, or slack where it wrinkles, and has not
-    pulled in, (ratios, voltages)."""
+    """Share of the displacements with a physical continuum state: in tension, or slack if it wrinkles, and not pulled
+    in, (ratios, voltages)."""
     return np.asarray(_held(study).mean("displacement").values)
 
 
 def model_of(study: xr.Dataset) -> str:
-    """The model that is compared with the continuum: the homogeneous cone, or the film named membrane."""
+    """The model compared with the continuum, in words: the homogeneous cone or the membrane."""
     return "membrane" if study.attrs.get("film") == "membrane" else "cone"
 
 
 def deviations(study: xr.Dataset) -> Array:
-    """Largest difference of the forces over the continuum's largest, (ratios, voltages); infinite without any."""
+    """Largest difference of the forces over the continuum's largest force, (ratios, voltages); infinite if nothing can
+    be compared."""
     force = study["continuum_force"].where(_held(study))
     off = abs(study[f"{model_of(study)}_force"] - force).max("displacement") / abs(force).max("displacement")
     return np.asarray(off.fillna(np.inf).values)
@@ -121,7 +124,7 @@ def _why(agrees: Array, voltages: Array, largest: float, ratio: float) -> str:
 
 
 def threshold_table(study: xr.Dataset) -> dict[str, str]:
-    """Each threshold of the paper: in the cone, corrected, and whether it survives."""
+    """The paper's thresholds in words: in the cone, corrected, and whether they survive."""
     rows = {}
     for k, name in enumerate(json.loads(study.attrs["threshold_names"])):
         cone, corrected, lost = (study[n].values[k] for n in ("cone", "corrected", "lost"))

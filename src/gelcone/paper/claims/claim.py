@@ -22,8 +22,8 @@ Check = Callable[[Studies], Finding]
 class Claim:
     """A claim: ``check`` turns the Datasets of its ``studies``, by name, into a finding; ``figure`` shows it.
 
-    It is judged with another film if all studies are computed with it, and if it is not one of ``without``, with which
-    the check would read something else off them.
+    It is judged with another film if all its studies are computed with that film, unless the film is in ``without``:
+    there the check would not apply.
     """
 
     name: str
@@ -37,5 +37,5 @@ class Claim:
 def claim(
     name: str, statement: str, figure: int, *studies: str, without: tuple[str, ...] = ()
 ) -> Callable[[Check], Claim]:
-    """Makes a claim of a check."""
+    """Registers a check as a claim."""
     return lambda check: Claim(name, statement, figure, studies, check, without)

@@ -17,7 +17,7 @@ from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
 SMALLEST_ERROR = 1e-6
-"""Below this an error of the exponents says no more than their rounding."""
+"""Errors of exponents below this are rounding."""
 
 
 @claim(
@@ -29,7 +29,7 @@ SMALLEST_ERROR = 1e-6
     "other-voltages-damping",
 )
 def damping_never_chaotic(studies: Studies) -> Finding:
-    """Judge the damping ratios on samples, and other voltages each at several damping ratios."""
+    """Judges damping ratios on samples, also at other voltages."""
     own, others = studies["share-damping"], studies["other-voltages-damping"]
     calm = share_of(own, without_chaos(own))
     never = rows_without_chaos(others)
@@ -73,7 +73,7 @@ def damping_never_chaotic(studies: Studies) -> Finding:
     without=(CREEPING,),  # the second exponent is one of the branch
 )
 def damping_order(studies: Studies) -> Finding:
-    """Judge decay and return by the two exponents at the damping ratios of the diagram."""
+    """Judges decay and return from the two exponents at the damping ratios of the diagram."""
     base = fixed_branch(studies["diagram-base-damping-ratio"])
     base = base.sel(damping_ratio=base["damping_ratio"] > 0.0)
     zeta, exponents = base["damping_ratio"].values, base["lyapunov"].values
@@ -81,7 +81,7 @@ def damping_order(studies: Studies) -> Finding:
     # Overdamped motion has two real decay rates; oscillating motion has -zeta twice.
     overdamped = exponents[:, 0] - exponents[:, 1] > np.maximum(6.0 * error, 0.02 * zeta)
     stiffness = float(find_preset("base").model.stiffness(0.0))
-    # Slow: in one free oscillation the swing loses less than half.
+    # slow decay: the swing loses less than half in one free oscillation
     slow = np.exp(exponents[:, 0] * 2.0 * np.pi / np.sqrt(stiffness)) > 0.5
     small, _, large = TRIPLES["damping"][2]
     at = int(np.argmin(np.abs(zeta - large)))
@@ -103,7 +103,7 @@ def damping_order(studies: Studies) -> Finding:
 
 
 def _first(zeta: Array, overdamped: Array) -> Number:
-    """The smallest overdamped damping ratio that was seen, and the largest one below it."""
+    """The smallest overdamped damping ratio, and the ratio below it."""
     meaning = "smallest overdamped damping ratio that was seen"
     if not overdamped.any():
         return Number(meaning, float("nan"))

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TINY = 0.5
-"""Stretch limits up to here count as going to zero."""
+"""Stretch limits up to this count as approaching zero."""
 
 
 @claim(
@@ -47,7 +47,7 @@ TINY = 0.5
     "limit",
 )
 def limit_threshold(studies: Studies) -> Finding:
-    """Judge the stretch limits on both sides of the threshold on samples."""
+    """Judges samples of stretch limits on both sides of the threshold."""
     plane, others = studies["limit-map"], studies["other-voltages-limit"]
     below, above = (part(studies["share-limit"], name) for name in ("below", "above"))
     threshold = first_chaos(studies["diagram-fast-stretch-limit"], "stretch_limit", falling=True)
@@ -87,7 +87,7 @@ def _largest(row: xr.Dataset) -> float:
 
 @claim("limit-large-same", "Large stretch limits are indistinguishable from one another.", 5, "large-limits")
 def limit_large_same(studies: Studies) -> Finding:
-    """Judge extents at three large stretch limits from nearby starts."""
+    """Judges extents at three large stretch limits from nearby starts."""
     study = studies["large-limits"]
     x = study["displacement"].values
     window = float((np.abs(x - x[-1:]).max(axis=-1) / np.abs(x).max(axis=-1)).max())
@@ -125,7 +125,8 @@ def limit_large_same(studies: Studies) -> Finding:
     "beyond",
 )
 def limit_tiny_negative(studies: Studies) -> Finding:
-    """Judge exponents at small stretch limits, inside the limit and of the fixed-step run beyond it."""
+    """Judges exponents at small stretch limits: of the true motion within the limit and of the fixed-step run beyond
+    it."""
     study = studies["beyond"]
     limits = study["stretch_limit"].values
     needed = float(study["initial_strain"].values[0])
@@ -163,7 +164,7 @@ def limit_tiny_negative(studies: Studies) -> Finding:
     "energy",
 )
 def energy_steepening(studies: Studies) -> Finding:
-    """Judge the slopes of the energy curves pair by pair."""
+    """Judges the slopes of the energy curves pair by pair."""
     study = studies["energy"]
     limits, x = study["stretch_limit"].values, study["displacement"].values
     force = study["film_force"].values[:, x > 0.0]

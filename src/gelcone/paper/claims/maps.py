@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHUFFLES = 999
-"""Shuffled maps that the largest pocket of a map is compared with."""
+"""Number of shuffled maps for the test of the largest pocket."""
 SURE, CHANCE = 0.01, 0.05
-"""At most this share of the shuffled maps has as large a pocket: then it is one; above that one it is chance."""
+"""A pocket is real if at most the first share of shuffled maps has one as large, and chance if more than the second."""
 WIDEST = 0.1
-"""A narrow pocket covers at most this share of the map."""
+"""Largest share of the map that a narrow pocket covers."""
 
 
 @claim(
@@ -37,7 +37,7 @@ WIDEST = 0.1
     "voltage",
 )
 def map_high_voltage(studies: Studies) -> Finding:
-    """Judge each quarter of the pre-stretches on a sample above the voltage 1.6."""
+    """Judges each quarter of the pre-stretches on a sample above the voltage 1.6."""
     study = studies["share-high-voltage"]
     names = [sample.name for sample in SAMPLES["share-high-voltage"]]
     bands = [share(positive(part(study, name))) for name in names]
@@ -68,7 +68,7 @@ def map_high_voltage(studies: Studies) -> Finding:
     "prestretch",
 )
 def map_low_prestretch(studies: Studies) -> Finding:
-    """Judge small pre-stretches on a sample, and larger ones in contrast."""
+    """Judges samples of small pre-stretches, contrasted with larger ones."""
 
     def early(name: str, finite: bool = False) -> Share:
         points = part(studies["share-prestretch"], name)
@@ -106,7 +106,7 @@ def map_low_prestretch(studies: Studies) -> Finding:
     "map-equibiaxial",
 )
 def map_safe_prestretch(studies: Studies) -> Finding:
-    """Judge the rows of the map from the last one that fails on."""
+    """Judges the rows of the map above the last row that fails."""
     rows = {mode: _rows(studies[f"map-{mode}"], regular) for mode in ("radial", "equibiaxial")}
     window = _rows(studies["map-radial"], finite_not_positive)
     stretches = studies["map-radial"]["prestretch"].values
@@ -138,13 +138,13 @@ def _rows(plane: xr.Dataset, read: Callable[[xr.Dataset], Array]) -> Array:
 
 
 def _edge(rows: Array) -> int:
-    """Index of the pre-stretch from which on no point fails; their number for none."""
+    """Index of the lowest pre-stretch above which no point fails; their number if there is none."""
     failing = np.flatnonzero((rows == 0.0).any(axis=1))
     return int(failing[-1]) + 1 if failing.size else 0
 
 
 def _regular_above(rows: Array) -> Truth:
-    """Whether no point fails from some pre-stretch on."""
+    """Whether no point fails above some pre-stretch."""
     above = rows[_edge(rows) :]
     return share(above).exceeds(NEARLY_ALL) if above.size else False
 
@@ -157,7 +157,7 @@ def _regular_above(rows: Array) -> Truth:
     "map-equibiaxial",
 )
 def stable_pocket(studies: Studies) -> Finding:
-    """Judge the largest narrow pocket of the map against shuffled maps."""
+    """Judges the largest narrow pocket of the map against shuffled maps."""
     radial, equibiaxial = (_pocket(studies[f"map-{mode}"]) for mode in ("radial", "equibiaxial"))
     return Finding(
         holds=radial.found,

@@ -21,7 +21,7 @@ from gelcone.paper.verdicts import Finding
     "neighbours",
 )
 def prestretch_order(studies: Studies) -> Finding:
-    """Judge the kinds of motion at three pre-stretches, at the base set and near it."""
+    """Judges the kinds of motion at three pre-stretches, at the base set and near it."""
     study = studies["prestretch"]
     kinds = study["regime"].values
     finite, resolved = study["finite"].values[:, 0], resolution(study)
@@ -56,7 +56,7 @@ def prestretch_order(studies: Studies) -> Finding:
     "frequency",
 )
 def spring_frequency(studies: Studies) -> Finding:
-    """Judge the intervals of the resonances of neighbouring stiffnesses."""
+    """Judges the intervals of the resonances of neighbouring stiffnesses."""
     study = studies["frequency"].sel(sweep="up")
     stiffness = study["spring_stiffness"].values
     low, high = study["peak_low"].values, study["peak_high"].values
@@ -86,7 +86,7 @@ def spring_frequency(studies: Studies) -> Finding:
     "spring",
 )
 def spring_amplitude(studies: Studies) -> Finding:
-    """Judge the peaks of the resonances, and the amplitude of one motion over the stiffness."""
+    """Judges the peaks of the resonances, and the amplitude of one motion over the stiffness."""
     study = studies["frequency"].sel(sweep="up")
     peaks, error = study["peak_amplitude"].values, study["peak_amplitude_error"].values
     falls = np.where(
@@ -130,7 +130,7 @@ def spring_amplitude(studies: Studies) -> Finding:
 
 @claim("spring-no-jump", "There is no jump or hysteresis over the whole range of drive frequency.", 12, "frequency")
 def spring_no_jump(studies: Studies) -> Finding:
-    """Judge the largest difference of the sweeps up and down."""
+    """Judges the largest difference between the sweeps up and down."""
     study = studies["frequency"]
     up, down = (study["amplitude"].sel(sweep=s).values for s in ("up", "down"))
     size = np.fmax(np.nanmax(np.fmax(up, down), axis=1), 1e-9)

@@ -11,7 +11,7 @@ from gelcone.paper.truths import share
 from gelcone.paper.verdicts import Finding
 
 EVEN = 1001
-"""Initial displacements, evenly between 0 and the paper's own, that measure the share."""
+"""Number of evenly spaced initial displacements, from 0 to the paper's own, for the share."""
 LINEAR = 0.01
 """An oscillation counts as linear while its period is within this share of the linear one."""
 
@@ -23,7 +23,7 @@ LINEAR = 0.01
     "static",
 )
 def static_bistable(studies: Studies) -> Finding:
-    """Judge the equilibria at the highest voltage."""
+    """Judges the equilibria at the highest voltage."""
     study = studies["static"]
     counts = study["equilibria"].values.ravel()
     highest = study.isel(constant_voltage=-1)
@@ -61,7 +61,7 @@ fem_agreement = claim(
     "linear-limit",
 )
 def linear_limit(studies: Studies) -> Finding:
-    """Judge the period over the amplitude."""
+    """Judges the period over the amplitude."""
     study = studies["linear-limit"]
     amplitude, ratio = study["amplitude"].values, study["period_ratio"].values
     off = np.abs(ratio - 1.0)

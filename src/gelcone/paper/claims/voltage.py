@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROUNDED = (1.035, 1.045)
-"""What rounds to the paper's threshold."""
+"""Interval that rounds to the paper's threshold."""
 BANDWIDTH = 1.94
-"""Bins over which the spectrum's window spreads noise."""
+"""Noise bandwidth of the spectrum's window in bins."""
 
 
 @claim(
@@ -50,7 +50,7 @@ BANDWIDTH = 1.94
     "voltage",
 )
 def voltage_threshold(studies: Studies) -> Finding:
-    """Judge the bracket of the threshold, and samples on both sides of it."""
+    """Judges the bracket of the threshold, and samples on both sides of it."""
     other = fixed_branch(studies["diagram-fast-voltage"])
     below, above = (part(studies["share-voltage"], name) for name in ("below", "above"))
     threshold = first_chaos(studies["diagram-base-voltage"], "voltage")
@@ -89,7 +89,7 @@ def voltage_threshold(studies: Studies) -> Finding:
 
 
 def _at(threshold: Number | None) -> Truth:
-    """Whether chaos begins at what rounds to 1.04, or could by its bracket; without any it does not."""
+    """Whether the bracket of chaos's first voltage rounds to 1.04, or overlaps it; false without chaos."""
     if threshold is None or threshold.low is None or threshold.high is None:
         return False
     if threshold.low >= ROUNDED[0] and threshold.high < ROUNDED[1]:
@@ -98,7 +98,7 @@ def _at(threshold: Number | None) -> Truth:
 
 
 def _cascade(study: xr.Dataset, name: str) -> tuple[Number, ...]:
-    """Where the doublings end that lead to chaos, and which branch they lie on."""
+    """The end of the period doublings that lead to chaos, and their branch, in words."""
     if "cascade_end" not in study:
         return ()
     born = study["cascade_born"]
@@ -116,14 +116,14 @@ def _cascade(study: xr.Dataset, name: str) -> tuple[Number, ...]:
     "voltage",
 )
 def voltage_amplitude(studies: Studies) -> Finding:
-    """Judge the largest displacement in chaos with the error of nearby starts."""
+    """Judges the largest displacement in chaos, with its error from nearby starts."""
     near, window = studies["neighbours"], studies["voltage"]
     branch = fixed_branch(studies["diagram-base-voltage"])
     chaos = chaotic(branch)
     own = float(largest_in(chaos, _extent(branch, "lowest", "highest")))
     nearby = largest_in(near["own_regime"].values == Regime.CHAOTIC, near["own_extent"].values)
     spread = float(np.ptp(nearby)) if np.isfinite(nearby).all() else float("inf")
-    # What nearby starts leave open between them is not said.
+    # left open where nearby starts disagree
     ends = {truth(float(about_six(np.asarray(own + off), chaos))) for off in (-spread, 0.0, spread)}
     reached = share(rows_about_six(near))
     seen = largest_in(finite_positive(window), _extent(window, "window_lowest", "window_highest"))
@@ -159,7 +159,7 @@ def _extent(study: xr.Dataset, lowest: str, highest: str) -> Array:
     "voltage",
 )
 def voltage_spectra(studies: Studies) -> Finding:
-    """Judge lines and flatness of the spectra at three voltages."""
+    """Judges lines and flatness of the spectra at three voltages."""
     study = studies["spectra"]
     late, early = _spectral_order(study, ""), _spectral_order(study, "early_")
     base = list(study["set"].values).index("base")
@@ -196,7 +196,7 @@ def _strongest(spectrum: xr.Dataset, prefix: str) -> float:
 
 
 def _flatness_error(spectrum: xr.Dataset) -> float:
-    """Standard error of the flatness, each bin's power taken as that of noise, with the window's bandwidth."""
+    """Standard error of the flatness, with each bin's power taken as noise of the window's bandwidth."""
     amplitude = spectrum["amplitude"].values
     power = amplitude[1:][np.isfinite(amplitude[1:])] ** 2
     if not power.size:
@@ -207,7 +207,7 @@ def _flatness_error(spectrum: xr.Dataset) -> float:
 
 
 def _spectral_order(study: xr.Dataset, prefix: str) -> list[bool]:
-    """Whether the spectra at three voltages go from a driven line over split lines to broadband, for each set."""
+    """Whether the spectra at three voltages change from a driven line over split lines to broadband, for each set."""
     verdicts = []
     for k in range(study.sizes["set"]):
         low, middle, high = (study.isel(set=k, voltage=i) for i in range(3))
@@ -224,7 +224,7 @@ REST_LOST = {
     "pitchfork_voltage": "loss of stability of flat rest at constant voltage",
     "pull_in_voltage": "pull-in on a slow ramp",
 }
-"""Thresholds of a device at rest, in words."""
+"""Thresholds of a device at rest in words."""
 
 
 @claim(
@@ -234,7 +234,7 @@ REST_LOST = {
     "practical",
 )
 def practical_voltage(studies: Studies) -> Finding:
-    """Judge amplitudes and thresholds of the device in volts."""
+    """Judges amplitudes and thresholds of the device in volts."""
     study = studies["practical"]
     amplitude = study["window_amplitude"].values
     spread = np.ptp(amplitude, axis=1) / amplitude.mean(axis=1)

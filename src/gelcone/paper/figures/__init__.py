@@ -1,4 +1,4 @@
-"""The paper's figures by number, and one of our own by name: each draws the Datasets of its studies."""
+"""The paper's figures by number, and one of our own by name; each draws the Datasets of its studies."""
 
 from gelcone.paper.figures import ends, parameters, practical, resonance, spectra, statics, triptych
 from gelcone.paper.figures.figure import PaperFigure

@@ -1,4 +1,4 @@
-"""The end of chaos: the number of chaotic voltages over the resistance and over the numbers of a branch."""
+"""The end of chaos: the number of chaotic voltages over the series resistance and over a branch's modulus and time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Count(NamedTuple):
-    """The number of voltages at which something holds, and of those at which it might."""
+    """Number of voltages at which a statement holds for certain, and at which it is open."""
 
     certain: int
     open: int
@@ -38,8 +38,8 @@ def counts(truths: Array) -> list[Count]:
 
 
 class Row(NamedTuple):
-    """A case with the counts of chaotic voltages, of positive exponents in the long run and over the window from the
-    start, and the one counted before, NaN for none."""
+    """A case with three counts (chaos, positive exponents in the long run, positive exponents over the first window)
+    and the count of an earlier version, NaN without one."""
 
     case: Case
     chaos: Count
@@ -57,7 +57,7 @@ def rows_of(study: xr.Dataset) -> list[Row]:
 
 
 def table(studies: Mapping[str, xr.Dataset]) -> Table:
-    """The counts in words, a row for each case."""
+    """The counts in words, one row per case."""
     study = studies[NAME]
     head = (
         "added to the film",
@@ -81,7 +81,7 @@ def words(case: Case) -> str:
 
 
 def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
-    """Counts over the resistance, over the modulus of a branch and over its relaxation time."""
+    """Counts over the resistance, the modulus and the relaxation time of a branch."""
     rows = sorted(rows_of(studies[NAME]))
     nothing = next(row for row in rows if row.case == Case())
     panels = (

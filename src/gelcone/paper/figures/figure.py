@@ -18,7 +18,7 @@ Draw = Callable[[Mapping[str, "xr.Dataset"]], "Figure"]
 
 @dataclass(frozen=True)
 class Table:
-    """A table below a figure: its head and its rows, in words."""
+    """A table below a figure, as texts."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -29,11 +29,10 @@ Tabulate = Callable[[Mapping[str, "xr.Dataset"]], Table]
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure: ``draw`` gets the Datasets of its ``studies`` by name, and so does ``table``, where there is one.
+    """A figure of the paper: ``draw`` and ``table`` (if any) receive the Datasets of its ``studies`` by name.
 
-    ``number``: its number in the paper, or a name where the paper has no such figure.
-    ``presets`` are the parameter sets it uses, ``values`` what is varied (from the text or reconstructed, said so),
-    ``message`` one paragraph on what it shows, for the report.
+    ``number`` is its number in the paper, or a name for our own figures. ``presets`` are its parameter sets; ``values``
+    describes the varied parameters and whether they are reconstructed; ``message`` is a paragraph for the report.
     """
 
     number: int | str
@@ -47,7 +46,7 @@ class PaperFigure:
 
     @property
     def name(self) -> str:
-        """Name of its files."""
+        """Name of its files without suffix."""
         return f"figure-{self.number:02d}" if isinstance(self.number, int) else self.number
 
     @property
@@ -69,7 +68,7 @@ def _texts() -> dict[str, Any]:
 def paper_figure(
     number: int | str, studies: tuple[str, ...], draw: Draw, table: Tabulate | None = None, **values: Any
 ) -> PaperFigure:
-    """The figure with its texts of ``texts.toml``, into which ``values`` are put."""
+    """The figure with its texts from ``texts.toml``, filled in with ``values``."""
     text = _texts()[str(number)]
     varied = text["values"].format(**values)
     return PaperFigure(number, text["title"], tuple(text["presets"]), varied, text["message"], studies, draw, table)

@@ -1,4 +1,4 @@
-"""Marks that the paper's figures share: slack film, symbols of parameters."""
+"""Marks shared by the paper's figures: slack film, symbols of parameters."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SYMBOLS = {
 
 
 def fixed_parameters(study: xr.Dataset, *names: str) -> str:
-    """The parameter set of a study, and those of the named parameters (default all) that it shares throughout."""
+    """The parameter set of a study, and the named parameters (default all) that are constant in it."""
     model = json.loads(study.attrs["model"])
     wanted = [name for name in names or SYMBOLS if name in model]
     shared = ", ".join(f"{SYMBOLS[name]} = {float(model[name]):g}" for name in wanted)
@@ -37,15 +37,15 @@ def fixed_parameters(study: xr.Dataset, *names: str) -> str:
 
 
 def listed(values: Sequence[float]) -> str:
-    """Numbers as words: ``1, 2 and 3``."""
+    """Numbers as an enumeration: ``1, 2 and 3``."""
     *first, last = (f"{value:g}" for value in values)
     return f"{', '.join(first)} and {last}"
 
 
 def mark_slack(axes: Axes, x: Any, y: Any, slack: Any, colour: str) -> None:
-    """A line that is strong where the film is taut and faint where it is slack."""
+    """A line that is faint where the film is slack."""
     x, y, slack = np.asarray(x), np.asarray(y), np.asarray(slack) != 0
-    # Both lines extend to the next sample of the other kind, so that no gaps are left.
+    # both lines reach the next sample of the other kind, so that no gaps are left
     taut = ~slack
     taut[1:] |= taut[:-1]
     axes.plot(x, y, color=colour, lw=0.7, alpha=0.45)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHORT = 2
-"""Branches of at most this period are drawn."""
+"""Longest period of the branches drawn."""
 LABELS = {
     "damping_ratio": r"damping ratio $\zeta$",
     "voltage": r"voltage $v$",
@@ -32,7 +32,7 @@ SETS = ("base", "fast")
 
 
 def diagrams_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
-    """Sections over each parameter, above the largest exponent in the long run and over the window; both sets."""
+    """Sections over each parameter above the largest exponents (long run and window), for both sets."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(4, 4, sharex="col", gridspec_kw={"height_ratios": [1.5, 1, 1.5, 1]})
@@ -95,7 +95,7 @@ def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
 
 
 def _cascade(study: xr.Dataset, axes: Axes) -> None:
-    """Where the doublings end that lead to chaos, and the branch that they lie on."""
+    """Marks the end of the period doublings that lead to chaos, with their branch."""
     end, born = float(study["cascade_end"]), study["cascade_born"]
     axes.axvline(end, color=GREEN, lw=0.7, ls=":")
     text = f"doublings end at {end:.4f}"
@@ -139,7 +139,7 @@ def _shade(axes: Axes, values: Any, mask: Any, colour: str, alpha: float, label:
 
 
 def maps_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
-    """Stacked sections, largest exponent in the long run and over the window, for both meanings of pre-stretch."""
+    """Stacked sections and largest exponents (long run and window), for both meanings of pre-stretch."""
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(3, 2, sharex=True, gridspec_kw={"height_ratios": [1.1, 1, 1]})

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RESPONSES = (10.0, 30.0, 50.0)
 """Voltages of the responses, from the paper's text."""
 SHOWN = 2500.0
-"""Milliseconds of the responses that are shown."""
+"""Shown part of the responses in milliseconds."""
 LOOKS = ((BLUE, "o"), (VERMILION, "s"))
 LOWEST = 1e-7
 
@@ -46,7 +46,7 @@ def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
 
 
 def amplitudes(study: xr.Dataset, axes: Axes) -> None:
-    """Half the swing from the start and in the long run, and the voltages at which rest is lost."""
+    """Half the swing from the start and in the long run, and the thresholds of rest."""
     volts = study["voltage_amplitude"]
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -70,7 +70,7 @@ def amplitudes(study: xr.Dataset, axes: Axes) -> None:
 
 
 def legend(study: xr.Dataset, axes: Axes) -> None:
-    """Name the initial heights."""
+    """Names the initial heights."""
     from matplotlib.lines import Line2D
 
     looks = list(zip(LOOKS, study["initial_height"].values, strict=True))
@@ -82,7 +82,7 @@ def legend(study: xr.Dataset, axes: Axes) -> None:
         handles.append(Line2D([], [], ls="", marker=marker, color=BLACK, mfc=fill, ms=4.5, label=words))
     handles.append(Line2D([], [], ls="", marker="v", color=BLACK, mfc="none", ms=5.0, label="long run: at rest"))
     handles += axes.get_legend_handles_labels()[0]
-    # Between the voltages of the study and the thresholds there is nothing else to see.
+    # the gap between the study's voltages and the thresholds is empty
     axes.legend(handles=handles, loc="center", bbox_to_anchor=(0.53, 0.56), fontsize=7.0)
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN = 100.0
-"""Time of the responses that is shown."""
+"""Shown time of the responses."""
 DOWN = (0, (2.0, 1.2))
 UNSTABLE = (0, (1.0, 0.8))
 
@@ -50,7 +50,7 @@ def colours(study: xr.Dataset) -> Any:
 
 
 def logarithmic(axis: Axis, at: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
-    """Ticks of a log scale with plain numbers at these multiples in each decade."""
+    """Sets ticks of a log scale with plain numbers at these multiples in each decade."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axis.set_major_locator(LogLocator(subs=at))
@@ -59,7 +59,7 @@ def logarithmic(axis: Axis, at: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
 
 
 def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
-    """Sweeps up solid and down dashed on top, so that a line of both looks is one without hysteresis."""
+    """Sweeps up (solid) with sweeps down (dashed) on top; where both coincide there is no hysteresis."""
     axes.set_xscale("log")
     axes.set_yscale("log")
     for colour, stiffness in zip(colours(study), study["spring_stiffness"].values, strict=True):
@@ -86,7 +86,7 @@ def amplitude_over_frequency(study: xr.Dataset, axes: Axes) -> None:
 
 
 def _branches(own: xr.Dataset, axes: Axes) -> None:
-    """What no sweep shows: the unstable orbits between the jumps."""
+    """The unstable orbits between the jumps, which no sweep reaches."""
     unstable = own["branch_stable"].values == 0.0
     amplitude = np.where(with_neighbours(unstable), own["branch_amplitude"].values, np.nan)
     axes.plot(own["branch_frequency"], amplitude, color=VERMILION, lw=0.9, ls=UNSTABLE, zorder=3.0)
@@ -115,7 +115,7 @@ def peaks(study: xr.Dataset, frequency: Axes, height: Axes) -> None:
 
 
 def three_responses(study: xr.Dataset, figure: Figure) -> None:
-    """Displacement from the start, and of the long run to one scale."""
+    """Displacement from the start and in the long run, on shared scales."""
     parameter = study.attrs["parameter"]
     rows = figure.subplots(2, study.sizes[parameter], sharey="row")
     for k, (top, bottom) in enumerate(rows.T):

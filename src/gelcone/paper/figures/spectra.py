@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SEEN = {"base": 26.0, "fast": 13.0}
-"""Highest frequency shown over that of the voltage."""
+"""Highest frequency shown, over that of the voltage."""
 LOWEST, HIGHEST = 1e-7, 20.0
 
 
@@ -45,14 +45,15 @@ def draw(studies: Mapping[str, xr.Dataset]) -> Figure:
 
 
 def both_spectra(member: xr.Dataset, axes: Axes) -> None:
-    """Spectrum of the first periods and of the long run, over the frequencies of the voltage and of its force."""
+    """Spectra of the first periods and of the long run, with marks at the frequencies of the voltage and of its
+    force."""
     axes.set_yscale("log")
     axes.set_ylim(LOWEST, HIGHEST)
     for ratio, style in ((1.0, ":"), (2.0, "--")):
         axes.axvline(ratio, color=BLACK, lw=0.6, ls=style, zorder=0.5)
     for prefix, colour, width in (("early_", GREY, 1.2), ("", motion_colour(member), 0.8)):
         frequency, amplitude = member[f"{prefix}frequency_ratio"], member[f"{prefix}amplitude"]
-        # The first bin is the mean displacement, not a motion.
+        # the first bin is the mean displacement
         axes.plot(frequency[1:], amplitude.where(amplitude > 0.0)[1:], color=colour, lw=width, rasterized=True)
     axes.set_title(f"set {member['set'].item()}, $v$ = {float(member['voltage']):g}", loc="left")
     kind = motion_in_words(int(member["regime"]), int(member["period"]))
@@ -62,7 +63,7 @@ def both_spectra(member: xr.Dataset, axes: Axes) -> None:
 
 
 def legend(figure: Figure) -> None:
-    """Name the two windows of the spectra."""
+    """Names the two windows of the spectra."""
     from matplotlib.lines import Line2D
 
     figure.legend(

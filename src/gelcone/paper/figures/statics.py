@@ -44,9 +44,9 @@ def force_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
 
 
 def force_over_displacement(study: xr.Dataset, axes: Axes) -> None:
-    """A curve for each voltage, faint where the film is slack; equilibria filled where stable, open where not."""
+    """One curve per voltage, faint where the film is slack, with stable (filled) and unstable (open) equilibria."""
     axes.axhline(0.0, color=GREY, lw=0.6)
-    # Where equilibria coincide, each shows around the next.
+    # sizes differ so that coinciding equilibria show as rings
     for colour, voltage, size in zip(CYCLE, study["constant_voltage"].values, (11.0, 8.0, 5.0), strict=False):
         own = study.sel(constant_voltage=voltage)
         slack = own["slack"].values != 0
@@ -65,8 +65,8 @@ def force_over_displacement(study: xr.Dataset, axes: Axes) -> None:
 
 
 def continuum_markers(continuum: xr.Dataset, study: xr.Dataset, axes: Axes) -> None:
-    """The continuum's force and the spring's, at the paper's radius ratio: filled where the film is in tension, open
-    where it would have to be compressed; nothing where it has no state. Without that study, nothing at all."""
+    """Force of continuum and spring at the paper's radius ratio: filled in tension, open in compression, nothing
+    without a state or without the study."""
     if MISSING in continuum.attrs:
         return
     spring = float(model_of(study).spring_stiffness)
@@ -85,7 +85,7 @@ def continuum_markers(continuum: xr.Dataset, study: xr.Dataset, axes: Axes) -> N
 
 
 def equilibria_over_voltage(study: xr.Dataset, axes: Axes) -> None:
-    """The displacement of all equilibria over a constant voltage: solid where stable, dashed where not."""
+    """Displacement of all equilibria over a constant voltage: solid where stable, dashed where not."""
     voltage, x, slope = (study[f"branch_{n}"].values for n in ("voltage", "displacement", "slope"))
     axes.plot(voltage, np.where(slope >= 0.0, x, np.nan), color=BLUE, lw=1.4, label="stable")
     axes.plot(voltage, np.where(slope <= 0.0, x, np.nan), color=VERMILION, lw=1.2, ls="--", label="unstable")
@@ -121,7 +121,7 @@ def energy_figure(studies: Mapping[str, xr.Dataset]) -> Figure:
 
 
 def film_energies(study: xr.Dataset, axes: Axes) -> None:
-    """A curve for each stretch limit, with the displacement at which the film ends."""
+    """One curve per stretch limit, with the displacement at which the film ends."""
     import matplotlib as mpl
 
     limits = study["stretch_limit"].values
@@ -144,7 +144,7 @@ def film_energies(study: xr.Dataset, axes: Axes) -> None:
 
 
 def surfaces(study: xr.Dataset, figure: Figure) -> None:
-    """Energy of film, spring and motion without voltage: its level lines are the free motions without damping."""
+    """Energy of film, spring and motion without voltage; its level lines are the free undamped motions."""
     limits = study["surface_limit"].values
     panels = figure.subplots(1, limits.size, sharey=True)
     start = study["surface_energy"].sel(surface_displacement=1.0, surface_velocity=0.0, method="nearest")

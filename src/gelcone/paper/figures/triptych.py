@@ -1,4 +1,4 @@
-"""Figures 4, 5, 7, 10 and 11: the motions at three values of one parameter, over a window and in the long run."""
+"""Figures 4, 5, 7, 10 and 11: motions at three values of one parameter, over a window and in the long run."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LATE_SPAN = 200.0
-"""Time of the long run that is shown over time; twice as much is shown in the phase plane."""
+"""Time of the long run shown over time; the phase plane shows twice as much."""
 LITTLE = 0.1
 SMALLEST_ERROR = 0.0001
 SQUAREST = 0.25
-"""Least height of a section over its width, and the other way round; without it, rounding would fill the panel."""
+"""Least ratio of height to width of a section, and of width to height, so that rounding does not fill the panel."""
 
 
 def draw(name: str, studies: Mapping[str, xr.Dataset]) -> Figure:
-    """Time response at first and in the long run, phase portrait and section; a column for each value."""
+    """Time response at first and in the long run, phase portrait and section, one column per value."""
     study = studies[name]
     parameter = study.attrs["parameter"]
 
@@ -60,7 +60,7 @@ def draw(name: str, studies: Mapping[str, xr.Dataset]) -> Figure:
 
 
 def caption(member: xr.Dataset) -> str:
-    """The largest exponent over the window, and the regime with its exponent in the long run."""
+    """The largest exponent over the window, and the regime with its exponent in the long run, in words."""
     kind = motion_in_words(int(member["regime"]), int(member["period"]))
     window, long_run, error = (float(member[n][0]) for n in ("finite", "lyapunov", "standard_error"))
     spread = f"\\pm {error:.4f}" if error >= SMALLEST_ERROR else f"\\pm{{}}<{SMALLEST_ERROR:g}"
@@ -68,7 +68,7 @@ def caption(member: xr.Dataset) -> str:
 
 
 def driven_little(member: xr.Dataset) -> bool:
-    """Whether the long run is a motion that would not show on the scale of the window."""
+    """Whether the long run is too small to show on the scale of the window."""
     late, window = (float(member[f"{n}_highest"] - member[f"{n}_lowest"]) for n in ("late", "window"))
     return Regime(int(member["regime"])) is not Regime.REST and late < LITTLE * window
 
@@ -82,7 +82,7 @@ def from_the_start(member: xr.Dataset, axes: Axes) -> None:
 
 
 def in_the_long_run(member: xr.Dataset, axes: Axes) -> None:
-    """Displacement over some of the long run, with the share of all of it in which the film is slack."""
+    """Displacement over part of the long run, with the share of all of it in which the film is slack."""
     shown = member.sel(late_time=slice(0.0, LATE_SPAN))
     mark_slack(axes, shown["late_time"], shown["late_displacement"], shown["late_slack"], motion_colour(member))
     slack_share(axes, float(member["late_validity_slack"]))
@@ -91,7 +91,7 @@ def in_the_long_run(member: xr.Dataset, axes: Axes) -> None:
 
 
 def slack_share(axes: Axes, share: float) -> None:
-    """Write the share of the time that the film is slack into a panel."""
+    """Writes the share of time with slack film into a panel."""
     text = f"slack {100.0 * share:.0f} %"
     axes.annotate(text, (1.0, 1.0), xycoords="axes fraction", ha="right", va="top", fontsize=7.0, color=GREY)
 

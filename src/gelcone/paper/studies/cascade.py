@@ -1,4 +1,4 @@
-"""Where the doublings of the period end that lead to chaos, and which branch they lie on."""
+"""The cascade of period doublings that leads to chaos: where it ends, and the branch it belongs to."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
 FEIGENBAUM = 4.66920160910299
 """Limit of the ratios of distances between doublings: Feigenbaum, Journal of Statistical Physics 19 (1978) 25."""
 LEVELS = 4
-"""Doublings that are located behind the first one."""
+"""Doublings located after the first one."""
 FEWEST = 3
-"""Doublings that make a cascade."""
+"""Fewest doublings of a cascade."""
 SAME = 1e-6
-"""Doublings that are closer are one."""
+"""Doublings closer than this are the same."""
 BEFORE, BEHIND = 0.002, 0.1
-"""The interval of the doublings, as shares of the first one: short, so that the branches are."""
+"""Interval in which doublings are searched, as shares of the first one before and behind it: short, so that branches
+are, too."""
 
 
 def cascade(model: ConeModel, followed: xr.Dataset) -> dict[str, Any]:
     """The first cascade of doublings that begins on a stable part of a branch of period 1, as variables of a study.
 
-    ``doubling`` (their values), ``cascade_end`` and ``cascade_end_error`` (where they end, by Feigenbaum's ratio, and
-    by how much the last doubling changed that), ``cascade_born``, the value at which the branch is born; its
-    attribute ``born`` says at what. Empty without a cascade.
+    ``doubling`` holds their values; ``cascade_end`` is their limit by Feigenbaum's ratio, with ``cascade_end_error``
+    from the last doubling; ``cascade_born`` is the value at which the branch is born, by the event in its attribute
+    ``born``. Empty without a cascade.
     """
     kinds, values = followed["event_kind"].values, followed["event_value"].values
     period = followed["period"].values[followed["event_branch"].values]
@@ -63,7 +64,7 @@ def _cascade_variables(followed: xr.Dataset, doublings: list[float], born: int |
 
 
 def _chain(model: ConeModel, followed: xr.Dataset, first: int) -> list[float]:
-    """A doubling of the branches, the one on the branch that is born there, and so on."""
+    """A doubling, the next one on the branch that is born there, and so on."""
     begin, orbit = float(followed["event_value"][first]), followed["event_orbit"].values[first, 0]
     low, high = begin * (1.0 - BEFORE), begin * (1.0 + BEHIND)
     own = continue_branch(
@@ -81,7 +82,7 @@ def _chain(model: ConeModel, followed: xr.Dataset, first: int) -> list[float]:
 
 
 def _birth(followed: xr.Dataset, branch: int) -> int | None:
-    """The event at which a branch is born: where it left another one, or its first fold."""
+    """The event at which a branch is born: its bifurcation from another branch, or its first fold."""
     born = int(followed["born"][branch])
     if born >= 0:
         return born

@@ -1,4 +1,4 @@
-"""The cone compared with the film as a continuum: the forces of figure 3, and the paper's corrected thresholds."""
+"""The cone compared with the film as a continuum: the forces of figure 3, and corrected thresholds."""
 
 from __future__ import annotations
 
@@ -27,25 +27,26 @@ if TYPE_CHECKING:
 
 
 RADIUS_RATIOS = (0.2, 0.5)
-"""That of the paper's Table 1, and a larger disc."""
+"""Radius ratio of the paper's Table 1, and that of a larger disc."""
 ELEMENTS = 30
 FARTHEST = 1.3
-"""Largest displacement, the range of figure 3."""
+"""Largest displacement, from figure 3."""
 CHAOS = (0.9, 1.1)
-"""Voltages between which the cone at the base set becomes chaotic; the corrected film is tried up to the lower one."""
+"""Voltages between which the cone at the base set becomes chaotic; the corrected film is examined up to the lower
+one."""
 SOFT = 0.1
 """Smallest spring stiffness of figure 12."""
 HIGH_PRESTRETCH = 1.5
 DIGITS, ERROR_DIGITS = 8, 3
-"""Digits that are stored of what finite elements give, and of the estimates of its error."""
+"""Stored digits of finite-element results, and of their error estimates."""
 TAUT, CORRECTED = "taut", "thresholds in the corrected model"
 MISSING = "missing"
-"""Attribute of a study that could not be computed, with the reason."""
+"""Attribute with the reason why a study could not be computed."""
 
 
 class Threshold(NamedTuple):
     """A threshold in the cone and in the corrected model, each an interval; ``lost`` is the voltage at which the
-    corrected film has no state any more where that comes first (NaN if it does not)."""
+    corrected film loses its last state before, NaN if it does not."""
 
     name: str
     cone: tuple[float, float]
@@ -55,12 +56,12 @@ class Threshold(NamedTuple):
 
 def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
     """Force of film and field over displacement at the voltages of figure 3, cone and continuum, for both radius
-    ratios; with another film than the paper's both wrinkle. Without scikit-fem a Dataset that says so."""
+    ratios; both wrinkle with another film than the paper's. Without scikit-fem an empty Dataset with the reason."""
     from gelcone.continuum.compare import compare
 
     model = find_preset("table1").model.replace(voltage=0.0)
     relaxed = effort.film != TAUT
-    few = 5 if relaxed else 8  # where a film pulls in, the search for that takes most of the time
+    few = 5 if relaxed else 8  # the search for pull-in takes most of the time
     x = np.linspace(0.1, FARTHEST, few if effort.name == "quick" else 15)
     try:
         result = compare(
@@ -79,7 +80,8 @@ def continuum(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _rounded(values: xr.DataArray) -> xr.DataArray:
-    """To the digits that count: the linear algebra's last bits differ between processors, the report must not."""
+    """Values rounded to significant digits: the last bits of linear algebra differ between processors, but the report
+    must not."""
     size = float(np.nanmax(np.abs(values.values), initial=0.0))
     if not 0.0 < size < np.inf:
         return values
@@ -88,8 +90,7 @@ def _rounded(values: xr.DataArray) -> xr.DataArray:
 
 
 def corrected(effort: Effort, progress: Progress) -> xr.Dataset:
-    """The paper's thresholds in the cone and with the continuum film of a/b = 0.2 in its place: those of the taut film,
-    none of another."""
+    """The paper's thresholds in the cone and with the continuum film of a/b = 0.2 instead; for the taut film alone."""
     base = find_preset("base").model
     if effort.film != TAUT:
         nothing = dataset.label(base, {}, options={}, title=CORRECTED)
@@ -156,7 +157,7 @@ def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
 
 
 def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> tuple[float, float]:
-    """The interval that the error of the fit leaves, by the membrane itself at a small height and that voltage."""
+    """The interval of a threshold due to the error of the fit, from the membrane at a small height and that voltage."""
     from gelcone.continuum.membrane import membrane
 
     x = 0.02
@@ -179,7 +180,7 @@ def _interval(found: xr.Dataset) -> tuple[float, float]:
 
 
 def _chaos(name: str, model: ConeModel, film: UnwrinkledFilm, start: Array, count: int) -> Threshold:
-    """The first voltage with chaos from the paper's start: between which of evenly spaced ones it lies."""
+    """The interval between evenly spaced voltages in which chaos first occurs from the paper's start."""
     voltages = np.linspace(*CHAOS, count)
     cone = _first(voltages, classify(model.replace(voltage=voltages).members(), start).regime == Regime.CHAOTIC)
     lower = np.linspace(0.1, CHAOS[0], count)

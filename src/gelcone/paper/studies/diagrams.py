@@ -1,4 +1,4 @@
-"""Studies behind figure 13: bifurcation diagrams with exponents, for the long run and for a finite window."""
+"""Studies behind figure 13: bifurcation diagrams with exponents in the long run and over a finite window."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ PANELS: dict[tuple[str, str], float] = {
     ("fast", "prestretch"): 1.005,
     ("fast", "stretch_limit"): 1.005,
 }
-"""Parameter set and swept parameter -> voltage of the panel (reconstructed; no effect where it is itself swept)."""
+"""Parameter set and swept parameter -> voltage of the panel (reconstructed; unused if the voltage is swept)."""
 
 
 FINITE = ("Lyapunov exponents over the window from the start", "rate")
 
 
 def values_of(preset: str, parameter: str, effort: Effort) -> Array:
-    """Values of a swept parameter: the paper's ranges for damping and voltage (text), reconstructed for the rest.
+    """Values of a swept parameter: the paper's ranges for damping and voltage (text), the others reconstructed.
 
-    The paper's threshold is that of the voltage at the base set: there they are twice as close together.
+    The voltage at the base set has twice the resolution, as the paper's threshold lies there.
     """
     count = 2 * effort.diagram_values - 1 if (preset, parameter) == ("base", "voltage") else effort.diagram_values
     if parameter == "stretch_limit":
@@ -59,7 +59,7 @@ def diagram_name(preset: str, parameter: str) -> str:
 
 
 def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress) -> xr.Dataset:
-    """The diagram of one panel, with ``finite`` (parameter, exponent): the exponents over the window from the start.
+    """The diagram of one panel, with exponents over the window from the start: ``finite`` (parameter, exponent).
 
     Over the voltage, branches of periodic orbits are attached (`gelcone.atlas.branches.attached`), and the doublings
     that lead to chaos (`gelcone.paper.studies.cascade`).
@@ -89,7 +89,7 @@ def diagram(preset_name: str, parameter: str, effort: Effort, progress: Progress
 
 
 def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]:
-    """Stability of rest at every value by theory: growth rate under the drive, stiffness at full voltage."""
+    """Stability of rest at every value by theory: growth rate under the drive, and stiffness at the peak voltage."""
     shape = ensemble.shape
     flat = ensemble.members()
     growth = floquet_multipliers(flat)["growth_rate"].values.reshape(shape)
@@ -102,7 +102,7 @@ def rest_stability(ensemble: ConeModel, dims: tuple[str, ...]) -> dict[str, Any]
 
 
 FOLLOWED = (("base", "voltage"), ("fast", "voltage"), ("base", "damping_ratio"))
-"""Panels with the film that creeps, too: of claims that are judged with it."""
+"""Panels also computed with the creeping film, for claims judged with it."""
 
 STUDIES = tuple(
     Study(

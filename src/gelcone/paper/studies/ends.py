@@ -1,5 +1,5 @@
-"""Study of what ends the chaos: at how many of 21 voltages of the base set the taut film is chaotic behind a series
-resistance, or with a Maxwell branch."""
+"""Study of the end of chaos: the number of voltages of the base set, of 21, at which the taut film is chaotic behind a
+series resistance or with a Maxwell branch."""
 
 from __future__ import annotations
 
@@ -23,20 +23,21 @@ VOLTAGES = np.linspace(1.0, 2.0, 21)
 RESISTANCES = (0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0)
 MODULI = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 TIMES = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Two decades each; a quick run takes every second value."""
+"""Relaxation times over two decades; a quick run takes every second value."""
 MODULUS, TIME = 0.5, 50.0
-"""Of the branch whose other number is varied."""
+"""Modulus and time of the branch while the other one is varied."""
 
 
 class Case(NamedTuple):
-    """A series ``resistance`` and a branch's ``modulus`` and relaxation ``time``; 0 where there is none."""
+    """A series ``resistance``, and ``modulus`` and relaxation ``time`` of a branch; 0 without one."""
 
     resistance: float = 0.0
     modulus: float = 0.0
     time: float = 0.0
 
     def changes(self, stretch_limit: float) -> dict[str, Any]:
-        """The parameters that add it to the elastic film behind an ideal source; a branch has the film's limit."""
+        """The parameters that add it to the elastic film behind an ideal source; a branch has the film's stretch
+        limit."""
         branch = {
             "viscous_modulus_1": self.modulus,
             "relaxation_time_1": self.time,
@@ -55,12 +56,12 @@ COUNTED = {
     Case(0.0, 0.5, 50.0): 14,
     Case(0.0, 0.5, 2.0): 9,
 }
-"""Voltages with a positive exponent over the first `COUNTED_OVER` time units, counted with version 0.2, branch and
-resistance being components of a user."""
+"""Voltages with a positive exponent over the first `COUNTED_OVER` time units, counted with version 0.2 and user-defined
+components."""
 
 
 def cases(effort: Effort) -> tuple[Case, ...]:
-    """The elastic film behind an ideal source, then what is added to it."""
+    """The elastic film behind an ideal source, then the additions."""
     step = 2 if effort.name == "quick" else 1
     added = (
         *(Case(resistance) for resistance in RESISTANCES[::step]),
@@ -73,8 +74,8 @@ def cases(effort: Effort) -> tuple[Case, ...]:
 def ends(effort: Effort, progress: Progress) -> xr.Dataset:
     """Regime and exponents of every voltage over ``case``, see `gelcone.paper.sampling.observed`.
 
-    The largest exponent alone is stored, as cases differ in their number of states. ``series_resistance``,
-    ``viscous_modulus_1`` and ``relaxation_time_1`` are 0 where there is none; ``counted`` is the count of `COUNTED`.
+    Only the largest exponent is stored, as cases differ in their number of states. ``series_resistance``,
+    ``viscous_modulus_1`` and ``relaxation_time_1`` are 0 if absent; ``counted`` is the count of `COUNTED`.
     """
     import xarray as xr
 

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 LARGE = (100.0, 300.0, 1000.0)
 OWN_VOLTAGE = PANELS["fast", "stretch_limit"]
 STEP = 0.05
-"""Step of the fixed-step runs: about 120 steps to a small oscillation, usual in this field."""
+"""Step of the fixed-step runs: about 120 steps per small oscillation, usual in this field."""
 
 
 def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
-    """Period of the free undamped neo-Hookean oscillator over its amplitude, against 2 pi/sqrt(kappa)."""
+    """Period of the free undamped neo-Hookean oscillator over its amplitude, relative to 2 pi/sqrt(kappa)."""
     amplitudes = np.geomspace(1e-3, 1.0, 31)
     stiffness = float(effort.preset("base").model.spring_stiffness)
     free = ConeModel(damping_ratio=0.0, voltage=0.0, stretch_limit=np.inf, film=effort.film)
@@ -66,8 +66,8 @@ def limit_map(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
-    """Small stretch limits: the paper's integrator from the paper's initial state, which lies beyond the limit for
-    J < 0.5, and the true motion from half the displacement that the limit allows."""
+    """Small stretch limits: the paper's integrator from its initial state, which lies beyond the limit for J < 0.5, and
+    the true motion from half the displacement that the limit allows."""
     preset = effort.preset("fast")
     limits = np.geomspace(0.02, 2.0, effort.limit_map[1])
     model = preset.model.replace(stretch_limit=limits)
@@ -95,14 +95,14 @@ def beyond(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _reach(model: ConeModel) -> Any:
-    """Largest displacement inside the stretch limit, by bisection, per member."""
+    """Largest displacement within the stretch limit, by bisection, (members,)."""
     low, high = np.zeros(model.size), np.full(model.size, 100.0)
     return halved(lambda x: model.strain(x) < model.strain_limit(), low, high, 60)[0]
 
 
 def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
-    """Extents in the long run for three large ``limit``s, at the fast set: ``extent`` over a sample of other voltages
-    and nearby ``start``s; ``own_extent`` and ``displacement`` over a window at the voltage of the paper's picture."""
+    """Long-run extents for three large ``limit``s, at the fast set: ``extent`` over a sample of other voltages and
+    nearby ``start``s; ``own_extent`` and ``displacement`` over a window at the voltage of the paper's figure."""
     others = Sample("voltage", "fast", {"voltage": (0.5, 1.7)}, partial(half, rows_same), costly=True)
     result = sampled((others,), effort, lambda done: progress(0.8 * done), _extents)
     preset = effort.preset("fast")
@@ -119,7 +119,7 @@ def large_limits(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _extents(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
-    """Extent in the long run of every member at the limits `LARGE`, from `STARTS` starts within `NEARBY`."""
+    """Long-run extents of every member at the limits `LARGE`, from `STARTS` starts within `NEARBY`."""
     shape = (model.size, len(LARGE), STARTS)
     offsets = NEARBY * np.linspace(-1.0, 1.0, STARTS)
     members = model.members().take(np.repeat(np.arange(model.size), len(LARGE) * STARTS))
@@ -128,7 +128,7 @@ def _extents(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
     starts = np.asarray(initial) + np.tile(offsets, model.size * len(LARGE))[:, None]
     members = nearby.members()
     evidence = classify(members, complete(members, starts), patience=effort.patience, budget=SIGN_BUDGET)
-    # Mirror images count as the same motion: which of the two a motion ends on is a matter of its start.
+    # mirror images count as the same motion: the start decides between them
     late = swing(members, evidence.final)
     extent = np.fmax(np.abs(late.highest), np.abs(late.lowest)).reshape(shape)
     described: dict[str, dataset.Variable] = {

@@ -1,4 +1,4 @@
-"""Studies behind figure 14: maps of the largest exponent, and the sections in some of their rows."""
+"""Studies behind figure 14: maps of the largest exponent, and sections along some of their rows."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STACKED = (0.6, 0.8, 1.0, 1.2, 1.5)
-"""Pre-stretches of which the section points are stored; rows of the map at every effort."""
+"""Pre-stretches with stored section points; rows of the map at every effort."""
 
 
 def plane(mode: str, effort: Effort, progress: Progress) -> xr.Dataset:
     """Regime, exponents and finite exponents over voltage and pre-stretch, at the base set.
 
-    ``section`` is over ``stacked_prestretch`` instead, the rows of the map nearest to `STACKED`.
+    ``section`` has ``stacked_prestretch`` instead, the rows of the map nearest to `STACKED`.
     """
     count, stretches = effort.map_shape
     over = {"voltage": np.linspace(0.0, 2.0, count), "prestretch": np.linspace(0.4, 2.0, stretches)}

@@ -30,15 +30,15 @@ if TYPE_CHECKING:
 VOLTS = np.linspace(10.0, 50.0, 9)
 HEIGHTS = (0.0, 0.02)
 SETTLED_DECAYS = 40.0
-"""Decay times before the late amplitude is taken: the swing from the start is then lost to rounding."""
+"""Decay times before the late amplitude is measured, when the initial swing is lost to rounding."""
 
 
 def practical(effort: Effort, progress: Progress) -> xr.Dataset:
     """A device of the paper's Table 1 at 10 to 50 V, in SI units, over ``initial_height`` and ``voltage_amplitude``.
 
-    ``displacement`` over ``time`` from the release; ``window_amplitude`` (half of what it covers) from the start and
-    ``late_amplitude`` in the long run, about ``late_middle``; ``pitchfork_voltage`` and ``onset_voltage`` (Floquet),
-    where the flat film is at rest, ``pull_in_voltage`` for both; ``rest_displacement`` without voltage;
+    ``displacement`` over ``time`` from the release; ``window_amplitude`` (half its range) from the start and
+    ``late_amplitude`` in the long run, about ``late_middle``; ``pitchfork_voltage`` and ``onset_voltage`` (Floquet) for
+    a flat rest, ``pull_in_voltage`` for any; ``rest_displacement`` without voltage;
     ``largest_field`` and ``dielectric_strength`` (assumed); the shares ``window_validity_*``; and the variables of
     `gelcone.regime`, for which swings of less than a millionth of b - a are rest.
     """
@@ -88,7 +88,7 @@ def _practical(device: Device, effort: Effort, progress: MaybeProgress) -> xr.Da
 
 
 def _thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
-    """Voltages at which rest is lost; a single one for all members, which differ in their voltage alone."""
+    """Voltages at which rest is lost, one for all members, which differ in their voltage alone."""
     one = model.take([0])
     flat = bool(one.members().symmetric.all())
     lost = pull_in_voltage(one)

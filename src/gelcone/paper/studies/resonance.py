@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 CHECKS = 12
 LONGEST_PERIOD = 2
-"""Branches of at most this period are stored."""
+"""Longest period of the stored branches."""
 STIFFNESSES = (0.1, 0.5, 1.0, 5.0, 10.0, 20.0)
 BAND = (0.05, 6.0)
-"""Drive frequencies swept: from far below half the lowest natural frequency to above the highest one."""
+"""Swept drive frequencies: from far below half the lowest natural frequency to above the highest one."""
 
 
 def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
     """Amplitude over drive frequency for six spring stiffnesses, in a sweep up and one down.
 
-    The variables of `gelcone.frequency` over ``spring_stiffness``, ``sweep`` and ``step``, whose drive
-    frequency is ``swept_frequency``, closer together around half the ``natural_frequency`` and around it.
+    The variables of `gelcone.frequency` over ``spring_stiffness``, ``sweep`` and ``step``. The drive frequency of a
+    step is ``swept_frequency``, denser around the ``natural_frequency`` and half of it.
     """
     preset = effort.preset("spring")
     single = preset.model.replace(spring_stiffness=np.array(STIFFNESSES))
@@ -52,15 +52,15 @@ def frequency(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> dict[str, Any]:
-    """Branches of orbits of each stiffness over the frequency, one behind the other with NaN between: half of what each
-    orbit covers, and whether it is stable; and the folds."""
+    """Branches of periodic orbits of each stiffness over the frequency, joined with NaN between them: half the range of
+    each orbit, its stability, and the folds."""
     columns: dict[str, list[Array]] = {"frequency": [], "amplitude": [], "stable": [], "fold": []}
     for stiffness, own in zip(STIFFNESSES, grid, strict=True):
         one, ends = model.replace(spring_stiffness=stiffness), (float(own[0]), float(own[-1]))
         found = continue_branch(one, "drive_frequency", *ends, initial, start="settled", checks=CHECKS)
         short = found.isel(branch=np.flatnonzero(found["period"].values <= LONGEST_PERIOD))
         there = np.pad(np.isfinite(short["value"].values), ((0, 0), (0, 1)), constant_values=False)
-        there[:, 1:] |= there[:, :-1]  # one more of each branch, which is NaN: a gap
+        there[:, 1:] |= there[:, :-1]  # the NaN after each branch makes a gap
         for name, values in (
             ("frequency", short["value"].values),
             ("amplitude", 0.5 * (short["highest"] - short["lowest"]).values),
@@ -94,7 +94,7 @@ def natural_frequencies(model: ConeModel) -> Array:
 
 
 def _frequencies(natural: Array, damping: float, count: int) -> Array:
-    """Drive frequencies (members, count): even ones on a log scale, and more around the resonances.
+    """Drive frequencies (members, count): evenly spaced on a log scale, and more around the resonances.
 
     The force has twice the drive's frequency, so the disc resonates at half its natural frequency; at the natural
     frequency itself the drive excites parametrically.
@@ -118,14 +118,14 @@ def _frequencies(natural: Array, damping: float, count: int) -> Array:
 
 
 def _around(reach: float, count: int) -> Array:
-    """Offsets up to ``reach`` to either side, closer together in the middle."""
+    """Offsets up to ``reach`` on either side, denser in the middle."""
     u = np.linspace(-1.0, 1.0, count)
     return reach * (0.3 * u + 0.7 * u**3)
 
 
 RESPONSE_STIFFNESS = 1.0
 RESPONSES = (0.7, 1.0, 1.5)
-"""Drive frequencies of the responses, over that of the forced resonance, half the natural frequency."""
+"""Drive frequencies of the responses, relative to the forced resonance at half the natural frequency."""
 
 
 def frequency_responses(effort: Effort, progress: Progress) -> xr.Dataset:

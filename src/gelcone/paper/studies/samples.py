@@ -1,7 +1,7 @@
-"""Studies behind claims about ranges of parameters: samples of them, see `gelcone.paper.sampling`.
+"""Studies behind claims about parameter ranges: samples of them, see `gelcone.paper.sampling`.
 
-Each sample stops once the share that its claim needs lies on one side of the claim's cut. Where a claim fails in the
-long run it is judged over the finite window too, whose share must then be certain as well.
+Each sample stops once the share that its claim needs is certainly on one side of the claim's cut. A claim that fails in
+the long run is also judged over the finite window, whose share must then be certain as well.
 """
 
 from __future__ import annotations
@@ -34,41 +34,43 @@ if TYPE_CHECKING:
     import xarray as xr
 
 VOLTAGE_THRESHOLD = 1.04
-"""From the paper's text."""
+"""Threshold from the paper's text."""
 HIGHEST = 2.0
 """Largest voltage and damping ratio of figure 13 (text)."""
 ABOUT = 1.2
-"""What "about" leaves to either side, as a factor."""
+"""Factor that the word "about" allows to either side."""
 FACTOR = 1.25
-"""Factor within which the base set's reconstructed parameters are drawn anew: its identification is not unique."""
+"""Factor within which the base set's reconstructed parameters are varied, as their identification is not unique."""
 DRAWN = ("drive_frequency", "spring_stiffness", "damping_ratio")
 VOLTAGES, SET_VOLTAGES, DAMPINGS, LIMITS = 10, 5, 8, 4
-"""Values at each draw of the samples with several."""
+"""Values at each draw of samples with inner parameters."""
 HIGH = 1.6
-"""From which voltage on it is high."""
+"""Lowest high voltage."""
 STRETCHES = (0.4, 2.0)
-"""Pre-stretches of figure 14, and those up to which they are small and from which on they are not."""
+"""Pre-stretches of figure 14, and those up to which they are small and beyond which they are not."""
 SMALL, LARGE = 0.8, 1.2
 BANDS = 4
-"""Into how many ranges the pre-stretches are divided."""
+"""Number of ranges into which the pre-stretches are divided."""
 MODES = ("radial", "equibiaxial")
 
 Read = Callable[["xr.Dataset"], Array]
 
 
 def nearly_all(read: Read, finite: Read, points: xr.Dataset) -> bool:
-    """Whether it is known that something holds at nearly all points; if not, over the finite window too."""
+    """Whether a sample decides if a statement holds at nearly all points (in the long run, and else over the finite
+    window)."""
     long, window = (share_of(points, truths(points)).exceeds(NEARLY_ALL) for truths in (read, finite))
     return _answered(long, window)
 
 
 def never(read: Read, finite: Read, points: xr.Dataset) -> bool:
-    """Whether it is known that something holds at every point; if not, over the finite window too."""
+    """Whether a sample decides if a statement holds at every point (in the long run, and else over the finite
+    window)."""
     return _answered(*(holds_throughout(share_of(points, truths(points))) for truths in (read, finite)))
 
 
 def holds_throughout(found: Share) -> Truth:
-    """Whether something holds at every point, of which there are enough to say so."""
+    """Whether a statement holds at every point, of enough points to be certain."""
     return every(found.failing == 0, found.exceeds(NEARLY_ALL) if not found.failing else True)
 
 
@@ -77,7 +79,7 @@ def _answered(long: Truth, window: Truth) -> bool:
 
 
 def half(*reads_and_points: Any) -> bool:
-    """Whether it is known of all truths on which side of one half the share lies at which they hold."""
+    """Whether the side of one half on which a share lies is certain, for all truths."""
     *reads, points = reads_and_points
     return all(share_of(points, read(points)).exceeds(WIDE) is not None for read in reads)
 
@@ -92,38 +94,38 @@ def _limit(name: str, low: float, high: float, read: Read, finite: Read) -> Samp
 
 
 def rows_without_chaos(points: xr.Dataset) -> Array:
-    """Whether no damping ratio of a row is chaotic."""
+    """Truths: no damping ratio of a row is chaotic."""
     return reading.all_of(reading.without_chaos(points))
 
 
 def rows_with_chaos(points: xr.Dataset) -> Array:
-    """Whether some voltage of a row is chaotic."""
+    """Truths: some voltage of a row is chaotic."""
     return reading.any_of(chaotic(points))
 
 
 def rows_finite(points: xr.Dataset) -> Array:
-    """Whether some voltage of a row has a positive exponent over the window."""
+    """Truths: some voltage of a row has a positive exponent over the window."""
     return reading.any_of(finite_positive(points))
 
 
 def rows_positive(points: xr.Dataset) -> Array:
-    """Whether nearly all voltages of a row have a positive exponent."""
+    """Truths: nearly all voltages of a row have a positive exponent."""
     return reading.nearly_all_of(reading.positive(points))
 
 
 def rows_about_six(points: xr.Dataset) -> Array:
-    """Whether the largest displacement in the chaos of a row is about 6."""
+    """Truths: the largest displacement in the chaos of a row is about 6."""
     chaos = chaotic(points)
     return reading.about_six(reading.largest_in(chaos, points["extent"].values), chaos)
 
 
 def rows_ordered(points: xr.Dataset) -> Array:
-    """Whether small, moderate and larger pre-stretch of a row are chaotic, periodic and at rest."""
+    """Truths: small, moderate and larger pre-stretch of a row are chaotic, periodic and at rest."""
     return reading.ordered(points["prestretch_kind"].values)
 
 
 def rows_same(points: xr.Dataset) -> Array:
-    """Whether the large stretch limits of a row have the same extents."""
+    """Truths: the large stretch limits of a row have the same extents."""
     return reading.same_extents(points["extent"].values, points["regime"].values)
 
 
@@ -177,7 +179,7 @@ SAMPLES: dict[str, tuple[Sample, ...]] = {
             {"voltage": (HIGH, HIGHEST), "prestretch": (float(low), float(high))},
             partial(half, reading.positive),
             {"prestretch_mode": mode},
-            # a verdict can follow from those that the paper's wording does not fit; these then decide nothing
+            # points that the paper's wording does not cover are open, and decide nothing
             costly=mode == "radial",
         )
         for mode in MODES
@@ -200,7 +202,7 @@ SAMPLES: dict[str, tuple[Sample, ...]] = {
 
 def neighbours(effort: Effort, progress: Progress) -> xr.Dataset:
     """Parameter sets near the base set: motions over ``inner`` voltages, ``prestretch_kind`` over ``prestretch``; and
-    the extents of the base set itself from nearby starts, ``own_extent`` over ``start`` and ``inner``."""
+    ``own_extent`` of the base set over nearby ``start``s and ``inner``."""
     base = find_preset("base").model
     voltages = np.linspace(VOLTAGE_THRESHOLD, HIGHEST, SET_VOLTAGES)
     drawn = {name: (float(getattr(base, name)) / FACTOR, float(getattr(base, name)) * FACTOR) for name in DRAWN}
@@ -239,7 +241,7 @@ def _of_sets(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 WORK = {"share-high-voltage": 15.0, "other-voltages-damping": 7.0, "share-limit": 3.0, "other-voltages-limit": 3.0}
 
 FOLLOWED = ("share-voltage", "share-damping", "other-voltages-damping")
-"""Samples with the film that creeps, too: of claims that are judged with it."""
+"""Samples also computed with the creeping film, for claims judged with it."""
 
 STUDIES = (
     *(

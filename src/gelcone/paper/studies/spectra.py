@@ -21,8 +21,8 @@ SETS = ("base", "fast")
 def spectra(effort: Effort, progress: Progress) -> xr.Dataset:
     """Spectra at three voltages of two parameter sets, over ``set`` and ``voltage``: at first and in the long run.
 
-    The variables of `gelcone.spectrum` in the long run; the same with the prefix ``early_`` over the first 16 periods
-    of the drive; and those of `gelcone.regime`.
+    The variables of `gelcone.spectrum` in the long run, and with the prefix ``early_`` over the first 16 drive periods;
+    and those of `gelcone.regime`.
     """
     voltages = np.array(TRIPLES["voltage"][2])
     presets = [effort.preset(name) for name in SETS]

@@ -34,7 +34,7 @@ def static(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _slack(model: ConeModel, x: Array, voltage: Any) -> npt.NDArray[np.bool_]:
-    """Where a true stress of a single actuator is compressive at a constant voltage."""
+    """Mask of the displacements at which a stress of a single actuator is compressive at a constant voltage."""
     state = model.film_state(x, voltage)
     return np.asarray(np.minimum(state.meridional_stress, state.hoop_stress) < 0.0)
 
@@ -49,7 +49,7 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
     preset = effort.preset("fast")
     model = preset.model.replace(stretch_limit=np.array(LIMITS))
     reach = _reach(model)
-    # The energy grows like a logarithm towards the limit: only ever closer points follow it up.
+    # the energy grows logarithmically towards the limit: points must be ever closer to it
     near = (reach[:, None] * (1.0 - np.logspace(-3.0, -12.0, 10))).ravel()
     near = near[near < WIDEST]
     x = np.unique(np.concatenate([np.linspace(-WIDEST, WIDEST, 1601), near, -near]))
@@ -69,7 +69,7 @@ def energy(effort: Effort, progress: Progress) -> xr.Dataset:
 
 
 def _reach(model: ConeModel) -> Array:
-    """The displacement (members,) at which I1 - 3 = J, for a film that is not pre-stretched: q + 1/q - 2 = J."""
+    """The displacement (members,) at which I1 - 3 = J, without pre-stretch: q + 1/q - 2 = J."""
     limit = np.asarray(model.strain_limit())
     return np.sqrt(0.5 * (limit + np.sqrt(limit * (limit + 4.0))))
 

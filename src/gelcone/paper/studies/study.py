@@ -24,7 +24,7 @@ Progress = Callable[[float], None]
 
 DECAYS = 20.0
 OF_FORCE = (WRINKLING, MEMBRANE)
-"""Of studies of force and pull-in: the film that creeps has the settled states of the wrinkling one."""
+"""Films for studies of force and pull-in: the creeping film has the settled states of the wrinkling one."""
 OF_MOTION = (WRINKLING, CREEPING)
 
 
@@ -32,8 +32,8 @@ OF_MOTION = (WRINKLING, CREEPING)
 class Study:
     """A computation by name; ``compute`` takes the effort and a progress callback (shares that add up to 1).
 
-    ``work`` is about how many seconds of one core it takes in a quick run. ``films``: those of
-    `gelcone.paper.films.OTHER_FILMS` that it is computed with, too.
+    ``work`` is about its seconds of one core in a quick run. ``films`` are those of `gelcone.paper.films.OTHER_FILMS`
+    that it is also computed with.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Study:
 
 
 def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> xr.Dataset:
-    """`gelcone.regime` with the patience of this effort, and time for the least damped member to decay."""
+    """`gelcone.regime` with this effort's patience, and enough time for the least damped member to decay."""
     transient = max(float(default_transient(model.members()).max()), DECAYS / float(np.min(model.damping_ratio)))
     states = start_states(model, initial)
     evidence = classify(model.members(), states, transient=transient, patience=effort.patience)
@@ -51,7 +51,7 @@ def kinds_of(model: ConeModel, initial: tuple[float, float], effort: Effort) -> 
 
 
 def merged(*parts: xr.Dataset) -> xr.Dataset:
-    """Datasets of one ensemble as one, with the attributes of the first."""
+    """Datasets of one ensemble merged, with the attributes of the first."""
     import xarray as xr
 
     return xr.merge(parts, compat="no_conflicts", join="exact", combine_attrs="override")
@@ -66,6 +66,6 @@ def about(
     options: Mapping[str, Any],
     title: str,
 ) -> xr.Dataset:
-    """The result with the attributes of all studies, and those that ``model_from`` has of the model."""
+    """The result with the attributes of all studies, and the model attributes of ``model_from``."""
     result.attrs = dict(model_from.attrs) | {"title": title, "options": json.dumps(dict(options))}
     return result.assign_attrs(preset=preset, parameter=parameter, window=effort.window)

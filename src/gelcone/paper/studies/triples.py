@@ -1,6 +1,6 @@
-"""Studies behind figures 4, 5, 7, 10 and 11: motions at three values of a parameter side by side.
+"""Studies behind figures 4, 5, 7, 10 and 11: motions at three values of a parameter.
 
-Everything that the paper shows over a window from the start is also computed for the long run.
+Everything that the paper shows over a window from the start is also computed in the long run.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPACING = 0.05
-"""Between samples of a time response; the fastest motions shown take about 2 for a swing."""
+"""Sampling interval of a time response; the fastest swings shown take about 2."""
 LATE_REPEATS = 32
-"""Forcing periods of the long run that are stored densely."""
+"""Densely stored forcing periods of the long run."""
 
 TRIPLES: dict[str, tuple[str, str, tuple[float, float, float], dict[str, float]]] = {
     "damping": ("base", "damping_ratio", (0.001, 0.05, 0.5), {"voltage": 0.5}),
@@ -42,8 +42,8 @@ TRIPLES: dict[str, tuple[str, str, tuple[float, float, float], dict[str, float]]
     "prestretch": ("base", "prestretch", (0.8, 1.0, 1.5), {"voltage": 1.0}),
     "spring": ("spring", "spring_stiffness", (1.0, 5.0, 10.0), {}),
 }
-"""Study -> parameter set, the parameter and its three values, and what else differs from the set. Only the voltage 1.04
-is from the paper's text; the other values are reconstructed."""
+"""Study -> parameter set, the parameter with its three values, and other changes of the set. Only the voltage 1.04 is
+from the paper's text; the other values are reconstructed."""
 
 
 def triple(name: str, effort: Effort, progress: Progress) -> xr.Dataset:
@@ -62,7 +62,7 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
     * the window: ``displacement``, ``velocity`` and ``slack`` over ``time``; with the prefix ``window_`` the
       ``lowest`` and ``highest`` displacement and the shares ``validity_*`` of its time (``slack``: either stress);
       ``early_section_*`` over ``early_repeat``; ``finite`` exponents with their running estimate;
-    * the long run, after the transient that the regime took to settle: the same with the prefix ``late_``, over
+    * the long run, after the transient until the regime settled: the same with the prefix ``late_``, over
       ``late_time`` from a multiple of the forcing period on; the section ``section_*`` over ``repeat``;
     * the variables of `gelcone.regime` (its ``lowest`` and ``highest``, coarsely sampled, left out).
     """
@@ -90,13 +90,13 @@ def motions(preset: Preset, model: ConeModel, parameter: str, effort: Effort, pr
 
 
 def _points(points: xr.Dataset, prefix: str, dim: str) -> xr.Dataset:
-    """Section points under the names ``prefix_displacement`` and ``prefix_velocity`` over ``dim``."""
+    """Section points over ``dim``, as ``prefix_displacement`` and ``prefix_velocity``."""
     named = points[["displacement", "velocity"]].drop_vars("time").rename(repeat=dim)
     return named.rename(displacement=f"{prefix}_displacement", velocity=f"{prefix}_velocity")
 
 
 def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: MaybeProgress) -> xr.Dataset:
-    """The time response that follows the last point of a section; NaN for a member that has failed before."""
+    """The time response after the last point of a section; NaN for a member that has failed before."""
     names = [state.name for state in model.members().system.states]
     ends = np.stack([late[name].isel(repeat=-1).values for name in names], axis=-1)
     states = np.where(np.isfinite(ends), ends, start_states(model, preset.initial))
@@ -106,7 +106,7 @@ def _long_run(model: ConeModel, late: xr.Dataset, preset: Preset, progress: Mayb
 
 
 def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, progress: MaybeProgress) -> xr.Dataset:
-    """A time response from ``states`` with its extent and validity, named after the window that it covers."""
+    """A time response from ``states`` with its extent and validity, with the prefix of its window."""
     times = np.linspace(0.0, length, round(length / SPACING) + 1)
     run = simulate(model, states, times=times, progress=progress)
     slack = (run["hoop_stress"] < 0.0) | (run["meridional_stress"] < 0.0)
@@ -127,7 +127,7 @@ def _window(model: ConeModel, states: npt.ArrayLike, length: float, name: str, p
 
 
 def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
-    """The exponents over the window from the start as a Dataset."""
+    """The exponents over the window from the start."""
     values, running = finite
     variables = {
         "finite": (("exponent",), values, "Lyapunov exponents per unit time over the window", "rate"),
@@ -138,6 +138,6 @@ def _finite(model: ConeModel, finite: tuple[Array, Array]) -> xr.Dataset:
 
 
 FOLLOWED = {"voltage": OF_MOTION, "prestretch": OF_MOTION}
-"""Films other than the paper's, where these are more than the one that wrinkles."""
+"""Films other than the paper's, for studies with more than the wrinkling one."""
 
 STUDIES = tuple(Study(name, partial(triple, name), films=FOLLOWED.get(name, (WRINKLING,))) for name in TRIPLES)
