@@ -114,7 +114,7 @@ def elsewhere() -> str:
 
 
 def studio(device: Device | str | None = None, *, preset: str | None = None, height: int = HEIGHT) -> StudioFrame:
-    """Starts the studio and returns its frame, for the last line of a notebook cell.
+    """Start the studio and return its frame, for the last line of a notebook cell.
 
     Parameters
     ----------

@@ -466,7 +466,7 @@ test("names in an envelope stand apart and inside of it, with limits beyond its 
   own.grids.message({ kind: "done", id: own.id(), grid: "envelope" }, {});
   const names = p.context.calls.filter((c) => c.name === "fillText" && /pull-in|slack|onset|pitchfork/.test(c.args[0])).map((c) => c.args);
   assert.deepEqual(names.map(([text]) => text), ["pull-in of the cone", "hoop slack", "onset of rest", "static pull-in of the cone", "static hoop slack"]);
-  for (const [text, x, y] of names) assert.ok(x >= p.left && x <= p.right && y >= p.top - 10 && y <= p.bottom, text);
+  for (const [text, x, y] of names) assert.ok(x >= p.left && x <= p.right && y >= p.top + 6 && y <= p.bottom, text);
   names.forEach(([text, x, y], k) => { for (const [other, u, v] of names.slice(0, k)) assert.ok(Math.abs(y - v) > 10 || x !== u, `${text}, ${other}`); });
   assert.equal(p.context.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.edge && c.dash.length).length, 2);
 });

@@ -73,7 +73,7 @@ export class EnvelopePanel extends Panel {
     for (const [name, v] of Object.entries(found.static)) {
       if (!Number.isFinite(v) || v === null || v > found.highest) continue;
       p.inside((g) => { g.strokeStyle = c.edge; g.setLineDash([3, 4]); g.beginPath(); g.moveTo(p.left, p.Y(v)); g.lineTo(p.right, p.Y(v)); g.stroke(); });
-      p.label(`static ${named(name)}`, p.left + 6, p.Y(v) - 7);
+      p.label(`static ${named(name)}`, p.left + 6, p.Y(v) + (p.Y(v) - p.top < 14 ? 9 : -7)); // below a line at the top
     }
     p.label("recommended", p.left + 8, p.bottom - 10, { colour: c.taut, bold: true });
   }
