@@ -13,8 +13,8 @@ Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
     read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
-    compare_measured                        a measured device against what is predicted of it
-    read_wish, design, designed_devices     devices that do what is wished in spite of tolerances
+    compare_measured                        a measured device against its predictions
+    read_wish, design, designed_devices     devices that meet requirements in spite of tolerances
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     simulate, step, creep, transfer, section, extrema, spectrum   one run: how it moves
     regime, lyapunov, settled, triptych     the kind of motion, with the evidence
@@ -49,9 +49,9 @@ from typing import TYPE_CHECKING, Any
 
 from gelcone._version import __version__ as __version__
 
-# The public names, listed here alone: type checkers and editors follow these imports, and `__getattr__` makes them when
-# a name is first used, so that ``import gelcone`` stays light. A name with a line about it is an analysis; its command
-# has this place in the list of commands.
+# The only list of public names. Type checkers and editors follow these imports; at run time `__getattr__` makes them on
+# first use, so that ``import gelcone`` stays light. A name with a line about it is an analysis, and the order here is
+# that of the commands.
 if TYPE_CHECKING:
     from gelcone.motion.response import simulate as simulate
 
@@ -225,7 +225,7 @@ if TYPE_CHECKING:
 
 @cache
 def _listing() -> dict[str, tuple[str, str]]:
-    """Public name -> the module that it comes from and the line about it, read from the imports above."""
+    """Public name -> its module and the line about it, read from the imports above."""
     import ast
     from pathlib import Path
 
@@ -244,7 +244,7 @@ def _listing() -> dict[str, tuple[str, str]]:
 if not TYPE_CHECKING:  # else a type checker would take any name
 
     def __getattr__(name: str) -> Any:
-        """A public name, loaded when it is first used."""
+        """Loads a public name when it is first used."""
         if name == "__all__":
             return sorted(_listing())
         if name.startswith("_") or name not in _listing():

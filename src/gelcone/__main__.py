@@ -1,4 +1,4 @@
-"""`python -m gelcone` and the command `gelcone`: an interrupt is one line from the first import on."""
+"""`python -m gelcone` and the command `gelcone`; an interrupt prints one line, even during imports."""
 
 import os
 import sys
@@ -6,8 +6,7 @@ import sys
 
 def main() -> None:
     """Runs the command line."""
-    # read where NumPy is first imported: on busy cores its threads take a hundred times as long as one does for small
-    # matrices
+    # must be set before NumPy is imported: for small matrices on busy cores its threads take a hundred times as long
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from gelcone.cli import main as run

@@ -1,7 +1,7 @@
 """``result.gelcone``: the functions that take a result, as methods of the Dataset itself.
 
-Each method calls the public function of the same name and does nothing else. xarray learns of it when gelcone labels
-or loads its first result; ``import gelcone.accessor`` does it at any time, for Datasets that xarray itself opened.
+Each method only calls the public function of the same name. The accessor is registered when gelcone labels or loads its
+first result; ``import gelcone.accessor`` registers it for Datasets that xarray itself opened.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("gelcone")  # type: ignore[no-untyped-call]
 class Accessor:
-    """Methods of a result of gelcone: plot, save, export, print, tabulate, convert."""
+    """Methods of a result: plot, save, export, print, tabulate, convert."""
 
     def __init__(self, result: xr.Dataset) -> None:
         self._result = result
@@ -41,7 +41,7 @@ class Accessor:
         gelcone.save(self._result, path, force=force)
 
     def export(self, path: str | Path, *, force: bool = False) -> list[Path]:
-        """Write the result as CSV, Parquet or for MATLAB; see `gelcone.export`."""
+        """Writes the result as CSV, Parquet or for MATLAB; see `gelcone.export`."""
         return gelcone.export(self._result, path, force=force)
 
     def words(self) -> str:
@@ -49,7 +49,7 @@ class Accessor:
         return gelcone.in_words(self._result)
 
     def table(self, over: str | Sequence[str] | None = None) -> pd.DataFrame:
-        """The variables over the same dims as a table of pandas; see `gelcone.table`."""
+        """The variables over the same dims, as a table of pandas; see `gelcone.table`."""
         return gelcone.table(self._result, over)
 
     def to_si(self, device: gelcone.Device | None = None) -> xr.Dataset:

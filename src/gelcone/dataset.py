@@ -1,7 +1,7 @@
 """Labelled results: every analysis returns an `xarray.Dataset` that states its contents and how to run it again.
 
-Each variable carries ``long_name``, ``units`` (``1``: dimensionless) and ``quantity`` - which SI scale of a device
-turns it into millimetres, volts or newtons (see `gelcone.devices.si.to_si`). The attributes hold the model's scalar
+Each variable carries ``long_name``, ``units`` (``1``: dimensionless) and ``quantity``, the scale of a device that
+converts it to millimetres, volts or newtons (see `gelcone.devices.si.to_si`). The attributes hold the model's scalar
 parameters, the options and gelcone's version; parameters that are arrays are coordinates of the results.
 """
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Of = str | type[IntEnum] | Mapping[str, Any]
-"""What a variable holds: the quantity it is scaled with, codes, or values of the parameter with these attributes."""
+"""Content of a variable: its quantity, its codes, or a parameter with these attributes."""
 Table = Mapping[str, tuple[Any, str, Of]]
-"""Names of variables -> values, long name, and what they hold."""
+"""Variable -> values, long name, content."""
 Variable = tuple[tuple[str, ...], Any, str, Of]
-"""Dims behind the member dims, values, long name, and what it holds."""
+"""Dims after the member dims, values, long name, content."""
 
 
 UNITS = {"angle": "degree"}
-"""Units of the quantities that are not pure numbers without a device."""
+"""Units of quantities that have one without a device."""
 
 
 class Findings(NamedTuple):
@@ -63,7 +63,7 @@ def label(
     options: Mapping[str, Any],
     title: str,
 ) -> xr.Dataset:
-    """Label results of ``model`` as a Dataset.
+    """Labels results of ``model`` as a Dataset.
 
     A variable whose values have the dims (members, ...) is reshaped to the ensemble; one given with exactly its own
     dims (shared by all members) stays as it is.
@@ -108,7 +108,7 @@ def label(
 
 
 def attributes(long_name: str, of: Of) -> dict[str, Any]:
-    """The attributes of a variable; one that holds values of a parameter keeps its meaning unless it is given one."""
+    """The attributes of a variable; a parameter keeps its own meaning unless one is given."""
     if isinstance(of, str):
         return {"long_name": long_name, "units": UNITS.get(of, "1"), "quantity": of}
     if isinstance(of, Mapping):
@@ -117,20 +117,20 @@ def attributes(long_name: str, of: Of) -> dict[str, Any]:
 
 
 NAN, INFINITE = "nan_means", "infinite_means"
-"""Attributes of a variable: the words for its values that are not finite."""
+"""Attributes that explain a variable's values that are not finite."""
 
 
 def absent(quantity: str, nan: str = "not applicable", infinite: str = "not reached") -> dict[str, str]:
-    """Make the attributes of a variable whose values may be missing, with the words for NaN and infinity."""
+    """The attributes of a variable with missing values: the words for NaN and infinity."""
     return {"units": "1", "quantity": quantity, NAN: nan, INFINITE: infinite}
 
 
 STATES = "state_quantities"
-"""Attribute of a variable over states: the quantity of each of them."""
+"""Attribute of a variable over states: the quantity of each state."""
 
 
 def of_states(system: ConeSystem) -> dict[str, str]:
-    """Make the attributes of a variable whose last dim is ``state``: the states of a system, each in its quantity."""
+    """The attributes of a variable with last dim ``state``, each state in its own quantity."""
     return {"units": "1", "quantity": "state", STATES: ", ".join(state.quantity for state in system.states)}
 
 
@@ -142,7 +142,7 @@ NUMBERED = {
 
 
 def name_dims(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
-    """Add the coordinates of dims whose entries are the same in every result: states by name, numbered ones, bounds."""
+    """Adds the coordinates of dims with the same entries in every result: states by name, numbered ones, bounds."""
     known: dict[str, tuple[Sequence[Any], str, str]] = {
         "state": ([state.name for state in system.states], "state", "code"),
         "bound": (("lowest", "highest"), "end of the range that was searched", "code"),
@@ -161,8 +161,7 @@ def name_dims(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
 
 
 def columns(dims: str | tuple[str, ...], table: Table) -> dict[str, Any]:
-    """Variables with the same dims, as `Dataset.assign` takes them, from a table of values, long names and what they
-    hold."""
+    """Variables with the same dims, as `Dataset.assign` takes them, from a table of values, long names and contents."""
     return {name: (dims, np.asarray(values), attributes(meaning, of)) for name, (values, meaning, of) in table.items()}
 
 
@@ -190,7 +189,7 @@ OUTCOME_ATTRIBUTES = {"long_name": "how the run of the member ended", "units": "
 
 
 def model_of(dataset: xr.Dataset) -> ConeModel:
-    """The model that a Dataset was computed from; `InputError` when it does not say."""
+    """The model that a Dataset was computed from; `InputError` if the Dataset does not state it."""
     if "model" not in dataset.attrs:
         raise InputError("the Dataset does not say which model it was computed from; give a result of gelcone")
     parameters = {k: np.inf if v == "inf" else v for k, v in json.loads(dataset.attrs["model"]).items()}
@@ -234,14 +233,14 @@ def save(dataset: xr.Dataset | Savable, path: str | Path, *, force: bool = False
 
 @runtime_checkable
 class Savable(Protocol):
-    """A device, which writes itself as a device file."""
+    """An object that writes itself as a device file: a device."""
 
     def to_toml(self) -> str:
-        """Make the text of a device file."""
+        """The text of a device file."""
 
 
 def load(path: str | Path) -> xr.Dataset:
-    """Read a Dataset that `save` wrote, equal to what it was.
+    """Read a Dataset that `save` wrote, equal to the original.
 
     Parameters
     ----------
@@ -274,13 +273,13 @@ def load(path: str | Path) -> xr.Dataset:
         raise InputError(f"{path}: {error}; run it again, or open it with xarray.open_dataset") from None
     except (KeyboardInterrupt, MemoryError):
         raise
-    except Exception as error:  # the readers raise many kinds on damaged files
+    except Exception as error:  # damaged files raise many kinds of errors
         reason = " ".join(str(error).split())
         raise InputError(f"{path}: is not a readable netCDF-4 file ({reason}); give one that gelcone wrote") from None
 
 
 def with_initial(result: xr.Dataset, model: Ensemble, states0: Array) -> xr.Dataset:
-    """Add the initial states (members, N) to ``result``."""
+    """Adds the initial states (members, N) to ``result``."""
     result["initial"] = (
         (*member_dims(model), "state"),
         states0.reshape((*model.shape, states0.shape[-1])),

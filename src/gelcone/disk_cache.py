@@ -1,4 +1,4 @@
-"""The disk cache: compiled code and membranes, under keys that name all that they depend on."""
+"""The disk cache of compiled code and membranes, under keys that name all their inputs."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from functools import cache
 from pathlib import Path
 
 VARIABLE = "GELCONE_CACHE"
-"""Environment variable that names another cache folder; empty for none."""
+"""Environment variable with another cache folder; empty for no cache."""
 MEMBRANES = "membranes"
-"""The kind of the tables of membranes, which take seconds to make."""
+"""Kind of the tables of membranes, which take seconds to compute."""
 CHARGES = "membrane charges"
-"""The kind of their capacitances, made after them."""
+"""Kind of the membranes' capacitances, computed after them."""
 MOST_BYTES = 64 * 2**20
-"""Bound of each kind of entry; those used longest ago are removed first."""
+"""Size limit of each kind; the least recently used entries are removed first."""
 _MAGIC = b"gelcone cache 2\n"
 
 
 def folder(kind: str) -> Path | None:
-    """Folder of the entries of a kind; None where there is no home folder, or no cache is wanted."""
+    """Folder of the entries of a kind; None without a home folder, or if the cache is disabled."""
     chosen = os.environ.get(VARIABLE)
     if chosen is not None:
         return Path(chosen) / kind if chosen else None
@@ -42,11 +42,11 @@ def folder(kind: str) -> Path | None:
 
 
 Sources = tuple[Path | type, ...]
-"""Files, folders of Python files, and classes, which stand for the file that defines them."""
+"""Files, folders of Python files, and classes (for the files that define them)."""
 
 
 class Unmade(Exception):
-    """Content that is not in the cache, and takes a while to make."""
+    """Content that is missing in the cache and takes seconds to make."""
 
 
 _thread = threading.local()
@@ -54,7 +54,7 @@ _thread = threading.local()
 
 @contextmanager
 def unmade_refused() -> Iterator[None]:
-    """In this thread `made` raises `Unmade` in place of making content that the cache could hold and does not."""
+    """Makes `made` raise `Unmade`, in this thread, for content that the cache could hold but does not."""
     before, _thread.refuses = getattr(_thread, "refuses", False), True
     try:
         yield
@@ -68,13 +68,15 @@ def refuses() -> bool:
 
 
 Listener = Callable[[str], AbstractContextManager[object]]
-"""Takes the kind of content that the cache does not hold; the content is made within the context that it gives."""
+"""Called with the kind of content that is missing in the cache; the content is made within the context that it
+returns."""
 _listeners: list[Listener] = []
 
 
 @contextmanager
 def heard(listener: Listener) -> Iterator[None]:
-    """Within, also in other threads, ``listener`` hears of what is made; of several listeners the last one alone."""
+    """Calls ``listener``, within the block and in all threads, for content that is made; of nested listeners only the
+    innermost."""
     _listeners.append(listener)
     try:
         yield
@@ -83,16 +85,16 @@ def heard(listener: Listener) -> Iterator[None]:
 
 
 def making(kind: str) -> AbstractContextManager[object]:
-    """The context in which content of a kind is made, here or in a worker, or what else takes as long as compiling."""
+    """The context in which content of a kind is made, here or in a worker; also for other work that takes as long."""
     for listener in _listeners[-1:]:
         return listener(kind)
     return nullcontext()
 
 
 def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) -> bytes:
-    """The content that ``make`` gives, or gave for equal ``parts`` while all sources were as they are now.
+    """The content that ``make`` returns, or returned before for equal ``parts`` and unchanged sources.
 
-    ``parts`` are compared by their ``repr``. Raises `Unmade` within `unmade_refused`.
+    ``parts`` are compared by ``repr``. Raises `Unmade` within `unmade_refused`.
     """
     key = _key(parts, sources)
     content = read(kind, key)
@@ -106,19 +108,19 @@ def made(kind: str, parts: object, make: Callable[[], bytes], sources: Sources) 
 
 
 def holds(kind: str, parts: object, sources: Sources) -> bool:
-    """Whether `made` finds the content and makes nothing."""
+    """Whether `made` finds the content without making it."""
     return read(kind, _key(parts, sources)) is not None
 
 
 def _key(parts: object, sources: Sources) -> str:
-    """The key of an entry; empty for one that cannot be stored."""
+    """The key of an entry; empty if it cannot be stored."""
     digest = digest_of(sources)
     return hashlib.sha256(repr((parts, digest)).encode()).hexdigest() if digest else ""
 
 
 @cache
 def digest_of(sources: Sources) -> str:
-    """A digest of the sources; empty where a class has none, for one of a session may be another in the next."""
+    """A digest of the sources; empty if a class has no source file, as a class of a session may change."""
     paths: set[Path] = set()
     for source in sources:
         if isinstance(source, Path):
@@ -132,8 +134,7 @@ def digest_of(sources: Sources) -> str:
 
 
 def read(kind: str, key: str) -> bytes | None:
-    """The content under this key; None when there is none, or it is not the content that was written there, and for
-    an empty key."""
+    """The content under a key; None if it is missing or damaged, and for an empty key."""
     home = folder(kind)
     if home is None or not key:
         return None
@@ -142,7 +143,7 @@ def read(kind: str, key: str) -> bytes | None:
         with path.open("rb") as file:
             owner = os.fstat(file.fileno()).st_uid
             stored = file.read()
-        if hasattr(os, "getuid") and owner != os.getuid():  # another user's entry may be compiled code: it is not used
+        if hasattr(os, "getuid") and owner != os.getuid():  # may be compiled code: do not trust it
             return None
         content = stored[len(_MAGIC) + 32 :]
         if stored != _MAGIC + _digest(key, content) + content:
@@ -154,7 +155,7 @@ def read(kind: str, key: str) -> bytes | None:
 
 
 def write(kind: str, key: str, content: bytes) -> None:
-    """Stores content under a key, whole or not at all; without a folder that can be written to, it is not stored."""
+    """Stores content under a key, whole or not at all; does nothing if the folder cannot be written."""
     home = folder(kind)
     if home is None or not key:
         return
@@ -174,17 +175,17 @@ def write(kind: str, key: str, content: bytes) -> None:
 
 
 def _digest(key: str, content: bytes) -> bytes:
-    """The digest of content and key together: an entry that was copied to another key is not an entry."""
+    """A digest of content and key together, so that an entry copied to another key is invalid."""
     return hashlib.sha256(key.encode() + content).digest()
 
 
 def _trim(home: Path) -> None:
-    """Removes the entries used longest ago, down to nine tenths of `MOST_BYTES`."""
+    """Removes the least recently used entries, down to nine tenths of `MOST_BYTES`."""
     entries = []
     for path in home.iterdir():
         try:
             status = path.stat()
-        except OSError:  # another process removed it
+        except OSError:  # removed by another process
             continue
         entries.append((status.st_mtime, status.st_size, path))
     total = sum(size for _, size, _ in entries)

@@ -1,4 +1,4 @@
-"""Files that are read within bounds, and files that appear whole or not at all."""
+"""Files that are read within a size limit, and files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from typing import Any
 from gelcone.errors import InputError
 
 LARGEST_TEXT = 2**24
-"""Bytes of a text file, such as a device or a film, that are read at most."""
+"""Largest text file in bytes, such as a device or a film."""
 PROBE = 2**16
-"""Bytes that are written to learn why a file could not be."""
+"""Bytes written to find out why a file could not be."""
 
 
 def read_text(path: Path, remedy: str) -> str:
-    """Read the text of a file as `read_data` does, of UTF-8, with or without a byte-order mark.
+    """Reads a text file in UTF-8, with or without a byte-order mark, as `read_data` does.
 
     Raises `InputError` as there, and for a file that is not UTF-8.
     """
@@ -32,10 +32,10 @@ def read_text(path: Path, remedy: str) -> str:
 
 
 def read_data(path: Path, remedy: str) -> bytes:
-    """Read a regular file of at most `LARGEST_TEXT` bytes.
+    """Reads a regular file of at most `LARGEST_TEXT` bytes.
 
-    Raises `InputError`, which ends in ``remedy``, for what cannot be read, for a folder, a device or a pipe, which are
-    not opened, and for a file that is larger.
+    Raises `InputError`, which ends in ``remedy``, for a file that cannot be read or is larger, and for a folder, a
+    device or a pipe, which are not opened.
     """
     shown = _shown(path)
     try:
@@ -59,7 +59,7 @@ def read_data(path: Path, remedy: str) -> bytes:
 
 
 def read_toml(origin: str | Path, text: str) -> dict[str, Any]:
-    """Read the text of a TOML file; `InputError` names its ``origin``."""
+    """Reads the text of a TOML file; `InputError` names its ``origin``."""
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -71,7 +71,7 @@ def _shown(path: Path) -> str:
 
 
 def _open_regular(path: str, flags: int) -> int:
-    """Open a file without waiting: one that has become a pipe meanwhile would never answer."""
+    """Opens a file without blocking: it may have become a pipe, which would never answer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
@@ -83,7 +83,7 @@ def writer_of(content: str | bytes) -> Callable[[Path], object]:
 
 
 def write_whole(path: Path, write: Callable[[Path], object], *, force: bool = False) -> None:
-    """Write a file that appears whole or not at all; an existing one stays unless ``force``.
+    """Writes a file that appears whole or not at all; replaces an existing one only with ``force``.
 
     Raises `InputError` for an existing file or a folder that cannot be written.
     """
@@ -91,7 +91,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, force: bool = Fa
 
 
 def write_together(writers: Mapping[Path, Callable[[Path], object]], *, force: bool = False) -> None:
-    """Write several files that appear whole and only when all are written; see `write_whole`."""
+    """Writes several files that appear only once all of them are written; see `write_whole`."""
     check_writable(writers, force=force)
     temporaries: dict[Path, Path] = {}
     try:
@@ -111,7 +111,7 @@ def write_together(writers: Mapping[Path, Callable[[Path], object]], *, force: b
 
 
 def _reason(path: Path, error: OSError) -> str:
-    """Why a file could not be written; where a library does not say so, a write that fails again does."""
+    """The reason why a file could not be written; if a library hides it, a second attempt to write shows it."""
     if error.strerror is None:
         try:
             with path.open("ab") as file:
@@ -122,7 +122,8 @@ def _reason(path: Path, error: OSError) -> str:
 
 
 def check_writable(paths: Iterable[Path], *, force: bool = False) -> None:
-    """Refuse, without touching anything, files that exist (unless ``force``) or that could not be written."""
+    """Raises `InputError` for files that exist (unless ``force``) or could not be written, without touching
+    anything."""
     for path in paths:
         try:
             there = _is_there(path)

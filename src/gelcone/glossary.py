@@ -81,16 +81,16 @@ GLOSSARY: dict[str, str] = {
     "under the voltage; about half that of a cycle.",
     "window": "The drives recommended at a frequency: peak voltages below all limits by the margin.",
 }
-"""Term -> what it means."""
+"""Term -> meaning."""
 
 
 def explain(term: str) -> str:
-    """Explain a term, a block of lines."""
+    """The explanation of a term, as a block of lines."""
     return "\n".join([term, *textwrap.wrap(GLOSSARY[term], WIDTH, initial_indent="  ", subsequent_indent="  ")])
 
 
 def find_term(text: str) -> str | None:
-    """Find the term that a text names, whatever its case, hyphens and underscores; None where there is none."""
+    """The term that a text names, ignoring case, hyphens and underscores; None without one."""
     known = {_plain(term): term for term in GLOSSARY}
     return known.get(_plain(text))
 

@@ -55,12 +55,12 @@ def export(result: xr.Dataset, path: str | Path, *, force: bool = False) -> list
 
 
 def tables(result: xr.Dataset) -> dict[tuple[str, ...], pd.DataFrame]:
-    """Dims -> a table of the variables over these, one row for each entry, with columns ``name (unit)``."""
+    """Dims -> a table of the variables over them, one row per entry, with columns ``name (unit)``."""
     return {dims: _table(result, dims, names) for dims, names in _by_dims(result).items()}
 
 
 def _by_dims(result: xr.Dataset) -> dict[tuple[str, ...], list[str]]:
-    """Dims -> the names of the variables over these."""
+    """Dims -> the names of the variables over them."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, variable in result.data_vars.items():
         groups.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
@@ -125,7 +125,7 @@ def _heading(name: str, variable: xr.DataArray) -> str:
 
 
 def _in_words(values: Any, variable: xr.DataArray) -> Any:
-    """The values of a variable, words for its codes."""
+    """The values of a variable, with words for its codes."""
     if "flag_meanings" not in variable.attrs:
         return values
     words = str(variable.attrs["flag_meanings"]).split()
@@ -134,7 +134,7 @@ def _in_words(values: Any, variable: xr.DataArray) -> Any:
 
 
 def _named(path: Path, dims: tuple[str, ...]) -> Path:
-    """The file of a table; that of the single numbers has the name itself."""
+    """The path of a table's file; the table of single numbers keeps the name as given."""
     return path.with_suffix("".join(f".{part}" for part in ("-".join(dims), path.suffix[1:]) if part))
 
 

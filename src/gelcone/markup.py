@@ -1,4 +1,4 @@
-"""Devices and models as a notebook shows them: a drawing (SVG) and a table (HTML). All texts are escaped."""
+"""The representation of devices and models in notebooks: a drawing (SVG) and a table (HTML), all texts escaped."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from html import escape
 
 WIDTH, TALL = 300, 180
 RADIUS, FLAT = 105.0, 0.22
-"""Radius of the rim in the drawing, and how flat circles look from the side."""
+"""Radius of the rim in the drawing, and the aspect ratio of circles seen from the side."""
 MOST_HEIGHT = 70.0
 
 
 def shown(title: str, drawing: str, rows: Iterable[Sequence[str]]) -> str:
-    """A title, a drawing and a table whose rows are texts, the first of each a name."""
+    """A title, a drawing and a table; the first text of each row is a name."""
     cells = ("".join(f'<td style="text-align:left">{escape(text)}</td>' for text in row) for row in rows)
     table = "".join(f"<tr>{cell}</tr>" for cell in cells)
     return (
@@ -22,8 +22,8 @@ def shown(title: str, drawing: str, rows: Iterable[Sequence[str]]) -> str:
 
 
 def cone(inner: float, height: float, labels: Sequence[str], second: float | None = None) -> str:
-    """The drawing of a cone: its disc has the radius ``inner`` and hangs at ``height`` above the rim's plane, both over
-    the rim's radius; ``second`` is the height of the rim of a second film. ``labels``: of disc, rim and height."""
+    """The drawing of a cone: a disc of radius ``inner`` at ``height`` above the rim's plane, both over the rim's
+    radius; ``second`` is the height of the rim of a second film. ``labels`` are of disc, rim and height."""
     levels = [height, 0.0, *([] if second is None else [second])]
     scale = RADIUS
     if (reach := max(map(abs, levels))) * scale > MOST_HEIGHT:

@@ -1,4 +1,4 @@
-"""netCDF-4 files of results, which are read back only as they were written."""
+"""netCDF-4 files of results, with a checksum that is verified on reading."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CHECKSUM = "checksum"
-"""Attribute of a file that holds the digest of all its names, numbers and attributes."""
+"""Attribute with the digest of all names, numbers and attributes of a file."""
 
 
 def write_netcdf(dataset: xr.Dataset, path: Path) -> None:
-    """Write a Dataset with its checksum; `OSError` where that fails, such as on a full disk."""
+    """Writes a Dataset with its checksum; `OSError` if that fails, for example on a full disk."""
     checked = dataset.assign_attrs({CHECKSUM: _digest(dataset)})
     try:
         checked.to_netcdf(path, engine="netcdf4")
-    except RuntimeError as error:  # netCDF4 has no other for a write that fails
+    except RuntimeError as error:  # netCDF4 raises it for failed writes
         raise OSError(str(error)) from None
 
 
 def read_netcdf(path: Path) -> xr.Dataset:
-    """Read a Dataset.
+    """Reads a Dataset.
 
-    Raises `InputError` where the contents do not match the checksum; files of version 0.2 and earlier have none. Errors
-    of a damaged file are those of netCDF4 and xarray, of many kinds.
+    Raises `InputError` if the contents do not match the checksum; files of version 0.2 and earlier have none. Damaged
+    files raise the various errors of netCDF4 and xarray.
     """
     import xarray as xr
 
     dataset = xr.load_dataset(path, engine="netcdf4")
     for variable in dataset.variables.values():
-        variable.encoding.clear()  # how the file held it
+        variable.encoding.clear()  # encoding of the file
     expected = dataset.attrs.pop(CHECKSUM, None)
     if expected not in (None, _digest(dataset)):
         raise InputError("its contents do not match its checksum: the file was damaged, or another program changed it")
@@ -45,7 +45,7 @@ def read_netcdf(path: Path) -> xr.Dataset:
 
 
 def _digest(dataset: xr.Dataset) -> str:
-    """Digest of all that a file of the Dataset holds, in any order."""
+    """Digest of everything that a file of the Dataset holds, independent of order."""
     digest = blake2b(digest_size=16)
     digest.update(_text(dataset.attrs))
     for name in sorted(map(str, dataset.variables)):
@@ -58,6 +58,6 @@ def _digest(dataset: xr.Dataset) -> str:
 
 
 def _text(attributes: dict[Any, Any]) -> bytes:
-    """Attributes as text; netCDF does not distinguish an array of one element from a number."""
+    """Attributes as text; netCDF does not distinguish a number from an array of one."""
     plain = {str(key): np.ravel(np.asarray(value)).tolist() for key, value in attributes.items()}
     return json.dumps(plain, sort_keys=True).encode()

@@ -1,9 +1,8 @@
-"""Names in texts, such as the class of a component or the file of a device: all of them may be followed or, while
-`only` holds, those that ship and those of a list alone.
+"""Permission to follow names in texts, such as the class of a component or the file of a device.
 
-A file that a user names may say ``module:Class``, and reading it imports that module. Text from elsewhere, such as a
-page of the studio or a link that opens it, is read under `only`: there nothing is imported and no file is opened whose
-name was not given beforehand, and no class of one's own is handed other data than was given with it.
+A file that a user names may contain ``module:Class``, and reading it imports that module. Text from elsewhere, such as
+a page of the studio or a link that opens it, is read under `only`: then only shipped names and those of a list are
+followed, nothing else is imported or opened, and user-defined classes receive only the data that was given with them.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ LONGEST_SHOWN = 60
 
 @contextmanager
 def only(names: frozenset[str]) -> Iterator[None]:
-    """Follow, in this thread and until the end of the block, only names that ship and those among ``names``."""
+    """Restricts this thread, within the block, to names that ship and those among ``names``."""
     before = _allowed.set(names)
     try:
         yield
@@ -31,12 +30,12 @@ def only(names: frozenset[str]) -> Iterator[None]:
 
 
 def limit(names: frozenset[str]) -> None:
-    """Follow, for the rest of this thread, only names that ship and those among ``names``."""
+    """Restricts this thread, from now on, to names that ship and those among ``names``."""
     _allowed.set(names)
 
 
 def check(kind: str, name: str) -> None:
-    """`InputError` for a name of a ``kind`` of thing that must not be followed; nothing is imported."""
+    """Raises `InputError` for a name of this ``kind`` that must not be followed; nothing is imported."""
     allowed = _allowed.get()
     if allowed is not None and name not in allowed:
         shown = name if len(name) <= LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..."
@@ -44,9 +43,10 @@ def check(kind: str, name: str) -> None:
 
 
 def check_data(kind: str, name: str, data: Mapping[str, Any]) -> None:
-    """`InputError` for data that must not be handed to the class ``name``, which might do anything with a text.
+    """Raises `InputError` for data that must not be passed to the class ``name``, which might do anything with it.
 
-    Allowed are fields of a record among the names, see `record`."""
+    The fields of a record among the names are allowed, see `record`.
+    """
     allowed = _allowed.get()
     if allowed is None or not data:
         return
@@ -58,5 +58,5 @@ def check_data(kind: str, name: str, data: Mapping[str, Any]) -> None:
 
 
 def record(name: str, data: Mapping[str, Any]) -> str:
-    """A class and the data that it may be handed, as one of the names of `only`."""
+    """A class and the data that it may receive, as one of the names of `only`."""
     return json.dumps({"component": name, **data}, default=repr)

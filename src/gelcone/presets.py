@@ -14,9 +14,9 @@ from gelcone.physics.model import ConeModel
 
 @dataclass(frozen=True)
 class Preset:
-    """One parameter set: dimensionless numbers from the paper's text, and those that were reconstructed.
+    """A parameter set: dimensionless numbers from the paper's text, and reconstructed ones.
 
-    ``changes`` of its parameters, to another film than the paper's taut one, are for asking what becomes of a claim.
+    ``changes`` replace parameters, to judge a claim with another film than the paper's taut one.
     """
 
     name: str
@@ -43,7 +43,7 @@ def load_presets() -> dict[str, Preset]:
 
 
 def find_preset(name: str) -> Preset:
-    """The parameter set of that name; `InputError` with the nearest name when there is none."""
+    """The parameter set of that name; `InputError` with the nearest name if there is none."""
     presets = load_presets()
     check_name("preset of the paper", name, presets)
     return presets[name]

@@ -15,12 +15,12 @@ Progress = Callable[[float], None] | None
 
 
 class Stopped(Exception):
-    """The `Watch` over an integration stopped it."""
+    """Raised once the `Watch` over an integration has stopped it."""
 
 
 @dataclass
 class Watch:
-    """A watch over all integrations of one thread: ``steps`` counts their steps, ``stop`` ends them soon when set."""
+    """A watch over all integrations of a thread: ``steps`` counts their steps, and setting ``stop`` ends them soon."""
 
     stop: threading.Event = field(default_factory=threading.Event)
     steps: int = 0
@@ -31,7 +31,7 @@ _watched = threading.local()
 
 @contextmanager
 def watching(watch: Watch) -> Iterator[None]:
-    """Put ``watch`` over all integrations of this thread; once its ``stop`` is set, `integrate` raises `Stopped`."""
+    """Puts ``watch`` over all integrations of this thread; once its ``stop`` is set, `integrate` raises `Stopped`."""
     before = getattr(_watched, "watch", None)
     _watched.watch = watch
     try:
@@ -41,18 +41,18 @@ def watching(watch: Watch) -> Iterator[None]:
 
 
 def current_watch() -> Watch | None:
-    """The watch over what this thread integrates, if any."""
+    """The watch over this thread's integrations, if any."""
     return getattr(_watched, "watch", None)
 
 
 def advance(progress: Progress, share: float) -> None:
-    """Report a share of the work to a progress, if there is one."""
+    """Reports a share of the work to a progress, if there is one."""
     if progress is not None:
         progress(share)
 
 
 def weighted(progress: Progress, weight: float) -> Progress:
-    """A progress whose whole is the share ``weight`` of the given one's."""
+    """A progress that stands for the share ``weight`` of the given one."""
     if progress is None:
         return None
     report = progress
@@ -60,13 +60,13 @@ def weighted(progress: Progress, weight: float) -> Progress:
 
 
 def split_progress(progress: Progress, first: float, second: float, share: float = 1.0) -> tuple[Progress, Progress]:
-    """Two progresses that add up to ``share`` of the given one, in the ratio of two amounts of work."""
+    """Two progresses that make up ``share`` of the given one, in the ratio of two amounts of work."""
     whole = first + second
     return weighted(progress, share * first / whole), weighted(progress, share * second / whole)
 
 
 class Counted:
-    """A progress that keeps count, so that `finish` can report what is left: for work that may end early."""
+    """A progress that counts, so that `finish` can report the rest: for work that may end early."""
 
     def __init__(self, progress: Progress):
         self._report, self._done = progress, 0.0
@@ -83,9 +83,9 @@ class Counted:
 
 @contextmanager
 def bar(label: str) -> Iterator[Callable[[Any], None]]:
-    """A bar of tqdm, in a notebook with widgets one of these: takes shares of the work, or counts of cells."""
+    """A tqdm bar (widgets in a notebook) that takes shares of the work, or counts of cells."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that a notebook has no widgets, where a line of text will do
+        warnings.simplefilter("ignore")  # a notebook without widgets gets a line of text
         from tqdm.auto import tqdm
 
         shown = tqdm(total=1.0, desc=label, leave=False, bar_format="{l_bar}{bar}| {elapsed}<{remaining}")

@@ -1,7 +1,7 @@
 """Intervals of shares, and of numbers over draws.
 
-Of shares there are two: `wilson` takes any share and any number of standard errors, and holds the truth as often as it
-says in the mean; `share_interval` takes counts, and holds every truth at least as often as it says.
+There are two intervals of shares: `wilson` takes any share and number of standard errors, and covers the truth at its
+nominal rate on average; `share_interval` takes counts, and covers every truth at least at its nominal rate.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy.typing as npt
 from gelcone.quantity import Array
 
 CONFIDENCE = 0.95
-"""Probability with which an interval that an analysis states holds the truth."""
+"""Probability with which a stated interval contains the truth."""
 Z = 1.959963984540054
-"""Standard errors on either side that hold 95 % of a normal distribution."""
+"""Standard errors on either side that contain 95 % of a normal distribution."""
 
 QUANTILES = (0.5 - 0.5 * CONFIDENCE, 0.5, 0.5 + 0.5 * CONFIDENCE)
 """The ends of a 95 % interval and the median."""
@@ -25,15 +25,15 @@ QUANTILES = (0.5 - 0.5 * CONFIDENCE, 0.5, 0.5 + 0.5 * CONFIDENCE)
 def spread(values: npt.ArrayLike) -> Array:
     """The `QUANTILES` over the first axis, (3, ...), of the draws that have a value.
 
-    Infinite values count, as the largest. NaN where fewer than half of the draws have a value: those that have one say
-    little of the others.
+    Infinite values count as the largest. NaN if fewer than half of the draws have a value, as these do not represent
+    the others.
     """
     known = np.asarray(values, dtype=float)
     found = np.full((len(QUANTILES), *known.shape[1:]), np.nan)
     enough = (~np.isnan(known)).mean(axis=0) >= 0.5
     if np.any(enough):
         own = known[:, enough]
-        with np.errstate(invalid="ignore"):  # between two infinite ones
+        with np.errstate(invalid="ignore"):  # interpolates between infinite values
             between = np.nanquantile(own, QUANTILES, axis=0)
         found[:, enough] = np.where(
             np.isnan(between), np.nanquantile(own, QUANTILES, axis=0, method="nearest"), between
@@ -42,7 +42,7 @@ def spread(values: npt.ArrayLike) -> Array:
 
 
 def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Array, Array]:
-    """Compute the interval of a share observed in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
+    """The interval of a share observed in ``count`` trials (Wilson, J. Am. Stat. Assoc. 22 (1927) 209).
 
     ``z`` standard errors on either side, by default those of 95 %. 0 and 1 for no trials at all.
     """
@@ -56,7 +56,7 @@ def wilson(share: npt.ArrayLike, count: npt.ArrayLike, z: float = Z) -> tuple[Ar
 
 
 def share_interval(hits: npt.ArrayLike, count: npt.ArrayLike, confidence: float = CONFIDENCE) -> tuple[Array, Array]:
-    """Compute the interval of a share of which ``hits`` of ``count`` independent draws are seen; 0 and 1 for no draws.
+    """The interval of a share, from ``hits`` of ``count`` independent draws; 0 and 1 without draws.
 
     Clopper and Pearson, Biometrika 26 (1934) 404.
     """

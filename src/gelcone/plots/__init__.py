@@ -60,7 +60,7 @@ __all__ = ["FIGURES", "figure_of", "plot", *(path.split(".")[1] for path in sort
 
 
 def plot(result: xr.Dataset, **options: Any) -> Figure:
-    """Draws any result of gelcone.
+    """Draw any result of gelcone.
 
     Parameters
     ----------
