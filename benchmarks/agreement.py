@@ -27,11 +27,11 @@ from gelcone.codes import Outcome, Regime
 
 DEVICES = ("biased-pump", "soft-film", "beam-cone", "double-cone", "snap-cone", "weight-cone")
 PERIODS, PER_PERIOD = 600, 400
-"""Of a long run, whose last periods are those of the settled motion."""
+"""Periods of a long run, and samples per period; the last periods show the settled motion."""
 AT_REST = 1e-12
-"""A stroke, in mm, that is what rounding leaves of a disc at rest; as small are no other answers."""
+"""Stroke in mm that is rounding of a disc at rest; other answers are never as small."""
 HIGHEST = 3000.0
-"""Of devices that never pull in: the voltage, in volts, in place of that of the pull-in."""
+"""Voltage used in place of pull-in for devices that never pull in, in volts."""
 QUESTIONS = {
     "stroke: settled, data sheet": 1e-9,
     "stroke: settled, regime": 1e-6,
@@ -59,7 +59,7 @@ QUESTIONS = {
     "gain: transfer, settled": 2e-3,
     "natural frequency: transfer, data sheet": 1e-6,
 }
-"""How far two answers may be apart, relative to the larger."""
+"""Largest allowed difference of two answers, relative to the larger."""
 
 Pair = tuple[str, float, float]
 
@@ -135,7 +135,7 @@ def settled_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pai
 
 
 def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
-    """Of the point of an envelope at the device's own drive, where it is periodic."""
+    """Answers at the point of an envelope at the device's own drive, if the motion is periodic."""
     peak = (own.voltage_offset or 0.0) + own.voltage_amplitude
     plane = ask(gelcone.envelope, own, peaks=[0.999 * peak, peak], frequencies=[own.frequency, 1.01 * own.frequency])
     if plane is None:
@@ -155,7 +155,7 @@ def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pa
 
 
 def run_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
-    """Of the last periods of a long run."""
+    """Answers from the last periods of a long run."""
     period = max(int(settled["period"]), 1)  # 0 of a disc at rest
     turn = period * (1 + period % 2)
     times = np.arange((PERIODS + turn) * PER_PERIOD + 1) / (PER_PERIOD * own.frequency)
@@ -211,7 +211,7 @@ def pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
 
 
 def main(count: int, seed: int) -> int:
-    """Compare answers about ``count`` devices; print what differs. Returns the number of differences."""
+    """Compares answers about ``count`` devices, prints differences and returns their number."""
     apart: dict[str, list[float]] = defaultdict(list)
     refused: dict[str, int] = defaultdict(int)
     begun, differences = time.monotonic(), 0

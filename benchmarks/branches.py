@@ -48,7 +48,7 @@ print(time.perf_counter() - begin)
 
 
 def main() -> None:
-    """Runs what was asked for."""
+    """Runs the requested parts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=976, help="settled motions to look for, at least 8, or 0 for none")
     runs = parser.parse_args().runs
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def errors() -> None:
-    """The largest differences to what is certified on the period-1 branch and the cascade of the base set."""
+    """The largest differences from certified values on the period-1 branch and the cascade of the base set."""
     base = find_preset("base").model
     found = [
         gelcone.continue_branch(base, "voltage", 0.935, 1.38, switch=1, checks=2),
@@ -102,7 +102,7 @@ def shortest(work: Callable[[], Any]) -> tuple[float, Any]:
 
 
 def times() -> None:
-    """Processor time a point."""
+    """Processor time per point."""
     base = find_preset("base").model
     walk = Walk(0.9, 2.0)
     shooting = vary(base, {"voltage": (walk.low, walk.high)}).shooting()
@@ -132,7 +132,7 @@ def times() -> None:
 
 
 def agreement(preset: str, low: float, high: float, runs: int) -> None:
-    """Settled motions of one set over voltage, looked for on its branches."""
+    """Settled motions of one set over voltage, searched on its branches."""
     begin = time.process_time()
     model = find_preset(preset).model
     result = gelcone.continue_branch(model, "voltage", low, high, checks=-(-runs // 2))

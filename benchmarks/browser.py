@@ -1,4 +1,4 @@
-"""A headless Chromium driven through its DevTools: as much as tests, pictures and measurements of the studio need."""
+"""A headless Chromium driven through its DevTools, as far as tests, pictures and measurements of the studio need it."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ SECONDS = 30.0
 
 
 def find_browser() -> str | None:
-    """The browser's program; None where there is none."""
+    """The path of the browser; None without one."""
     return next((found for name in NAMES if (found := shutil.which(name))), None)
 
 
 class Browser:
-    """One browser with one page; a context manager."""
+    """One browser with one page, as a context manager."""
 
     def __init__(self, width: int = 1280, height: int = 800) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="browser-"))
@@ -78,7 +78,7 @@ class Browser:
         return found
 
     def tab(self, address: str = "about:blank", width: int = 1280, height: int = 800) -> Tab:
-        """A further page."""
+        """Opens a further page."""
         made = self.page.send("Target.createTarget", url="about:blank")["targetId"]
         tab = Tab(self, f"ws://127.0.0.1:{self.port}/devtools/page/{made}")
         tab.size(width, height)
@@ -206,7 +206,7 @@ class Tab:
 
 
 def wait_for(found: Callable[[], Any], seconds: float = SECONDS, what: str = "") -> Any:
-    """What ``found`` gives once it is true."""
+    """The result of ``found`` once it is true."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         value = found()

@@ -1,11 +1,11 @@
-"""What a cell of a map costs: the share of Python, what threads and processes gain, and what another version takes.
+"""Cost of a map's cell: the share of Python, the gain from threads and processes, and the time of another version.
 
-    python benchmarks/cells.py [VOLTAGES] [PRESTRETCHES] [--turns N] [--against SOURCE]
+python benchmarks/cells.py [VOLTAGES] [PRESTRETCHES] [--turns N] [--against SOURCE]
 
 The uniform map of the base set over voltage (0 to 2) and pre-stretch (0.4 to 2); default 101 by 81 cells. Times of one
 thread are processor time, so that a busy machine tells the same; those of several are wall time and need free cores.
-Works that are compared run in turn, and the shortest of each counts. ``--against`` takes another version's sources,
-0.1 included, for the same map on one thread.
+Works that are compared run in turn, and the shortest of each counts. ``--against`` takes another version's sources, 0.1
+included, for the same map on one thread.
 
 Last, `gelcone simulate` from the shell, its modules compiled before as after an installation: without and with compiled
 programs in the cache. Targets: Python at most 20 %; three times 0.1; two threads 1.85 times one, two processes 1.9;
@@ -123,7 +123,7 @@ def two_over_one(plan: Plan, turns: int) -> None:
 
 
 def against(source: Path, plan: Plan, turns: int) -> None:
-    """The same map here and with another version."""
+    """The same map with this version and another one."""
 
     def start(path: Path) -> subprocess.Popen[str]:
         pipe, found = subprocess.PIPE, os.environ | {"PYTHONPATH": str(path.resolve(strict=True))}

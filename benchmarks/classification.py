@@ -188,7 +188,7 @@ def run(model: ConeModel, states: np.ndarray, repeats: int, tolerance: float) ->
 
 
 def let_pass(model: ConeModel, states: np.ndarray, transients: float, tolerance: float) -> np.ndarray:
-    """States after so many times the transient of the classification (20 decay times or 30 forcing periods)."""
+    """States after a number of transients of the classification (20 decay times or 30 forcing periods)."""
     states = states.copy()
     repeat = np.broadcast_to(model.forcing_period, model.shape)
     transient = np.maximum(np.clip(20.0 / np.maximum(model.damping_ratio, 1e-9), 200.0, 5000.0), 30.0 * repeat)
@@ -372,11 +372,11 @@ def label_undamped(cases: Cases) -> Cases:
 
 
 def judge(cases: Cases) -> tuple[Any, np.ndarray, int]:
-    """What the classification says, which of it is right, the period included, and how many took another cycle.
+    """The answers of the classification: how many are right, including the period, and how many found another cycle.
 
-    Where several cycles attract, rounding can decide which one chaos ends on. Such an answer is right when SciPy
-    confirms the cycle that it claims, at the point where the classified motion is, in the same way as for the labels.
-    Chaos that ends is judged by what it ends in, or, where it outlived the labels, is chaos that may live that long.
+    Where several cycles attract, rounding can decide on which one chaos ends. Such an answer is right if SciPy confirms
+    the claimed cycle at the classified motion, by the criteria of the labels. Chaos that ends is judged by its end, or,
+    if it outlived the labels, counts as chaos that may live that long.
     """
     evidence = classify(cases.model.members(), cases.initial)
     ends = evidence.regime == Regime.TRANSIENT_CHAOS

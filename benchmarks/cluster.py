@@ -50,13 +50,13 @@ class Workers:
         return took, sum(after.values()) - sum(before.values())
 
     def close(self) -> None:
-        """End them."""
+        """Ends them."""
         self.client.close()
         self.cluster.close()
 
 
 def main() -> None:
-    """Print what came out."""
+    """Prints the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("size", nargs="*", type=int, default=[41, 33])
     parser.add_argument("--turns", type=int, default=3)

@@ -129,7 +129,7 @@ def waveform(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def numbers(rng: np.random.Generator, structure: dict[str, Any], count: int) -> dict[str, np.ndarray]:
-    """Parameters of all devices of a block, arrays, for those components that have them."""
+    """Parameters of all devices of a block, for the components that have them."""
 
     def powers(low: float, high: float) -> np.ndarray:
         return np.asarray(10.0 ** rng.uniform(low, high, count))
@@ -205,7 +205,7 @@ def block(number: int, count: int) -> tuple[dict[str, Any], ConeModel, list[dict
 
 
 def observed(model: ConeModel, run: Trajectories) -> np.ndarray:
-    """All that is compared, (devices, samples, values): states, charge, voltage, works; NaN for unknown works."""
+    """All compared values, (devices, samples, values): states, charge, voltage, works; NaN for unknown works."""
     members = model.members()
     n, z = members.numbers(trailing=1), list(np.moveaxis(run.states, -1, 0))
     with np.errstate(all="ignore"):
@@ -231,13 +231,13 @@ def judge(
     structure: dict[str, Any], device: dict[str, float], start: np.ndarray, times: np.ndarray, own: np.ndarray,
     outcome: Outcome, ended: float,
 ) -> tuple[str, float, Motion]:  # fmt: skip
-    """What a device is counted as, how far off it is over what is allowed, and the reference's motion."""
+    """The class of a device, its error over the allowed one, and the reference's motion."""
 
     def follow(shift: float = 0.0, **options: float) -> Motion:
         return Run(Device(structure, device), [start[0] + shift, start[1]], **options).follow(times.tolist())
 
     def far(other: Motion) -> float:
-        """The error over what is allowed."""
+        """The error over the allowed one."""
         reached = int(np.isfinite(own[:, 0]).sum())
         error = difference(own[:reached], other.rows[:reached]) / ALLOWED
         if (outcome == Outcome.PULLED_IN) != (other.end == PULLED_IN) and other.end != FAILED:
@@ -339,7 +339,7 @@ _LONG_RUNS = {
 
 
 def main(devices: int, file: Path | None) -> int:
-    """Run the blocks that are not done, and print all."""
+    """Runs the unfinished blocks, and prints all results."""
     done = [json.loads(line) for line in file.read_text().splitlines()] if file is not None and file.exists() else []
     known = {record["block"] for record in done}
     for number in range(devices // BLOCK):

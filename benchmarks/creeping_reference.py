@@ -580,8 +580,8 @@ class Device:
 
 @dataclass
 class Motion:
-    """How a motion ends and when; at the sample times its states, the film's charge and voltage, and the works, rows of
-    `Device.observed`; the number of evaluations."""
+    """The end of a motion and its time; at the sample times states, the film's charge and voltage, and the works, rows
+    of `Device.observed`; the number of evaluations."""
 
     end: str
     time: float
@@ -682,7 +682,7 @@ class Run:
         return ARRIVED, stop
 
     def _ended(self, solver: Any, margin: Callable[[float, np.ndarray], float]) -> float | None:
-        """When in the last step the margin fell through zero; None if it did not."""
+        """The time in the last step at which the margin fell through zero; None if it did not."""
         dense, low = solver.dense_output(), float(solver.t_old)
         levels = [low + share * (float(solver.t) - low) for share in (0.25, 0.5, 0.75, 1.0)]
         high = next((at for at in levels if margin(at, dense(at)) < 0.0), None)
@@ -700,8 +700,8 @@ class Run:
         lengths: tuple[float, float],
         end: tuple[float, float],
     ) -> float | None:
-        """When in the last step the film's length jumped from its minimum to another one that is not far; None if it
-        moved on smoothly. ``lengths`` and ``end`` are those at the step's beginning and end."""
+        """The time in the last step at which the film's length jumped to another minimum that is not far; None if it
+        moved continuously. ``lengths`` and ``end`` are those at the step's beginning and end."""
         if abs(math.log(end[0] / lengths[0])) < JUMP:
             return None
         film, dense, low, high, last = self.device.film, solver.dense_output(), float(solver.t_old), solver.t, end

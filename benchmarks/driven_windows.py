@@ -89,7 +89,7 @@ def random_model(rng: np.random.Generator) -> gelcone.ConeModel:
 
 
 def table_of(model: gelcone.ConeModel) -> Table:
-    """Of the elements of a model's film."""
+    """The table of a model's film."""
     law = LAWS["gent"]
     gel = Gel(
         law,

@@ -108,7 +108,7 @@ def timed(call: Any, *arguments: Any) -> float:
 
 
 def main(turns: int) -> None:
-    """Prints a line for each thing kept and tolerance."""
+    """Prints a line for each stored quantity and tolerance."""
     period = np.pi / 0.1
     for keep, step in (("states", 1.0), ("tangents", 0.125)):
         few = {"voltage": np.linspace(1.1, 2.0, FEW)}

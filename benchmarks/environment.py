@@ -1,4 +1,4 @@
-"""How many steps of a millisecond a learning environment makes in a second of one core, 1,024 devices at once."""
+"""Steps of a millisecond that a learning environment makes per second on one core, with 1,024 devices at once."""
 
 from __future__ import annotations
 

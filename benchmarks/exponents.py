@@ -1,14 +1,14 @@
-"""Cost of Lyapunov exponents beside other tools, at equal error, in one run.
+"""Cost of Lyapunov exponents compared with other tools, at equal error, in one run.
 
-    python benchmarks/exponents.py [MEMBERS [PERIODS]]      (default 1,024 and 300)
+python benchmarks/exponents.py [MEMBERS [PERIODS]] (default 1,024 and 300)
 
-All follow the same ensemble from (1, 0) and measure by how much a deviation grows. The peers (the extra ``bench``;
-one that is absent is left out) follow a single deviation, which is cheaper; gelcone and the hand-written loop over
-heyoka's general variational system give both exponents. There are two rounds: with gelcone's default tolerance, where
-the peers run as close to its error as they can get, and with all errors near 1e-9. The error is that of the logarithm
-of the growth over the first `SPAN` periods, over members that are not chaotic, against extended precision. Peers that
-are slow run fewer members and periods. What is compiled is compiled before; all run on one thread, and the time is that
-of the processor, the shorter of two turns.
+All follow the same ensemble from (1, 0) and measure by how much a deviation grows. The peers (the extra ``bench``; one
+that is absent is left out) follow a single deviation, which is cheaper; gelcone and the hand-written loop over heyoka's
+general variational system give both exponents. There are two rounds: with gelcone's default tolerance, where the peers
+run as close to its error as they can get, and with all errors near 1e-9. The error is that of the logarithm of the
+growth over the first `SPAN` periods, over members that are not chaotic, against extended precision. Peers that are slow
+run fewer members and periods. What is compiled is compiled before; all run on one thread, and the time is that of the
+processor, the shorter of two turns.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from gelcone.physics.model import ConeModel
 
 PERIOD = 2.0 * pi
 SPAN = 10
-"""Periods over which the peers carry their deviation before they start it anew, and the error is measured."""
+"""Periods after which the peers renew their deviation, and over which the error is measured."""
 HIGHEST = 1.5
 JUDGED = np.linspace(0.0, 0.7, 8)
 """Voltages of the members whose error is measured."""
@@ -232,8 +232,8 @@ def diffrax_program(tolerance: float) -> Any:
 
 @dataclass(frozen=True)
 class Contestant:
-    """Who it is, its tolerances in both rounds, how many members and periods (0: all) it is timed over, and the least
-    that its time over gelcone's should be."""
+    """Name, tolerances in both rounds, members and periods that it is timed over (0: all), and the least allowed ratio
+    of its time to gelcone's."""
 
     name: str
     module: str
@@ -250,7 +250,7 @@ class Contestant:
         return float(np.abs(self.grow(JUDGED, SPAN, tolerance) - reference()).max())
 
     def cost(self, tolerance: float, members: int, periods: int) -> float:
-        """Processor time for one member and period."""
+        """Processor time per member and period."""
         members, periods = self.members or members, self.periods or periods
         voltages = np.linspace(0.0, HIGHEST, members)
         self.grow(voltages, SPAN, tolerance)

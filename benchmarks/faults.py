@@ -1,11 +1,12 @@
-"""Nothing is lost: a map that is killed again and again ends up with the same bytes as one that was left alone.
+"""Robustness of stores: a map that is killed and resumed again and again ends with the same bytes as an undisturbed
+one.
 
-    python benchmarks/faults.py [KILLS]      (default 20)
+python benchmarks/faults.py [KILLS] (default 20)
 
-A map runs in a process of its own, once undisturbed, and then with KILLS times SIGKILL, after each of
-which it is resumed. The moments are random shares of the time that the undisturbed run computed; the first kill falls
-into the making of the store, and every second one waits for the next write and falls into that. All files of both
-stores are compared byte by byte.
+A map runs in a process of its own, once undisturbed, and then with KILLS times SIGKILL, after each of which it is
+resumed. The moments are random shares of the time that the undisturbed run computed; the first kill falls into the
+making of the store, and every second one waits for the next write and falls into that. All files of both stores are
+compared byte by byte.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ def start(*arguments: str) -> subprocess.Popen[bytes]:
 
 
 def written(store: Path) -> list[int]:
-    """When the first and the last of a tile's fields were written last, 0 where they are not there.
+    """Times of the last writes of the first and the last of a tile's fields, 0 if they do not exist.
 
     Not what is only half written: that gets its name, and so loses its own, at any moment.
     """

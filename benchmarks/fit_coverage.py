@@ -1,10 +1,10 @@
-"""How often the intervals of device fits hold the truth: made-up devices, instruments and noise, each its own.
+"""Coverage of the intervals of device fits, with simulated devices, instruments and noise.
 
-    python benchmarks/fit_coverage.py [taut|wrinkling|wrong] [REPEATS] [SEED]      (default taut 200 0)
+python benchmarks/fit_coverage.py [taut|wrinkling|wrong] [REPEATS] [SEED] (default taut 200 0)
 
 taut: film taut in all tests. wrinkling: its hoops turn slack within the tests. wrong: a taut film fitted to data of one
-that wrinkles. Printed are the shares of fields and gains, and of predictions, within their 95 % intervals, the share
-of fits that chi2 refuses, and the time of a fit.
+that wrinkles. Printed are the shares of fields and gains, and of predictions, within their 95 % intervals, the share of
+fits that chi2 refuses, and the time of a fit.
 """
 
 from __future__ import annotations

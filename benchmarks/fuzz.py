@@ -155,18 +155,18 @@ class Failure:
 
 
 class TooLong(BaseException):
-    """An input has taken its time; no error of gelcone's own, which would be told in a line."""
+    """An input exceeded its time; not an error of gelcone's own, which would be reported in a line."""
 
 
 class Begun(Exception):
-    """The work that a command line asks for would begin."""
+    """The work of a command line would begin."""
 
 
 # --- command lines ----------------------------------------------------------------------------------------------------
 
 
 def value(rng: random.Random) -> str:
-    """A value of an option."""
+    """A value for an option."""
     kind = rng.random()
     if kind < 0.45:
         return rng.choice(NUMBERS[:6]) + rng.choice(UNITS)
@@ -217,7 +217,7 @@ def command_line(rng: random.Random) -> list[str]:
 
 
 def small_grid(arguments: list[str]) -> list[str]:
-    """Few points for a command that takes a grid and was given none, and a short average."""
+    """Adds few points for a command that takes a grid, and a short average."""
     without_device = len(arguments) < 2 or arguments[1].startswith("-")
     names, values = SHORT.get(arguments[0], ((), ("", "")))
     short = [word for name in names if name not in arguments for word in (name, values[without_device])]
@@ -256,7 +256,7 @@ def _begin(_: Any) -> Any:
 
 
 def in_a_process(arguments: list[str]) -> tuple[int, str, str]:
-    """The same in a process of its own."""
+    """Exit code, output and errors of a command line in a process of its own."""
     if any("\x00" in argument for argument in arguments):
         return 2, "", "Error: a null byte cannot be passed"
     done = subprocess.run(
@@ -270,7 +270,7 @@ def in_a_process(arguments: list[str]) -> tuple[int, str, str]:
 
 
 def judge(code: int, out: str, err: str) -> str:
-    """What is wrong with how a command line ended; empty where nothing is."""
+    """The fault in how a command line ended; empty if there is none."""
     if code not in (0, 1, 2):
         return f"exit code {code}"
     if "Traceback" in err:
@@ -286,7 +286,7 @@ def judge(code: int, out: str, err: str) -> str:
 
 
 def _numbers(answer: dict[str, Any]) -> str:
-    """Whether a run that is called ok holds no number."""
+    """Whether a run reported as ok holds no number."""
     if "NaN" in json.dumps(answer):
         return "NaN in JSON"
     inner = answer.get("result") or answer
@@ -299,7 +299,7 @@ def _numbers(answer: dict[str, Any]) -> str:
 
 
 def try_line(arguments: list[str], *, own_process: bool = False, compute: bool = False) -> str:
-    """What is wrong with how a command line ends; empty where nothing is."""
+    """The fault in how a command line ends; empty if there is none."""
     begun = time.process_time()
     try:
         with _alarm():
@@ -317,7 +317,7 @@ def try_line(arguments: list[str], *, own_process: bool = False, compute: bool =
 
 @contextlib.contextmanager
 def _alarm() -> Iterator[None]:
-    """`TooLong` after the longest processor time, or after `PATIENCE`."""
+    """Raises `TooLong` after the longest processor time, or after `PATIENCE`."""
 
     def ring(*_: object) -> None:
         raise TooLong
@@ -369,7 +369,7 @@ def wholes(folder: Path) -> list[Path]:
 
 
 def try_file(whole: Path, rng: random.Random) -> str:
-    """What is wrong with how a damaged file is read; empty where nothing is."""
+    """The fault in how a damaged file is read; empty if there is none."""
     import gelcone
 
     copy = whole.with_name(f"damaged{whole.suffix}")
@@ -398,7 +398,7 @@ def try_file(whole: Path, rng: random.Random) -> str:
 
 
 def run(count: int, seed: int, *, files: float = 0.2, processes: float = IN_PROCESSES) -> list[Failure]:
-    """Tries ``count`` inputs in an empty folder; those that fail. ``files`` of them are damaged files."""
+    """Tries ``count`` inputs in an empty folder, ``files`` of them damaged files; returns those that fail."""
     import warnings
 
     rng = random.Random(seed)

@@ -1,4 +1,4 @@
-"""The back end that compiles with heyoka: the only file that knows it.
+"""The back end that compiles with heyoka, and the only file that imports it.
 
 The equation of motion becomes a Taylor integrator over batches of `LANES` members. A member's numbers do not depend on
 its neighbours in a batch, on the number of threads or on the order of the work, so that an ensemble equals its members
@@ -53,7 +53,7 @@ class HeyokaBackend:
 
 
 def import_heyoka() -> Any:
-    """The heyoka module; `MissingDependency` with the way to get it when it is absent."""
+    """The heyoka module; `MissingDependency` with the way to install it if it is missing."""
     try:
         import heyoka
     except ImportError:
@@ -239,7 +239,7 @@ class _Lanes:
         return self.system.film.ending != Outcome.STRETCH_LIMIT
 
     def _keep_reached(self, lane: int, samples: npt.NDArray[np.int64], values: Array) -> None:
-        """The samples before the film's end."""
+        """Keeps the samples before the film's end."""
         if not (self._ends_in_a_state and lane < self.members.size and self.alive[lane]):
             return
         result, member = self.job.result, self.members[lane]
@@ -282,7 +282,7 @@ class _Lanes:
         return smallest, steps, {lane: outcome for lane, outcome in failed.items() if outcome}
 
     def _failure(self, lane: int, report: Any) -> Outcome:
-        """Why a lane did not arrive; judged by the lane alone, since one lane's failure is reported for all."""
+        """The reason why a lane did not arrive, judged by the lane alone: one lane's failure is reported for all."""
         end, smallest, _, steps = report
         if end == self.outcomes.err_nf_state:
             # only a bounded motion's deviations can overflow away from the wall

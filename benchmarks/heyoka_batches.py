@@ -52,7 +52,7 @@ def batches(job: Job, lanes: int) -> Iterator[Batch]:
 def stretches(
     job: Job, members: npt.NDArray[np.intp], pieces: npt.NDArray[np.int64]
 ) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Where each of a batch's stretches ends, shape (stretches, members), and the sample that it gives, or -1."""
+    """The end of each of a batch's stretches, (stretches, members), and the sample that it gives, or -1."""
     ends = np.concatenate([job.start[members][None], job.times[members].T])
     samples = np.repeat(np.arange(pieces.size), pieces)
     left = np.cumsum(pieces)[samples] - np.arange(1, samples.size + 1)

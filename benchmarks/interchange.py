@@ -1,4 +1,4 @@
-"""What leaves gelcone, measured: importer, compilers, sanitizers, bits in random runs, time of a step.
+"""Checks of exported C and FMU: importer, compilers, sanitizers, bits in random runs, time of a step.
 
 ``python benchmarks/interchange.py [DEVICE ...]``: all shipped devices with the films that they name, or some; then the
 films of the pump. Some minutes: compilers take most of it.
@@ -52,7 +52,7 @@ def command(folder: Path, *words: str) -> str:
 
 
 def of_device(name: str, folder: Path) -> None:
-    """The importer's findings, and whether two compilers take the source without a warning."""
+    """Prints the importer's findings, and whether two compilers accept the source without a warning."""
     device, found = gelcone.find_device(name), []
     for version in (2, 3):
         (path,) = gelcone.export(device, folder / f"{version}.fmu", fmi=version, platforms=(), force=True)
@@ -67,7 +67,7 @@ def of_device(name: str, folder: Path) -> None:
 
 
 def of_film(name: str, changes: dict[str, object], folder: Path) -> None:
-    """Bits in random runs, sanitizers, time of a step."""
+    """Prints bits in random runs, sanitizers, time of a step."""
     device = gelcone.find_device("biased-pump").replace(changes)
     exported = Exported(device, "pump", False, 1e-7)
     begin = time.perf_counter()

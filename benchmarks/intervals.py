@@ -1,6 +1,6 @@
-"""Do the intervals hold what they say? Exponents and lifetimes of chaos, against far longer runs.
+"""Coverage of stated intervals: exponents and lifetimes of chaos, against far longer runs.
 
-    python benchmarks/intervals.py [MODELS [SEED]]      (default 60 and 7)
+python benchmarks/intervals.py [MODELS [SEED]] (default 60 and 7)
 
 Exponents: points from a hard random set, half of them around the paper's two sets, at which 24 starts are still chaotic
 after 40,000 time units. At each, the exponents of `RUNS` starts are averaged as `gelcone lyapunov` averages them, and
@@ -59,12 +59,12 @@ TARGETS = ((1.0, 0.65, 0.71), (1.96, 0.93, 0.97), (3.0, 0.99, 1.0))
 
 
 def near(rng: np.random.Generator, state: np.ndarray, count: int) -> np.ndarray:
-    """So many states near one."""
+    """Several states near one."""
     return state + SPREAD * rng.normal(size=(count, state.size))
 
 
 def exponents(members: Members, initial: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """How many standard errors the test runs of each point are off its reference, (points * RUNS,)."""
+    """Deviation of each point's test runs from its reference in standard errors, (points * RUNS,)."""
     off = []
     for row in range(members.size):
         many = members.take(np.full(RUNS + REFERENCES, row))
@@ -82,7 +82,7 @@ def exponents(members: Members, initial: np.ndarray, rng: np.random.Generator) -
 
 
 def lasting_points(members: Members, initial: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Members that are chaotic, and of which as many nearby starts as references are chaotic still after as long."""
+    """Chaotic members of which all nearby starts are still chaotic after the reference time."""
     found = classify(members, initial, patience=20_000.0)
     rows = np.flatnonzero((found.regime == Regime.CHAOTIC) & (found.outcome == Outcome.OK) & members.damped)
     several = members.take(np.repeat(rows, REFERENCES))
@@ -93,7 +93,7 @@ def lasting_points(members: Members, initial: np.ndarray, rng: np.random.Generat
 
 
 def lifetimes(members: Members, initial: np.ndarray, rng: np.random.Generator) -> tuple[int, int]:
-    """Of how many stated intervals so many hold the mean lifetime of the other starts."""
+    """Number of stated intervals that hold the mean lifetime of the other starts, and their total."""
     held = tried = 0
     for row in range(members.size):
         runs = members.take(np.full(LIFETIME_RUNS, row))
@@ -132,7 +132,7 @@ def ranges(preset: str, parameter: str, values: np.ndarray, off: float, toleranc
 
 
 def thresholds() -> tuple[int, int]:
-    """How many thresholds of reruns lie in a stated range, of how many."""
+    """Number of rerun thresholds that lie in a stated range, and their total."""
     held = tried = 0
     for diagram in DIAGRAMS:
         stated = ranges(*diagram, 0.0, 1e-15)
@@ -149,7 +149,7 @@ VERDICTS = Path(__file__).parents[1] / "docs" / "verdicts.csv"
 
 
 def verdicts(reruns: int = 9) -> int:
-    """How often each verdict of the quick run comes out the same from other starts."""
+    """Prints how often each verdict of the quick run stays the same from other starts."""
     seen: list[dict[str, str]] = []
     if VERDICTS.exists():
         with VERDICTS.open(encoding="utf-8", newline="") as file:

@@ -1,6 +1,6 @@
-"""How well the film as a membrane is known: random films against finer elements at random states.
+"""Accuracy of the fitted membrane: random films against finer elements at random states.
 
-    OMP_NUM_THREADS=1 python benchmarks/membrane_film.py [FILMS]      (default 200)
+OMP_NUM_THREADS=1 python benchmarks/membrane_film.py [FILMS] (default 200)
 
 Films of Gent's law with a/b from 0.05 to 0.8, pre-stretches from 0.8 to 3, half of them equal, else the hoop's 0.7 to
 1.4 of the other, and stretch limits from 8 to infinity. For each: processor time of the table; its stated error, over

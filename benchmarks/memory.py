@@ -43,7 +43,7 @@ MAP = ["--set", "damping_ratio=1", "--set", "spring_stiffness=0.5", "--set", "dr
 
 
 def measure(size: int, kind: str, folder: Path) -> dict[str, int]:
-    """What a sweep of that size says of itself."""
+    """The sizes that a sweep of that size reports of itself."""
     command = [sys.executable, "-c", PROGRAM, str(size), str(folder / f"{kind}-{size}.zarr"), kind]
     told: dict[str, int] = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     return told

@@ -1,4 +1,4 @@
-"""How many faults the tests see: faults are put into the program one at a time, and the tests of their folder run.
+"""Mutation test: faults are put into the program one at a time, and the tests of their folder run.
 
     python benchmarks/mutation.py                                  (40 random faults in each folder)
     python benchmarks/mutation.py --folder plots --count 100 --seed 7
@@ -43,7 +43,7 @@ SOURCE = Path("src/gelcone")
 LISTED = Path(__file__).with_name("mutations.toml")
 NEEDED = ("src", "tests", "benchmarks", "examples", "docs", "pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md")
 TOP = "(top)"
-"""Stands for the modules that lie in no folder."""
+"""Name for the modules outside of folders."""
 SLOWER = 4.0
 LEAST_PATIENCE = 60.0
 
@@ -97,9 +97,9 @@ LOOKS = frozenset(
         "layout",
     )
 )
-"""Keywords of matplotlib that say how something looks."""
+"""Keywords of matplotlib that determine appearance alone."""
 LOOKING = frozenset({"tick_params", "suptitle", "align_ylabels", "Stroke", "margins", "set_in_layout", "view_init"})
-"""Functions whose arguments say how something looks."""
+"""Functions whose arguments determine appearance alone."""
 PATIENCE = (
     "MOST_",
     "SMALLEST",
@@ -113,7 +113,7 @@ PATIENCE = (
     "work",
     "heights",
 )
-"""Parts of the names of constants and keywords that say how long a search goes on, and how costly something is."""
+"""Parts of names of constants and keywords that set the length of a search, or its cost."""
 
 SWAPPED: dict[type, type] = {
     ast.Lt: ast.GtE,
@@ -145,7 +145,7 @@ OPPOSITE |= {there: here for here, there in OPPOSITE.items()}
 
 @dataclass(frozen=True)
 class Fault:
-    """Text of a file, ``old`` at an offset in bytes, and the ``new`` text that is put in its place."""
+    """A fault: the text ``old`` at a byte offset of a file, and the ``new`` text in its place."""
 
     file: Path
     at: int
@@ -164,7 +164,7 @@ class Fault:
         return text[: self.at] + self.new.encode() + text[end:]
 
     def lines(self, text: bytes) -> tuple[int, str, str]:
-        """Number of the line, and the line before and after."""
+        """Number of the line, and the line before and after the fault."""
         begin = text.rfind(b"\n", 0, self.at) + 1
         end = text.find(b"\n", self.at + len(self.old.encode()))
         after = self.applied(text)[begin : end + len(self.new.encode()) - len(self.old.encode())]
@@ -217,7 +217,7 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
 
 
 def _changes(tree: ast.AST) -> Iterator[tuple[ast.expr, ast.expr, str]]:
-    """Expressions with what is put in their place."""
+    """Expressions with their replacements."""
     for node in _considered(tree):
         yield from ((node, new, kind) for new, kind in _faulty(node))
 
@@ -255,7 +255,7 @@ def _name(function: ast.expr) -> str:
 
 
 def _faulty(node: ast.expr) -> Iterator[tuple[ast.expr, str]]:
-    """What can be put in the place of an expression."""
+    """Possible replacements of an expression."""
     if isinstance(node, ast.Compare) and len(node.ops) == 1:
         new = copy.deepcopy(node)
         new.ops = [SWAPPED[type(node.ops[0])]()]
@@ -394,7 +394,7 @@ class Copy:
 
 
 def measured(faults: list[Fault], root: Path) -> dict[Fault, bool]:
-    """Each fault, and whether it was seen; those that were not are printed as they come."""
+    """Each fault with whether it was seen; unseen ones are printed as they come."""
     seen: dict[Fault, bool] = {}
     with tempfile.TemporaryDirectory(prefix="gelcone-mutation-") as where:
         tree = Copy(root, Path(where))
@@ -412,7 +412,7 @@ def described(fault: Fault, root: Path) -> str:
 
 
 def table(seen: dict[Fault, bool]) -> str:
-    """The share that was seen, by folder."""
+    """The share of seen faults by folder."""
     whole = Counter(fault.folder for fault in seen)
     found = Counter(fault.folder for fault, was in seen.items() if was)
     rows = [

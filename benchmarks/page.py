@@ -1,6 +1,6 @@
-"""The numbers of the page Benchmarks: runs the benchmarks below and writes what they print to docs/benchmarks.txt.
+"""The numbers of the page Benchmarks: runs benchmarks and writes their output to docs/benchmarks.txt.
 
-python benchmarks/page.py [NAME.py ...]      (some minutes; by default all, and what others printed stays)
+python benchmarks/page.py [NAME.py ...] (some minutes; by default all, and what others printed stays)
 
 What threads, processes and workers gain is left out on a busy machine, which it does not tell.
 """
@@ -29,26 +29,26 @@ QUIET = 0.3
 
 
 def processor() -> str:
-    """The name of this machine's processor, where the system tells it."""
+    """The name of this machine's processor, if the system reports it."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     return next((line.partition(": ")[2] for line in lines if line.startswith("model name")), platform.processor())
 
 
 def without_scaling(text: str) -> str:
-    """What a benchmark printed without what threads, processes and workers gain, which a busy machine does not tell."""
+    """The output of a benchmark without the gains of threads, processes and workers, which a busy machine distorts."""
     lines = [line for line in text.splitlines() if "over one:" not in line]
     return re.sub(r"; two threads [\d.]+", "", "\n".join(lines))
 
 
 def sections(text: str) -> dict[str, str]:
-    """What the page holds, by the name of the benchmark that printed it."""
+    """Contents of the page, by the name of the benchmark."""
     parts = re.split(r"^(?=\$ python benchmarks/)", text, flags=re.MULTILINE)[1:]
     return {part.split()[2].removeprefix("benchmarks/"): part.strip() for part in parts}
 
 
 def printed_by(name: str) -> str:
-    """The command of a benchmark, the machine and the day, and what it prints."""
+    """The command of a benchmark, the machine and the day, and its output."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     busy = f", a load of {load:.0f} by other work when it began" if load > QUIET else ""
     command = [sys.executable, str(ROOT / "benchmarks" / name), *RUNS[name]]
@@ -63,7 +63,7 @@ def printed_by(name: str) -> str:
 
 
 def main(names: list[str]) -> None:
-    """Run one benchmark after the other."""
+    """Runs one benchmark after the other."""
     page = ROOT / "docs" / "benchmarks.txt"
     known = sections(page.read_text(encoding="utf-8"))
     for name in names or RUNS:

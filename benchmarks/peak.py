@@ -1,6 +1,6 @@
-"""Which share of the processor's peak of fused multiply-adds the engine reaches, on one thread.
+"""Share of the processor's peak of fused multiply-adds that the engine reaches, on one thread.
 
-    python benchmarks/peak.py [TURNS]
+python benchmarks/peak.py [TURNS]
 
 The operations of a step are counted in the text that is compiled: a fused multiply-add is two, whatever else adds,
 multiplies or divides is one; comparisons, events and all that serves single members count nothing, and neither do lanes
@@ -95,7 +95,7 @@ class Peak:
 
 
 def main(turns: int) -> None:
-    """Print a line for each thing kept and tolerance."""
+    """Prints a line for each stored quantity and tolerance."""
     peak, period = Peak(), np.pi / 0.1
     numbers, starts = cone_numbers(voltage=np.linspace(1.1, 2.0, MEMBERS)), np.tile([1.0, 0.0], (MEMBERS, 1))
     for keep, step in (("states", 1.0), ("tangents", 0.125)):

@@ -1,6 +1,6 @@
-"""How fast: ratios measured side by side in one run, each the smallest of several interleaved repetitions.
+"""Speed ratios measured in one run, each from the fastest of several interleaved repetitions.
 
-    python benchmarks/speed.py [REPETITIONS] [--against SOURCE]      (default 5)
+python benchmarks/speed.py [REPETITIONS] [--against SOURCE] (default 5)
 
 * An ensemble through `gelcone.integrate` against the same work in a bare loop over a hand-written heyoka integrator.
 * Two threads against one, beside what two threads of bare loops gain on this machine.
@@ -57,7 +57,7 @@ def sample_times(model: ConeModel, periods: int) -> np.ndarray:
 
 
 def numbers(model: ConeModel) -> np.ndarray:
-    """What the equations written out below take, (numbers, members): zeta, kappa, x0, A, B, G, J, v, omega."""
+    """Inputs of the equations below, (numbers, members): zeta, kappa, x0, A, B, G, J, v, omega."""
     members = model.members()
     kept = [members.number(name) for name in ("damping_ratio", "spring_stiffness", "rest_height", "A", "B", "G")]
     driven = [members.number(name) for name in ("voltage", "drive_frequency")]
@@ -250,7 +250,7 @@ WORKS = ("states 1e-15", "states 1e-10", "tangents 1e-15", "tangents 1e-10", "ex
 
 
 def against(source: Path, repetitions: int) -> None:
-    """Prints how long each of `WORKS` takes here and with another version; the first turn compiles, too."""
+    """Prints the time of each of `WORKS` here and with another version; the first turn also compiles."""
 
     def start(path: Path) -> subprocess.Popen[str]:
         environment = {**os.environ, "PYTHONPATH": str(path.resolve(strict=True))}

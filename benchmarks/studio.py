@@ -1,9 +1,8 @@
-"""How fast the studio answers, in a real browser: from the input event to the painted pixels.
+"""Response times of the studio in a real browser: from the input event to the painted pixels.
 
-python benchmarks/studio.py                    (all of it but what follows, some two minutes)
-python benchmarks/studio.py --controls         (a drag of every slider of every shipped device and preset, ten minutes)
-python benchmarks/studio.py --controls biased-pump base       (of some)
-python benchmarks/studio.py --pages 8 --minutes 10     (many pages at once: errors, memory, processes left)
+python benchmarks/studio.py (all of it but what follows, some two minutes) python benchmarks/studio.py --controls (a
+drag of every slider of every shipped device and preset, ten minutes) python benchmarks/studio.py --controls biased-pump
+base (of some) python benchmarks/studio.py --pages 8 --minutes 10 (many pages at once: errors, memory, processes left)
 
 Beside every time stand the processor time that the studio's own processes took and the share of the machine that others
 used meanwhile: on a busy machine the first of the three says little.
@@ -30,7 +29,7 @@ PATIENCE = 600
 AT_ONCE = 5
 """Moves of one call, none of which may take longer than a browser is waited for."""
 ALONE = "document.getElementById('grid-share').textContent === ''"
-"""No worker computes, nor follows a branch."""
+"""No worker computes or follows a branch."""
 SHOWN = "studio.looks.a && (studio.looks.a.lines || studio.looks.a.late) && true"
 TABS = ("map", "strip", "spectrum", "statics", "time", "portrait")
 TICK = os.sysconf("SC_CLK_TCK")
@@ -123,7 +122,7 @@ def memory_of(pids: list[int]) -> float:
 
 @contextmanager
 def measured(name: str, server: int) -> Iterator[dict[str, str]]:
-    """Prints a line: what was found, the server's processor time, the load of others."""
+    """Prints a line: the finding, the server's processor time, the load of others."""
     said: dict[str, str] = {}
     own = tree(os.getpid())
     wall, machine, mine, studio = time.perf_counter(), busy(), seconds_of(own), seconds_of(tree(server))
@@ -233,7 +232,7 @@ def one_page(moves: int) -> None:
 
 
 def map_times(tab: Tab) -> str:
-    """When the first coarse picture and the last cell of a map came."""
+    """Times of the first coarse picture and of the last cell of a map."""
     tab.js(
         "(() => { delete studio.looks.a; studio.map = [performance.now()];"
         "const share = document.getElementById('grid-share');"
@@ -264,7 +263,7 @@ SECONDS = 1.5
 
 
 def every_slider(subjects: list[str]) -> None:
-    """The pictures a second in a drag of every slider, and what each picture cost the server's processor."""
+    """Pictures per second in a drag of every slider, and processor time of the server per picture."""
     with Browser(1600, 900) as browser, Started() as started:
         tab, server, worst = browser.page, started.process.pid, []
         tab.go(started.address + "#device=biased-pump&right=strip")
@@ -294,7 +293,7 @@ def every_slider(subjects: list[str]) -> None:
 
 
 def many_pages(count: int, minutes: float) -> None:
-    """Random moves on many pages at once."""
+    """Moves sliders at random on many pages at once."""
     draw = random.Random(1)
     with Browser(1280, 800) as browser, Started() as started:
         tabs = [browser.tab(started.address + "#device=biased-pump") for _ in range(count)]

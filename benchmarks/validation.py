@@ -121,7 +121,7 @@ def rows() -> Iterator[Row]:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the table, or compare with the one that is there: no error may be more than three times as large."""
+    """Writes the table, or compares with the existing one: no error may be more than three times as large."""
     found = list(rows())
     if "--check" in arguments:
         with TABLE.open(encoding="utf-8", newline="") as file:

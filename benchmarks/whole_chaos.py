@@ -116,13 +116,13 @@ def searched(family: str, draws: Draws, store: Path) -> xr.Dataset:
 
 
 def is_whole(found: xr.Dataset) -> np.ndarray:
-    """Where the film never pulls in, breaks down or comes near its stretch limit."""
+    """Mask of draws whose film never pulls in, breaks down or comes near its stretch limit."""
     fails = found.validity_breakdown + found.validity_near_limit + found.validity_pulled_in
     return np.asarray((found.outcome == Outcome.OK) & (fails == 0.0))
 
 
 def is_chaotic(found: xr.Dataset) -> np.ndarray:
-    """Where chaos outlasts the patience from every nearby start, with agreeing evidence."""
+    """Mask of draws with chaos that outlasts the patience from every nearby start, with agreeing evidence."""
     lasting = (found.regime == Regime.CHAOTIC) & (found.doubtful == 0)
     return np.asarray(lasting & (found.share_chaotic == 1.0))
 
@@ -136,7 +136,7 @@ def best(found: xr.Dataset, count: int) -> np.ndarray:
 
 
 def taut_shares(family: str, draws: Draws, rows: np.ndarray) -> np.ndarray:
-    """Share of the time in which the film is taut, (rows,); of a double cone that of the less taut one."""
+    """Share of the time in which the film is taut, (rows,); for a double cone that of the less taut one."""
     model = model_of(family).replace(**{name: values[rows] for name, values in draws.items()})
     run = integrate(model, START, [FOLLOWED])
     taut = run.film_times[:, :, 0].min(axis=1)
@@ -144,7 +144,7 @@ def taut_shares(family: str, draws: Draws, rows: np.ndarray) -> np.ndarray:
 
 
 def table(family: str, search: str, draws: Draws, found: xr.Dataset) -> tuple[str, list[dict[str, Any]]]:
-    """What a search found in a line, and its best draws with their evidence."""
+    """The result of a search in a line, and its best draws with their evidence."""
     whole, chaotic = is_whole(found), is_chaotic(found)
     hits = np.flatnonzero(whole & chaotic)
     taut = taut_shares(family, draws, hits) if hits.size else np.empty(0)

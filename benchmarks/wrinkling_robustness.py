@@ -137,7 +137,7 @@ class Film:
 def reference(
     p: dict[str, float], hump: float, start: np.ndarray, end: float, longest: float
 ) -> tuple[int, float, np.ndarray]:
-    """How the motion ends, when, and where."""
+    """The end of the motion, its time and place."""
     film = Film(p, hump)
     state, now = np.array([*start, 0.0]), 0.0
     squared = p["v0"] ** 2

@@ -14,7 +14,7 @@ plan = gelcone.Plan(
 
 
 def stop(share):
-    """What Ctrl-C does, after the first cells."""
+    """Raises KeyboardInterrupt, as Ctrl-C does, after the first cells."""
     raise KeyboardInterrupt
 
 
