@@ -1,4 +1,4 @@
-"""Is there chaos in a device that is physically whole? A random and a local search, resumable, and what it finds.
+"""Search for physically valid chaos in devices: random, then local, and resumable; with the draws that it finds.
 
     python benchmarks/whole_chaos.py [DRAWS [FOLDER]]      (default 4,000 and whole-chaos)
 
