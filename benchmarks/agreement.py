@@ -3,10 +3,13 @@
     python benchmarks/agreement.py [DEVICES] [SEED]      (default 24 and 2026)
 
 Each shipped device that has a film is taken with random springs, sizes, masses, films, materials, circuits and drives.
-Every answer that two commands give is compared: stroke, power, apparent power, field, current and charge of the settled
-motion with those of the data sheet, the envelope, the regime and a long run; exponents; means and harmonics with those
-of the spectrum; the response to a small voltage with the linear one; pull-in. `QUESTIONS` says how near two answers
-must be, and why not nearer. Devices that a command refuses are counted with its reason.
+Every answer that two commands give is compared: stroke, power, apparent power, field, current and charge of the
+settled motion with those of the data sheet, the envelope, the regime, maps, bifurcation diagrams, frequency
+responses, extremes and a long run; exponents; means and harmonics with those of the spectrum; the response to a small
+voltage with the linear one; static forces with those of slow ramps and with where a step ends; pull-in and the other
+limits. `QUESTIONS` says how near two answers must be, and why not nearer. Devices that a command refuses are counted
+with its reason. A driven limit is compared with runs from rest: one at its voltage meets it, one below by the stated
+width does not.
 
 Printed are the number of comparisons of each question, the largest difference, and each one that is too large.
 """
@@ -24,10 +27,17 @@ import numpy as np
 
 import gelcone
 from gelcone.codes import Outcome, Regime
+from gelcone.motion.plane import NUDGE
 
 DEVICES = ("biased-pump", "soft-film", "beam-cone", "double-cone", "snap-cone", "weight-cone")
 PERIODS, PER_PERIOD = 600, 400
 """Periods of a long run, and samples per period; the last periods show the settled motion."""
+RUN = 80
+"""Periods of a run from rest to a limit."""
+WIDER = 1.05
+"""Over the stated width of a limit: so far below it no run may meet it."""
+VALIDITY = {"dielectric_breakdown": "breakdown", "stretch_limit": "near_limit"}
+"""Assumptions whose names differ from those of the limits."""
 AT_REST = 1e-12
 """Stroke in mm that is rounding of a disc at rest; other answers are never as small."""
 HIGHEST = 3000.0
@@ -50,10 +60,19 @@ QUESTIONS = {
     # behind a resistance the charge of a membrane is a fit: shares of what goes back and forth
     "power of a fitted charge: settled, long run": 1e-3,
     "energies of a long run with a fitted charge": 1e-3,
+    "stroke: regime, map": 0.0,
+    "stroke: regime, bifurcation": 0.0,
+    "stroke: settled, frequency response": 1e-6,
+    "stroke: settled, extrema": 1e-6,
     "mean: settled, spectrum": 1e-4,
     "first harmonic: settled, spectrum": 1e-2,
     "exponent: regime, lyapunov": 1e-5,
     "pull-in: static, limits": 1e-9,
+    "stroke: static, slow ramp": 1e-9,
+    "blocked force: static, slow ramp": 1e-9,
+    "displacement: static, end of a step": 1e-3,  # which is taken as settled within 2 % of it
+    "limits: operating limits, data sheet": 1e-12,
+    "limits: operating limits, runs from rest": 0.0,
     "small stroke: settled, linear": 2e-3,  # second order in the voltage
     "gain: transfer, small signal": 1e-6,
     "gain: transfer, settled": 2e-3,
@@ -122,9 +141,12 @@ def settled_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pai
         yield "apparent power: settled, data sheet", settled["apparent_power"], sheet["apparent_power"]
         yield "power: settled, data sheet", settled["power"], sheet["mean_power"]
         yield "current: settled, data sheet", settled["current"], sheet["peak_current"]
+        yield from limit_pairs(own, sheet, ask)
     yield from envelope_pairs(own, settled, ask)
+    yield from swept_pairs(own, settled, regime, ask)
     if not own.material.branches:
         yield from run_pairs(own, settled, ask)
+        yield from ramp_pairs(own, ask)
     spectrum = ask(gelcone.spectrum, own)
     if spectrum is not None:
         yield "mean: settled, spectrum", settled["mean"], spectrum["mean_displacement"]
@@ -154,6 +176,78 @@ def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pa
             yield f"{name}: settled, envelope", settled[other], found[f"driven_{other}"]
 
 
+def swept_pairs(own: gelcone.Device, settled: Any, regime: Any, ask: Asked) -> Iterator[Pair]:
+    """Of analyses that sweep a parameter, at the device's own drive, reached as the device itself reaches it."""
+    volts, frequencies = own.voltage_amplitude * np.array([0.99, 1.0]), own.frequency * np.array([1.0, 1.01])
+    if regime is not None:
+        stroke = regime["highest"] - regime["lowest"]
+        map_ = ask(gelcone.map, own, {"voltage_amplitude": volts, "frequency": frequencies})
+        if map_ is not None:
+            cell = map_.isel(voltage_amplitude=1, frequency=0)
+            yield "stroke: regime, map", stroke, cell["highest"] - cell["lowest"]
+        diagram = ask(gelcone.bifurcation, own, "voltage_amplitude", volts)
+        if diagram is not None:
+            point = diagram.isel(voltage_amplitude=1).sel(branch="from its own start")
+            yield "stroke: regime, bifurcation", stroke, point["highest"] - point["lowest"]
+    if int(settled["resting"]):
+        return
+    response = ask(gelcone.frequency, own, frequencies)
+    if response is not None:
+        at = response.isel(drive_frequency=0).sel(branch="up")
+        yield "stroke: settled, frequency response", settled["stroke"], at["stroke"]
+    extremes = ask(gelcone.extrema, own, discard=PERIODS)
+    if extremes is not None and int(extremes["outcome"]) == Outcome.OK and int(extremes["count"]):
+        yield "stroke: settled, extrema", settled["stroke"], np.ptp(extremes["displacement"].values)
+
+
+def ramp_pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
+    """Of constant voltages."""
+    volt = 0.5 * own.voltage_amplitude
+    static, ramp = ask(gelcone.static, own, [volt]), ask(gelcone.stroke_and_blocked_force, own, [volt])
+    if static is None or ramp is None:
+        return
+    yield "stroke: static, slow ramp", static["stroke"].values[0], ramp["stroke"].values[0]
+    yield "blocked force: static, slow ramp", static["blocked_force"].values[0], ramp["blocked_force"].values[0]
+    step = ask(gelcone.step, own, [volt])
+    if step is not None and int(static["equilibria"].values[0]) == 1 and not int(step["outcome"].values[0]):
+        at = static["equilibrium_displacement"].values[0, 0]
+        yield "displacement: static, end of a step", at, step["end"].values[0]
+
+
+def limit_pairs(own: gelcone.Device, sheet: Any, ask: Asked) -> Iterator[Pair]:
+    """Of the limits of operation."""
+    limits = ask(gelcone.operating_limits, own)
+    if limits is None:
+        return
+    for name in map(str, limits.data_vars):
+        if name.endswith("_voltage"):
+            yield "limits: operating limits, data sheet", limits[name], sheet[name]
+    if own.material.branches:
+        return
+    width, rest = float(limits["driven_error_voltage"]), ask(gelcone.static, own, [0.0])["rest_displacement"]
+    start = 1e-3 * (float(rest) + NUDGE * float(own.scales.shown("length")))
+    for limit in ("pull_in", "dielectric_breakdown", "hoop_slack", "meridional_slack", "stretch_limit"):
+        volt = float(limits[f"driven_{limit}_voltage"])
+        if np.isfinite(volt):
+            below, above = (_meets(own, at, start, limit, ask) for at in (volt - WIDER * width, volt))
+            yield "limits: operating limits, runs from rest", volt, volt if above and not below else 0.0
+
+
+def _meets(own: gelcone.Device, peak: float, start: float, limit: str, ask: Asked) -> bool:
+    """Whether a run from the displacement ``start``, in metres, meets a limit at a peak voltage."""
+    share = peak / (own.voltage_amplitude + (own.voltage_offset or 0.0))
+    drive = {"voltage_amplitude": share * own.voltage_amplitude}
+    if own.voltage_offset:
+        drive["voltage_offset"] = share * own.voltage_offset
+    times = np.arange(RUN * PER_PERIOD + 1) / (PER_PERIOD * own.frequency)
+    run = ask(gelcone.simulate, own.replace(drive), (start, 0.0), times=times)
+    if run is None:
+        return False
+    if limit == "pull_in":
+        return int(run["outcome"]) != Outcome.OK or float(run.get("validity_beyond_membrane", 0.0)) > 0.0
+    return int(run["outcome"]) != Outcome.OK or float(run[f"validity_{VALIDITY.get(limit, limit)}"]) > 0.0
+
+
 def run_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
     """Answers from the last periods of a long run."""
     period = max(int(settled["period"]), 1)  # 0 of a disc at rest
@@ -163,7 +257,8 @@ def run_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pair]:
     if run is None or int(run["outcome"]) != Outcome.OK:
         return
     late, supplied = run.isel(time=slice(-turn * PER_PERIOD - 1, None)), run["supplied_energy"].values
-    yield "stroke: settled, long run", settled["stroke"], np.ptp(late["displacement"].values)
+    if not int(settled["resting"]):
+        yield "stroke: settled, long run", settled["stroke"], np.ptp(late["displacement"].values)
     power, residual = (supplied[-1] - supplied[-turn * PER_PERIOD - 1]) * own.frequency / turn, run["energy_residual"]
     size, apparent = np.abs(run["dissipated_energy"].values).max(), float(settled["apparent_power"])
     if own.film == "membrane" and own.series_resistance is not None:
