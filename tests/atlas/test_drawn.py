@@ -14,7 +14,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.devices.analysis import plain
 from gelcone.devices.scales import MEASURES
 from gelcone.membrane.gel import Array
-from gelcone.physics.film import pull_in
+from gelcone.physics.film import interpolated_pull_in, pull_in
 from gelcone.statistics import spread
 from tests.recorded import numbers, record
 
@@ -164,7 +164,7 @@ def wrinkling(count):
 def off(members, x):
     """How far the curves of films that are in memory are from their own."""
     rows = []
-    for key in pull_in._keys_of(members):
+    for key in interpolated_pull_in._keys_of(members):
         _, law, A, B, ratio = key
         own = pull_in._made(key[0], law, A, B, ratio)
         rows.append(pull_in.curve_of(*key).voltage(x) / own.voltage(x) - 1.0)
@@ -174,25 +174,25 @@ def off(members, x):
 def test_few_membranes_stand_for_the_films_of_many_draws(made):
     films, _ = made
     members, x = wrinkling(40), np.linspace(-2.9, 2.9, 77)
-    with pull_in.interpolated_curves(members) as between:
+    with interpolated_pull_in.interpolated_curves(members) as between:
         assert len(films) == between.made == 8
         assert between.films == 40
         assert between.error < 1e-12
         assert np.abs(off(members, x)).max() < 1e-6
-        read = list(pull_in._between.values())
+        read = list(pull_in.curves_between.values())
         assert len(read) == 32
         assert all(curve.voltage(3.5) == curve.voltage(3.0) and curve.error == 0.01 for curve in read)
     assert len(pull_in._curves) == 8
-    assert not pull_in._between
+    assert not pull_in.curves_between
 
 
 def test_more_films_than_are_held_are_interpolated_all(made, monkeypatch):
     films, _ = made
     monkeypatch.setattr(pull_in, "MOST", 16)
     members = wrinkling(40)
-    with pull_in.interpolated_curves(members):
+    with interpolated_pull_in.interpolated_curves(members):
         for _ in range(2):
-            for key in pull_in._keys_of(members):
+            for key in interpolated_pull_in._keys_of(members):
                 pull_in.curve_of(*key)
     assert len(films) == 8
 
@@ -203,15 +203,15 @@ def test_more_films_than_are_held_are_interpolated_all(made, monkeypatch):
 def test_films_that_are_not_alike_have_a_membrane_each(made, other):
     _, others = made
     others.update(other)
-    with pull_in.interpolated_curves(wrinkling(40)) as between:
+    with interpolated_pull_in.interpolated_curves(wrinkling(40)) as between:
         assert between is None
-        assert not pull_in._between
+        assert not pull_in.curves_between
 
 
 def test_taut_cones_whose_membranes_are_asked_for_share_them_too(made):
     stretches = np.random.default_rng(3).normal(1.3, 0.02, 20)
     members = gelcone.find_device("biased-pump").replace(film="taut", hoop_prestretch=stretches).to_model().members()
-    with pull_in.interpolated_curves(members) as between:
+    with interpolated_pull_in.interpolated_curves(members) as between:
         assert (between.films, between.made) == (20, 6)
 
 
@@ -219,17 +219,19 @@ def test_the_error_of_films_between_others_is_said(made):
     _, others = made
     others["bend"] = 10.0
     members = wrinkling(60)
-    with pull_in.interpolated_curves(members) as between:
+    with interpolated_pull_in.interpolated_curves(members) as between:
         own = float(np.sqrt(np.mean(off(members, np.linspace(0.0, 2.0, 9)) ** 2)))
     assert 1e-3 < own < between.error < 8.0 * own
 
 
 def test_few_films_are_made_each(made):
     films, _ = made
-    with pull_in.interpolated_curves(wrinkling(8)) as between:
+    with interpolated_pull_in.interpolated_curves(wrinkling(8)) as between:
         assert between is None
     assert films == []
-    with pull_in.interpolated_curves(gelcone.ConeModel(hoop_prestretch=np.linspace(1, 1.2, 40)).members()) as between:
+    with interpolated_pull_in.interpolated_curves(
+        gelcone.ConeModel(hoop_prestretch=np.linspace(1, 1.2, 40)).members()
+    ) as between:
         assert between is None
 
 

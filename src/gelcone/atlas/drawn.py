@@ -1,6 +1,6 @@
 """An analysis of every draw of uncertain parameters: what a fit leaves unknown, carried through to what is asked.
 
-Draws whose films differ share the membranes of a few of them, see `gelcone.physics.film.pull_in.interpolated_curves`.
+Draws whose films differ share the membranes of a few of them, see `gelcone.physics.film.interpolated_pull_in`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from gelcone.motion.envelope import MARGIN, plane_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.settle import single
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
-from gelcone.physics.film.pull_in import interpolated_curves
+from gelcone.physics.film.interpolated_pull_in import interpolated_curves
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress, advance, weighted
 from gelcone.quantity import Array
