@@ -15,18 +15,10 @@ from gelcone.membrane.table import NEVER
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
+from tests.physics.film.membranes import MADE, film_of
 from tests.physics.film.programs import in_program
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "membrane.json").read_text())
-MADE = [(0.2, 1, 1), (0.2, 1.5, 1.5), (0.2, 1, 1.5)]
-"""Ratio, meridional and hoop pre-stretch of films with certified states, of one stretch limit."""
-
-
-@cache
-def film_of(ratio, meridional, hoop):
-    film = MembraneFilm(prestretch_mode="equibiaxial" if meridional == hoop else "radial")
-    own = {"radius_ratio": ratio, "prestretch": float(hoop), "stretch_limit": 50.0}
-    return film, film.numbers(film.complete(own))
 
 
 def model_of(prestretch, **changes):
@@ -76,46 +68,6 @@ def test_the_film_localises_at_the_certified_voltages(row):
 def test_the_stated_error_is_that_of_the_fit_and_small():
     for made in MADE:
         assert 2e-4 < film_of(*made)[1]["film_error"] < 2e-2
-
-
-PLACES = [(0.5, 0.1), (0.5, 0.36), (0.62, 0.3), (0.03, 5e-4), (0.9, 0.1), (1.4, 0.08), (-0.4, 0.1)]
-
-
-@pytest.mark.parametrize(("x", "V"), PLACES)
-@pytest.mark.parametrize("prestretch", [(1, 1), (1.5, 1.5), (1, 1.5)])
-def test_force_and_charge_are_slopes_of_one_energy(x, V, prestretch):
-    film, n = film_of(0.2, *prestretch)
-    step = 1e-4 * abs(x)
-    by_x = (film.work(x + step, V, [], n) - film.work(x - step, V, [], n)) / (2.0 * step)
-    assert by_x == pytest.approx(film.force(x, V, [], n)[0], rel=1e-6)
-    change = 1e-4 * V
-    by_v = (film.work(x, V + change, [], n) - film.work(x, V - change, [], n)) / (2.0 * change)
-    assert 1.0 - 2.0 * by_v == pytest.approx(film.capacitance(x, V, [], n), rel=1e-6)
-    gain = (film.force(x, V - change, [], n)[0] - film.force(x, V + change, [], n)[0]) / (2.0 * change)
-    assert film.voltage_gain(x, V, n) == pytest.approx(gain, rel=1e-5)
-    slope = (film.force(x + step, V, [], n)[0] - film.force(x - step, V, [], n)[0]) / (2.0 * step)
-    assert film.force(x, V, [], n)[1] == pytest.approx(slope, rel=1e-4)
-
-
-def test_the_energy_is_that_of_the_film_alone_where_no_ring_moves():
-    """Of an even film that is flat the field's energy is V/2, whatever the voltage: its own stays 0."""
-    film, n = film_of(0.2, 1.5, 1.5)
-    V = np.array([0.0, 0.3, 0.9])
-    np.testing.assert_allclose(film.work(np.zeros(3), V, [], n), 0.0, atol=1e-15)
-    run = simulate(model_of(1.5, voltage=0.6), initial=(0.3, 0.0), periods=3)
-    first = run.isel(time=0)
-    held = film_of(0.2, 1.5, 1.5)[0].work(0.3, 0.0, [], n)
-    assert float(first["film_energy"] + first["field_energy"]) == pytest.approx(held, rel=1e-12)
-
-
-def test_a_slack_film_has_no_force_and_the_charge_of_an_even_stretch():
-    film, n = film_of(0.2, 1, 1)
-    x, V = 0.3, 0.4
-    assert film.force(x, V, [], n) == (0.0, 0.0)
-    assert KINDS[film.state(x, V**0.5, [], n).kind] == "slack"
-    t = film.capacitance(x, V, [], n) ** 0.5  # A = B = G = 1
-    stress = (1.0 - t**-3.0) / (t * (1.0 - (2.0 * t + t**-2.0 - 3.0) / 50.0))
-    assert stress == pytest.approx(V, rel=1e-9)
 
 
 def test_a_film_is_slack_below_the_height_at_which_it_begins_to_pull_also_where_no_voltage_slackens_it():
@@ -424,19 +376,6 @@ def test_a_program_has_the_formulas_of_a_film_that_creeps():
         assert all(np.all((value + 0.0 * at[0])[whole] > -1e-9) for value in borders)
 
 
-def test_the_energy_of_a_flat_film_has_no_step_where_the_voltage_takes_its_tension():
-    """With the numbers of a film that keeps it up to V = 0.2; slack, no voltage weakens a force that there is not."""
-    film, n = film_of(*MADE[0])
-    own, V = {**n, "flat_voltage": 0.2}, np.array([0.2 - 1e-7, 0.2, 0.2 + 1e-7, 0.3])
-    work = film.work(np.zeros(4), V, [], own)
-    np.testing.assert_allclose(work[:3], work[0], atol=1e-6)
-    slack = film.work(0.0, np.array([0.2, 0.3]), [], n)
-    assert work[3] - work[1] == pytest.approx(slack[1] - slack[0], rel=1e-9)
-    assert abs(slack[0]) > 1e-3
-    np.testing.assert_array_equal(film.voltage_gain(0.3, np.array([0.4, 0.43]), n), [0.0, 0.0])
-    assert film.voltage_gain(0.5, 0.1, n) > 0.1
-
-
 @pytest.mark.parametrize("made", MADE[:2])
 def test_a_program_in_which_a_switch_may_change_has_the_same_formulas(made):
     """The circuit's limits and the second film's switches do not divide laws: formulas then weigh both sides."""
@@ -459,3 +398,9 @@ def test_a_program_in_which_a_switch_may_change_has_the_same_formulas(made):
     np.testing.assert_allclose(limit, film.limit_share(x, np.sqrt(squared), [], n), rtol=1e-8)
     for border in borders:
         assert (border > -1e-12).all()
+
+
+def test_no_voltage_weakens_the_force_of_a_slack_film():
+    film, n = film_of(*MADE[0])
+    np.testing.assert_array_equal(film.voltage_gain(0.3, np.array([0.4, 0.43]), n), [0.0, 0.0])
+    assert film.voltage_gain(0.5, 0.1, n) > 0.1

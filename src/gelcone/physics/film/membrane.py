@@ -1,16 +1,12 @@
 """The film as a membrane that wrinkles: its innermost ring is stretched most, and localises first.
 
 The relaxed axisymmetric membrane (tension field, with a voltage; see `gelcone.membrane`) on a disc of the radius a
-inside a ring of the radius b, for one axisymmetric state at each height and voltage. Its force is what
-`gelcone.membrane.table` fitted to states of the membrane, x k(x^2, V), and vanishes where the film is slack. Energy and
-charge follow from the force and from the flat or slack film:
+inside a ring of the radius b, for one axisymmetric state at each height and voltage. Its force x k(x^2, V) is fitted to
+states of the membrane (`gelcone.membrane.table`) and vanishes where the film is slack. Energy and charge follow from it
+(`gelcone.physics.film.membrane_energy`); programs take the charge from a fit (`gelcone.physics.film.membrane_charge`).
 
-    E(x, V) = E(x0, V) + integral of the force from x0 to x,    capacitance = -2 dE/dV,
-
-with x0 = 0 where the flat film is in tension, else the height at which the film begins to pull.
-
-At a height below the cut between its pieces a film falls slack as the voltage rises, and pulls in as a slack film does;
-above, it localises. Slack films above the cut are taken to have pulled in.
+Below the cut between the two pieces of the fit a film falls slack as the voltage rises, and pulls in as a slack film;
+above the cut it localises. A slack film above the cut counts as pulled in.
 """
 
 from __future__ import annotations
@@ -18,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,31 +21,28 @@ import numpy as np
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.membrane import force as formulas
-from gelcone.membrane.gel import MOST_STRETCHED, Gel
+from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of, refusal
 from gelcone.membrane.mean_length import mean_length
-from gelcone.membrane.table import FLAT, NEVER
+from gelcone.membrane.table import NEVER
 from gelcone.membrane.table import names as table_names
-from gelcone.physics.bracket import RESOLVED, halved, rise
+from gelcone.physics.bracket import RESOLVED
 from gelcone.physics.component import Numbers
-from gelcone.physics.film import membrane_charge
+from gelcone.physics.film import membrane_charge, membrane_slack
 from gelcone.physics.film.creeping_membrane import CreepingMembrane
-from gelcone.physics.film.crumpling import crumpling
 from gelcone.physics.film.elastic import STEEP
 from gelcone.physics.film.film import Border, FilmState, TracedState
 from gelcone.physics.film.gel import RADIUS_RATIO, BranchedFilm
+from gelcone.physics.film.membrane_energy import energy_and_area
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.implicit import known, root, traced
 from gelcone.quantity import Array
 
 KINDS = ("taut", "partly_wrinkled", "wrinkled", "slack")
-"""The states of the film: all hoops in tension, some, none; and without tension."""
+"""States of the film: all hoops in tension, some, none; and without tension."""
 SWITCHES = ("pulls", "near", "rim_taut", "any_taut")
-BISECTIONS = 48
 ROUNDS = 16
-"""Of Newton's method for the voltage at which a film pulls so, or of bisection where that leaves its bracket."""
-POINTS = 16
-"""Of Gauss's quadrature between two kinks of the force."""
+"""Most Newton or bisection steps to the voltage at which the film has a given pull."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +53,8 @@ class MembraneFilm(BranchedFilm):
     ----------
     law : a strain-energy law. Default Gent.
     prestretch_mode : ``"radial"`` or ``"equibiaxial"``, as for the taut cone.
-    branches, flow, flow_exponent, rested : its Maxwell branches, as for the taut cone; in a reduced form, see
-        `gelcone.physics.film.creeping_membrane`.
+    branches, flow, flow_exponent, rested : Maxwell branches, as for the taut cone, on one mean length of the film (see
+        `gelcone.physics.film.creeping_membrane`).
     """
 
     name = "membrane"
@@ -86,7 +78,7 @@ class MembraneFilm(BranchedFilm):
         return super().complete(own) | values
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """Besides those of the gel, the numbers of the table and the switches."""
+        """The numbers of the gel, of the fits of force and charge, and the switches."""
         law = self.law.numbers(parameters)
         own = self._ring.numbers(parameters)
         table = numbers_of(self.law, law, parameters["radius_ratio"], own["A"], own["B"])
@@ -97,12 +89,12 @@ class MembraneFilm(BranchedFilm):
 
     @property
     def switch_names(self) -> tuple[str, ...]:
-        """The switches of its borders."""
+        """Names of the switches of the borders."""
         return (*SWITCHES, "in_tension") if self.branches else SWITCHES
 
     @property
     def number_names(self) -> tuple[str, ...]:
-        """Without a table, which takes seconds."""
+        """The names of `numbers`, without computing them, which takes seconds."""
         names = (
             *self._ring.number_names,
             *table_names(),
@@ -115,14 +107,14 @@ class MembraneFilm(BranchedFilm):
         return tuple(dict.fromkeys(names))
 
     def _area_of(self, n: Numbers) -> membrane_charge.Area:
-        """The capacitance of one film over s and V."""
-        return lambda s, V: np.asarray(self._integrals(s, V, n)[1])
+        """The capacitance of a film with numbers ``n`` as a function of s and V."""
+        return lambda s, V: np.asarray(self._energy_and_area(s, V, n)[1])
 
     # --- branches ----------------------------------------------------------------------------------------------------
 
     @cached_property
     def creeping(self) -> CreepingMembrane:
-        """The formulas of a film with branches, away from statics."""
+        """The formulas of a film whose branches have states."""
         return CreepingMembrane(self)
 
     def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
@@ -133,14 +125,14 @@ class MembraneFilm(BranchedFilm):
         return self.creeping.lengths(x, squared, y, n, xp)
 
     def _place(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """The squared height at which the film hangs: that of the disc, unless branches hold it loose."""
+        """The squared height at which the film hangs: that of the disc, or its natural height where it is loose."""
         s = x * x
         return self.creeping.place(s, squared, y, n, xp)[0] if self.branches and y else s
 
     # --- force -------------------------------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x k and its slope; 0 where the film is slack, NaN where it has pulled in."""
+        """x k and its slope by x; 0 where the film is slack, NaN where it has pulled in."""
         if self.branches and y:
             force, slope = self.creeping.force(x, squared, y, n, xp)
         else:
@@ -153,7 +145,7 @@ class MembraneFilm(BranchedFilm):
         return np.where(gone, np.nan, force)[()], np.where(gone, np.nan, slope)[()]
 
     def relaxed_pull(self, s: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[formulas.Pull, Any]:
-        """The force of the film whose branches have relaxed, and 1 where it is in tension, else 0."""
+        """The pull of the film with relaxed branches, and 1 where it is in tension, else 0."""
         if traced(xp):
             pulls = 0.5 + 0.5 * n["pulls"]
             none = 0.0 * s
@@ -163,7 +155,7 @@ class MembraneFilm(BranchedFilm):
         return own._replace(k=np.where(slack, 0.0, own.k), by_s=np.where(slack, 0.0, own.by_s)), 1.0
 
     def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
-        """In a program, by its switches."""
+        """The pull in a program, chosen by switches."""
         near, behind = 0.5 + 0.5 * n["near"], (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"])
         if known(near) == 1.0:
             return formulas.pull("near", s, squared, n, behind)
@@ -176,8 +168,8 @@ class MembraneFilm(BranchedFilm):
     def _at(
         self, s: Any, squared: Any, n: Numbers, formula: Callable[..., Any] = formulas.pull
     ) -> tuple[Any, Any, Any]:
-        """Of numbers: the force where the film is in tension, or its `formulas.spot`; where it is slack, and where it
-        has pulled in."""
+        """Values of a ``formula`` of the film in tension, of arrays, with masks of where it is slack and where it has
+        pulled in."""
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             near = s < n["cut_squared"]
@@ -186,7 +178,7 @@ class MembraneFilm(BranchedFilm):
         return own, slack, self._gone(s, squared, n)
 
     def _gone(self, s: Any, squared: Any, n: Numbers) -> Any:
-        """Where the film has pulled in."""
+        """Mask of where the film has pulled in."""
         with np.errstate(all="ignore"):
             return (squared > self._highest(s, n)) | np.isnan(s) | (s > n["reach_squared"])
 
@@ -197,9 +189,8 @@ class MembraneFilm(BranchedFilm):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
-        """``pulls`` distinguishes a film in tension from a slack one, ``near``, heights below the cut from those above;
-        ``rim_taut`` states whether all hoops are in tension, ``any_taut`` whether one is. The last border ends the
-        film."""
+        """Borders with the switches ``pulls`` (in tension or slack), ``near`` (below or above the cut), ``rim_taut``
+        (all hoops in tension or not) and ``any_taut`` (some hoop in tension or none). The film ends at the last."""
         return (
             *((self.creeping.border,) if self.branches else ()),
             Border(self._slack_border, "pulls", divides=True),
@@ -271,7 +262,7 @@ class MembraneFilm(BranchedFilm):
     # --- where it has a state ----------------------------------------------------------------------------------------
 
     def strain_limit(self, n: Numbers) -> Any:
-        """The x^2 at which the innermost ring of the film without voltage comes to 90 % of its stretch limit, or 9."""
+        """The x^2 at which the innermost ring of the film without voltage reaches 90 % of its stretch limit, or 9."""
         return n["reach_squared"]
 
     def reach(self, n: Numbers) -> tuple[float, float]:
@@ -287,12 +278,12 @@ class MembraneFilm(BranchedFilm):
         return self.refusal(n) or super().unreachable(n)
 
     def refusal(self, n: Numbers) -> str:
-        """Why there is no table of this film, in words; empty where there is one."""
+        """Why the membrane cannot be computed, in words; empty where it can."""
         law = {name: n[name] for name in self.law.number_names}
         return refusal(self.law, law, n["radius_ratio"], n["A"], n["B"])
 
     def limit_share(self, x: Any, voltage: Any, y: list[Any], n: Numbers, state: FilmState | None = None) -> Any:
-        """The larger share of a limit: of the strain of the innermost ring, or of the height at which it hangs."""
+        """The larger of two shares: of the stretch limit, of the innermost ring; and of the largest squared height."""
         own = self.state(x, voltage, y, n) if state is None else state
         height = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n) / n["reach_squared"]
         found = np.fmax(height, own.limit_share)
@@ -302,7 +293,7 @@ class MembraneFilm(BranchedFilm):
         return np.fmax(found, self.viscous.limit_share(*lengths, y, n))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The V at which it localises at x, or, below the cut, at which a slack film pulls in."""
+        """The V at which the film localises at x; below the cut, at which a slack film pulls in."""
         with np.errstate(invalid="ignore"):  # the curve of localisation begins at a height
             found = self._highest(np.square(np.asarray(x, dtype=float)), n)
         return np.where(found >= NEVER, np.inf, found)[()]
@@ -314,9 +305,11 @@ class MembraneFilm(BranchedFilm):
         return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """By Newton's method within a bracket, as the pull k falls while the voltage rises. No voltage makes the film
-        push: a negative ``pull`` takes a V that rises too steeply to be reached; so does one that is less than the pull
-        at which the film pulls in."""
+        """Solve k(x^2, V) = ``pull`` for V, by Newton's method within a bracket; k falls as V rises.
+
+        The film does not push, and has a least pull before it pulls in. Below these V rises so steeply that it is never
+        reached, and the result stays monotone.
+        """
         s, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
         wanted = np.maximum(pull, 0.0)
         near = s < n["cut_squared"]
@@ -348,133 +341,52 @@ class MembraneFilm(BranchedFilm):
     # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """Energy of film and field less the charge times the voltage, plus V/2: so it is 0 where no ring moves."""
-        own = self._integrals(self._place(np.asarray(x), squared, y, n), squared, n)[0] + 0.5 * squared
+        """Energy of film and field less the charge times the voltage, plus V/2, so that it is 0 if no ring moves."""
+        own = self._energy_and_area(self._place(np.asarray(x), squared, y, n), squared, n)[0] + 0.5 * squared
         if not (self.branches and y):
             return own
         return own + self.viscous.energy(*self.branch_lengths(np.asarray(x), squared, y, n), y, n)
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Mean square of the deformed over the mounted area; in a program by `membrane_charge`."""
+        """Mean square of the deformed over the mounted area; in a program from the fit of `membrane_charge`."""
         if not traced(xp):
-            return self._integrals(self._place(np.asarray(x), squared, y, n), squared, n)[1]
+            return self._energy_and_area(self._place(np.asarray(x), squared, y, n), squared, n)[1]
         pulls, near = 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
         if known(pulls) == 0.0:
-            return self._slack_area(squared, pulls, n, xp)
+            return membrane_slack.traced_area(self.law, squared, pulls, n, xp)
         behind, s = (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]), self._place(x, squared, y, n, xp)
         shares = {"near": near, "far": 1.0 - near}
         parts = {piece: share for piece, share in shares.items() if known(share) != 0.0}
         own = [share * membrane_charge.capacitance(piece, s, squared, n, behind) for piece, share in parts.items()]
         found = sum(own[1:], own[0])
-        return found if known(pulls) == 1.0 else pulls * found + (1.0 - pulls) * self._slack_area(squared, pulls, n, xp)
+        if known(pulls) == 1.0:
+            return found
+        return pulls * found + (1.0 - pulls) * membrane_slack.traced_area(self.law, squared, pulls, n, xp)
 
-    def _slack_area(self, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
-        """The capacitance of a film without tension in a program: t^2 G with V G = Vb(t), t = 1 where it ``pulls``;
-        where the hoop is the stronger that of the flat film, whose rims keep their tension."""
-        even = n["even_slack"]
-        t = self._slack_stretch(squared, even if known(pulls) == 0.0 else (1.0 - pulls) * even, n, xp)
-        powers = formulas.powers(squared, FLAT)
-        flat = 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
-        return even * (t * t * n["G"]) + (1.0 - even) * flat
-
-    def _slack_stretch(self, squared: Any, share: Any, n: Numbers, xp: Any) -> Any:
-        """The t with V G = Vb(t) in a program, or 1 where ``share`` is 0 and not 1."""
-
-        def residual(t: Any, squared: Any, xp: Any) -> Any:
-            inverse = 1.0 / t
-            compliance = self.law.compliance(2.0 * t + inverse * inverse - 3.0, n, xp)
-            slack = 1.0 - inverse * inverse * inverse - squared * n["G"] * t * compliance
-            return (1.0 - share) * (t - 1.0) + share * slack
-
-        name = f"length of a slack film at {[xp.node(value).index for value in (squared, share, n['G'])]}"
-        return root(xp, name, residual, (squared,), lambda squared, xp: 1.0 + 0.0 * squared)
-
-    def _integrals(self, s: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
-        """Energy and area."""
+    def _energy_and_area(self, s: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        """Energy and capacitance, of arrays; NaN where the film has pulled in."""
         s, V = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
-            energy, area = self._without_tension(V, n)
-            for piece, low, high in self._parts(s, V, n):
-                if (high <= low).all():
-                    continue
-                k, by_v = _between(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
-                energy, area = energy + 0.5 * k, area - by_v
+            energy, area = energy_and_area(self.law, s, V, n)
             gone = self._gone(s, V, n)
         return np.where(gone, np.nan, energy)[()], np.where(gone, np.nan, area)[()]
-
-    def _without_tension(self, V: Any, n: Numbers) -> tuple[Any, Any]:
-        """Energy and area of the flat film where it is in tension, else of the slack one."""
-        flat = np.minimum(V, n["flat_voltage"])
-        powers = formulas.powers(flat, FLAT + 1)
-        own = [n[f"flat_area_{i}"] for i in range(FLAT + 1)]
-        area = 1.0 + sum(c * power for c, power in zip(own, powers, strict=False))
-        energy = -0.5 * (
-            flat + sum(c * power / (i + 1.0) for i, (c, power) in enumerate(zip(own, powers[1:], strict=True)))
-        )
-        beyond = flat < V
-        slack, before = (self._slack(np.where(beyond, value, flat), n) for value in (V, flat))
-        return np.where(beyond, energy + slack[0] - before[0], energy), np.where(beyond, slack[1], area)
-
-    def _slack(self, V: Any, n: Numbers) -> tuple[Any, Any]:
-        """Energy and area of a film without tension, stretched evenly by t^(1/2)."""
-        t = self._natural_stretch(V, n)
-        strain = 2.0 * t + 1.0 / (t * t) - 3.0
-        area = t * t * n["G"]
-        return self.law.energy(strain, n) - 0.5 * V * area, area
-
-    def _natural_stretch(self, V: Any, n: Numbers) -> Any:
-        """The t with V G = Vb(t)."""
-        most = np.minimum(n["hump"], 0.5 * (self.law.strain_limit(n) + 3.0))
-        high = np.minimum(most, MOST_STRETCHED) + 0.0 * V
-        return rise(lambda t: crumpling(self.law, t, n) - V * n["G"], np.ones_like(high), high)
-
-    def _parts(self, s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
-        """Ranges of s between the place where the film begins to pull and ``s``, within which the force is smooth."""
-        begin = self._begin(V, n)
-        found = []
-        for piece in formulas.PIECES:
-            if piece == "near":
-                low, high = np.minimum(begin, s), np.minimum(s, np.maximum(n["cut_squared"], begin))
-            else:
-                low, high = np.minimum(np.maximum(begin, n["cut_squared"]), s), s
-            at = [self._kink(piece, which, low, high, V, n) for which in ("rim", "whole")]
-            places = [low, np.minimum(*at), np.maximum(*at), high]
-            found += [(piece, one, other) for one, other in pairwise(places)]
-        return found
-
-    def _begin(self, V: Any, n: Numbers) -> Any:
-        """The s at which the film begins to pull."""
-        low = np.zeros_like(V) + n["begin_squared"]
-        high = np.maximum(low, np.zeros_like(V) + n["cut_squared"])
-        low, _ = halved(lambda s: formulas.tension(s, V, n) < 0.0, low, high, BISECTIONS)
-        return np.where(n["cut_squared"] > 0.0, np.where(low > n["begin_squared"], low, n["begin_squared"]), 0.0)
-
-    def _kink(self, piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> Any:
-        """The s between two at which a hoop falls slack; ``high`` where there is none."""
-
-        def distance(s: Any) -> Any:
-            return formulas.distance(piece, which, s, V, n)
-
-        sign = np.sign(distance(low))
-        none = sign == np.sign(distance(high))
-        return np.where(none, high, halved(lambda s: np.sign(distance(s)) == sign, low, high, BISECTIONS)[1])
 
     # --- what is asked of a film -------------------------------------------------------------------------------------
 
     @cached_property
     def _ring(self) -> WrinklingCone:
-        """The ring next to the disc, whose hoop is held: it obeys the wrinkling cone's law at its own meridian."""
+        """The ring next to the disc, whose hoop is held: a wrinkling cone at the meridian of the ring."""
         return WrinklingCone(law=self.law, prestretch_mode=self.prestretch_mode, pull_in="minimum")
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        """The state next to the disc, where the meridian is stretched most, with the largest field anywhere; NaN
-        where the film has pulled in."""
+        """Stretches and stresses next to the disc, where the meridian is stretched most, and the largest field of all
+        rings; NaN where the film has pulled in."""
         s = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n)
         s, squared = np.broadcast_arrays(s, np.square(voltage))
         own, slack, gone = self._at(s, squared, n, formulas.spot)
         with np.errstate(all="ignore"):
             disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=own.u, q=own.q, n=n))
-            t = self._natural_stretch(squared, n) if slack.any() else 1.0
+            t = membrane_slack.natural_stretch(self.law, squared, n) if slack.any() else 1.0
             held = Gel(self.law, n, n["A"], n["B"]).width(np.sqrt(disc), np.ones_like(s), squared)
             m, width = np.where(slack, t / n["A"], disc), np.where(slack, t / n["B"], held)
             state = self._ring.state_of_lengths(m, width, np.broadcast_to(voltage, s.shape), n)
@@ -491,7 +403,7 @@ class MembraneFilm(BranchedFilm):
         return found._replace(kind=np.where(gone, -1, kind))
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
-        """Next to the disc, where its hoop takes the natural width if it is slack; the field is the largest one."""
+        """Stresses next to the disc, where a slack hoop takes its natural width, and the largest field of all rings."""
         s, pulls, near = self._place(x, squared, y, n, xp), 0.5 + 0.5 * n["pulls"], 0.5 + 0.5 * n["near"]
         share, disc, largest = s / n["reach_squared"], 1.0, 1.0
         if known(pulls) != 0.0:
@@ -504,7 +416,7 @@ class MembraneFilm(BranchedFilm):
             disc = pulls * disc + (1.0 - pulls)
         width = self._traced_width(disc, squared, pulls, n, xp) if known(pulls) != 0.0 else 1.0
         if known(pulls) != 1.0:
-            t = self._slack_stretch(squared, 1.0 - pulls, n, xp)
+            t = membrane_slack.traced_stretch(self.law, squared, 1.0 - pulls, n, xp)
             disc, width = (pulls * own + (1.0 - pulls) * (t / n[name]) for own, name in ((disc, "A"), (width, "B")))
             largest = pulls * largest + (1.0 - pulls) * (disc * width)
         more: tuple[Any, Any] = (0.0, 0.0)
@@ -518,8 +430,8 @@ class MembraneFilm(BranchedFilm):
         return ring._replace(**stresses, field_squared=field, limit_share=xp.maximum(share, ring.limit_share))
 
     def _traced_width(self, m: Any, squared: Any, pulls: Any, n: Numbers, xp: Any) -> Any:
-        """The squared width of the ring at the disc in a program: 1, or where that is more the width that its hoop
-        takes without stress, the root of B - r/n = V m K with r = G/(m n)."""
+        """The squared width of the ring at the disc in a program: the larger of 1 and the width without hoop stress,
+        the root n of B - r/n = V m K with r = G/(m n)."""
 
         def residual(width: Any, m: Any, squared: Any, xp: Any) -> Any:
             thin = n["G"] / (m * width)
@@ -538,23 +450,8 @@ class MembraneFilm(BranchedFilm):
 
 
 def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:
-    """The tuple of arrays that a formula gives for the piece of each place."""
+    """The arrays of a ``formula``, evaluated for the piece, near or far, of each place."""
     if near.all() or not near.any():
         return formula("near" if near.all() else "far")
     parts = [formula(piece) for piece in formulas.PIECES]
     return type(parts[0])(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
-
-
-def _between(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers, c: Any) -> tuple[Any, Any]:
-    """The integrals over s of k and its derivative by V; over log s where ``low`` is positive, since they vary there
-    with V over the voltage of a slack film, else over log(s + c)."""
-    add = np.where(low > 0.0, 0.0, c)
-    begin = np.log(low + add)
-    length = np.log(np.maximum(high, low) + add) - begin
-    places, weights = np.polynomial.legendre.leggauss(POINTS)
-    k = by_v = 0.0
-    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-        shifted = np.exp(begin + place * length)
-        own = pull(shifted - add, V, n)
-        k, by_v = k + weight * shifted * own.k, by_v + weight * shifted * own.by_v
-    return length * k, length * by_v

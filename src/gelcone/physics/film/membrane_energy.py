@@ -1,0 +1,105 @@
+"""Energy and charge of the membrane: integrals of its force over the height, by Gauss's quadrature.
+
+    E(x, V) = E(x0, V) + integral of the force from x0 to x,    capacitance = -2 dE/dV,
+
+with x0 = 0 where the flat film is in tension, else the height at which the film begins to pull. The range is divided
+where the force has kinks: at the cut between the pieces of `gelcone.membrane.force`, and where a hoop falls slack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from gelcone.membrane import force as formulas
+from gelcone.membrane.table import FLAT
+from gelcone.physics.bracket import halved
+from gelcone.physics.component import Numbers
+from gelcone.physics.film import membrane_slack
+from gelcone.physics.laws import StrainEnergyLaw
+
+BISECTIONS = 48
+POINTS = 16
+"""Quadrature points between two kinks of the force."""
+
+
+def energy_and_area(law: StrainEnergyLaw, s: Any, V: Any, n: Numbers) -> tuple[Any, Any]:
+    """Energy of film and field less the charge times the voltage, and capacitance, at squared heights and voltages."""
+    energy, area = _without_tension(law, V, n)
+    for piece, low, high in _parts(s, V, n):
+        if (high <= low).all():
+            continue
+        k, by_v = _integrals(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
+        energy, area = energy + 0.5 * k, area - by_v
+    return energy, area
+
+
+def _without_tension(law: StrainEnergyLaw, V: Any, n: Numbers) -> tuple[Any, Any]:
+    """Energy and area of the flat film where it is in tension, else of the slack one."""
+    flat = np.minimum(V, n["flat_voltage"])
+    powers = formulas.powers(flat, FLAT + 1)
+    coefficients = [n[f"flat_area_{i}"] for i in range(FLAT + 1)]
+    area = 1.0 + sum(c * power for c, power in zip(coefficients, powers, strict=False))
+    energy = -0.5 * (
+        flat + sum(c * power / (i + 1.0) for i, (c, power) in enumerate(zip(coefficients, powers[1:], strict=True)))
+    )
+    beyond = flat < V
+    slack, before = (membrane_slack.energy_and_area(law, np.where(beyond, value, flat), n) for value in (V, flat))
+    return np.where(beyond, energy + slack[0] - before[0], energy), np.where(beyond, slack[1], area)
+
+
+def _parts(s: Any, V: Any, n: Numbers) -> list[tuple[str, Any, Any]]:
+    """Piece and ends of the ranges of s, from where the film begins to pull up to ``s``, in which the force is
+    smooth."""
+    begin = _begin(V, n)
+    found = []
+    for piece in formulas.PIECES:
+        if piece == "near":
+            low, high = np.minimum(begin, s), np.minimum(s, np.maximum(n["cut_squared"], begin))
+        else:
+            low, high = np.minimum(np.maximum(begin, n["cut_squared"]), s), s
+        at = [_kink(piece, which, low, high, V, n) for which in ("rim", "whole")]
+        places = [low, np.minimum(*at), np.maximum(*at), high]
+        found += [(piece, one, other) for one, other in pairwise(places)]
+    return found
+
+
+def _begin(V: Any, n: Numbers) -> Any:
+    """The s at which the film begins to pull."""
+    low = np.zeros_like(V) + n["begin_squared"]
+    high = np.maximum(low, np.zeros_like(V) + n["cut_squared"])
+    low, _ = halved(lambda s: formulas.tension(s, V, n) < 0.0, low, high, BISECTIONS)
+    return np.where(n["cut_squared"] > 0.0, np.where(low > n["begin_squared"], low, n["begin_squared"]), 0.0)
+
+
+def _kink(piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> Any:
+    """The s between ``low`` and ``high`` at which a hoop falls slack; ``high`` if there is none."""
+
+    def distance(s: Any) -> Any:
+        return formulas.distance(piece, which, s, V, n)
+
+    sign = np.sign(distance(low))
+    none = sign == np.sign(distance(high))
+    return np.where(none, high, halved(lambda s: np.sign(distance(s)) == sign, low, high, BISECTIONS)[1])
+
+
+def _integrals(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers, c: Any) -> tuple[Any, Any]:
+    """Integrals over s of k and of its derivative by V.
+
+    The variable is log s where ``low`` is positive, since both vary there with V over the voltage of a slack film;
+    elsewhere it is log(s + c).
+    """
+    add = np.where(low > 0.0, 0.0, c)
+    begin = np.log(low + add)
+    length = np.log(np.maximum(high, low) + add) - begin
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    k = by_v = 0.0
+    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
+        shifted = np.exp(begin + place * length)
+        own = pull(shifted - add, V, n)
+        k, by_v = k + weight * shifted * own.k, by_v + weight * shifted * own.by_v
+    return length * k, length * by_v
