@@ -1,7 +1,7 @@
-"""The film at once: one whose branches have no time to relax, for the statics of a fast step.
+"""A film whose branches have no time to relax, for the statics of a fast step.
 
-The states of its branches are numbers, those at which they have rested before: it is an elastic film, stiffer than the
-one of the same gel that has crept to where its branches carry nothing, which statics mean otherwise.
+The states of its branches are parameters, held where the branches have rested before. The film is elastic, and stiffer
+than the relaxed film of the same gel, which all other statics describe.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gelcone.physics.structure import DISC
 from gelcone.quantity import Array, Quantity
 
 HELD = "held_"
-"""The text before the name of a state that is a parameter."""
+"""Prefix of the name of a state that is a parameter."""
 FARTHEST = 1e6
 """The |x| up to which the limit of a branch is searched."""
 
@@ -53,7 +53,7 @@ class FilmAtOnce(Film):
         return self.film.numbers(parameters) | held
 
     def held(self, n: Numbers) -> list[Any]:
-        """The states of the branches."""
+        """The states at which the branches are held."""
         return [n[HELD + state.name] for state in self.film.states]
 
     @property
@@ -104,8 +104,8 @@ class FilmAtOnce(Film):
         return self.film.creeping.highest_squared(x, self.held(n), n)
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """The V at which the film pulls so hard. No voltage makes a film that wrinkles push: for a negative ``pull``
-        its V rises too steeply to be reached."""
+        """Solve force = ``pull`` x for V. A film that wrinkles cannot push: for a negative ``pull`` V rises too steeply
+        to be reached."""
         if not isinstance(self.film, WrinklingCone | MembraneFilm):
             return super().balancing(x, pull, n)
         found = self.film.creeping.balancing(x, np.maximum(pull, 0.0), self.held(n), n)
@@ -131,9 +131,9 @@ class FilmAtOnce(Film):
 
 
 def films_at_once(model: Ensemble, states: Array | None = None) -> Members:
-    """The members with films whose branches do not relax; themselves where no film has states.
+    """Return the members with films whose branches do not relax; the same members where no film has states.
 
-    ``states`` (members, N) are those at which they are held. Default: those of a run from rest without voltage.
+    The branches are held at ``states`` (members, N). Default: those of a run from rest without voltage.
     """
     members = model.members()
     system = members.system

@@ -23,8 +23,8 @@ where n = 1 the second stays 1 and is left out. Parameters of one rule are not t
 
 A branch that relaxes fast is stiff. To second order in its time either rule without an exponent is a damper (Kelvin and
 Voigt): the taut film pulls the disc with 4 g tau x^2 x'/q^2 more, and no state is left of the branch (``reduced``).
-The order is that of the motion: the film's stresses are without those of the branch, which are of first order, and only
-force and dissipation have the damper.
+The order is that of the motion: force and dissipation contain the damper, while the film's stresses leave out those of
+the branch, which are of first order.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ def branches_of(names: Iterable[str]) -> int:
 
 
 class Strained(NamedTuple):
-    """A branch at some stretches E1, ``first``, E2, ``second``, and E3: ``along`` = R (E1 - E3) and ``across`` =
-    R (E2 - E3) are its true stresses over g, and ``thin`` is R E3."""
+    """The state of a branch: its true stresses over g, ``along`` = R (E1 - E3) and ``across`` = R (E2 - E3), ``thin`` =
+    R E3, and its stretches ``first`` = E1 and ``second`` = E2."""
 
     along: Any
     across: Any
@@ -75,8 +75,8 @@ class Strained(NamedTuple):
 
 @dataclass(frozen=True)
 class Branches:
-    """The ``count`` branches of a film, their ``flow`` rule and its ``exponent``; ``taut`` says that n = 1 always, and
-    the ``reduced`` ones, by their numbers from 1, have no states."""
+    """The ``count`` branches of a film with their ``flow`` rule and its ``exponent``. ``taut``: n is always 1.
+    ``reduced``: numbers, from 1, of the branches without states."""
 
     count: int
     flow: str
@@ -156,7 +156,7 @@ class Branches:
 
     @property
     def words(self) -> str:
-        """The end of a line about the film: how it creeps; empty without branches."""
+        """The part of a film's description that says how it creeps; empty without branches."""
         several = f"{self.count} Maxwell branch{'es' if self.count > 1 else ''}"
         rule = "linear" if self.flow == "linear" else "logarithmic"
         dampers = f", {len(self.reduced)} of them without states as damper" if self.reduced else ""
@@ -182,7 +182,8 @@ class Branches:
         return found
 
     def time_constant(self, n: Numbers) -> Any:
-        """The slowest relaxation, stretched by what the branch holds of a soft film: creep is slower than it."""
+        """The slowest time constant of creep, (1 + g) tau: a branch that carries load creeps more slowly than it
+        relaxes."""
         each = [(1.0 + n[f"viscous_modulus_{k}"]) / n[f"flow_rate_{k}"] for k in self.with_states]
         return np.maximum.reduce(each) if each else 0.0
 
@@ -197,7 +198,7 @@ class Branches:
         return (4.0 * viscosity) * (share * share)
 
     def free_length(self, y: list[Any], xp: Any = np) -> Any:
-        """The longest m at which a branch of a film with n = 1 carries nothing along it."""
+        """The largest m at which a branch is free along the meridian, at n = 1."""
         found: Any = 0.0
         for k in self.with_states:
             own = self._own(k, y)
@@ -233,7 +234,7 @@ class Branches:
     # --- all of them -------------------------------------------------------------------------------------------------
 
     def stresses(self, m: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """Sums of t1 and t2; 0 where the branches have relaxed, in statics."""
+        """Sums of t1 and t2; 0 without states, as in statics."""
         along, across = 0.0, 0.0
         for _, g, own in self._each(m, width, y, n):
             along, across = along + g * own.along, across + g * own.across
@@ -250,7 +251,7 @@ class Branches:
         return h11, h12, h22
 
     def pull(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """t1/m of a taut film, and its derivative by m while the states are held."""
+        """t1/m of a taut film, and its derivative by m at fixed states."""
         if self.flow == "log":
             along = self.stresses(m, 1.0, y, n)[0]
             return along / m, (self.slopes(m, 1.0, y, n)[0] - along) / (m * m)
@@ -266,7 +267,7 @@ class Branches:
         for k, g, own in self._each(m, width, y, n):
             rate, p = n[f"flow_rate_{k}"], self._own(k, y)
             if self.flow == "log":
-                speed = (-2.0 / 3.0) * rate * self._quickening(g, own, n)
+                speed = (-2.0 / 3.0) * rate * self._flow_factor(g, own, n)
                 found += [
                     speed * p[0] * (own.along - 0.5 * own.across),
                     speed * p[1] * (own.across - 0.5 * own.along),
@@ -277,8 +278,8 @@ class Branches:
                 found += [changes[0], changes[2]] if self.taut else changes
         return found
 
-    def _quickening(self, g: Any, own: Strained, n: Numbers) -> Any:
-        """The factor by which a stress quickens the flow."""
+    def _flow_factor(self, g: Any, own: Strained, n: Numbers) -> Any:
+        """The factor ((t1^2 - t1 t2 + t2^2)/s^2)^((c - 1)/2) of flow rates and dissipation."""
         if self.exponent == 1:
             return 1.0
         share = g * n["inverse_flow_stress"]
@@ -294,7 +295,7 @@ class Branches:
         for k, g, own in self._each(m, width, y, n):
             rate = g * n[f"flow_rate_{k}"]
             if self.flow == "log":
-                found = found + (rate * self._quickening(g, own, n) / 3.0) * _equivalent(own)
+                found = found + (rate * self._flow_factor(g, own, n) / 3.0) * _equivalent(own)
             else:
                 lost: Any = 0.0
                 for stretch in (own.first, own.second, own.thin):
@@ -303,7 +304,7 @@ class Branches:
         return found
 
     def energy(self, m: Any, width: Any, y: list[Any], n: Numbers) -> Any:
-        """The energy that the branches store, of arrays."""
+        """The energy stored in the branches, of arrays."""
         found: Any = 0.0
         for k, g, own in self._each(m, width, y, n):
             first, second = own.first, own.second

@@ -45,16 +45,16 @@ stretch limit has a second one, at twice the length or more, to which a voltage 
 MOST_HALVINGS, ROUNDING = 60, 1e-14
 """Halvings of a step along which the energy does not fall, and the share of the energy that counts as rounding."""
 UNREACHED = 1e6
-"""The V up to which the end of a film that never pulls in is searched."""
+"""The V of a film that does not pull in; the largest at which the end of a film is searched."""
 LEVELS = 32
-"""Widths between which a film's end is searched, and lengths at once between which the end of its minimum is."""
+"""Number of widths, and of lengths at a time, between which the end of a film is bracketed."""
 LEVEL, MOST_LEVELS = 1.02, 480
-"""Ratio of two such lengths, from 1 on, and the most of them."""
+"""Ratio of neighbouring lengths, from 1 on, and their largest number."""
 
 
 class Tension(NamedTuple):
-    """At lengths m and n: ``along`` = K s1 and ``across`` = K s2 with the ``compliance`` K of the law; the ``strain``,
-    A m, B n, r = G/(m n), and ``field`` = K V m n."""
+    """Stresses at lengths m and n: ``along`` = K s1 and ``across`` = K s2 with the ``compliance`` K of the law; the
+    ``strain`` I1 - 3, ``meridian`` = A m, ``hoop`` = B n, r = G/(m n), and ``field`` = K V m n."""
 
     along: Any
     across: Any
@@ -129,11 +129,11 @@ class Creeping:
         return m, width_at(m, squared, y), held, narrow
 
     def solved(self, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Array, Array]:
-        """m and n of the minimum that is followed from the held film, of arrays; NaN where there is none.
+        """Compute m and n of the energy minimum that continues the held film, of arrays; NaN where it has ended.
 
-        Newton's method, in whose form the residuals of the law rise and bend down, comes to the minimum from below.
-        Those of a branch next to its limit bend up: where a step leads beyond it, or the way is not convex, although
-        the film has not ended, its energy leads to the minimum.
+        Newton's method approaches the minimum from below, since the residuals of the law are concave in the form used
+        here. Those of a branch near its limit are convex: where a step passes the limit, or the Hessian is not
+        positive, although the minimum exists, descent of the energy finds it.
         """
         q, squared, *y = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (q, squared, *y)))
         m, width, moving = q.copy(), np.ones(q.shape), np.ones(q.shape, dtype=bool)
@@ -175,7 +175,7 @@ class Creeping:
         return (self.film.viscous.limit_share(m, width, y, n) < 1.0) & (own.compliance > 0.0)
 
     def _descended(self, q: Array, squared: Array, y: list[Any], n: Numbers) -> tuple[Array, Array]:
-        """What `solved` gives of films that have a minimum, by Newton's method along which the energy falls."""
+        """Find the minimum of films that have one, by Newton's method with a line search on the energy."""
 
         def energy(m: Any, width: Any) -> Any:
             own = self.tension(m, squared, width, y, n)
@@ -210,8 +210,8 @@ class Creeping:
     # --- what a film gives -------------------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> tuple[Any, Any]:
-        """x s1/q where the meridian is held, else 0, and its slope; in a program s1/q, for the slope follows there by
-        differentiation."""
+        """x s1/q where the meridian is held, else 0, and its slope by x; in a program the second is s1/q, since
+        programs differentiate the first."""
         q = 1.0 + x * x
         _, width, held, narrow = self.lengths(q, squared, y, n, xp)
         if known(held) == 0.0:
@@ -227,26 +227,26 @@ class Creeping:
     # --- held at its states ------------------------------------------------------------------------------------------
 
     def _slack(self, q: Any, width: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """V and s1 of a film of the length q with its hoop slack at a width; infinite V beyond a stretch limit."""
+        """V and s1 of a hoop-slack film of the length q at a ``width``; V is infinite beyond a stretch limit."""
         own = self.tension(q, 0.0, width, y, n)
         whole = self._whole(own, q, width, y, n)
         squared, along = own.across / (own.compliance * q * width), (own.along - own.across) / own.compliance
         return np.where(whole, squared, np.inf), along
 
     def _margin(self, q: Any, squared: Any, width: Any, y: list[Any], n: Numbers) -> Any:
-        """2 (h11 - h12^2/h22) - s1, times K: what localisation takes from a film with slack hoops."""
+        """The margin of a hoop-slack film before localisation, K (2 (h11 - h12^2/h22) - s1)."""
         at = self.tension(q, squared, width, y, n)
         h11, h12, h22 = self.slopes(at, q, width, y, n)
         return 2.0 * (h11 - h12 * h12 / h22) - at.along
 
     def _widest(self, q: Any, y: list[Any], n: Numbers) -> Any:
-        """A width at which no part of the film pulls along more than across."""
+        """A width at which neither the law nor a branch is stretched more along than across."""
         size = len(y) // self.film.branches
         ratios = [n["A"] * q / n["B"], *(y[k * size] * q / y[k * size + 1] for k in range(self.film.branches))]
         return np.maximum.reduce(np.broadcast_arrays(1.0, *ratios))
 
     def balancing(self, x: Any, pull: Any, y: list[Any], n: Numbers) -> Any:
-        """The V at which s1/q is ``pull``, which is not negative; of a film that would have localised there, too."""
+        """The V at which s1/q equals ``pull`` >= 0, also where the film would have localised."""
         q, pull = np.broadcast_arrays(1.0 + np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
 
         def weakness(width: Any) -> Any:
@@ -260,8 +260,8 @@ class Creeping:
             return np.where(own.across >= taut * own.compliance * q, taut, slack)[()]
 
     def highest_squared(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """The V at which the film ends where it is held at x: where it localises, or its minimum does; `UNREACHED`
-        where it is so long that its minimum does not."""
+        """The V at which a film held at x localises or its minimum ends, whichever comes first; `UNREACHED` if neither
+        happens."""
         q = 1.0 + np.square(np.asarray(x, dtype=float))
 
         def weakness(width: Any) -> Any:
@@ -289,7 +289,7 @@ class Creeping:
             return np.where(ends, np.minimum(self._slack(q, found, y, n)[0], UNREACHED), slack)[()]
 
     def free_width(self, m: Any, y: list[Any], n: Numbers) -> Any:
-        """The width of a film of the length m that nothing holds, at the V at which it has that length."""
+        """The width of a free film of the length m, at the V at which it has that length."""
 
         def slender(width: Any) -> Any:
             own = self.tension(m, 0.0, width, y, n)
@@ -300,8 +300,8 @@ class Creeping:
         return rise(slender, np.ones_like(m), self._widest(m, y, n))
 
     def softness(self, m: Any, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """The Hessian of a film of the length m that nothing holds, with the opposite sign: positive where its minimum
-        has ended; and whether no stretch limit is reached."""
+        """Minus the Hessian of a free film of the length m, positive where its minimum has ended; and a mask of films
+        below all stretch limits."""
         width = self.free_width(m, y, n)
         own = self.tension(m, 0.0, width, y, n)
         whole = self._whole(own, m, width, y, n)
@@ -310,7 +310,7 @@ class Creeping:
         return -np.where(width > 1.0, h11 * h22 - h12 * h12, h11), np.broadcast_to(whole, np.shape(width))
 
     def _free_end(self, y: list[Any], n: Numbers) -> tuple[Any, Any]:
-        """The V at which the minimum of a film ends that nothing holds, infinite if it does not, and its m there."""
+        """The V at which the minimum of a free film ends, and its m there; infinite if it does not end."""
         names = tuple(name for name in n if not name.startswith("held_"))
         arrays = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (*y, *(n[name] for name in names))))
         rows = np.stack([array.ravel() for array in arrays])
@@ -339,7 +339,8 @@ class Creeping:
         return {"meridian_held": np.where(gone, np.nan, tight), "width_held": np.where(gone, np.nan, narrow)}
 
     def combinations(self, negative: Mapping[str, Any]) -> list[Any]:
-        """Which combinations of the switches belong to each state of the film; ``negative`` says where each is -1."""
+        """Masks over the combinations of switches, one for each state of the film; ``negative`` is True where a switch
+        is -1."""
         tight, narrow = ~negative["meridian_held"], ~negative["width_held"]
         return [tight & narrow, tight & ~narrow, ~tight & narrow, ~tight & ~narrow]
 
@@ -383,7 +384,7 @@ class Creeping:
 
 
 def _chosen(which: Any, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple[Any, Any, list[Any], dict[str, Any]]:
-    """What formulas take, of some elements alone."""
+    """The arguments of the formulas, reduced to the elements in the mask ``which``."""
     own = {name: np.broadcast_to(v, which.shape)[which] if np.ndim(v) else v for name, v in n.items()}
     q, squared, *y = (np.broadcast_to(value, which.shape)[which] for value in (q, squared, *y))
     return q, squared, y, own
@@ -391,9 +392,9 @@ def _chosen(which: Any, q: Any, squared: Any, y: list[Any], n: Numbers) -> tuple
 
 @lru_cache(maxsize=256)
 def _free_end_of(film: TautCone, names: tuple[str, ...], rows: bytes, count: int) -> tuple[Array, Array]:
-    """What `Creeping._free_end` gives, (count,), of the states and numbers in the ``rows``.
+    """`Creeping._free_end`, (count,), for the states and numbers in ``rows``; cached.
 
-    The V of a film that nothing holds, over its length m, rises from level to level until its minimum ends.
+    The V of a free film rises with its length m, level by level, until its minimum ends.
     """
     values = np.frombuffer(rows).reshape(-1, count)
     y, n = list(values[: len(film.states)]), dict(zip(names, values[len(film.states) :], strict=True))

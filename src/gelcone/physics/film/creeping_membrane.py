@@ -5,15 +5,14 @@ In a membrane each ring has branches of its own. Here all are stretched by the m
 
     E(x, V) + psi(M(x^2); states),
 
-of which the first is that of the relaxed membrane, and pulls with x K, K = k + M' t1/M with the stress t1 of the
-branches. A relaxed film is the membrane itself. At once, and in between, its force errs, against branches in every
-ring, by some per cent of that without voltage, in half of the films tried by less than 0.5 %
-(``benchmarks/creeping_membrane.py``). It pulls in
-where the relaxed membrane does: what a branch in the ring that localises would withstand for a while is left out, on
-the safe side.
+whose first term is that of the relaxed membrane, and the force x K, K = k + M' t1/M with the stress t1 of the branches.
+A relaxed film is the membrane itself. Before it has relaxed, its force differs from that of a membrane with branches in
+every ring by some per cent of the force without voltage, in half of the films tried by less than 0.5 %
+(``benchmarks/creeping_membrane.py``). It pulls in where the relaxed membrane does, which is on the safe side: a branch
+in the ring that localises would withstand more for a while.
 
-A film pulls, and never pushes. Where K would be negative, because its branches have crept at a greater height, it hangs
-loose at its natural height, at which K = 0: its branches, hoops and charge are those of that height.
+A film never pushes. Where K would be negative, because its branches have crept at a greater height, it hangs loose at
+its natural height, at which K = 0, with the branches, hoops and charge of that height.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from gelcone.physics.implicit import known, root, traced
 
 
 class Membrane(Protocol):
-    """A membrane as its branches see it: the relaxed film."""
+    """The relaxed membrane, as its branches use it."""
 
     @property
     def viscous(self) -> Branches:
@@ -46,10 +45,10 @@ class Membrane(Protocol):
         """The pull of the relaxed film at the squared height ``s``, and 1 where it is in tension, else 0."""
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """The V at which the relaxed film pulls so hard."""
+        """The V at which the relaxed film has a ``pull``."""
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The largest V that the relaxed film bears."""
+        """The V at which the relaxed film pulls in."""
 
 
 class CreepingMembrane:
@@ -87,8 +86,8 @@ class CreepingMembrane:
         most = near * n["cut_squared"] + (1.0 - near) * n["reach_squared"]
 
         def first(s: Any, squared: Any, *others: Any) -> Any:
-            """The height at which the last branch carries nothing, as far as the law at the natural height holds: that
-            one lies below, and far below it the formulas of the relaxed film mean nothing."""
+            """The height at which the last branch is free, within the piece of the force: the natural height lies below
+            it, and far below that the formulas of the relaxed film do not hold."""
             *y, xp = others
             above = xp.maximum(xp.maximum(s, least), height_of(self.film.viscous.free_length(y, xp), n))
             return -xp.maximum(-above, -most)

@@ -19,7 +19,7 @@ from gelcone.physics.laws import StrainEnergyLaw
 from gelcone.quantity import Array
 
 ROUNDING = 1e-12
-"""Squared stretches that differ by less, as a share, are one."""
+"""Squared stretches that differ by less, relatively, count as equal."""
 GRID = 2000
 """Squared stretches among which the first turning of Vb is searched."""
 

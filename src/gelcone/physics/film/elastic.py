@@ -1,4 +1,4 @@
-"""A wrinkling film without branches: its forces, lengths and borders in closed form, and by one root.
+"""A wrinkling film without branches: force, lengths and borders, in closed form but for one root.
 
 Symbols and states of tension as in `gelcone.physics.film.wrinkling`.
 """
@@ -21,7 +21,7 @@ from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
 
 STEEP = 1e10
-"""How fast the V that would make a film push grows with the push: no voltage does, it is above `UNREACHED`."""
+"""Slope, over a push, of the V that stands for it: no voltage makes a film push, so that V exceeds `UNREACHED`."""
 GOLDEN, GOLDEN_STEPS = 0.6180339887498949, 40
 
 
@@ -50,14 +50,14 @@ class Elastic:
         self.film, self.law, self.pull_in = film, film.law, pull_in
 
     @property
-    def goes_on(self) -> bool:
+    def continues(self) -> bool:
         """Whether a run continues after the film has pulled in."""
         return self.pull_in in ("memoryless", "snap")
 
     # --- force ---------------------------------------------------------------------------------------------------
 
     def local(self, xx: Any, squared: Any, y: Any, n: Numbers, xp: Any = np) -> Local:
-        """At x^2, V and y = n - 1; differences of nearly equal numbers are taken where they are exact."""
+        """Quantities at x^2, V and y = n - 1, in a form without cancellation."""
         A, B, G = (n[name] for name in "ABG")
         flatness = xx / (1.0 + xx)  # 1 - 1/q
         larger = xx + (y + y * xx)  # q n - 1
@@ -71,20 +71,20 @@ class Elastic:
         return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
 
     def _held_and_pulling(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
-        """1 and 0: whether the width is held, and whether the film pulls; the latter unknown (None) for numbers."""
+        """Flags, 1 or 0, of a held width and of a film that pulls; the second is None, not known yet, for arrays."""
         if traced(xp):
             return 0.5 + 0.5 * n["width_held"], 0.5 + 0.5 * n["pulls"]
         own = self.local(xx, squared, 0.0, n)
         return np.where((own.excess >= 0.0) & (own.hoop >= own.r), 1.0, 0.0), None
 
     def tension(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Local, Any, Any, Any]:
-        """The film's own state, K s1/q (beyond the border of the force what has its sign), 1 where its width is held,
-        and 1 where it pulls."""
+        """Local quantities; K s1/q, or where the film does not pull a value of its sign; and flags, 1 or 0, of a held
+        width and of a film that pulls."""
         held, pulls = self._held_and_pulling(xx, squared, n, xp)
         mixed = pulls is not None and known(pulls) != 1.0  # also without force, where s2 = 0 may have no root
 
         def free(xx: Any) -> Any:
-            """The width at A q = B n: where its hoop is taut there, a film without force begins to pull."""
+            """The width at A q = B n, at which a film without force begins to pull if its hoop is taut."""
             return (n["A"] - n["B"]) / n["B"] + (n["A"] / n["B"]) * xx
 
         def residual(y: Any, xx: Any, squared: Any, xp: Any) -> Any:
@@ -94,8 +94,8 @@ class Elastic:
             return held * y + (1.0 - held) * wide
 
         def first(xx: Any, squared: Any, xp: Any) -> Any:
-            """The larger one of 1 and the n at which the hoop is stress-free without voltage, less 1: Newton's method
-            comes to the root from below, where a film that is too short has no second one."""
+            """The larger of 1 and the stress-free n without voltage, less 1: Newton's method approaches the root from
+            below, where a film that is too short has no second root."""
             wide = xp.sqrt(n["G"] / (n["B"] * (1.0 + xx))) - 1.0
             return 0.5 * (wide + xp.sqrt(wide * wide))
 
@@ -118,12 +118,12 @@ class Elastic:
         return own, pull, held, pulls
 
     def force(self, x: Any, squared: Any, n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x s1/q and its slope; NaN where the energy has no minimum any more."""
+        """x s1/q and its slope by x; NaN where the energy no longer has a minimum."""
         xx = x * x
         own, pull, held, pulls = self.tension(xx, squared, n, xp)
         if traced(xp):
             pulls = pulls * self._whole(n)
-        elif not self.goes_on:
+        elif not self.continues:
             pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
         tension = pull / own.compliance
         stiffening = self.law.stiffening(own.strain, n, xp)
@@ -140,18 +140,18 @@ class Elastic:
 
     @property
     def borders(self) -> tuple[Border, ...]:
-        """``width_held`` distinguishes taut from hoop-slack, and without force A q < B from A q > B; ``pulls``, with
-        from without force; ``crumpled``, meridional slack from crumpled there; ``long``, a film that may begin to pull
-        from one that is too short; ``below_hump``, one before the hump from one beyond the valley. The last border ends
-        the film; where a run continues, ``whole`` states whether it has failed instead."""
+        """Borders with their switches: ``width_held`` (taut or hoop-slack; without force A q < B or A q > B), ``pulls``
+        (with or without force), ``crumpled`` (crumpled or meridional slack), ``long`` (may begin to pull, or too
+        short), ``below_hump`` (before the hump, or beyond the valley). The film ends at the last border; where a run
+        continues, that border has the switch ``whole`` (intact or failed)."""
         return (
             Border(self._width_border, "width_held", divides=True),
             Border(self._force_border, "pulls", divides=True),
             Border(self._crumpling_border, "crumpled"),
             Border(self._length_border, "long", seldom=True),
-            Border(self._hump_border, "below_hump", seldom=not self.goes_on),
+            Border(self._hump_border, "below_hump", seldom=not self.continues),
             Border(self._failure_border, "whole", jumps=True)
-            if self.goes_on
+            if self.continues
             else Border(self._end_border, seldom=self.pull_in != "minimum"),
         )
 
@@ -185,7 +185,7 @@ class Elastic:
 
     def _hump_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         before = n["below_hump"] * (n["end_of_slack"] - n["A"] * (1.0 + x * x))
-        if self.goes_on:
+        if self.continues:
             return before
         _, pulls = self._held_and_pulling(x * x, squared, n, xp)
         return pulls + (1.0 - pulls) * before
@@ -212,7 +212,7 @@ class Elastic:
         return 0.5 + 0.5 * n["whole"] if self.pull_in == "snap" else 1.0
 
     def _ellipticity(self, own: Local, n: Numbers, xp: Any) -> Any:
-        """Positive as long as the meridional force of the hoop-slack film grows with a ring's length: h + 2 q dh/dq."""
+        """Positive while the meridional force of the hoop-slack film grows with a ring's length: h + 2 q dh/dq."""
         stiffening = self.law.stiffening(own.strain, n, xp)
         a, b, r = own.meridian, own.hoop, own.r
         thin = b - r
@@ -234,19 +234,20 @@ class Elastic:
             "crumpled": np.where(squared > n["crumpling_squared"], 1.0, -1.0),
             "long": np.where(xx > n["shortest"], 1.0, -1.0),
             "below_hump": np.where(n["A"] * (1.0 + xx) < n["end_of_slack"], 1.0, -1.0),
-        } | ({"whole": np.where(gone, -1.0, 1.0)} if self.goes_on else {})
+        } | ({"whole": np.where(gone, -1.0, 1.0)} if self.continues else {})
 
     def combinations(self, negative: Mapping[str, Any]) -> list[Any]:
-        """Which combinations of the switches belong to each state of the film; ``negative`` says where each is -1."""
+        """Masks over the combinations of switches, one for each state of the film; ``negative`` is True where a switch
+        is -1."""
         held, pulls, crumpled = (~negative[name] for name in ("width_held", "pulls", "crumpled"))
         places = [pulls & held, pulls & ~held, ~pulls & ~crumpled, ~pulls & crumpled]
-        return [where & ~negative["whole"] for where in places] + [negative["whole"]] if self.goes_on else places
+        return [where & ~negative["whole"] for where in places] + [negative["whole"]] if self.continues else places
 
     # --- lengths -----------------------------------------------------------------------------------------------------
 
     def lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Squared true meridional and hoop length of the film over the mounted ones, m and n; NaN once it has pulled
-        in, and where x is unknown."""
+        in, and where x is NaN."""
         xx, squared = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             own, _, _, pulls = self.tension(xx, squared, n, np)
@@ -316,8 +317,8 @@ class Elastic:
             return slack if known(pulls) == 0.0 else pulls * (m - 1.0 - xx) + (1.0 - pulls) * slack
 
         def first(xx: Any, squared: Any, xp: Any) -> Any:
-            """The larger one of q and the m without voltage, or where it is crumpled that of A m = B: Newton's method
-            comes to the root from below."""
+            """The larger of q and the m without voltage, or where it is crumpled of A m = B: Newton's method approaches
+            the root from below."""
             crumpled = 0.5 + 0.5 * n["crumpled"]
             more = crumpled * (B / A) + (1.0 - crumpled) * xp.sqrt(G / A) - 1.0 - xx
             return 1.0 + xx + 0.5 * (more + xp.sqrt(more * more))
@@ -327,8 +328,10 @@ class Elastic:
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
-        """Where the film is taut h - pull, else the V of the width at which it pulls so. No voltage makes a film push:
-        a negative ``pull`` takes a V that rises too steeply to be reached, so that the result stays monotone."""
+        """Solve s1/q = ``pull`` for V: h - pull where the film is taut, else from its width.
+
+        A film cannot push: for a negative ``pull`` V rises too steeply to be reached, and the result stays monotone.
+        """
         xx, pull = np.broadcast_arrays(np.square(np.asarray(x, dtype=float)), np.asarray(pull, dtype=float))
         wanted = np.maximum(pull, 0.0)
         with np.errstate(all="ignore"):
@@ -346,7 +349,7 @@ class Elastic:
         return (np.where(held, taut, wrinkled) - STEEP * np.minimum(pull, 0.0))[()]
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The V at which it pulls in at x; behind the valley, where it does not, `UNREACHED`."""
+        """The V at which the film pulls in at x; `UNREACHED` beyond the valley, where it does not."""
         xx = np.square(np.asarray(x, dtype=float))
         with np.errstate(all="ignore"):
             t = n["A"] * (1.0 + xx)
@@ -383,14 +386,14 @@ class Elastic:
 
 
 def _root_name(of: str, squared: Any, n: Numbers, xp: Any) -> str:
-    """Name of a root in a program, of either film of a double cone and at whichever voltage a circuit asks for."""
+    """The name of a root in a program, which differs between the films of a double cone and the voltages of a
+    circuit."""
     film = getattr(n["crumpled"], "value", "")
     return f"natural {of}, {film}, {xp.node(squared).index}" if traced(xp) else of
 
 
 def _highest(function: Callable[[Any], Any], end: Any) -> Any:
-    """Where between 0 and ``end`` a function of an array is largest, with one maximum inside or at the end: by golden
-    sections, each of which leaves 0.62 of the range."""
+    """The maximum between 0 and ``end`` of a function of an array that has one, by golden-section search."""
     low, high = np.zeros_like(end), np.array(end, dtype=float)
     for _ in range(GOLDEN_STEPS):
         first, second = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
@@ -401,5 +404,5 @@ def _highest(function: Callable[[Any], Any], end: Any) -> Any:
 
 
 def _taken(n: Numbers, where: Any) -> dict[str, Any]:
-    """The numbers at those of many places."""
+    """The numbers at the places in a mask."""
     return {name: np.broadcast_to(value, where.shape)[where] for name, value in n.items()}

@@ -25,8 +25,8 @@ DIFFERENCE = 1e-5
 
 
 class FilmState(NamedTuple):
-    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit, NaN
-    where a film does not know them; and the place of its state among its ``kinds``, -1 where it has none."""
+    """True stretches, true stresses over mu, true field over sqrt(mu/eps), and (I1 - 3) over the stretch limit, NaN if
+    unknown; ``kind`` is the index of the state of tension among the film's ``kinds``, -1 for none."""
 
     meridional_stretch: Any
     hoop_stretch: Any
@@ -39,8 +39,8 @@ class FilmState(NamedTuple):
 
 
 class TracedState(NamedTuple):
-    """Formulas of a program for what `FilmState` holds: true stresses over mu, the square of the true field over
-    mu/eps, and the share of the stretch limit."""
+    """Formulas of a `FilmState` in a program: true stresses over mu, the squared true field over mu/eps, and the share
+    of the stretch limit."""
 
     meridional_stress: Any
     hoop_stress: Any
@@ -50,13 +50,13 @@ class TracedState(NamedTuple):
 
 @dataclass(frozen=True)
 class Border:
-    """Where a film's law changes, or where the film ends.
+    """A border at which a film's law changes, or at which the film ends.
 
-    ``value(x, squared, y, n, xp)`` is positive on the side of the border that a motion is on, and falls through zero
-    where it crosses it. ``switch`` names the number, 1 or -1, whose sign changes there and which is a factor of the
-    value; None: the film ends there. ``jumps``: so does the force. ``seldom``: motions are seldom near, and the value
-    costs more than the force. ``divides``: the force and other borders have another form with each sign of the switch.
-    ``folds``: a minimum ends there that is lost at a held voltage; behind a resistance the charge says where.
+    ``value(x, squared, y, n, xp)`` is positive on the current side of the border and falls through zero at a crossing.
+    ``switch`` names the number, 1 or -1, that is a factor of the value and changes its sign there; None: the film ends.
+    ``jumps``: the force jumps. ``seldom``: motions rarely come near, and the value costs more than the force.
+    ``divides``: the force and other borders have another formula with each sign of the switch. ``folds``: the minimum
+    of the energy ends there at a constant voltage; behind a resistance the slope of the charge replaces this border.
     """
 
     value: Callable[..., Any]
@@ -90,28 +90,28 @@ class Film(Component):
     """
 
     ending: ClassVar[Outcome] = Outcome.STRETCH_LIMIT
-    """How a run ends that leaves the displacements and voltages for which the film has a state."""
+    """Outcome of a run that leaves the displacements and voltages for which the film has a state."""
     odd: ClassVar[bool] = True
     borders: tuple[Border, ...] = ()
-    """Where the law of its force changes, and where it pulls in; see `Border`."""
+    """Borders at which its law changes, and at which it pulls in; see `Border`."""
     linear_charge: ClassVar[bool] = False
     """Whether the charge is proportional to the voltage at every displacement."""
     traced_charge: ClassVar[bool] = False
     """Whether `capacitance` runs in a program too. A circuit that uses the charge needs that, and so does an energy
     balance that does not rest on the film's own energy; the current then follows from it."""
     fitted_charge: ClassVar[bool] = False
-    """Whether a program knows the charge by a fit alone: behind an ideal source the balance rests on the energy."""
+    """Whether programs take the charge from a fit; behind an ideal source the energy balance then uses the energy."""
     folds: ClassVar[bool] = False
     """Whether the slope of its charge over the voltage has a pole where the minimum of its energy ends."""
     kinds: tuple[str, ...] = ()
-    """The states between which it changes, by name: those whose shares of time results carry."""
+    """Names of its states of tension, whose shares of time results report."""
 
     # --- what the equation of motion takes ---------------------------------------------------------------------------
 
     @abstractmethod
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force that pulls the disc back, and its derivative by x; ``y`` are the film's own states, empty where it has
-        none and in statics, which ask for the force once they have settled."""
+        """Force that pulls the disc back, and its derivative by x. ``y`` holds the film's own states; it is empty in
+        statics, which use the settled film."""
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's own states."""
@@ -119,24 +119,24 @@ class Film(Component):
 
     @property
     def dissipates(self) -> bool:
-        """Whether it has a `dissipation` of its own."""
+        """True if the film has a `dissipation` of its own."""
         return type(self).dissipation is not Film.dissipation
 
     @property
     def drags(self) -> bool:
-        """Whether it has a `drag`. Default no."""
+        """True if the film has a `drag`. Default False."""
         return False
 
     def drag(self, x: Any, n: Numbers) -> Any:
-        """Damping of the disc by the film: it pulls the disc back by this times the velocity. Default 0."""
+        """Damping coefficient of the disc by the film, force over velocity. Default 0."""
         return 0.0 * x
 
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Power that the film itself turns into heat. Default 0."""
+        """Power that the film dissipates. Default 0."""
         return 0.0
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """The part of the force that the voltage takes away."""
+        """The reduction of the force by the voltage."""
         return self.force(x, 0.0, y, n, xp)[0] - self.force(x, squared, y, n, xp)[0]
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
@@ -144,12 +144,12 @@ class Film(Component):
         return {}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
-        """The time in each of its ``kinds``, (members, kinds), from the time for which each combination of signs of the
-        ``switches`` lasted, (members, 2^switches); bit k of the place is set where the k-th is negative."""
+        """Sum the time in each of its ``kinds``, (members, kinds), from ``dwell``, (members, 2^switches): the time in
+        each combination of signs of the ``switches``, where bit k of the index is set if the k-th is negative."""
         return np.zeros((len(dwell), 0))
 
     def pull_in_kind(self, switches: Numbers) -> Any:
-        """The way in which it pulled in, a `gelcone.codes.FilmPullIn`, at a border without switch, by the switches."""
+        """The `gelcone.codes.FilmPullIn` of a run that ended at a border without switch, from the switches."""
         return np.array(FilmPullIn.MINIMUM)
 
     # --- where it has a state ----------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ class Film(Component):
         return np.asarray(np.inf)
 
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """Whether its own states are beyond a limit of theirs at x. Default no."""
+        """Whether its own states exceed their limit at x. Default False."""
         return np.zeros(np.shape(x), dtype=bool)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
@@ -171,11 +171,11 @@ class Film(Component):
         return 0.0, np.inf
 
     def outside(self, x: float, n: Numbers) -> str:
-        """Why a film has no state at a start, in words, with the remedy; of one actuator."""
+        """The message for a start at which a single film has no state, with the remedy."""
         return f"initial displacement {x:g}: the film has no state there; start lower"
 
     def unreachable(self, n: Numbers) -> str:
-        """Why a film has no state at any displacement, in words, with the remedy; of one actuator."""
+        """The message for a single film without a state at any displacement, with the remedy."""
         return "the film has no state at any displacement; change its parameters"
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
@@ -183,13 +183,13 @@ class Film(Component):
         return np.full(np.shape(x), np.inf)[()]
 
     def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """The V above which it has no state where its own states are held at ``y``. Default `highest_squared`."""
+        """The V above which the film has no state while its own states are ``y``. Default `highest_squared`."""
         return self.highest_squared(x, n)
 
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """-dF/dV: how fast the voltage weakens the force."""
+        """-dF/dV, the rate at which the squared voltage reduces the force."""
         own = {**n, **self.switches(x, squared, [], n)}
         gain = -derivative(lambda at, xp: self.force(x, at, [], own, xp)[0], squared)
         return np.where(np.isnan(self.force(x, squared, [], n)[0]), np.nan, gain)[()]
@@ -210,14 +210,14 @@ class Film(Component):
         return found[()]
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """A typical stiffness, which bounds how fast the disc moves. Default: that at the flat film."""
+        """A typical stiffness, which bounds the rate of the motion. Default: that at the flat film."""
         return np.abs(self.force(0.0, 0.0, [], n)[1])
 
     # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Energy of film and field less the charge times the voltage, at the film's own states ``y``; 0 for the flat
-        film, up to a constant. Default: the integral of the force over x, which is unknown (NaN) for own states."""
+        film, up to a constant. Default: the integral of the force over x; NaN (unknown) with own states."""
         if y:
             return np.full(np.shape(x), np.nan)
         return integral(lambda at: self.force(at, squared, [], n)[0], np.asarray(x, dtype=float))
@@ -233,8 +233,8 @@ class Film(Component):
         return 1.0 + 2.0 * integral(lambda at: self.voltage_gain(at, squared, n), np.asarray(x, dtype=float))
 
     def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
-        """Rate of the charge where the displacement and the ``voltage`` change at a ``velocity`` and a ``rate``; of a
-        film with states of its own unknown (NaN).
+        """Rate of the charge while displacement and ``voltage`` change at a ``velocity`` and a ``rate``; NaN (unknown)
+        for a film with own states.
 
         The capacitance grows with x as fast as the voltage weakens the force, both from one energy; its slope over V is
         a central difference.
@@ -246,7 +246,7 @@ class Film(Component):
         found = rate * by_voltage + 2.0 * voltage * velocity * self.voltage_gain(x, squared, n)
         return found * np.nan if self.states else found
 
-    # --- what is asked of a film -------------------------------------------------------------------------------------
+    # --- state and description ---------------------------------------------------------------------------------------
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Stretches, stresses and field of the film at x and the voltage. Default: unknown."""
@@ -262,5 +262,5 @@ class Film(Component):
         return self.strain(x, n) / self.strain_limit(n)
 
     def describe(self) -> str:
-        """A line about the film for those who read a result; empty if there is nothing to say."""
+        """A note about the film for readers of a result. Default: empty."""
         return ""

@@ -42,7 +42,7 @@ class GelFilm(Film):
         return PRESTRETCHES | dict(self.law.parameters)
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Either ``prestretch`` or the two direct ones, of which one left out is 1; and the law's own."""
+        """Check ``prestretch`` or the two direct ones (default 1), and the parameters of the law."""
         given = {name: value for name, value in given.items() if value is not None or name not in PRESTRETCHES}
         direct = given.keys() & {"meridional_prestretch", "hoop_prestretch"}
         if direct and "prestretch" in given:
@@ -66,7 +66,7 @@ class GelFilm(Film):
         return {"A": A, "B": B, "G": 1.0 / (A * B)} | self.law.numbers(parameters)
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """A: that of the film at large displacements."""
+        """A, the stiffness at large displacements."""
         return n["A"]
 
     def cone_strain(self, x: Any, n: Numbers) -> Any:
@@ -76,7 +76,7 @@ class GelFilm(Film):
 
     def ring_state(self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)) -> FilmState:
         """Stretches and true stresses of a ring of the squared lengths m and ``width`` over the mounted ones; ``more``
-        are stresses besides the law's."""
+        holds stresses that are added to the law's."""
         ring = self.traced_ring(m, width, np.square(voltage), n, np, more)
         l1, l2 = np.sqrt(n["A"] * m), np.sqrt(n["B"] * width)
         return FilmState(
@@ -92,8 +92,8 @@ class GelFilm(Film):
     def traced_ring(
         self, m: Any, width: Any, squared: Any, n: Numbers, xp: Any, more: tuple[Any, Any] = (0.0, 0.0)
     ) -> TracedState:
-        """A ring of the squared lengths m and ``width`` over the mounted ones; ``more`` are stresses besides the
-        law's."""
+        """Stresses, squared field and share of the limit of a ring of the squared lengths m and ``width`` over the
+        mounted ones; ``more`` holds stresses that are added to the law's."""
         meridian, hoop, thin = n["A"] * m, n["B"] * width, n["G"] / (m * width)
         strain = meridian + hoop + thin - 3.0
         response, field = self.law.response(strain, n, xp), squared * (m * width)
@@ -102,15 +102,15 @@ class GelFilm(Film):
 
 
 def check_prestretch_mode(mode: str) -> None:
-    """`InputError` unless it is one of `PRESTRETCH_MODES`."""
+    """Raise `InputError` for a mode that is not one of `PRESTRETCH_MODES`."""
     check_name("prestretch_mode", mode, PRESTRETCH_MODES)
 
 
 @dataclass(frozen=True)
 class BranchedFilm(GelFilm):
-    """A film of a gel whose Maxwell branches have states.
+    """A film of a gel with Maxwell branches.
 
-    Its branches have the fields of `TautCone`; ``held_width`` says that their hoop is held at its mounted length.
+    The fields of the branches are those of `TautCone`; ``held_width``: their hoop is held at its mounted length.
     """
 
     law: StrainEnergyLaw = LAWS["gent"]
@@ -146,10 +146,10 @@ class BranchedFilm(GelFilm):
 
     @abstractmethod
     def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        """Those at which the relaxed film rests at x without voltage."""
+        """The squared lengths m and n at which the relaxed film rests at x without voltage."""
 
     def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        """Those to which branches are stretched at x at least. Default: those at which the film rests."""
+        """The least squared lengths of the branches at x. Default: `resting_lengths`."""
         return self.resting_lengths(x, n)
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
@@ -187,7 +187,7 @@ class BranchedFilm(GelFilm):
         return dict(super().parameters) | RADIUS_RATIO | dict(self.viscous.parameters)
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Those of the gel and of the branches."""
+        """Check the parameters of the gel and of the branches."""
         own = {name: q.check(name, given.get(name, q.default)) for name, q in self.viscous.parameters.items()}
         self.viscous.check(own)
         return super().complete(given) | own
@@ -196,5 +196,5 @@ class BranchedFilm(GelFilm):
         return self.viscous.time_constant(n) if self.branches else 0.0
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """A, of the film at large displacements, and the moduli of its branches before they relax."""
+        """A, the stiffness at large displacements, plus the moduli of branches before they relax."""
         return super().stiffness_scale(n) + self.viscous.modulus(n) if self.branches else super().stiffness_scale(n)

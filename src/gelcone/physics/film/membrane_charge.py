@@ -5,7 +5,7 @@ The energy is the integral of the force over the height, and has no closed form.
 
     capacitance = (1 + s) [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)]
 
-since the hoop that falls slack bends the second derivative of the charge, too.
+since the second derivative of the charge, too, has a kink where a hoop falls slack.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ HEIGHTS, VOLTAGES = 40, 32
 """Places of the fit in each piece."""
 PLACES = 4001
 TOP = 1.0 - 1e-9
-"""Share of the voltage at which the film ends, up to which its charge is fitted."""
+"""Share of the pull-in voltage up to which the charge is fitted."""
 BORDER = 10.0
 """Weight of the places where the film falls slack, so that the charge is continuous there."""
 FLOOR = 0.05
@@ -58,7 +58,7 @@ def _names(piece: str, part: str) -> np.ndarray[Any, np.dtype[Any]]:
 
 
 def capacitance(piece: str, s: Any, V: Any, n: Numbers, behind: Sequence[Any]) -> Any:
-    """The capacitance of a piece; ``behind`` is 1 or 0: whether ``rim`` and ``whole`` count."""
+    """The capacitance in a piece; ``behind`` holds 1 or 0 for ``rim`` and ``whole``: whether their parts count."""
     own = formulas.pull(piece, s, V, n, (behind[0], behind[1]))
     power = formulas.powers(own.u, PARTS["main"][0])
     total = _value(piece, "main", own.q, power, n)
@@ -80,10 +80,9 @@ def _value(piece: str, part: str, q: Any, power: Sequence[Any], n: Numbers) -> A
 def numbers_of(
     area: Callable[[Numbers], Area], own: Mapping[str, Any], of_table: Mapping[str, Any], law: object
 ) -> dict[str, Any]:
-    """The coefficients of films, each an array of the shape of those ``of_table``.
+    """Fit the coefficients of films, in the shape of the numbers ``of_table``.
 
-    ``area`` gives the capacitance of one film with its numbers, of which ``own`` are those of its gel; ``law`` is the
-    strain-energy law.
+    ``area`` returns the capacitance of a film with given numbers; ``own`` are the numbers of its gel.
     """
     shape = np.shape(of_table["film_error"])
     gel = [made.rounded(np.broadcast_to(value, shape) if shape else np.ravel(value)[0]) for value in own.values()]

@@ -41,9 +41,8 @@ class TautCone(BranchedFilm):
     flow_exponent : odd exponent of the logarithmic rule under stress. Default 1.
     rested : where the branches have relaxed before a run, on the film as mounted (``"flat"``, default) or at its start
         (``"raised"``).
-    reduced : the branches, by their numbers from 1, that relax within 0.02 and are dampers without states: right to
-        second order in the motion; force and dissipation alone have the damper, the film's stresses lack it. Default
-        none.
+    reduced : numbers, from 1, of branches that relax within 0.02 and become dampers without states. The motion is right
+        to second order; the film's stresses leave the damper out. Default none.
 
     Examples
     --------
@@ -61,7 +60,7 @@ class TautCone(BranchedFilm):
         return 1.0 + np.square(x), 1.0
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Those of the gel; the radius ratio where it is given."""
+        """Check the parameters of the gel, and the radius ratio if it is given."""
         own = dict(given)
         ratio = own.pop("radius_ratio", None)
         known = {} if ratio is None else {"radius_ratio": RADIUS_RATIO["radius_ratio"].check("radius_ratio", ratio)}
@@ -74,7 +73,7 @@ class TautCone(BranchedFilm):
         return 1.0 + x * x, 1.0
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x k and k + 2 x^2 dh/dq, with k = h - V and what the branches add to h."""
+        """x k and k + 2 x^2 dh/dq, with k = h - V; h includes the branches."""
         xx = x * x
         h, h_slope = self.law.film_stiffness(1.0 + xx, n["A"], n["B"], n["G"], n, xp)
         if self.branches and y:
@@ -97,7 +96,7 @@ class TautCone(BranchedFilm):
         return self.law.strain_limit(n)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
-        """I1 - 3 = A q + B + G/q - 3 < limit holds between the two roots of a quadratic in q, as far as q >= 1."""
+        """The range between the two roots in q >= 1 of A q + B + G/q - 3 = limit, a quadratic in q."""
         limit = float(self.strain_limit(n))
         A, B, G = (float(n[name]) for name in "ABG")
         half, middle = 0.5 * (limit + 3.0 - B), math.sqrt(A * G)
@@ -121,7 +120,7 @@ class TautCone(BranchedFilm):
         )
 
     def unreachable(self, n: Numbers) -> str:
-        """Why no displacement at all lies inside the stretch limit, with the remedy; of one actuator."""
+        """The message for a single film that exceeds its stretch limit at every displacement, with the remedy."""
         A, B, G = (float(n[name]) for name in "ABG")
         least = 2.0 * math.sqrt(A * G) + B - 3.0 if G > A else A + B + G - 3.0
         return (
@@ -138,7 +137,7 @@ class TautCone(BranchedFilm):
         return self.law.film_stiffness(1.0 + np.square(x), n["A"], n["B"], n["G"], n)[0] - pull
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """W - V x^2/2, and what the branches store."""
+        """W - V x^2/2, plus the energy of the branches."""
         own = self.law.energy(self.cone_strain(x, n), n) - 0.5 * squared * x * x
         return own + self.viscous.energy(1.0 + x * x, 1.0, y, n) if self.branches and y else own
 

@@ -50,7 +50,7 @@ from gelcone.physics.implicit import traced
 from gelcone.quantity import Array
 
 STATES = ("taut", "hoop_slack", "meridional_slack", "crumpled")
-"""The states of the film, in which order results carry their shares of time."""
+"""The states of the film, in the order in which results list their shares of time."""
 PULL_IN = ("first", "minimum", "memoryless", "snap")
 FAILED = "pulled_in"
 """The state of a film whose run continues after it has pulled in."""
@@ -88,24 +88,24 @@ class WrinklingCone(TautCone):
     @property
     def traced_charge(self) -> bool:  # type: ignore[override]
         """False where a run continues after pull-in: the charge of a film that has failed is unknown."""
-        return not self.elastic.goes_on
+        return not self.elastic.continues
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_name("pull_in", self.pull_in, PULL_IN)
-        if self.branches and self.elastic.goes_on:
+        if self.branches and self.elastic.continues:
             raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
 
     def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
         return self.lengths(x, 0.0, n)
 
     def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        """Those of the taut film."""
+        """The squared lengths of the taut film."""
         return super().resting_lengths(x, n)
 
     @cached_property
     def creeping(self) -> Creeping:
-        """The formulas of a film with branches, away from statics."""
+        """The formulas of a film whose branches have states."""
         return Creeping(self, localises=self.pull_in != "minimum")
 
     @cached_property
@@ -146,7 +146,7 @@ class WrinklingCone(TautCone):
                 "below_hump": one,
             }
             | ({"meridian_held": one} if self.branches else {})
-            | (self._numbers_after(G, valley, law, one) if self.elastic.goes_on else {})
+            | (self._numbers_after(G, valley, law, one) if self.elastic.continues else {})
         )
 
     def _numbers_after(self, G: Any, valley: Any, law: Numbers, one: Any) -> dict[str, Any]:
@@ -167,13 +167,13 @@ class WrinklingCone(TautCone):
 
     @property
     def kinds(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The states whose shares of time results carry."""
-        return (*STATES, FAILED) if self.elastic.goes_on else STATES
+        """The states whose shares of time results report."""
+        return (*STATES, FAILED) if self.elastic.continues else STATES
 
     # --- force ---------------------------------------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """x s1/q and its slope; NaN where the energy has no minimum any more."""
+        """x s1/q and its slope by x; NaN where the energy no longer has a minimum."""
         if self.branches and y:
             return self.creeping.force(x, squared, y, n, xp)
         return self.elastic.force(x, squared, n, xp)
@@ -182,7 +182,7 @@ class WrinklingCone(TautCone):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
-        """The borders of the film with its branches, or without any."""
+        """The borders of the film with branches, or without."""
         return self.creeping.borders if self.branches else self.elastic.borders
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
@@ -205,7 +205,7 @@ class WrinklingCone(TautCone):
 
     def lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         """Squared true meridional and hoop length of the elastic film over the mounted ones, m and n; NaN once it has
-        pulled in, and where x is unknown."""
+        pulled in, and where x is NaN."""
         return self.elastic.lengths(x, squared, n)
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
@@ -221,7 +221,7 @@ class WrinklingCone(TautCone):
         return self.elastic.capacitance(x * x, squared, n, xp)
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """W - V (m n - 1)/2, and what the branches store."""
+        """W - V (m n - 1)/2, plus the energy of the branches."""
         m, width = self._lengths_at(x, squared, y, n)
         strain = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
         own = self.law.energy(strain, n) - 0.5 * squared * (m * width - 1.0)
@@ -250,15 +250,16 @@ class WrinklingCone(TautCone):
         return Film.voltage_gain(self, x, squared, n)
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        """Of the film at its own lengths: no stress is negative; NaN once it has pulled in."""
+        """Stretches, stresses and field at the film's own lengths, without negative stresses; NaN once it has pulled
+        in."""
         m, width = self._lengths_at(x, np.square(voltage), y, n)
-        kind = np.where(np.isnan(m), len(STATES) if self.elastic.goes_on else -1, _place(x, m, width))
+        kind = np.where(np.isnan(m), len(STATES) if self.elastic.continues else -1, _place(x, m, width))
         own = (0.0, 0.0) if not (self.branches and y) else self.viscous.stresses(m, width, y, n)
         return self.state_of_lengths(m, width, voltage, n, own)._replace(kind=kind)
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
         """The stresses are those at the film's own lengths; its share of the limit is that without voltage."""
-        if self.elastic.goes_on:
+        if self.elastic.continues:
             return None
         xx = x * x
         creeps = self.branches and y
@@ -281,7 +282,8 @@ class WrinklingCone(TautCone):
     def state_of_lengths(
         self, m: Any, width: Any, voltage: Any, n: Numbers, more: tuple[Any, Any] = (0.0, 0.0)
     ) -> FilmState:
-        """Of a ring of those squared lengths, over the mounted ones; ``more`` are stresses besides the law's."""
+        """The state of a ring of the squared lengths m and ``width`` over the mounted ones, without negative stresses;
+        ``more`` holds stresses that are added to the law's."""
         found = self.ring_state(m, width, voltage, n, more)
         along, across = (
             np.where(np.isnan(stress), np.nan, np.maximum(stress, 0.0))[()]
@@ -310,8 +312,8 @@ class WrinklingCone(TautCone):
     # --- where it has a state --------------------------------------------------------------------------------------
 
     def strain(self, x: Any, n: Numbers) -> Any:
-        """I1 - 3 at the lengths that the film takes without voltage: one that is too short for its gap wrinkles instead
-        of being compressed to its stretch limit."""
+        """I1 - 3 at the lengths of the film without voltage; a film that is too short for its gap wrinkles, and is not
+        compressed to its stretch limit."""
         A, B, G = (n[name] for name in "ABG")
         q = 1.0 + np.square(x)
         with np.errstate(all="ignore"):
@@ -322,7 +324,7 @@ class WrinklingCone(TautCone):
 
 
 def _place(x: Any, m: Any, width: Any) -> Any:
-    """The place in `STATES` of a film of these lengths; -1 where it has pulled in."""
+    """The index in `STATES` of a film of these lengths; -1 where it has pulled in."""
     with np.errstate(invalid="ignore"):
         longer = m > (1.0 + np.square(x)) * (1.0 + ROUNDING)
         place = 2 * longer + (width > 1.0 + ROUNDING)
