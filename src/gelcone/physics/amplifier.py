@@ -1,12 +1,13 @@
-"""The amplifier with its limits, and a film that leaks or polarizes late.
+"""The amplifier with its limits, and a film that leaks or polarizes with a delay.
 
-It commands y through a low-pass filter, drives the film through a series resistance, and the film leaks:
+The amplifier follows its command v_s with the voltage y of a low-pass filter, drives the film through a series
+resistance, and the film leaks:
 
     y' = clip((v_s - y)/t_f, +-S),    i = clip((y - v)/rho, +-i_max),    (C v)' = i - C f(v)/tau_e,
 
 with f = v, or E_b sinh(E/E_b)/sqrt(C) of the true field E = v sqrt(C) where ions hop (Mott and Gurney, Electronic
-Processes in Ionic Crystals (1940)). The film's voltage is the state, so that any film will do whose charge is known
-while a motion is computed: C v' = i - leak - v C'.
+Processes in Ionic Crystals (1940)). The film's voltage is the state, C v' = i - leak - v C', for any film whose charge
+is known while a motion is computed.
 """
 
 from __future__ import annotations
@@ -46,20 +47,20 @@ ELECTRICS: Mapping[str, Quantity] = {
         "td", "time constant of that share", 3.0, positive=True, infinite=True, scale="time"
     ),
 }  # fmt: skip
-"""The parameters of an `Amplifier`, of which each has some."""
+"""The parameters that an `Amplifier` may take."""
 NEEDS = {
     "slew_rate": "filter_time", "current_limit": "series_resistance", "leakage_field": "leakage_time",
     "dielectric_share": "dielectric_time", "dielectric_time": "dielectric_share",
 }  # fmt: skip
-"""Parameters that need another."""
+"""Parameters -> the parameter that they need."""
 ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
-"""Values that stand for none; of the others infinity does."""
+"""Parameters -> the value that stands for an absent one; infinity for all others."""
 
 
 SLOW = ("filter_time", "series_resistance", "dielectric_time")
 """Parameters that are time constants of states."""
 REDUCED_RESISTANCE = 0.01
-"""Series resistances below which one may do without a state; the error, of second order, is 7.5e-4 there."""
+"""Series resistance below which it may have no state; the error, of second order, is 7.5e-4 there."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +68,13 @@ class Amplifier(Circuit):
     """An amplifier with a filter and a slew rate, a resistance and a current limit behind it, and a film that leaks and
     whose permittivity follows the field with a delay.
 
-    A small resistance makes the voltage on the film a stiff state. ``reduced`` leaves it out, to second order in the
-    resistance: v = y - rho ((C y)' + leak), all at the voltage y of the amplifier, of films whose capacitance does not
-    depend on the voltage.
+    A small resistance makes the voltage on the film a stiff state. ``reduced`` replaces the state, to second order in
+    the resistance, by v = y - rho ((C y)' + leak) at the voltage y of the amplifier. The capacitance of the films must
+    not depend on the voltage.
 
     Parameters
     ----------
-    takes : names of `ELECTRICS` that it has. Default the series resistance alone.
+    takes : names of its parameters, of `ELECTRICS`. Default the series resistance alone.
     reduced : whether the series resistance, below `REDUCED_RESISTANCE`, has no state. Default no.
     """
 
@@ -102,7 +103,7 @@ class Amplifier(Circuit):
         return own
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; the share of the permittivity that follows late is below 1."""
+        """Check the parameters and fill in their defaults; the delayed share of the permittivity is below 1."""
         own = super().complete(given)
         if self.delays and np.any(np.asarray(own["dielectric_share"]) >= 1.0):
             raise InputError(f"dielectric_share = {np.max(own['dielectric_share']):g}: must be below 1; lower it")
@@ -115,7 +116,7 @@ class Amplifier(Circuit):
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
-        """The voltages of amplifier and film, where a filter or a resistance makes them states."""
+        """The voltage of the amplifier, the delayed charge and the voltage on the film, where each is a state."""
         own = {
             "filter_time": State("amplifier_voltage", "voltage of the amplifier", "voltage"),
             "dielectric_time": State("slow_charge", "charge that follows late, over its share", "charge"),
@@ -126,7 +127,7 @@ class Amplifier(Circuit):
 
     @property
     def _limits(self) -> dict[str, tuple[str, str]]:
-        """The limits that it has, and the switches of either side of each."""
+        """Names of its limits -> names of the switches of the upper and the lower side."""
         return {
             name: (f"{name}_above", f"{name}_below") for name in ("slew_rate", "current_limit") if name in self.takes
         }
@@ -181,7 +182,7 @@ class Amplifier(Circuit):
             found.append(port.voltage_rate(y[-1], self.charging(port, y, n, xp)))
         return found
 
-    # --- a permittivity that follows late ----------------------------------------------------------------------------
+    # --- a permittivity that follows with a delay --------------------------------------------------------------------
 
     @property
     def delays(self) -> bool:
@@ -192,11 +193,11 @@ class Amplifier(Circuit):
         return "filter_time" not in self.takes and not self.carries_voltage
 
     def _slow(self, y: list[Any]) -> Any:
-        """The charge C w of the share that follows late, over the share."""
+        """The delayed charge C w, over its share."""
         return y[1 if "filter_time" in self.takes else 0]
 
     def _following(self, port: Port, y: list[Any], n: Numbers, xp: Any) -> Any:
-        """The rate of the slow charge, (C v - C w)/tau_d."""
+        """The rate of the delayed charge, (C v - C w)/tau_d."""
         return (port.charge(self.voltage(port, y, n, xp)) - self._slow(y)) / n["dielectric_time"]
 
     def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
@@ -218,7 +219,7 @@ class Amplifier(Circuit):
         return "series_resistance" in self.takes and not self.reduced
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Rate of C v; where a share of the charge follows late, what is left to the other."""
+        """Rate of C v; with a delayed share of the charge, the rate of the rest."""
         charging = self._through(port, y, n) - sum(self.leaks(port, y, n, xp))
         if not self.delays:
             return charging
@@ -226,7 +227,7 @@ class Amplifier(Circuit):
         return (charging - share * self._following(port, y, n, xp)) / (1.0 - share)
 
     def _wanted(self, limit: str, port: Port, y: list[Any], n: Numbers) -> Any:
-        """The rate of the amplifier's voltage, or the current behind it, without their limits."""
+        """The rate of the amplifier's voltage, or the current behind it, without its ``limit``."""
         if limit == "slew_rate":
             return (port.command - y[0]) / n["filter_time"]
         return (self.source_voltage(port, y, n) - y[-1]) / n["series_resistance"]
@@ -236,7 +237,7 @@ class Amplifier(Circuit):
         return self._clipped("current_limit", self._wanted("current_limit", port, y, n), n)
 
     def _clipped(self, limit: str, value: Any, n: Numbers) -> Any:
-        """A value within the sides of its limit that the switches say."""
+        """A value clipped at its ``limit`` on the side that the switches state."""
         if limit not in self.takes:
             return value
         above, below = (0.5 - 0.5 * n[name] for name in self._limits[limit])
@@ -246,7 +247,7 @@ class Amplifier(Circuit):
         return self._leaking(self.voltage(port, y, n, xp) if "leakage_time" in self.takes else 0.0, port, n, xp)
 
     def _leaking(self, v: Any, port: Port, n: Numbers, xp: Any) -> list[Any]:
-        """Current that leaks through each film at a voltage on them."""
+        """Current that leaks through each film at the voltage v."""
         if "leakage_time" not in self.takes:
             return [0.0] * len(port.films)
         rate = 1.0 / n["leakage_time"]
@@ -263,7 +264,7 @@ class Amplifier(Circuit):
 
     @property
     def borders(self) -> tuple[Border, ...]:  # type: ignore[override]
-        """Where the slew rate and the current limit are met, on either side."""
+        """Borders at the slew rate and the current limit, on either side."""
         return tuple(
             Border(partial(self._border, limit, switch, side), switch)
             for limit, switches in self._limits.items()
@@ -306,8 +307,8 @@ class Amplifier(Circuit):
 def with_electrics(
     given: Any, parameters: Mapping[str, Any], reduced: bool | None = None
 ) -> tuple[Any, dict[str, Any]]:
-    """A circuit that ships with the `ELECTRICS` among the ``parameters`` of a model, and the parameters without those
-    whose values stand for none; any other circuit as it is. ``reduced``: see `Amplifier`; None: as it is given."""
+    """Return the ideal source, or the amplifier with the `ELECTRICS` among the ``parameters`` of a model, and the
+    parameters without absent ones; any other circuit stays unchanged. ``reduced``: see `Amplifier`; None: as given."""
     named = given if isinstance(given, str) else given.get("component") if isinstance(given, Mapping) else given.name
     if named not in ("ideal", "amplifier") or not isinstance(given, str | Mapping | IdealSource | Amplifier):
         if reduced:
@@ -330,6 +331,6 @@ def with_electrics(
 
 
 def _absent(name: str, value: Any) -> bool:
-    """Whether a value stands for none."""
+    """Whether a value stands for an absent parameter."""
     numbers = isinstance(value, int | float | np.ndarray | list | tuple)
     return numbers and bool(np.all(np.asarray(value) == ABSENT.get(name, np.inf)))

@@ -1,14 +1,14 @@
-"""One actuator under a constant voltage: where its forces balance, and what a slow voltage ramp does to it.
+"""Equilibria of one actuator under a constant voltage, and their stability on a slow voltage ramp.
 
 The force that holds the disc at x against film, bias and a constant voltage v is F(x, V) = F_film(x, V) + F_bias(x),
 with V = v^2. It falls as the voltage rises, so that away from x = 0 it vanishes at one V = w(x). There dF/dx has the
 sign of x dw/dx: an equilibrium is stable where w grows with |x|, and two of them meet in a fold where x dF/dx - F = 0.
-Between neighbouring folds w is monotone and holds one equilibrium at most, so that none is missed however close two
-come. Where the flat film is an equilibrium at every voltage, it is stable up to the pitchfork at w(0).
+Between neighbouring folds w is monotone and has at most one equilibrium, so that none is missed, however close two are.
+Where the flat film is an equilibrium at every voltage, it is stable up to the pitchfork at w(0).
 
 In the homogeneous cone with a spring, F = x (kappa + h(q) - V) - kappa x0 and w = kappa (1 - x0/x) + h(q), q = 1 + x^2.
 
-A film may have no state above some V: what lies there is no equilibrium, and a ramp that comes there ends.
+A film may have no state above some V: there is no equilibrium beyond, and a ramp that reaches this V ends.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 SEARCH_RANGE = 1000.0
-"""Largest |x| that is searched where the stretch limit, if there is one, leaves room for more."""
+"""Largest |x| that is searched if the stretch limit lies beyond it, or if there is none."""
 WALL_DISTANCE = 1e-12
-"""Share of the reachable displacements left out before the stretch limit, where the force is lost to rounding."""
+"""Share of the displacements left out before the stretch limit, where the force is lost to rounding."""
 NEAR_PULL_IN = 1.0 - 1e-9
-"""Share of the V at which a film pulls in up to which its slope, infinite there, is taken."""
+"""Share of the pull-in V up to which slopes, infinite there, are evaluated."""
 ROUNDING = 1e-14
-"""Voltages squared that differ by less are one: an equilibrium then lies on its fold or pitchfork."""
+"""Squared voltages that differ by less count as equal: an equilibrium then lies on its fold or pitchfork."""
 FILM_SAMPLES = 401
 
 
@@ -58,8 +58,8 @@ class PullIn(Code):
 
 
 class Loss(NamedTuple):
-    """A loss of stability on a slow voltage ramp: its voltage and kind, and the displacements before and after, equal
-    where a pitchfork continues smoothly."""
+    """A loss of stability on a slow voltage ramp: its voltage and kind, and the displacements before and after it,
+    which are equal at a pitchfork from which the displacement changes continuously."""
 
     voltage: float
     kind: PullIn
@@ -75,8 +75,8 @@ NO_RAMP = Loss(math.nan, PullIn.NEVER, math.nan, math.nan)
 class StaticBalance:
     """One actuator of a ``system`` with the numbers ``n`` under a constant voltage.
 
-    It reaches ``lowest`` <= |x| <= ``highest``, NaN if nothing; ``wall`` distinguishes a ``highest`` at the stretch
-    limit from one at the end of the search.
+    Displacements are ``lowest`` <= |x| <= ``highest``, NaN if there are none; ``wall`` is True where ``highest`` is the
+    stretch limit, False where it is the end of the search.
     """
 
     system: ConeSystem
@@ -92,7 +92,7 @@ class StaticBalance:
 
     @cached_property
     def lifted(self) -> bool:
-        """Whether bias or film push the flat film."""
+        """Whether bias or film exert a force at x = 0."""
         return bool(abs(self.force(0.0, 0.0)) > 0.0)
 
     @property
@@ -107,22 +107,22 @@ class StaticBalance:
 
     @cached_property
     def free_height(self) -> float:
-        """Where the bias does not pull."""
+        """The displacement at which the bias exerts no force."""
         return float(self.system.bias.free_height(self.n))
 
     @cached_property
     def highest_squared(self) -> float:
-        """The V at which the flat film pulls in; infinite for a balance."""
+        """The V at which the flat film pulls in; infinite if it never does."""
         return float(self.system.film.highest_squared(0.0, self.n))
 
     @cached_property
     def film_fails(self) -> bool:
-        """Whether there is a V at which the film has no state."""
+        """Whether the film can pull in."""
         return math.isfinite(self.highest_squared)
 
     @cached_property
     def segments(self) -> dict[int, list[tuple[float, float]]]:
-        """For either side of x = 0, from the inside out, the stretches on each of which w is monotone."""
+        """Side of x = 0, -1 or 1 -> intervals on which w is monotone, from the inside out."""
         if not self.reachable:
             return {-1: [], 1: []}
         ends = {side: [side * self.lowest, *_folds(self, side), side * self.highest] for side in (-1, 1)}
@@ -133,19 +133,19 @@ class StaticBalance:
         return {}
 
     def ramp_from(self, rest: float) -> list[_Leg]:
-        """The stable branches that a ramp from ``rest`` runs through."""
+        """The stable branches of a ramp from ``rest``."""
         if rest not in self._ramps:
             self._ramps[rest] = _ramp(self, rest)
         return self._ramps[rest]
 
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
-        """Whether the film can be held at displacements."""
+        """Mask of the displacements at which the film can be held."""
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
 
     def force(self, x: Any, squared: Any) -> Any:
         """F(x, V)."""
         with np.errstate(all="ignore"):
-            # an array even of one number: the root of a negative float would be complex
+            # also a single number as an array: the root of a negative float would be complex
             return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[0]
 
     def slope(self, x: Any, squared: Any) -> Any:
@@ -154,36 +154,37 @@ class StaticBalance:
             return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[1]
 
     def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
-        """Whether x lies inside the stretch limits and no film that is held there has pulled in."""
+        """Mask of the x inside the stretch limits at which no film has pulled in."""
         with np.errstate(all="ignore"):
             return self.inside(x) & ~np.asarray(self.system.pulled_in(x, squared, self.n))
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
-        """The part of the force that the voltage takes away."""
+        """The reduction of the force by the voltage."""
         with np.errstate(all="ignore"):
             return self.system.film.voltage_force(np.float64(x), np.asarray(squared), [], self.n)
 
     def squared(self, x: Any) -> Any:
-        """w(x): the V that makes x an equilibrium; at x = 0 its limit, infinite where the flat film is pushed.
+        """w(x), the V at which x is an equilibrium; at x = 0 its limit, infinite where a force acts on the flat film.
 
-        Where it would exceed what the film withstands, it continues as in the cone.
+        Above the pull-in V of the film it continues as in the cone.
         """
         with np.errstate(all="ignore"):
             return self.system.film.balancing(x, -self.system.bias.secant(x, self.n), self.n)
 
     def turning(self, x: Any) -> Any:
-        """x dF/dx - F at the V of equilibrium: it has the sign of x^2 dw/dx, and is smooth also at x = 0."""
+        """x dF/dx - F at the V of equilibrium, which has the sign of x^2 dw/dx and is smooth at x = 0."""
         squared: Any = 0.0
         with np.errstate(all="ignore"):
             if self.film_fails:
                 highest = self.system.film.highest_squared(x, self.n)
                 balancing = self.squared(x)
-                # infinite where the film holds the disc at any voltage: then that without voltage
+                # infinite where the film holds the disc at any voltage: evaluated without voltage
                 squared = np.where(np.isinf(balancing), 0.0, np.clip(balancing, 0.0, NEAR_PULL_IN * highest))
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
 
     def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
-        """All equilibria at each v^2, (levels,), in the order of x. One on a fold counts once, and as unstable."""
+        """All equilibria at each v^2, (levels,), in the order of x. An equilibrium on a fold counts once, as
+        unstable."""
         found: list[dict[float, bool]] = [{} for _ in squared]
         for side in (-1, 1):
             segments = self.segments[side]
@@ -199,7 +200,7 @@ class StaticBalance:
                     found[i][fold] = False
         if self.flat:
             pitchfork, beside = float(self.squared(0.0)), 0.5 * float(sum(self.segments[1][0]))
-            # the force and not the slope of w: a film that w makes slack has none
+            # the force, and not the slope of w, which is 0 where the film is slack at w
             pull = self.force(np.full(squared.shape, beside), squared)
             held = np.where(same_squared(pitchfork, squared), pull, pitchfork - squared) > 0.0
             for i in np.flatnonzero(squared < self.highest_squared):
@@ -207,8 +208,8 @@ class StaticBalance:
         return [_with_slopes(self, level, at) for level, at in zip(squared, found, strict=True)]
 
     def losses(self, rest: float) -> list[Loss]:
-        """The losses of stability on a ramp from ``rest``, in their order; the last has the kind `PullIn.NEVER` where
-        the ramp then stays stable, and an unknown voltage (NaN) where nothing is stable without voltage."""
+        """The losses of stability on a ramp from ``rest``, in their order. The last has the kind `PullIn.NEVER` if the
+        ramp stays stable from there on; its voltage is NaN if nothing is stable without voltage."""
         legs = self.ramp_from(rest)
         begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
         return [
@@ -217,12 +218,12 @@ class StaticBalance:
         ] or [NO_RAMP]
 
     def jump(self, rest: float) -> Loss:
-        """The first loss of stability that is not a pitchfork which continues smoothly."""
+        """The first loss of stability at which the displacement jumps or the film ends."""
         found = self.losses(rest)
         return next(loss for loss in found if loss.kind != PullIn.PITCHFORK or loss.after != loss.before)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
-        """Displacement and losses of stability passed at each v^2."""
+        """The displacement, and the number of losses of stability passed, at each v^2, (levels,) each."""
         legs = self.ramp_from(rest)
         highs = np.array([leg.high for leg in legs])
         level = np.asarray(squared)[:, None]
@@ -237,17 +238,17 @@ class StaticBalance:
         return place, losses
 
     def pitchfork(self) -> float:
-        """The v^2 at which the flat film loses its stability; NaN where it is not an equilibrium."""
+        """The v^2 at which the flat film loses stability; NaN where it is not an equilibrium."""
         return float(self.squared(0.0)) if self.flat else math.nan
 
     def folds(self) -> list[tuple[float, float]]:
-        """(voltage, displacement) of the folds at a real voltage, in that order."""
+        """(voltage, displacement) of the folds at real voltages, sorted by voltage."""
         folds = [x for side in (-1, 1) for _, x in self.segments[side][:-1] if self.excess(x) < 0.0]
         return sorted((math.sqrt(w), x) for x in folds if (w := float(self.squared(x))) >= 0.0)
 
     def curves(self, highest: float) -> list[Array]:
-        """Displacement, voltage and slope, (3, points), along each curve of equilibria up to a voltage, with folds and
-        pitchforks among the points."""
+        """Displacement, voltage and slope, (3, points), along each curve of equilibria up to a voltage; folds and
+        pitchforks are points of the curves."""
         found = []
         for segment in self.segments[-1] + self.segments[1]:
             begin, end = (_traced_end(self, segment, k, highest) for k in (0, 1))
@@ -262,14 +263,14 @@ class StaticBalance:
         return found
 
     def excess(self, x: Any) -> Any:
-        """w(x) over the V at which the film pulls in, less 1: positive where there is no equilibrium."""
+        """w(x) over the pull-in V, less 1: positive where there is no equilibrium."""
         if not self.film_fails:
             return np.full(np.shape(x), -1.0)[()]
         return self.squared(x) / self.system.film.highest_squared(x, self.n) - 1.0
 
 
 def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
-    """One actuator of a single film, searched up to its stretch limit or `SEARCH_RANGE`."""
+    """Make the balance of an actuator with one film, searched up to its stretch limit or `SEARCH_RANGE`."""
     begin, end = system.film.reach(n)
     highest = end * (1.0 - WALL_DISTANCE)
     wall = not highest > SEARCH_RANGE
@@ -277,19 +278,19 @@ def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
 
 
 def _grid(balance: StaticBalance) -> Array:
-    """Displacements |x| over all that can be reached, finer towards both ends."""
+    """Displacements |x| from the lowest to the highest, finer towards both ends."""
     shares = np.geomspace(1e-9, 0.5, 300)
     even = np.linspace(0.0, 1.0, 400)[1:]
     return balance.lowest + (balance.highest - balance.lowest) * np.unique(np.concatenate([shares, 1.0 - shares, even]))
 
 
 def _folds(balance: StaticBalance, side: int) -> list[float]:
-    """Folds on one side of x = 0, from the inside out, whatever the sign of their v^2."""
+    """Folds on one side of x = 0, from the inside out, also those with a negative v^2."""
     x = side * _grid(balance)
     signs = np.sign(balance.turning(x))
     x, signs = x[np.abs(signs) > 0.0], signs[np.abs(signs) > 0.0]  # a film may have no state next to the flat one
     turns = np.flatnonzero(signs[:-1] != signs[1:])
-    # where the film has no state a fold only parts the stretches: its exact place does not matter
+    # where the film has no state a fold only separates intervals: its exact place does not matter
     with np.errstate(all="ignore"):
         exists = (balance.excess(x[turns]) < 0.0) | (balance.excess(x[turns + 1]) < 0.0)
     try:
@@ -308,23 +309,23 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
 
 
 def _rises(balance: StaticBalance, segment: tuple[float, float]) -> bool:
-    """Whether w grows with |x| on the segment: whether its equilibria are stable."""
+    """Whether w grows with |x| on the segment, so that its equilibria are stable."""
     middle = 0.5 * (segment[0] + segment[1])
     turning = middle * float(balance.turning(middle))
-    if turning == 0.0:  # without bias a film that wrinkles is without tension at w: rounding decides whether it pulls
+    if turning == 0.0:  # without bias a film that wrinkles has no tension at w: rounding decides whether it pulls
         return bool(balance.squared(segment[1]) > balance.squared(segment[0]))
     return turning > 0.0
 
 
 def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[float, float]) -> Array:
-    """The x of a segment with w(x) = v^2 for each v^2, (levels,); NaN where there is none inside it."""
+    """The root x of w(x) = v^2 inside a segment for each v^2, (levels,); NaN if there is none."""
 
     def excess(x: Array) -> Array:
         above = np.asarray(balance.squared(x) - squared)
         if not balance.lifted:
             return above
         force = balance.force(x, squared)
-        # a film that has pulled in has no force: the sign that it would have, so that no root before that is missed
+        # a film that has pulled in has no force: take its sign from w, so that no root before pull-in is missed
         return np.where(np.isnan(force), math.copysign(1.0, segment[1]) * np.sign(above), force)
 
     ends = [np.full(squared.shape, x) for x in segment]
@@ -339,7 +340,7 @@ def root_on_segment(balance: StaticBalance, squared: float, segment: tuple[float
 
 
 def same_squared(a: Any, b: Any) -> Any:
-    """Whether two squared voltages agree but for rounding."""
+    """Whether two squared voltages agree to rounding."""
     return np.abs(a - b) <= ROUNDING * (1.0 + np.abs(b))
 
 
@@ -361,7 +362,7 @@ def _with_slopes(balance: StaticBalance, squared: float, found: Mapping[float, b
 
 
 class _Leg(NamedTuple):
-    """A stable branch on the ramp: v^2 grows from ``low`` to ``high`` while |x| grows over (part of) ``segment``."""
+    """A stable branch of the ramp: v^2 grows from ``low`` to ``high``, |x| from ``begin`` within ``segment``."""
 
     low: float
     high: float
@@ -378,7 +379,7 @@ def rest_of(balance: StaticBalance, near: float | None) -> float:
 
 
 def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
-    """The stable branches that a ramp from ``rest`` runs through; after each, the force leads outwards to the next."""
+    """The stable branches of a ramp from ``rest``; after each, the force leads outwards to the next."""
     if math.isnan(rest):
         return []
     legs = []
@@ -415,7 +416,7 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
 
 
 def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float | None) -> float | None:
-    """Where on a rising segment a film pulls in, or its range ends; None if it does not."""
+    """The displacement on a rising segment at which the film pulls in, or its range ends; None if it does not."""
     if not balance.film_fails:
         return None
     x = np.linspace(segment[0] if begin is None else begin, segment[1], FILM_SAMPLES)
@@ -430,7 +431,7 @@ def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: floa
 
 
 def _traced_end(balance: StaticBalance, segment: tuple[float, float], k: int, highest: float) -> float | None:
-    """One end of a segment drawn in to where 0 <= w <= highest^2; None if that leaves nothing of it."""
+    """The k-th end of a segment, moved to where 0 <= w <= highest^2; None if nothing of the segment is left."""
     w = float(balance.squared(segment[k]))
     bound = min(max(w, 0.0), highest * highest)
     return segment[k] if same_squared(w, bound) else root_on_segment(balance, bound, segment)
@@ -446,7 +447,7 @@ def _piece(balance: StaticBalance, segment: tuple[float, float], x: Array) -> Ar
 
 
 def _closer_to_ends(begin: float, end: float) -> Array:
-    """Displacements from end to end, closer together where the voltage may change fast."""
+    """Displacements from ``begin`` to ``end``, closer together at both, where the voltage may change fast."""
     fine = np.geomspace(1e-4, 0.02, 20)
     shares = np.concatenate([[0.0], fine, np.linspace(0.02, 0.98, 120)[1:-1], 1.0 - fine[::-1], [1.0]])
     return begin * (1.0 - shares) + end * shares

@@ -19,7 +19,7 @@ from gelcone.quantity import Quantity
 class Bias(Component):
     """A force on the disc that is not the film's, counted positive where it pulls the disc down, per mu Vol/(b-a).
 
-    A new one supplies `force`; the rest follows from it, and is overridden where a closed form is known.
+    A new bias supplies `force`; everything else follows from it, and is overridden where a closed form is known.
 
     Examples
     --------
@@ -39,11 +39,11 @@ class Bias(Component):
 
     @abstractmethod
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force at the displacement x and its derivative by x; ``y`` are the bias's own states, empty where it has
-        none and in statics, which ask for the force once they have settled."""
+        """Force at the displacement x and its derivative by x. ``y`` holds the bias's own states; it is empty in
+        statics, which use the settled bias."""
 
     def prove(self) -> None:
-        """Compare the second number of `force` with the derivative of the first, at the parameters' defaults."""
+        """Compare the stated slope of the force with its derivative, at the default parameters."""
         n, x = self.numbers(self.complete({})), np.linspace(-1.5, 1.5, 9)
         same_formula(
             self,
@@ -58,7 +58,7 @@ class Bias(Component):
         return []
 
     def energy(self, x: Any, n: Numbers) -> Any:
-        """Energy at x, from the flat film on."""
+        """Energy at x, 0 at the flat film."""
         return integral(lambda at: self.force(at, [], n)[0], np.asarray(x, dtype=float))
 
     def turning(self, x: Any, n: Numbers) -> Any:
@@ -67,21 +67,21 @@ class Bias(Component):
         return x * slope - force
 
     def secant(self, x: Any, n: Numbers) -> Any:
-        """F/x; at x = 0 its limit, infinite where the flat film is pushed."""
+        """F/x; at x = 0 its limit, infinite where the force does not vanish there."""
         force, slope = self.force(x, [], n)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where((np.asarray(x) == 0.0) & (force == 0.0), slope, force / np.asarray(x, dtype=float))[()]
 
     def odd(self, n: Numbers) -> Any:
-        """Whether its force at -x is the opposite of that at x. Default: whether it does not push the flat film."""
+        """Whether the force is odd in x. Default: whether it vanishes at the flat film."""
         return self.force(0.0, [], n)[0] == 0.0
 
     def free_height(self, n: Numbers) -> Any:
-        """A displacement at which it does not pull; where a search for equilibria begins. Default 0."""
+        """A displacement at which the force vanishes, from which a search for equilibria begins. Default 0."""
         return 0.0
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """A typical stiffness, which bounds how fast the disc moves. Default: that at the flat film."""
+        """A typical stiffness, which bounds the rate of the motion. Default: that at the flat film."""
         return np.abs(self.force(0.0, [], n)[1])
 
 
@@ -166,14 +166,14 @@ class BuckledBeam(Bias):
         return np.asarray(n["beam_height"]) == 0.0
 
     def free_height(self, n: Numbers) -> Any:
-        """The higher of the two where a buckled beam is free, else where the beam is straight."""
+        """The higher of the two free displacements of a buckled beam; else the one at which the beam is straight."""
         with np.errstate(divide="ignore", invalid="ignore"):
             squared = -np.asarray(n["beam_stiffness"]) / n["beam_cubic"]
             away = np.where((squared > 0.0) & np.isfinite(squared), np.sqrt(np.maximum(squared, 0.0)), 0.0)
         return (n["beam_height"] + away)[()]
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """The largest that |k1| + 3 k3 d^2 has between the film's plane and its width above it."""
+        """The largest |k1| + 3 k3 d^2 between the film's plane and one film width above it."""
         farthest = np.maximum(np.abs(n["beam_height"]), np.abs(1.0 - n["beam_height"]))
         return np.abs(n["beam_stiffness"]) + 3.0 * n["beam_cubic"] * np.square(farthest)
 
@@ -279,7 +279,7 @@ class Together(Bias):
         return {name: value for part in self.parts for name, value in part.numbers(parameters).items()}
 
     def _own(self, y: list[Any]) -> list[tuple[Bias, list[Any]]]:
-        """Each part with its own states, none where statics give none."""
+        """Each part with its own states; none in statics."""
         taken, found = 0, []
         for part in self.parts:
             count = len(part.states) if y else 0
@@ -310,7 +310,7 @@ class Together(Bias):
         return np.logical_and.reduce([np.asarray(part.odd(n)) for part in self.parts])
 
     def free_height(self, n: Numbers) -> Any:
-        """Near the first's, where the others' pull shifts it to, as far as its stiffness shows."""
+        """The first part's, shifted by one Newton step of the total force."""
         first = self.parts[0].free_height(n)
         force, slope = self.force(np.asarray(first, dtype=float), [], n)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -325,4 +325,4 @@ class Together(Bias):
 
 
 BIASES: dict[str, Bias] = {bias.name: bias for bias in (LinearSpring(), BuckledBeam(), Weight(), ConstantForce())}
-"""What ships, by name; several together are written with a plus, as in ``"spring+weight"``."""
+"""Name -> bias that ships; several together are written with a plus, as in ``"spring+weight"``."""

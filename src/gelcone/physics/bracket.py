@@ -1,4 +1,4 @@
-"""Where functions change sign, to rounding: Chandrupatla's method (Adv. Eng. Softw. 28 (1997) 145), inverse quadratic
+"""Sign changes of functions, to rounding, by Chandrupatla's method (Adv. Eng. Softw. 28 (1997) 145): inverse quadratic
 interpolation where that is safe, else bisection. (SciPy's solvers take half a second to import, and solve one by one.)
 """
 
@@ -13,19 +13,21 @@ import numpy as np
 from gelcone.quantity import Array
 
 RESOLVED = 2.0 * sys.float_info.epsilon
-"""Share of a root within which its bracket ends."""
-BESIDE = 1e-6
-"""Share of a bracket next to a sign change at which a pole is far smaller than at the change."""
+"""Relative width at which a bracket is resolved."""
+NEARBY = 1e-6
+"""Distance from a sign change, as a share of the bracket, at which the size of the function shows a pole."""
 SMALLER = 1e-3
+"""A function is at a pole if its size at that distance is less than this share of the size at the change."""
 MOST_STEPS = 2000
-"""More than bisection takes from the largest double to the smallest."""
+"""More steps than bisection takes from the largest double to the smallest."""
 
 
 def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
-    """Where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one shape); the end
-    where it does not. It may jump and be infinite. Each element goes its own way.
+    """Find the places where ``function`` of an array rises through zero between ``low`` and ``high`` (arrays of one
+    shape), element by element; ``low`` where it is positive already, ``high`` where it never is. It may jump and be
+    infinite.
 
-    Raises `ArithmeticError` for a value that is not a number inside a bracket.
+    Raises `ArithmeticError` for NaN inside a bracket.
     """
     a, b = np.array(low, dtype=float), np.array(high, dtype=float)  # a bracket, a its newer end
     with np.errstate(all="ignore"):
@@ -49,7 +51,7 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
             found = np.where(open_, best, found)
             least = (RESOLVED * np.abs(best) + sys.float_info.min) / np.abs(b - a)
             open_ = open_ & (least <= 0.5) & (of_x != 0.0)
-            # the inverse quadratic through the three points where it is monotone, else the middle
+            # inverse quadratic interpolation where it is monotone, else bisection
             place, height = (a - b) / (c - b), (of_a - of_b) / (of_c - of_b)
             monotone = (height * height < place) & ((1.0 - height) ** 2 < 1.0 - place)
             quadratic = of_a / (of_b - of_a) * of_c / (of_b - of_c)
@@ -60,26 +62,26 @@ def rise(function: Callable[[Any], Any], low: Any, high: Any) -> Any:
 
 
 def sign_changes(function: Callable[[Any], Any], a: Any, b: Any) -> Any:
-    """Points between ``a`` and ``b`` (arrays of one shape) where ``function`` of an array changes sign; NaN where it
-    has one sign at both, or changes it through a pole.
+    """Find the points between ``a`` and ``b`` (arrays of one shape) where ``function`` of an array changes sign; NaN
+    where its signs at both are equal, or change at a pole.
 
-    Raises `ArithmeticError` for a value that is not a number inside a bracket.
+    Raises `ArithmeticError` for NaN inside a bracket.
     """
     a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     low, high = np.minimum(a, b), np.maximum(a, b)
     with np.errstate(all="ignore"):
         sign, across = np.sign(function(b)), np.sign(function(a))
         found = rise(lambda x: sign * function(x), a, b)
-        beside = found + BESIDE * np.where(found - low > high - found, low - high, high - low)
-        pole = np.abs(function(beside)) < SMALLER * np.abs(function(found))
+        nearby = found + NEARBY * np.where(found - low > high - found, low - high, high - low)
+        pole = np.abs(function(nearby)) < SMALLER * np.abs(function(found))
         apart = np.where((sign * across < 0.0) & ~pole, found, np.nan)
     return np.where(across == 0.0, a, np.where(sign == 0.0, b, apart))[()]
 
 
 def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) -> float:
-    """A point between ``a`` and ``b``, at which ``function`` of one number has different signs, where it changes sign.
+    """Find a point between ``a`` and ``b`` where ``function`` of one number changes sign.
 
-    Raises `ArithmeticError` for a value that is not a number, where the signs at the ends are equal, and at a pole.
+    Raises `ArithmeticError` for NaN, for equal signs at ``a`` and ``b``, and at a pole.
     """
     found = float(sign_changes(lambda x: np.float64(function(float(x))), a, b))
     if found != found:
@@ -88,8 +90,8 @@ def sign_change(function: Callable[[float], SupportsFloat], a: float, b: float) 
 
 
 def halved(before: Callable[[Any], Any], low: Any, high: Any, rounds: int) -> tuple[Any, Any]:
-    """Ranges between ``low`` and ``high`` (arrays of one shape), halved ``rounds`` times around the end of the places
-    of which ``before`` is true."""
+    """Halve the brackets ``low`` to ``high`` (arrays of one shape) ``rounds`` times around the place up to which
+    ``before`` is true."""
     for _ in range(rounds):
         middle = 0.5 * (low + high)
         below = before(middle)
@@ -98,7 +100,7 @@ def halved(before: Callable[[Any], Any], low: Any, high: Any, rounds: int) -> tu
 
 
 def crossing(times: Array, values: Array, level: float) -> float:
-    """When values first come to a level, between samples by a straight line; NaN where they never do."""
+    """Time at which values first reach a level, linear between samples; NaN if they never do."""
     above = np.flatnonzero(values >= level)
     if not above.size:
         return np.nan

@@ -18,24 +18,24 @@ from gelcone.physics.implicit import root, traced
 from gelcone.physics.placed import PlacedFilm
 
 LOSSES = ("resistor", "leak", "dielectric")
-"""Where a circuit may lose power: behind the source, through the film, and in a permittivity that follows late."""
+"""Losses of a circuit: behind the source, through the film, and in a permittivity that follows with a delay."""
 
 
 @dataclass(frozen=True)
 class Port:
-    """The connections of a circuit: the command, and the films on which it puts a voltage, in parallel.
+    """The connections of a circuit: its command, and the films that it drives in parallel.
 
-    All values are over the scales of the model; a capacitance over that of the flat film (C0 = eps pi (b^2 - a^2)/H), a
-    current over C0 Phi0 Omega0.
+    All values are dimensionless; the unit of capacitance is that of the flat film, C0 = eps pi (b^2 - a^2)/H, that of
+    current C0 Phi0 Omega0.
 
     Parameters
     ----------
     command : the commanded voltage.
     displacement, velocity : those of the disc.
-    rate_of_command : gives the rate of the commanded voltage, see `command_rate`.
+    rate_of_command : function that returns the rate of the commanded voltage, see `command_rate`.
     films : each film with its states.
     n : the numbers of the system, by name.
-    xp : the functions that formulas take.
+    xp : the namespace of functions for formulas.
 
     Examples
     --------
@@ -63,12 +63,12 @@ class Port:
         return [film.capacitance(self.displacement, voltage * voltage, y, self.n, self.xp) for film, y in self.films]
 
     def capacitance(self, voltage: Any) -> Any:
-        """The films' capacitance at a voltage."""
+        """The capacitance of all films at a voltage."""
         parts = self.capacitances(voltage)
         return sum(parts[1:], parts[0])
 
     def charge(self, voltage: Any) -> Any:
-        """The films' charge at a voltage."""
+        """The charge of all films at a voltage."""
         return voltage * self.capacitance(voltage)
 
     def voltage(self, charge: Any) -> Any:
@@ -90,7 +90,7 @@ class Port:
         return root(self.xp, name, residual, (charge,), lambda charge, xp: flat)
 
     def voltage_rate(self, voltage: Any, current: Any) -> Any:
-        """Rate of the voltage while a current charges the films and the disc moves; the voltage must be a state."""
+        """Rate of the voltage while a ``current`` charges the films and the disc moves; the voltage must be a state."""
         by_voltage, *by_others = self._slopes(voltage)
         for slope, rate in zip(by_others, self._moving(voltage), strict=True):
             current = current - slope * rate
@@ -104,8 +104,8 @@ class Port:
         return found
 
     def charge_rate(self, voltage: Any, rate: Any) -> Any:
-        """Rate of the charge at a voltage and its rate while the disc moves, of films whose capacitance does not depend
-        on the voltage, which must not depend on the disc or on the films' states."""
+        """Rate of the charge at a voltage with a ``rate`` while the disc moves. The capacitance must not depend on the
+        voltage, nor the voltage on the disc or the films' states."""
         found = self.capacitance(voltage) * rate
         for slope, change in zip(self._slopes(voltage, False), self._moving(voltage), strict=True):
             found = found + slope * change
@@ -117,7 +117,7 @@ class Port:
         return self._slopes(voltage)[0]
 
     def _slopes(self, voltage: Any, by_voltage: bool = True) -> list[Any]:
-        """Derivatives of the charge ``by_voltage``, displacement and the films' states."""
+        """Derivatives of the charge by the voltage (if ``by_voltage``), the displacement and the films' states."""
         at = [voltage, self.displacement, *(value for _, y in self.films for value in y)]
 
         def charge(at: list[Any], xp: Any) -> list[Any]:
@@ -134,15 +134,14 @@ class Port:
 
 
 class Circuit(Component):
-    """A circuit turns the commanded voltage into that on the film.
+    """A circuit turns the commanded voltage into the voltage on the film.
 
-    A new one supplies `voltage`, and `rates` for the ``states`` that it adds; `gain` where it is linear and its gain is
-    not 1. A state may be the film's charge, whose rate is the current (`Port.voltage` gives the voltage), or its
-    voltage, whose rate is `Port.voltage_rate` of what `charging` gives; then it is the last one, and
-    ``carries_voltage`` is True. Where its law changes, as at a limit, it lists ``borders``: the value of
-    each is ``value(port, y, n, xp)``, and its switch, one of the circuit's `numbers`, has the sign of the side (see
-    `Border`). A circuit with states or borders has the period of the voltage itself, since these follow the voltage's
-    sign.
+    A new circuit supplies `voltage`, and `rates` for the ``states`` that it adds; `gain` where it is linear and its
+    gain is not 1. A state may be the film's charge, whose rate is the current (`Port.voltage` returns the voltage), or
+    its voltage, whose rate is `Port.voltage_rate` of `charging`; then it is the last one, and ``carries_voltage`` is
+    True. Where its law changes, as at a limit, it lists ``borders``: the value of each is ``value(port, y, n, xp)``,
+    and its switch, one of the circuit's `numbers`, has the sign of the side (see `Border`). A circuit with states or
+    borders has the period of the voltage itself, since these follow the voltage's sign.
 
     Examples
     --------
@@ -177,11 +176,11 @@ class Circuit(Component):
         return []
 
     def charging(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Rate of the films' charge, of a circuit that carries their voltage."""
+        """Rate of the films' charge, for a circuit whose last state is their voltage."""
         raise NotImplementedError
 
     def switches(self, port: Port, y: list[Any], n: Numbers) -> dict[str, Any]:
-        """The switches of its borders at the start of a motion, 1 or -1: default the sign of each border's value."""
+        """The switches of its borders at the start of a motion, 1 or -1. Default: the sign of each border's value."""
         found: dict[str, Any] = {}
         for border in self.borders:
             one = {**n, str(border.switch): 1.0}
@@ -194,21 +193,21 @@ class Circuit(Component):
 
     @property
     def losses(self) -> tuple[str, ...]:
-        """Those of `LOSSES` that it has. Default: the first two where it has `powers` of its own."""
+        """Names of its losses, among `LOSSES`. Default: the first two if it has `powers` of its own."""
         return () if type(self).powers is Circuit.powers else LOSSES[:2]
 
     @property
     def held(self) -> Circuit:
-        """The circuit of a film at a constant voltage of its own. Default: the ideal source."""
+        """The circuit of a film with a constant voltage of its own. Default: the ideal source."""
         return IdealSource()
 
     def powers(self, port: Port, current: Any, y: list[Any], n: Numbers, xp: Any = np) -> Mapping[str, Any]:
-        """Power of the ``source``, and what of it is lost where (`LOSSES`), while ``current`` charges the films.
-        Default: a source that has the film's voltage, and no losses."""
+        """Power of the ``source``, and the power of each loss (`LOSSES`), while ``current`` charges the films. Default:
+        a source at the film's voltage, without losses."""
         return {"source": self.voltage(port, y, n, xp) * current}
 
     def source_voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Voltage at the output of the source, before what lies between it and the film. Default: the film's."""
+        """Voltage at the output of the source. Default: the film's."""
         return self.voltage(port, y, n, xp)
 
     def leaks(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
@@ -216,7 +215,7 @@ class Circuit(Component):
         return [0.0] * len(port.films)
 
     def squared(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
-        """The squared voltage with which the field pulls on the films. Default: that of the ``voltage`` on them."""
+        """The effective squared voltage of the field's force on the films. Default: that of the ``voltage``."""
         return voltage * voltage
 
     def stored(self, port: Port, voltage: Any, y: list[Any], n: Numbers) -> Any:
@@ -234,21 +233,21 @@ class Circuit(Component):
         return not self.states
 
     def saturations(self, port: Port, y: list[Any], n: Numbers) -> Mapping[str, Any]:
-        """By the name of each limit the excess over it that the circuit does not allow. Default: no limits."""
+        """Name of each limit -> demand less limit, positive while the circuit is limited. Default: no limits."""
         return {}
 
     def describe(self) -> str:
-        """A line about the circuit for those who read a result; empty (default) if there is nothing to say."""
+        """A note about the circuit for readers of a result. Default: empty."""
         return ""
 
     def check(self) -> None:
-        """`InputError` for borders that cannot be followed."""
+        """Raise `InputError` for borders without a switch."""
         if any(border.switch is None for border in self.borders):
             raise InputError(f"circuit {self.name!r}: a border has no switch; name the number whose sign changes there")
 
 
 class IdealSource(Circuit):
-    """The film has the commanded voltage.
+    """A source that puts the commanded voltage on the film.
 
     Examples
     --------
@@ -264,7 +263,7 @@ class IdealSource(Circuit):
 
 
 class ChargeControl(Circuit):
-    """The charge on the film is commanded, by the voltage that it gives the flat film."""
+    """A source that commands the charge, stated as the voltage that it gives the flat film."""
 
     name = "charge"
 

@@ -1,7 +1,7 @@
-"""The contract of everything physical: a component has a name, parameters by name, and formulas that run on any number.
+"""The contract of components: a name, parameters by name, and formulas that run on any kind of number.
 
-Films, biases, waveforms, circuits and strain-energy laws are components. Their parameters are the model's parameters:
-what a component adds can be set, swept, drawn, saved and shown without another line. Their formulas take numbers by
+Films, biases, waveforms, circuits and strain-energy laws are components. Their parameters are the model's parameters,
+which can be set, swept, drawn, saved and shown without another line. Their formulas take numbers by
 name (``n``) and the functions of a namespace (``xp``: ``sin``, ``cos``, ``exp``, ``log``, ``log1p``, ``sqrt``), so that
 the same line runs on floats, NumPy arrays, SymPy symbols and the expressions of the compiled program.
 """
@@ -23,7 +23,7 @@ from gelcone.errors import InputError, unknown_name
 from gelcone.quantity import Quantity
 
 Numbers = Mapping[str, Any]
-"""What the formulas take, by name: floats, arrays, symbols or expressions."""
+"""Numbers of the formulas, by name: floats, arrays, symbols or expressions."""
 FUNCTIONS = ("sin", "cos", "exp", "log", "log1p", "sqrt")
 """The functions of the namespace ``xp``."""
 
@@ -36,9 +36,9 @@ class State:
     ----------
     name : its name, in results and among initial values.
     meaning : in words.
-    quantity : the SI scale of a device that turns it into SI units. Default ``"share"``, a pure number.
-    start : where it begins in a run that gives displacement and velocity alone. Default 0.
-    mirrored : whether it changes its sign in the mirror image x -> -x. Default no.
+    quantity : the quantity whose SI scale converts it. Default ``"share"``, a pure number.
+    start : its value at the start of a run that gives displacement and velocity alone. Default 0.
+    mirrored : whether it changes sign in the mirror image x -> -x. Default no.
 
     Examples
     --------
@@ -78,14 +78,11 @@ class Component(ABC):
         return {}
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
-        """From the parameters, the numbers that the formulas take; computed once a member. Default: themselves."""
+        """Compute the numbers of the formulas from the parameters, once for each member. Default: the parameters."""
         return {name: parameters[name] for name in self.parameters}
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
-        """Where the states that it adds begin in a run from the displacement x that does not give them.
-
-        Default: `State.start`.
-        """
+        """Initial values of the states that it adds, in a run from the displacement x. Default: `State.start`."""
         return [state.start for state in self.states]
 
     @property
@@ -94,15 +91,15 @@ class Component(ABC):
         return tuple(self.numbers(self.complete({})))
 
     def prove(self) -> None:  # noqa: B027, not every component has formulas to compare
-        """Raise `InputError` where the formulas contradict one another or cannot be compiled; asked once of each
-        component that is given. Default: nothing is known that could be compared."""
+        """Raise `InputError` where formulas contradict one another or cannot be compiled; called once for each
+        component that is given. Default: nothing is compared."""
 
     def time_constant(self, n: Numbers) -> Any:
-        """Slowest time constant of the states that it adds, which a motion takes 20 of to settle. Default 0: none."""
+        """Slowest time constant of the states that it adds; motions settle within 20 of it. Default 0: no states."""
         return 0.0
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; those that are not ``given`` take their defaults."""
+        """Check the ``given`` parameters and fill in the defaults of the others."""
         return {
             name: quantity.check(name, given.get(name, quantity.default)) for name, quantity in self.parameters.items()
         }
@@ -111,22 +108,21 @@ class Component(ABC):
         return uncached(self)
 
     def __eq__(self, other: object) -> bool:
-        """Components of a class that hold the same are equal: another process's needs no new program. What they have
-        computed meanwhile does not count, for they are keys of caches, and those that became equal only then would
-        lead to each other's systems."""
+        """Compare class and fields, so that equal components share a compiled program, also between processes. Cached
+        properties do not count: components are keys of caches, and must not become equal later."""
         return self is other or (type(self) is type(other) and uncached(self) == uncached(other))
 
     def __hash__(self) -> int:
         return hash(type(self))
 
     def __repr__(self) -> str:
-        """The class and what the component holds, the same in each process: keys of the disk cache are made of it."""
+        """The class and the fields of the component, the same in each process, for keys of the disk cache."""
         held = ", ".join(f"{name}={value!r}" for name, value in self.__getstate__().items())
         return f"{type(self).__module__}.{type(self).__qualname__}({held})"
 
 
 def uncached(holder: object) -> dict[str, Any]:
-    """Return the attributes to pickle: what a `cached_property` has stored is computed again, and may hold closures."""
+    """Return the attributes to pickle, without those of a `cached_property`, which may hold closures."""
     own = type(holder)
     return {name: v for name, v in vars(holder).items() if not isinstance(getattr(own, name, None), cached_property)}
 
@@ -149,7 +145,7 @@ def to_record(component: Component, shipped: Mapping[str, Component]) -> Any:
 
 
 def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C]) -> C:
-    """The component that `to_record` wrote; ``kind`` names it in messages.
+    """Make the component that `to_record` wrote; ``kind`` names it in messages.
 
     Raises `InputError` for an unknown name, for a class that cannot be imported or does not take the fields, and for
     one that does not ship where `gelcone.permission` does not allow it.
@@ -180,8 +176,8 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
 
 
 def find_component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C]) -> C:
-    """A component, from itself or from its record; `InputError` for what is neither, for one that cannot be compared
-    with another, and where its formulas contradict one another."""
+    """Return a component that is given as an instance or as its record; `InputError` for anything else, for one that
+    cannot be compared with another, and where its formulas contradict one another."""
     if isinstance(given, str | Mapping):
         given = from_record(kind, given, shipped, base)
     if isinstance(given, base):
@@ -192,7 +188,7 @@ def find_component(kind: str, given: Any, shipped: Mapping[str, C], base: type[C
 
 
 def _check_comparable(component: Component) -> None:
-    """`InputError` for a component that holds arrays, or lists in a dataclass: it is a key of caches."""
+    """Raise `InputError` for a component that holds arrays or lists: it must be a key of caches."""
     arrays = [name for name, value in uncached(component).items() if isinstance(value, np.ndarray)]
     if arrays:
         raise InputError(f"{component.name}: {arrays[0]} is an array; hold a tuple of numbers, tuple(values.tolist())")
@@ -216,7 +212,8 @@ def _proved(component: Component) -> None:
 
 
 def same_formula(component: Component, what: str, at: Any, stated: Any, true: Callable[[], Any]) -> None:
-    """Raise `InputError` where a formula, ``stated`` at the places ``at``, is not what another one says, ``true``."""
+    """Raise `InputError` where the values ``stated`` by a formula at the places ``at`` differ from the ``true``
+    ones."""
     place = f"{component.name}: {what}"
     try:
         with np.errstate(all="ignore"):
@@ -253,8 +250,8 @@ def _value(data: Any) -> Any:
 
 
 def names_of(component: Component) -> set[str]:
-    """The permissions of `gelcone.permission` without which a component and its parts are not read: the names of their
-    classes in files, ``"module:Class"``, and their records."""
+    """The permissions of `gelcone.permission` that reading a component and its parts needs: the names of their classes
+    in files, ``"module:Class"``, and their records."""
     data = {f.name: getattr(component, f.name) for f in _fields(component)}
     own, parts = _class_name(component), [part for value in data.values() for part in _flat(value)]
     plain = permission.record(own, {name: _plain(value) for name, value in data.items()})

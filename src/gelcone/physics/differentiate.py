@@ -16,7 +16,7 @@ from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array
 
 ENOUGH = 1e-9
-"""Newton's method squares its error: a correction by this share of the root leaves none that doubles hold."""
+"""Relative size of the last correction: Newton's method squares its error, so that the next is below rounding."""
 MOST_STEPS = 60
 _NUMPY = {
     "add": np.add,
@@ -37,13 +37,14 @@ def derivatives(values: Sequence[Node], by: Node, fixed: Sequence[Node] = ()) ->
     """Partial derivatives of ``values`` with respect to the leaf ``by`` (a state, a number, a root or the time).
 
     Forward mode, node by node; quotients, roots and exponentials reuse the value itself, so that the derivative of a
-    film's force shares its division. Roots of equations change with what these depend on, but for those in ``fixed``.
+    film's force shares its division. Roots of equations are differentiated implicitly, except those in ``fixed``.
     """
     return directional(values, {by: by.graph.constant(1.0)}, fixed)
 
 
 def directional(values: Sequence[Node], along: Mapping[Node, Node], fixed: Sequence[Node] = ()) -> list[Node]:
-    """Derivatives of ``values`` where leaves change at the rates ``along``; see `derivatives`."""
+    """Derivatives of ``values`` along the direction in which leaves change at the rates ``along``; see
+    `derivatives`."""
     graph = next(iter(along)).graph
     zero = graph.constant(0.0)
     slope = {node.index: zero for node in fixed} | {leaf.index: rate for leaf, rate in along.items()}
@@ -71,7 +72,7 @@ def directional(values: Sequence[Node], along: Mapping[Node, Node], fixed: Seque
 
 
 def block_of(root: Node) -> tuple[Node, ...]:
-    """The roots whose equations contain ``root`` and are contained in its own, at most two; itself among them."""
+    """The roots that depend on each other, at most two, ``root`` among them."""
 
     def within(of: Node) -> list[Node]:
         return [node for node in ordered([of.graph.equations[of.index]]) if node.operation == "root"]
@@ -114,18 +115,18 @@ def _rule(graph: Graph, node: Node, inner: Sequence[Node]) -> Node:
 
 
 def jacobian(values: Sequence[Node], by: Sequence[Node]) -> list[list[Node]]:
-    """d value_i / d by_j, shape (values, by)."""
+    """The derivatives d value_i / d by_j, (values, by)."""
     columns = [derivatives(values, leaf) for leaf in by]
     return [[column[i] for column in columns] for i in range(len(values))]
 
 
 def evaluated(nodes: Sequence[Node], leaves: Mapping[int, Any]) -> list[Any]:
-    """Values of ``nodes`` by NumPy, given those of states, numbers, switches and time by the index of their node."""
+    """Evaluate ``nodes`` by NumPy from the values of ``leaves`` (states, numbers, switches, time) by node index."""
     return _computed(nodes, _unknown(nodes, leaves), leaves)
 
 
 def _unknown(nodes: Sequence[Node], known: Mapping[int, Any]) -> list[Node]:
-    """The nodes to be computed for ``nodes``, in order; what only known ones depend on is not."""
+    """The nodes that must be computed for ``nodes``, in order, given the ``known`` ones."""
     needed, waiting = set[int](), list(nodes)
     while waiting:
         node = waiting.pop()
@@ -148,7 +149,7 @@ def _computed(nodes: Sequence[Node], unknown: Sequence[Node], known: Mapping[int
 
 
 def _root(node: Node, values: Mapping[int, Any]) -> Any:
-    """The value of a root of an equation whose other leaves have ``values``."""
+    """Solve the equation of a root, given ``values`` of its other leaves."""
     equation = node.graph.equations[node.index]
     (first,) = evaluated([node.graph.guesses[node.index]], values)
     held = [other for other in block_of(node) if other is not node and other.index in values]
@@ -166,7 +167,7 @@ def _root(node: Node, values: Mapping[int, Any]) -> Any:
 
 
 def _needed(nodes: Sequence[Node], root: Node, values: Mapping[int, Any]) -> dict[int, Any]:
-    """Those of the ``values`` that nodes are computed from besides a root, and the arrays that they hold."""
+    """The ``values``, and the arrays in nodes, from which ``nodes`` are computed in addition to ``root``."""
     found, seen, waiting = {}, {root.index}, list(nodes)
     while waiting:
         node = waiting.pop()
@@ -188,12 +189,11 @@ def newton(
     first: Any,
     known: Mapping[int, Any] = MappingProxyType({}),
 ) -> Any:
-    """The root of ``residual(y, known)``, elementwise, that Newton's method finds from ``first``.
+    """Solve ``residual(y, known)`` = 0 elementwise by Newton's method from ``first``.
 
-    ``known`` holds all that residual and slope depend on besides the root, numbers or arrays that broadcast against
-    it: it is cut to the elements that still move each time half of them have stopped. Those for which there is no root,
-    as on the other side of a border, take `MOST_STEPS` steps. Without it all elements are computed until the last
-    stops.
+    ``known`` holds all other numbers or arrays that residual and slope depend on. It is reduced to the elements that
+    still move each time half of them have converged; elements without a root, as on the other side of a border, take
+    `MOST_STEPS` steps. Without ``known`` all elements are computed until the last converges.
     """
     with np.errstate(all="ignore"):
         roots = np.asarray(first + np.zeros(np.shape(residual(first, known))))
@@ -214,15 +214,15 @@ def newton(
 
 
 def _rows(value: Any, chosen: Array) -> Any:
-    """The elements of a number or array, broadcast to the shape of ``chosen``, that are chosen."""
+    """The elements, in the mask ``chosen``, of a number or array that is broadcast to its shape."""
     return value if np.ndim(value) == 0 else np.broadcast_to(value, chosen.shape)[chosen]
 
 
 def gradients(
     function: Callable[..., Sequence[Any]], at: Sequence[Any], n: Mapping[str, Any] | None = None
 ) -> list[list[Any]]:
-    """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable at numbers or
-    arrays ``at``. The function is traced: its switches say on which side of borders it is. With numbers ``n``, which
+    """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable, at numbers or
+    arrays ``at``. The function is traced, so that switches choose the side of its borders. With numbers ``n``, which
     may be arrays, it is ``function(variables, n, xp)``."""
     graph = Graph()
     leaves = [graph.state(i) for i in range(len(at))]
