@@ -4,7 +4,7 @@ import pytest
 
 from gelcone.devices.files import shipped_devices
 
-GONE = "is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane (--film membrane)"
+GONE = "is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane, the"
 
 
 @pytest.mark.parametrize("subject", [["biased-pump"], ["--preset", "table1", "--set", "voltage=0.5"]])

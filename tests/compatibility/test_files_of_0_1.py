@@ -57,7 +57,7 @@ def test_a_result_reads_and_knows_its_model(kept, name):
     result = kept(name)
     assert result.attrs["gelcone_version"] == "0.1.0"
     if name == "simulate-film":
-        with pytest.raises(gelcone.InputError, match="--film membrane") as refused:
+        with pytest.raises(gelcone.InputError, match="take film = membrane, the same") as refused:
             gelcone.model_of(result)
         assert "\n" not in str(refused.value)
         return

@@ -1,4 +1,4 @@
-"""Analyses of a device: public functions take a `Device` in place of a model, options in SI, and answer in SI."""
+"""Analyses of devices: public functions that take a `Device` in place of a model, with options and results in SI."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class Scaled(float):
 
 
 def scaled(value: Any) -> Any:
-    """A value marked as dimensionless where it is a number."""
+    """Mark a value as dimensionless if it is a number."""
     return Scaled(value) if isinstance(value, float) else value
 
 
 def analysis(**declared: Any) -> Callable[[Callable[Concatenate[Any, P], R]], Callable[Concatenate[Any, P], R]]:
-    """Declares a public function as an analysis, with the fields of `gelcone.register.analysis.Analysis`.
+    """Declare a public function as an analysis, with the fields of `gelcone.register.analysis.Analysis`.
 
-    The function takes a device, too.
+    The function then takes devices, too.
     """
     wraps = {"model": for_devices, "device": for_swept_devices, "plan": for_plans}
 
@@ -53,10 +53,10 @@ def analysis(**declared: Any) -> Callable[[Callable[Concatenate[Any, P], R]], Ca
 
 
 def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """A public analysis that takes a `Device` too.
+    """Wrap a public analysis so that it takes a `Device` too.
 
     With a device its options are SI numbers or texts with units, it starts from the device's own rest or release unless
-    ``initial`` is given, and a Dataset comes back in SI units (`gelcone.to_si`). `plain` gives the function itself.
+    ``initial`` is given, and it returns a Dataset in SI units (`gelcone.to_si`). `plain` returns the function itself.
     """
 
     @functools.wraps(function)
@@ -82,7 +82,7 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
 
 
 def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """A public analysis that makes a plan, and so takes the device and SI values itself."""
+    """Wrap a public analysis that makes a plan, and therefore takes the device and SI values itself."""
 
     @functools.wraps(function)
     def run(model: Any, *args: P.args, **options: P.kwargs) -> R:
@@ -106,11 +106,11 @@ OF_DEVICES = {
     "model": "A `Device` in its place takes SI numbers, or texts with units, and the answer has units.",
     "initial": "With a device in m and m/s; default its own rest or release.",
 }
-"""Parameters of analyses of devices -> a sentence for the docstring."""
+"""Parameters of analyses -> the sentence about devices in their docstrings."""
 
 
 def with_units(function: Callable[..., Any]) -> str:
-    """The docstring of an analysis, whose parameters also state what they are of a device."""
+    """The docstring of an analysis, with the units that its parameters have for a device."""
     before, heading, rest = inspect.cleandoc(function.__doc__ or "").partition("Parameters\n----------\n")
     entries, gap, after = rest.partition("\n\n")
     documented = []
@@ -125,7 +125,7 @@ def with_units(function: Callable[..., Any]) -> str:
 
 @contextmanager
 def device_words(device: Device | None) -> Iterator[None]:
-    """Translate errors of the input that come from inside into the names and units of the device."""
+    """Translate input errors about the model into the names and units of the device."""
     try:
         yield
     except FieldError:
@@ -135,7 +135,7 @@ def device_words(device: Device | None) -> Iterator[None]:
 
 
 def for_plans(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
-    """A public analysis of a plan, whose result is in SI units where the plan has a device."""
+    """Wrap a public analysis of a plan, so that its result is in SI units if the plan has a device."""
 
     @functools.wraps(function)
     def run(plan: Any, *args: P.args, **options: P.kwargs) -> R:
@@ -146,12 +146,12 @@ def for_plans(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenat
 
 
 def plain(function: Callable[..., R]) -> Callable[..., R]:
-    """A public analysis as it is written: dimensionless, or over the SI axes of a plan."""
+    """Return the function of a public analysis without its wrapper: dimensionless, or over the SI axes of a plan."""
     return inspect.unwrap(function)
 
 
 def check_one(model: Ensemble | Device, name: str) -> None:
-    """`InputError` for an ensemble of actuators."""
+    """Raise `InputError` for an ensemble of actuators."""
     if model.shape:
         raise InputError(
             f"{name}: takes one actuator, not an ensemble of {math.prod(model.shape)}; give every field and parameter "
@@ -160,7 +160,7 @@ def check_one(model: Ensemble | Device, name: str) -> None:
 
 
 def check_model(model: Any, name: str) -> None:
-    """`InputError` unless ``model`` is a model; a device is taken by those that know devices."""
+    """Raise `InputError` unless ``model`` is a model; a device is refused here, too."""
     if isinstance(model, Ensemble):
         return
     if hasattr(model, "over") and hasattr(model, "draws"):
@@ -179,7 +179,7 @@ def check_model(model: Any, name: str) -> None:
 
 
 def check_device(device: Any, name: str) -> None:
-    """`InputError` unless ``device`` is a device of single numbers."""
+    """Raise `InputError` unless ``device`` is a single device."""
     if not isinstance(device, Device):
         raise InputError(
             f"{name}: takes a device, and was given {described(device)}; gelcone.find_device gives one by its "
@@ -189,10 +189,10 @@ def check_device(device: Any, name: str) -> None:
 
 
 def check_options(function: Callable[..., Any], options: Mapping[str, Any], units: bool = False) -> None:
-    """`InputError` for workers, given to an analysis that runs in this process, for an unknown option, and for one that
-    must be a number or a flag and is not.
+    """Raise `InputError` for unknown options, for ``workers``, and for options that must be numbers or flags and are
+    not.
 
-    ``units`` leaves options that may have a unit to those that read it.
+    ``units``: options with a quantity may be texts with units, and are checked where they are read.
     """
     if "workers" in options:
         raise InputError(
@@ -210,7 +210,7 @@ def check_options(function: Callable[..., Any], options: Mapping[str, Any], unit
 
 
 def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The dimensionless arguments of an analysis for a device, from those given in SI."""
+    """Compute the dimensionless arguments of an analysis for a device from those in SI."""
     arguments = dimensionless({name: annotation_of(function, name)[1] for name in given}, given, device.scales)
     if "initial" in inspect.signature(function).parameters:
         arguments["initial"] = state_of(device, given.get("initial"))
@@ -218,7 +218,8 @@ def arguments_for(function: Callable[..., Any], device: Device, given: Mapping[s
 
 
 def state_of(device: Device, initial: Any = None) -> Any:
-    """An initial state in SI, or the device's own, dimensionless; warns where nothing moves the disc from it."""
+    """Make an initial state in SI, by default the device's own, dimensionless; warn if nothing moves the disc from
+    it."""
     if initial is None:
         state = device.initial_state()
         if reason := at_rest(device, state):
@@ -230,7 +231,7 @@ def state_of(device: Device, initial: Any = None) -> Any:
 
 
 def at_rest(device: Device, state: Any) -> str:
-    """Why nothing starts a motion from a state, and what to set; empty where it moves."""
+    """The reason why the disc stays at rest in a state, with the remedy; empty if it moves."""
     if np.any(state):
         moves = np.any(np.asarray(device.voltage_amplitude) > 0.0) or np.any(device.voltage_offset)
         own = device.release_height is None and not np.any(device.release_velocity)
@@ -246,9 +247,9 @@ def at_rest(device: Device, state: Any) -> str:
 
 
 def dimensionless(quantities: Mapping[str, str], options: Mapping[str, Any], scales: Scales) -> dict[str, Any]:
-    """Options with their quantities, those in SI scaled to the model.
+    """Scale the options in SI to the model, by their ``quantities``.
 
-    Where the devices of a sweep differ in their time, a time is taken such that it is at least as long in each.
+    If the time scales of the devices of a sweep differ, a time is at least as long as given for each of them.
     """
     taken = dict(options)
     for name, value in options.items():
@@ -260,7 +261,7 @@ def dimensionless(quantities: Mapping[str, str], options: Mapping[str, Any], sca
 
 
 def option_scale(name: str, quantity: str, scales: Scales) -> float:
-    """The SI value of one unit of an option's quantity; `InputError` where the devices differ in it."""
+    """The SI value of one unit of an option's quantity; `InputError` if it differs between the devices."""
     sizes = np.unique(scales.size(quantity))
     if sizes.size == 1 or quantity == "time":
         return float(sizes[0])

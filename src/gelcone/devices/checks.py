@@ -1,4 +1,4 @@
-"""Check the fields of a device together: what contradicts, and what is hardly meant."""
+"""Checks of the fields of a device taken together: contradictions, and implausible values."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
 
 THICK = 0.5
-"""Thickness, over the width b - a of the ring, from which a film is too thick for the membrane model."""
+"""Thickness, over the width b - a of the ring, above which a film is too thick for the membrane model."""
 _FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0, "ohm": 1.0}
-"""Units of the fields whose values are compared with the usual range, and how many times beyond it one is doubted: a
-drive may be as small as one likes."""
+"""Units of fields whose values are compared with the usual range -> the factor beyond the range that causes a warning.
+A drive may be as small as one likes."""
 
 
 def misfits(device: DeviceFields) -> Iterator[FieldError]:
@@ -123,7 +123,7 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
 
 
 def doubts(device: DeviceFields) -> list[str]:
-    """List values that are hardly meant, far outside the usual range, each in a line."""
+    """Warnings about values far outside the usual range, one line each."""
     lines = []
     for name, field in device.all_fields().items():
         odd = field.implausible(device.get(name), _FAR[field.unit]) if field.unit in _FAR else None

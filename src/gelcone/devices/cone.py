@@ -1,4 +1,4 @@
-"""The dimensionless model of a device, and the state that it starts from."""
+"""The dimensionless model of a device, and its initial state."""
 
 from __future__ import annotations
 
@@ -22,26 +22,27 @@ from gelcone.physics.statics import balances_of, rest_displacements, switched_of
 
 
 def model_of_device(device: DeviceFields) -> ConeModel:
-    """The model with the film of the device; arrays make an ensemble of their length."""
+    """Make the model with the film of the device; arrays make an ensemble of their length."""
     return _damped(device, lambda ratio: _model(device, ratio))
 
 
 def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> ConeModel:
-    """The model with films as taut cones, quick to make, in place of those that ship; one of one's own stays.
+    """Make the model with taut cones, which are quick, in place of films that ship; a user's own film stays.
 
-    ``undamped`` is that of `undamped_cone` where it is known."""
+    ``undamped`` is the result of `undamped_cone`, if it is known.
+    """
     return _damped(device, lambda ratio: _model(device, ratio, cone=True), undamped)
 
 
 def undamped_cone(device: DeviceFields) -> ConeModel:
-    """`cone_of_device` without its damping, which may refer to a rest that does not exist."""
+    """Make the model of `cone_of_device` without damping, which may refer to a rest that does not exist."""
     return _model(device, np.zeros(device.shape)[()], cone=True)
 
 
 def initial_state(device: DeviceFields) -> Any:
     """Displacement and velocity at t = 0, dimensionless: two numbers, or an array (members, 2) where they differ.
 
-    Raises `InputError` where there is neither a release height nor a rest.
+    Raises `InputError` without a release height and a rest.
     """
     s = device.scales
     velocity = device.release_velocity / s.velocity
@@ -51,7 +52,7 @@ def initial_state(device: DeviceFields) -> Any:
         model = _model(device)
         x = rest_displacements(model)
         if np.isnan(x).all():
-            balances_of(switched_off(model))  # says why no height at all is possible
+            balances_of(switched_off(model))  # raises where no height at all is possible
             raise FieldError(
                 "initial_height",
                 "initial_height: no stable rest position was found without voltage; give a release_height",
@@ -65,14 +66,14 @@ def initial_state(device: DeviceFields) -> Any:
 
 
 def breakdown_field(device: DeviceFields) -> Any:
-    """Dielectric strength over the scale of the field, or None when it is unknown."""
+    """Dielectric strength over the scale of the field; None if it is unknown."""
     own = device.dielectric_strength
     strength = device.material.dielectric_strength if own is None else own
     return None if strength is None else strength / device.scales.field
 
 
 def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False) -> ConeModel:
-    """The model with a damping; ``cone``: with taut cones in place of films that ship."""
+    """Make the model with a damping ratio; ``cone``: with taut cones in place of films that ship."""
     film = "taut" if cone and not isinstance(device.film, Film) else device.film
     numbers = {
         parameter: device.scales.dimensionless(quantity, value)
@@ -87,7 +88,7 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
         )
     if isinstance(own, BranchedFilm) and (count or own.branches):
         of_gel = {"branches": count, "flow": device.material.flow or "log"} if count else {}
-        own = film = dataclasses.replace(own, rested="raised", **of_gel)  # a device has crept where it waits
+        own = film = dataclasses.replace(own, rested="raised", **of_gel)  # a device has crept at its rest
     if "radius_ratio" in own.parameters:
         numbers["radius_ratio"] = device.disc_radius / device.film_radius
     gel = isinstance(own, GelFilm)
@@ -114,7 +115,7 @@ def _model(device: DeviceFields, damping_ratio: Any = 0.0, *, cone: bool = False
 
 
 def following(device: DeviceFields, get: Callable[[str], Any], scales: Scales) -> dict[str, Any]:
-    """The numbers that follow from several fields of a device, or in a way of their own; of numbers or expressions."""
+    """Weight and filter time, which follow from several fields of a device, of numbers or expressions."""
     found: dict[str, Any] = {}
     if device.gravity is not None:
         found["weight"] = carried_mass(get) * get("gravity") / scales.force
@@ -124,7 +125,7 @@ def following(device: DeviceFields, get: Callable[[str], Any], scales: Scales) -
 
 
 def _loads(device: DeviceFields) -> dict[str, Any]:
-    """The biases of a device, and the numbers that are left out."""
+    """The bias of a device, and the parameters of the beam that it leaves at 0."""
     kinds, numbers = ["spring"], {}
     if device.beam_rate is not None:
         kinds.append("beam")
@@ -141,7 +142,7 @@ def _loads(device: DeviceFields) -> dict[str, Any]:
 
 
 def _damped(device: DeviceFields, build: Callable[[Any], ConeModel], undamped: ConeModel | None = None) -> ConeModel:
-    """The model that ``build`` makes of the damping ratio c/(2 m Omega0) of the device; ``undamped`` is that of 0."""
+    """Make the model by ``build`` from the damping ratio c/(2 m Omega0) of the device; ``undamped`` is that of 0."""
     if device.damping_coefficient is not None:
         ratio = device.damping_coefficient * device.scales.time / (2.0 * carried_mass(device.get))
         return build(np.broadcast_to(ratio, device.shape)[()])

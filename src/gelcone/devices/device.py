@@ -102,7 +102,7 @@ class Device(DeviceFields):
             warnings.warn(doubt, DoubtfulInput, stacklevel=2)
 
     def _with_parts(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values with components read, their numbers under dotted names; sets the fields that they bring."""
+        """Read the components among the values, with their numbers under dotted names, and add their fields."""
         parts: dict[str, Any] = {}
         numbers: dict[str, Any] = {}
         brought: dict[str, Field] = {}
@@ -117,7 +117,7 @@ class Device(DeviceFields):
         return numbers | dict(values) | parts
 
     def fields_with(self, changes: Mapping[str, Any]) -> Mapping[str, Field]:
-        """All fields of the device that `replace` would make, by the components and the law among ``changes``.
+        """All fields of the device after `replace` of the components and the law among ``changes``.
 
         Raises `InputError` for a component that cannot be used.
         """
@@ -153,23 +153,23 @@ class Device(DeviceFields):
     # --- to the model ---------------------------------------------------------------------------------------------
 
     def to_model(self) -> ConeModel:
-        """The dimensionless model with its ``film``; arrays make an ensemble of their length."""
+        """Make the dimensionless model; arrays make an ensemble of their length."""
         return cone.model_of_device(self)
 
     def initial_state(self) -> Any:
         """Displacement and velocity at t = 0, dimensionless: two numbers, or an array (members, 2) where they differ.
 
-        The displacement is the release height or, without one, the stable rest equilibrium of the film and spring
-        without voltage that is nearest the initial height. Raises `InputError` when there is none.
+        The displacement is the release height or, without one, the stable equilibrium of film and spring without
+        voltage nearest to the initial height. Raises `InputError` if there is none.
         """
         return cone.initial_state(self)
 
     def breakdown_field(self) -> Any:
-        """Dielectric strength over the scale of the field, or None when it is unknown."""
+        """Dielectric strength over the scale of the field; None if it is unknown."""
         return cone.breakdown_field(self)
 
     def _repr_html_(self) -> str:
-        """The device as a notebook shows it."""
+        """The HTML of the device in a notebook."""
         return device_html(self)
 
     # --- variants and files ---------------------------------------------------------------------------------------
@@ -192,14 +192,14 @@ class Device(DeviceFields):
         return Device(**values | changed)
 
     def replace_quietly(self, changes: Mapping[str, Any] | None = None, /, **more: Unpack[DeviceValues]) -> Device:
-        """`replace` without warnings: for the points of a sweep, whose device was checked before."""
+        """Make a copy as `replace` does, without warnings: for points of a sweep, whose device was checked before."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DoubtfulInput)
             return self.replace(changes, **more)
 
     def redriven(self, changes: Mapping[str, Any]) -> Device:
-        """`replace_quietly` of numbers among `DRIVE_NUMBERS`, on which no check of another field rests, in a quarter of
-        its time. `FieldError` as there."""
+        """Make a copy with other numbers among `DRIVE_NUMBERS`, in a quarter of the time of `replace_quietly`: no check
+        of another field depends on them. `FieldError` as there."""
         driven = Device.__new__(Device)
         driven.__dict__.update(self.__dict__, **{name: self.read(name, value) for name, value in changes.items()})
         return driven
@@ -210,7 +210,7 @@ class Device(DeviceFields):
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Device:
-        """A device from a TOML file whose keys are the fields, the material's in a table ``[material]``.
+        """Read a device from a TOML file whose keys are the fields, the material's in a table ``[material]``.
 
         Raises `InputError` with the file, and the line where it is known, for a file that cannot be read or used.
         """
@@ -219,12 +219,12 @@ class Device(DeviceFields):
 
     @classmethod
     def from_text(cls, text: str) -> Device:
-        """A device from the text of a device file; `InputError` as from `from_toml`."""
+        """Read a device from the text of a device file; `InputError` as from `from_toml`."""
         return cls._from_text(text, "the device file", "device")
 
     @classmethod
     def _from_text(cls, text: str, origin: str, name: str) -> Device:
-        """``origin`` is what messages call the text, ``name`` the device's if it states none."""
+        """Read a device from a text; ``origin`` names the text in messages, and ``name`` is the default name."""
         values = read_toml(origin, text)
         try:
             return cls(**{"name": name} | values)
@@ -254,7 +254,7 @@ def _as_material(value: Any) -> Material:
 
 
 def _with_material(values: Mapping[str, Any]) -> dict[str, Any]:
-    """The same values with the dotted names applied to the material."""
+    """The values with dotted names applied to the material."""
     rest = {name: value for name, value in values.items() if not name.startswith(GEL)}
     dotted = {name.removeprefix(GEL): value for name, value in values.items() if name not in rest}
     if not dotted:
@@ -268,7 +268,7 @@ def _with_material(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def find_device(name_or_path: str | Path) -> Device:
-    """The device in a TOML file, or the shipped one of that name.
+    """Read the device in a TOML file, or the shipped device of a name.
 
     Parameters
     ----------

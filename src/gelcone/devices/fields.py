@@ -1,4 +1,4 @@
-"""The fields of a device: what each is, its unit, bounds and usual range, and which belong or exclude each other."""
+"""The fields of a device: meaning, unit, bounds and usual range of each, and which require or exclude each other."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DIRECT_PRESTRETCHES = ("meridional_prestretch", "hoop_prestretch")
 DRIVE_NUMBERS = ("voltage_amplitude", "voltage_offset", "frequency")
 """Fields that are single numbers of the drive: neither the rest nor the scales depend on them."""
 GEL = "material."
-"""Before the names of the material's fields."""
+"""Prefix of the names of the material's fields."""
 ELECTRIC = (
     "filter_frequency",
     "slew_rate",
@@ -31,7 +31,7 @@ ELECTRIC = (
     f"{GEL}resistivity",
     f"{GEL}dielectric_share",
 )
-"""Fields of the amplifier that ships, and of a gel that leaks or whose permittivity follows late."""
+"""Fields of the amplifier that ships, and of a gel that leaks or polarizes with a delay."""
 SECOND_PRESTRETCHES = tuple(f"second_{name}" for name in ("prestretch", *DIRECT_PRESTRETCHES))
 CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("prestretch_mode", "pre-stretch mode", PRESTRETCH_MODES),
@@ -39,14 +39,14 @@ CHOICES: tuple[tuple[str, str, Collection[str]], ...] = (
     ("second_film", "second film", FILMS),
     ("second_drive", "drive of a second film", DRIVES),
 )
-"""Fields of which a few texts are allowed: what it is, and which."""
+"""Fields with a few allowed texts: name, meaning for messages, and the texts."""
 BELONGING = (
     ("beam_rate", ("beam_cubic_rate", "beam_height")),
     ("series_resistance", ("current_limit",)),
     ("filter_frequency", ("slew_rate",)),
     ("second_film", ("second_flat_height", *SECOND_PRESTRETCHES, "second_drive", "second_voltage")),
 )
-"""Fields that mean nothing without another."""
+"""Fields, and the fields that need them."""
 EXCLUDING = (
     (("prestretch",), DIRECT_PRESTRETCHES),
     (DIRECT_PRESTRETCHES, ("prestretch",)),
@@ -54,7 +54,7 @@ EXCLUDING = (
     (SECOND_PRESTRETCHES[1:], SECOND_PRESTRETCHES[:1]),
     *(((name,), DAMPINGS) for name in DAMPINGS),
 )
-"""Fields that, when given, drop others."""
+"""Fields, and the fields that they replace when they are given."""
 _NOT_MEMBERS = (GEL + "relative_permittivity_range", GEL + "shear_modulus_range")
 
 
@@ -250,12 +250,12 @@ class DeviceFields(Record):
     )  # fmt: skip
 
     def all_fields(self) -> dict[str, Field]:
-        """All fields, the material's under dotted names, and those of components of one's own."""
+        """All fields: the device's, the material's under dotted names, and those of a user's own components."""
         gel = self.__dict__.get("material") or Material
         return {**self.fields, **{GEL + name: field for name, field in gel.fields.items()}}
 
     def swept_fields(self) -> dict[str, Field]:
-        """Those that may be arrays, and so be swept, mapped and uncertain."""
+        """The fields that may be arrays, and therefore be swept, mapped and uncertain."""
         return {n: f for n, f in self.all_fields().items() if f.unit and n not in _NOT_MEMBERS}
 
     def get(self, name: str) -> Any:
@@ -264,7 +264,7 @@ class DeviceFields(Record):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(members,), or () for a single device."""
+        """The shape (members,) of an ensemble; () for a single device."""
         return next((v.shape for n in self.swept_fields() if isinstance(v := self.get(n), np.ndarray)), ())
 
     @cached_property
@@ -274,6 +274,6 @@ class DeviceFields(Record):
 
 
 DEVICE_FIELDS = {**DeviceFields.fields, **{GEL + name: field for name, field in Material.fields.items()}}
-"""All fields that every device has, by name, the material's under dotted names."""
+"""The fields of every device by name, the material's under dotted names."""
 SWEPT_FIELDS = {n: f for n, f in DEVICE_FIELDS.items() if f.unit and n not in _NOT_MEMBERS}
-"""Those of them that may be arrays."""
+"""The fields of every device that may be arrays."""

@@ -1,4 +1,4 @@
-"""Device files: where a line of one is wrong, and those that ship."""
+"""Device files: the lines of their errors, and the files that ship."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gelcone.devices.units import FieldError
 
 
 def _line_of(field: str, source: str) -> int | None:
-    """Line on which a field is set, by its last name."""
+    """Number of the line on which a field is set, found by the last part of its name; None if there is none."""
     leaf = re.split(r"\W", field.removeprefix("material."))[0]
     for number, line in enumerate(source.splitlines(), start=1):
         if re.search(rf"(?:^|[\s\[{{,.\"']){re.escape(leaf)}[\"']?\s*[=\]]", line.split("#")[0]):
@@ -19,7 +19,7 @@ def _line_of(field: str, source: str) -> int | None:
 
 
 def located(path: str | Path, source: str, error: FieldError) -> str:
-    """The text of an error with the file, and the line where it is known."""
+    """The text of an error with the file, and with the line if it is known."""
     line = _line_of(error.field, source)
     return f"{path}{f', line {line}' if line else ''}: {error}"
 
@@ -35,7 +35,7 @@ def shipped_devices() -> dict[str, Path]:
 
 
 def what_ships(name: str = "") -> str:
-    """The remedy for a device file that cannot be read: the device that ships of a similar name, or all of them."""
+    """The remedy for a device file that cannot be read: shipped devices of similar names, or all of them."""
     shipped = list(shipped_devices())
     part = [own for own in shipped if name and name in own]
     near = part or difflib.get_close_matches(name, shipped, n=1, cutoff=0.7)

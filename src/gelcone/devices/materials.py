@@ -1,4 +1,4 @@
-"""Gels: the numbers a film needs, each with its source, and a small library of measured ones."""
+"""Gels: the numbers of film materials with their sources, and a library of measured gels."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
 _CHANGED = ", changed"
 RANGED = ("shear_modulus", "relative_permittivity")
-"""Fields of which a material may state the range that measurements leave."""
+"""Fields for which a material may state the range of the measurements."""
 
 
 class Material(Record):
@@ -217,7 +217,7 @@ class Material(Record):
 
     @property
     def law_parameters(self) -> dict[str, Any]:
-        """The numbers of the law that are set, by name, in SI units."""
+        """The parameters of the law that are set, by name, in SI units."""
         return {name: value for name in self.strain_energy_law.parameters if (value := getattr(self, name)) is not None}
 
     def replace(self, **changes: Unpack[MaterialValues]) -> Material:
@@ -273,13 +273,13 @@ Material.sign()
 
 
 SEPARATOR = " / "
-"""Between the names of gels side by side."""
+"""Separator of the names of gels in `side_by_side`."""
 
 
 def side_by_side(gels: Sequence[Material]) -> Material:
-    """Make one material of several, to compare them member by member; a number that is not known of all is left out.
+    """Make one material of several, to compare them member by member, with the numbers that all of them have.
 
-    Raises `FieldError` for none, and for gels of different laws.
+    Raises `FieldError` for an empty list, and for gels with different laws.
     """
     if not gels:
         raise FieldError("material", "material = []: is empty; give at least one gel")
@@ -300,7 +300,7 @@ def _library() -> dict[str, Material]:
 
 
 def load_materials() -> dict[str, Material]:
-    """The library of measured gels; ``materials.toml`` of this folder holds the figures and sources.
+    """Read the library of measured gels; ``materials.toml`` in this folder holds numbers and sources.
 
     Returns
     -------
@@ -321,7 +321,7 @@ def load_materials() -> dict[str, Material]:
 
 
 def find_material(name: str) -> Material:
-    """The library's material of that name; `InputError` with the nearest name when there is none.
+    """Return the library's material of a name; `InputError` with the nearest name if there is none.
 
     >>> round(find_material("PVC-DBA 4:1").shear_modulus)
     18700

@@ -1,4 +1,4 @@
-"""The numbers of a model and the fields of a device that give them."""
+"""The parameters of a model, and the fields of a device from which they follow."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gelcone.physics.model import PARAMETERS
 
 
 class Number(NamedTuple):
-    """The field of a device that gives a parameter, and the quantity whose scale it has."""
+    """The field of a device from which a parameter follows, and the quantity that scales it."""
 
     field: str
     quantity: str
@@ -39,13 +39,13 @@ _SAME = (*_ELECTRIC, "beam_height", "second_flat_height", "second_voltage", *PRE
 SHIPPED: Mapping[str, Number] = {
     name: Number(_FIELDS.get(name, name), _QUANTITIES.get(name, PARAMETERS[name].scale)) for name in (*_FIELDS, *_SAME)
 }
-"""Parameters of the model that every device gives."""
+"""Parameters of the model -> fields of every device."""
 
 
 def numbers_of(device: DeviceFields) -> dict[str, Number]:
-    """Parameter of the model -> number of a device, those of its law and of components of one's own too.
+    """Parameters of the model -> fields of a device, also of its law and of a user's own components.
 
-    What follows from several fields - damping, weight and dielectric strength - is not among them.
+    Damping, weight and dielectric strength, which follow from several fields, are not included.
     """
     law = device.material.strain_energy_law.parameters
     found = {**SHIPPED, **{name: Number(GEL + name, quantity.scale) for name, quantity in law.items()}}

@@ -1,7 +1,7 @@
-"""Components of a device and of its material: by name, as an object, or as a table with their data and numbers.
+"""Components of a device and of its material: by name, as an instance, or as a table with their data and numbers.
 
-A component that ships is held by its name. One of one's own, ``"module:Class"``, brings fields: its parameters, in SI
-units where they have a scale (`gelcone.quantity.Quantity`).
+A component that ships is stored by its name. A user's own component, ``"module:Class"``, adds fields: its parameters,
+in SI units where they have a scale (`gelcone.quantity.Quantity`).
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ _OF_ITS_OWN = re.compile(r"[\w.]+:[A-Za-z_][\w.]*")
 
 
 def is_own(given: Any) -> bool:
-    """Whether a text names a component of one's own, ``"module:Class"``."""
+    """Whether a text names a user's own component, ``"module:Class"``."""
     return isinstance(given, str) and bool(_OF_ITS_OWN.fullmatch(given))
 
 
 def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
-    """A component - its name where it ships - and the numbers that stood with its data in a table.
+    """Read a component; return it, or its name if it ships, and the numbers in its table.
 
-    Raises `FieldError` for what is not a component of that kind, and for data that no file can hold.
+    Raises `FieldError` for anything but a component of that kind, and for data that no file can hold.
     """
     kind, shipped, base = _KINDS[name]
     tables = [one for one in (given if isinstance(given, list) else [given]) if isinstance(one, Mapping)]
@@ -78,7 +78,7 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
 
 
 def _own_bias(given: Any) -> Bias:
-    """A bias of one's own, which acts besides spring, beam, weight and force."""
+    """Read a user's own bias, which acts in addition to spring, beam, weight and force."""
     remedy = "spring, beam, weight and force have fields of their own, and a constant voltage is voltage_offset"
     if isinstance(given, str) and not all(is_own(one.strip()) for one in given.split("+")):
         raise FieldError("bias", f'bias = {given!r}: must be a component of one\'s own, "module:Class"; {remedy}')
@@ -99,12 +99,12 @@ def _check_data(name: str, component: Component) -> None:
 
 
 def component_of(name: str, value: Any) -> Any:
-    """The component that a field holds, itself or by its name."""
+    """The component in a field, given as an instance or by its name."""
     return _KINDS[name][1][value] if isinstance(value, str) else value
 
 
 def part_record(name: str, value: Any) -> Any:
-    """The value of a field as plain data; `read_part` reads it back."""
+    """The value of a field as plain data, for `read_part`."""
     if not isinstance(value, Component):
         return value
     record = bias_record(value) if isinstance(value, Bias) else to_record(value, _KINDS[name][1])
@@ -114,7 +114,7 @@ def part_record(name: str, value: Any) -> Any:
 
 
 def own_fields(name: str, value: Any) -> dict[str, Field]:
-    """The fields that a component of one's own brings, by the names of its parameters."""
+    """The fields that a user's own component adds, by the names of its parameters."""
     if name == "waveform" and value is not None:
         value = component_of(name, value)
     if not isinstance(value, Component):
@@ -127,7 +127,7 @@ def own_fields(name: str, value: Any) -> dict[str, Field]:
 
 
 def field_of(name: str, quantity: Quantity) -> Field:
-    """The field of a parameter: in the SI unit of its scale, with its bounds where these are the same there."""
+    """Make the field of a parameter, in the SI unit of its scale, with the bounds that are the same in SI."""
     pure = quantity.scale == "1"
     unit = "1" if pure else MEASURES[quantity.scale].unit if quantity.scale in MEASURES else ""
     if unit not in DIMENSIONS:

@@ -1,4 +1,4 @@
-"""Points of a sweep over a device's fields: their values read, and the model and the start of each point."""
+"""Points of a sweep over a device's fields: reading of their values, and model and initial state of each point."""
 
 from __future__ import annotations
 
@@ -22,35 +22,35 @@ STATE_FIELDS: Mapping[str, Field] = {
     "displacement": Field("initial displacement of the disc", "m", near=("height", "release_height", "x")),
     "velocity": Field("initial velocity of the disc", "m/s", near=("release_velocity", "u")),
 }
-"""Components of the initial state, which a sweep takes besides the fields of the device."""
+"""Components of the initial state, which a sweep takes in addition to the fields of the device."""
 STATES = {state.name: state.quantity for state in DISC}
-"""The quantity of each."""
+"""Components of the initial state -> their quantities."""
 
 
 GELS = "material"
-"""What a sweep takes by name, in the order given."""
+"""The field whose values in a sweep are names, in the order given."""
 
 
 def point_fields(device: Device) -> dict[str, Field]:
-    """All that can be swept, mapped and uncertain with a device."""
+    """The fields and components of the initial state that can be swept, mapped and uncertain."""
     return {**device.swept_fields(), **STATE_FIELDS}
 
 
 def shown_value(device: Device | None, name: str, value: float) -> str:
-    """A value of what varies as a message shows it: of a device with the unit of its field."""
+    """The text of a varied value for messages: with the unit of its field if there is a device."""
     return f"{value:g}" if device is None else format_si(value, point_fields(device)[name].unit)
 
 
 def read_swept(device: Device, name: str, values: Any) -> Any:
-    """Values of a field in SI, from numbers or texts with units, or names of gels; `InputError` for an unknown one or
-    out of bounds."""
+    """Read values of a field in SI from numbers or texts with units, or names of gels; `InputError` for unknown fields
+    and for values out of bounds."""
     if name == GELS:
         return np.array([find_material(str(gel)).name for gel in np.atleast_1d(values)])
     return swept_field(device, name).read(name, values)
 
 
 def swept_field(device: Device, name: str) -> Field:
-    """A field that can be swept; `InputError` for any other name."""
+    """Return a field that can be swept; `InputError` for any other name."""
     fields = point_fields(device)
     if name in fields:
         return fields[name]
@@ -60,8 +60,8 @@ def swept_field(device: Device, name: str) -> Field:
 
 
 def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[float, ...]:
-    """A displacement and a velocity in m and m/s, from numbers or texts with units; or all states that the components
-    of a ``device`` have, in SI."""
+    """Read a displacement and a velocity in m and m/s from numbers or texts with units; or all states of the components
+    of a ``device``, in SI."""
     states = () if device is None or np.shape(initial) == (2,) else own_states(device)
     if isinstance(initial, str) or np.shape(initial) not in ((2,), (2 + len(states),)):
         more = (
@@ -76,12 +76,12 @@ def read_state(initial: Sequence[Any], device: Device | None = None) -> tuple[fl
 
 
 def own_states(device: Device) -> tuple[State, ...]:
-    """The states that the parts of a device add to displacement and velocity: its material's and amplifier's, too."""
+    """The states that components of a device add to displacement and velocity, such as its gel and its amplifier."""
     return device.to_model().system.states[2:]
 
 
 def unit_of(state: State) -> str:
-    """The SI unit of a state; 1 of a pure number."""
+    """The SI unit of a state; "1" for a pure number."""
     return MEASURES[state.quantity].unit if state.quantity in MEASURES else "1"
 
 
@@ -94,7 +94,7 @@ def dimensionless_state(device: Device, state: Sequence[Any]) -> Array:
 
 
 def at(device: Device, values: Mapping[str, Array]) -> Device:
-    """The device at some points, an ensemble where ``values`` hold fields; a state is none."""
+    """Make the device at some points: an ensemble if ``values`` hold fields; states in it are ignored."""
     fields: dict[str, Any] = {name: value for name, value in values.items() if name not in STATE_FIELDS}
     if GELS in fields:
         fields[GELS] = [find_material(str(gel)) for gel in fields[GELS]]
@@ -104,12 +104,12 @@ def at(device: Device, values: Mapping[str, Array]) -> Device:
 def device_at(
     device: Device, values: Mapping[str, Array], initial: Sequence[float] | None = None
 ) -> tuple[ConeModel, Array]:
-    """Models and initial states, (points, 2), at some points.
+    """Make the models and initial states, (points, 2), at some points.
 
     Parameters
     ----------
     values : field, ``displacement`` or ``velocity`` -> values in SI, (points,) each.
-    initial : displacement and velocity in m and m/s at points that have none of their own. Default: the device's own.
+    initial : displacement and velocity in m and m/s where ``values`` have none. Default: the device's own.
     """
     count = len(next(iter(values.values())))
     points = at(device, values)
@@ -127,7 +127,7 @@ def device_at(
 
 
 def field_attributes(device: Device, name: str) -> dict[str, str]:
-    """The attributes of a coordinate over a field: what it is, and its SI unit."""
+    """The attributes of a coordinate over a field: its meaning and its SI unit."""
     if name == GELS:
         return {"long_name": "gel", "units": "1", "quantity": "device field"}
     field = point_fields(device)[name]

@@ -14,9 +14,9 @@ import numpy as np
 from gelcone.devices.units import FieldError, format_si, parse_many
 
 REQUIRED: Any = object()
-"""Default of a field that must be given."""
+"""Default of a required field."""
 LARGEST = 1e20
-"""Largest size of a value in SI, above which squares and products of some may overflow."""
+"""Largest size of a value in SI, so that squares and products do not overflow."""
 
 
 @dataclass(frozen=True)
@@ -25,15 +25,16 @@ class Field:
 
     Attributes
     ----------
-    meaning : what it is, in a few words.
+    meaning : its meaning, in a few words.
     unit : its SI unit, a key of `gelcone.devices.units.DIMENSIONS` (``"1"``: pure number); empty for a text.
     default : its value when it is left out. Default: it must be given.
-    unset : what happens when it is left out, where the default does not say it.
+    unset : text about a field that is left out, in place of its default.
     typical : lowest and highest usual value, SI.
-    near : other names that people use for it; a message about one of them names the field.
+    near : other names that users give it; a message about one of them names the field.
     above, least : bounds in SI, exclusive and inclusive.
     infinite : whether infinity is allowed.
-    example : a value for messages, and for a first file where the field is left out. Default: from the typical range.
+    example : a value for messages, and for the lines of left-out fields in a first file. Default: from the typical
+        range.
     """
 
     meaning: str
@@ -49,11 +50,11 @@ class Field:
 
     @property
     def required(self) -> bool:
-        """Whether it must be given."""
+        """True if the field must be given."""
         return self.default is REQUIRED
 
     def read(self, name: str, value: Any) -> Any:
-        """``value`` checked: SI numbers, or a text; `FieldError` for what cannot be used."""
+        """Check ``value``, and return SI numbers or a text; `FieldError` for one that cannot be used."""
         if not self.unit:
             if not isinstance(value, str) or not value.strip():
                 raise FieldError(name, f"{name} = {value!r}: must be a non-empty text in quotes")
@@ -68,7 +69,7 @@ class Field:
         return number
 
     def implausible(self, value: Any, far: float) -> float | None:
-        """The value, or the first of several, outside the typical range widened by a factor; None if none is."""
+        """The first value outside the typical range, widened by a factor; None if there is none."""
         if self.typical is None or value is None:
             return None
         low, high = self.typical[0] / far, self.typical[1] * far
@@ -77,18 +78,18 @@ class Field:
         return float(odd[0]) if odd.size else None
 
     def example_value(self) -> Any:
-        """A usual value: the example, or the middle of the typical range to one digit."""
+        """A usual value: the example, or the middle of the typical range, rounded to one digit."""
         if self.example is not None or self.typical is None:
             return 1.0 if self.example is None else self.example
         return float(f"{(self.typical[0] * self.typical[1]) ** 0.5:.1g}")
 
     def example_text(self) -> str:
-        """The example with its unit; empty where only its dimension has one."""
+        """The example with its unit; empty without an example and a typical range."""
         known = self.unit and (self.example is not None or self.typical is not None) and not np.ndim(self.example)
         return format_si(self.example_value(), self.unit) if known else ""
 
     def typical_text(self) -> str:
-        """The typical range, with units; empty where there is none."""
+        """The typical range with units; empty if there is none."""
         if self.typical is None:
             return ""
         ends = [format_si(end, self.unit) for end in self.typical]
@@ -99,11 +100,11 @@ class Field:
 
 
 MOST_UNKNOWN = 20
-"""Names that are not fields which an error lists: those that are meant are searched for each."""
+"""Most unknown names in an error; for each the fields that were meant are searched."""
 
 
 class FieldErrors(FieldError):
-    """Several errors about fields, a line each; ``errors`` holds them."""
+    """Several errors about fields, one line each; ``errors`` holds them."""
 
     def __init__(self, errors: Iterable[FieldError]) -> None:
         self.errors: list[FieldError] = list(errors)
@@ -117,7 +118,7 @@ class FieldErrors(FieldError):
 
 
 class Record:
-    """A frozen record; a field given as None counts as left out. Its fields are the `Field` attributes of the class."""
+    """A frozen record of the fields that are `Field` attributes of its class; None leaves a field out."""
 
     kind: ClassVar[str] = "record"
     fields: Mapping[str, Field] = {}
@@ -130,7 +131,7 @@ class Record:
 
     @classmethod
     def sign(cls) -> None:
-        """Make the fields the keywords of the constructor, for help and completion."""
+        """Set the signature of the constructor to the fields, for help and completion."""
         cls.__signature__ = inspect.Signature([_parameter(name, field) for name, field in cls.fields.items()])
 
     def __getattr__(self, name: str) -> Any:
@@ -157,15 +158,16 @@ class Record:
             raise errors[0] if len(errors) == 1 else FieldErrors(errors)
 
     def read(self, name: str, value: Any) -> Any:
-        """The checked value of a field; `FieldError` for what cannot be used."""
+        """Check the value of a field; `FieldError` for one that cannot be used."""
         return self.fields[name].read(name, value)
 
     def misfits(self) -> Iterator[FieldError]:
-        """Find the errors of the fields taken together; none by default."""
+        """Find the errors of the fields taken together. Default: none."""
         yield from ()
 
     def parameters(self) -> dict[str, Any]:
-        """All that is set, as plain numbers (SI), texts, lists and dicts: ``type(self)(**parameters)`` is equal."""
+        """All fields that are set, as plain numbers (SI), texts, lists and dicts; ``type(self)(**parameters)`` is
+        equal."""
         return {name: self.plain(name, value) for name, value in self if value is not None}
 
     def plain(self, name: str, value: Any) -> Any:
@@ -188,18 +190,18 @@ class Record:
         return f"{type(self).__name__}({given})"
 
     def unknown(self, name: str) -> FieldError:
-        """The error for a field that does not exist, with those that were probably meant."""
+        """Make the error for an unknown field, with the fields that were probably meant."""
         return unknown_field(self.kind, name, self.fields)
 
 
 def _parameter(name: str, field: Field) -> inspect.Parameter:
-    """A field as a keyword of the constructor, for help and completion."""
+    """Make the parameter of a field in the signature of the constructor."""
     default = inspect.Parameter.empty if field.required else field.default
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
 
 
 def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldError:
-    """The error for a name that is not one of ``fields``, with those that were probably meant."""
+    """Make the error for a name that is not one of ``fields``, with those that were probably meant."""
     meant = meant_fields(name, fields)
     if meant:
         names = " or ".join([", ".join(map(repr, meant[:-1])), repr(meant[-1])] if meant[1:] else [repr(meant[0])])
@@ -210,7 +212,7 @@ def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldErr
 
 
 def meant_fields(name: str, fields: Mapping[str, Field]) -> list[str]:
-    """The fields that a name which is none probably means: those that list it, else the one spelt most like it."""
+    """The fields that an unknown name probably means: those that list it, else the one with the most similar name."""
     plain_name = name.strip().lower().replace("-", "_").replace(" ", "_")
     listed = [own for own, field in fields.items() if plain_name == own or plain_name in field.near]
     if listed:
@@ -225,7 +227,7 @@ def _with_unit(field: Field) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A record, a mapping or an array as plain data; anything else as it is."""
+    """A record, a mapping or an array as plain data; other values unchanged."""
     if isinstance(value, Record):
         return value.parameters()
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""Drives that were recorded: a CSV file of times and voltages becomes the waveform of a device or a model."""
+"""Recorded drives: a CSV file of times and voltages becomes the waveform of a device or a model."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gelcone.quantity import Array
 REMEDY = 'give a CSV file whose first line is "time (s), voltage (V)"'
 COLUMNS = {"time": "s", "voltage": "V"}
 WITHIN = 1e-4
-"""Share of the peak by which samples that are left out may be off the straight line between those that stay."""
+"""Largest distance, over the peak, of left-out samples from the straight lines between the others."""
 MOST_ROWS = 1_000_000
 _COLUMN = re.compile(r"(time|voltage)(?:\s*[(\[/]\s*([^)\]]*?)\s*[)\]]?)?")
 Driven = TypeVar("Driven", Device, ConeModel)
@@ -38,17 +38,17 @@ def recorded(
 ) -> Driven:
     """Return a device, or a model, that is driven by the voltages of a CSV file.
 
-    Its drive lasts as long as the file; amplitude and frequency of what is returned are the file's largest voltage and
-    one over its duration, so that changing them stretches the drive.
+    The amplitude of the returned drive is the file's largest voltage, and its frequency one over the file's duration,
+    so that other values stretch the drive.
 
     Parameters
     ----------
-    model : a device, or a model, whose files hold dimensionless times and voltages and no units.
+    model : a device, or a model; the file of a model holds dimensionless times and voltages without units.
     path : a CSV file: the columns ``time`` and ``voltage`` with their units, as in ``time (ms), voltage (kV)``.
     scale : factor of all voltages, such as an amplifier's gain. Default 1.
-    repeat : whether the drive begins again where it ends. Default no: the last voltage is held.
-    interpolation : "linear" (default; samples on the straight line between others, within 1e-4 of the peak, are left
-        out) or "pchip", monotone cubics through all samples.
+    repeat : whether the drive repeats. Default no: the last voltage is held.
+    interpolation : "linear" (default; samples within 1e-4 of the peak of the straight line between others are left out)
+        or "pchip", monotone cubics through all samples.
     jump : whether a drive that repeats may jump from its last voltage to its first. Default no.
 
     Returns
@@ -98,9 +98,9 @@ def recorded(
 
 
 def read_recording(path: str | Path, units: bool) -> tuple[Array, Array]:
-    """Times from 0 on and voltages of a CSV file, in s and V with ``units``, else dimensionless.
+    """Read times, which start at 0, and voltages of a CSV file, in s and V with ``units``, else dimensionless.
 
-    Raises `InputError` in a line that names the file and, where there is one, the line.
+    Raises `InputError` with the file and the line.
     """
     lines = read_text(Path(path), REMEDY).splitlines()
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
@@ -131,7 +131,7 @@ def read_recording(path: str | Path, units: bool) -> tuple[Array, Array]:
 
 
 def _header(path: str | Path, number: int, line: str, units: bool) -> tuple[list[int], list[int]]:
-    """The places of time and voltage among the columns, and the powers of ten of their units."""
+    """Read the header: the indices of the columns of time and voltage, and the powers of ten of their units."""
     heads = [cell.strip().strip('"').lower() for cell in line.split(",")]
     raw = [cell.strip().strip('"') for cell in line.split(",")]
     if set(line) & set(";\t"):
@@ -167,10 +167,10 @@ def _number(path: str | Path, line: int, text: str) -> float:
 
 
 def needed(times: Array, values: Array) -> list[int]:
-    """The samples that stay: the others are within `WITHIN` of the peak of the straight lines between these.
+    """The indices of samples that stay, such that all others are within `WITHIN` of the peak of the lines between them.
 
-    From each sample that stays the farthest is taken to which all between are near: those whose slope lies in the
-    intersection of the cones to them.
+    After each sample that stays follows the farthest one whose line passes all samples between: its slope lies in the
+    intersection of the ranges of slopes to these.
     """
     allowed = WITHIN * float(np.abs(values).max())
     kept, first, low, high, last = [0], 0, -math.inf, math.inf, 1

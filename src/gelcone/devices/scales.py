@@ -1,4 +1,4 @@
-"""The SI values of the dimensionless units of a device.
+"""The scales of a device, the SI values of its dimensionless units.
 
 With the film's volume Vol = pi (b^2 - a^2) H, shear modulus mu and permittivity eps, the units of the dimensionless
 model are the length b - a, the time 1/Omega0 = sqrt(m (b-a)^2 / (mu Vol)), the energy mu Vol and the field
@@ -18,11 +18,11 @@ VACUUM_PERMITTIVITY = 8.8541878188e-12
 
 
 HEAT_CAPACITY = 1.8e6
-"""Of a gel over its volume, J/(m^3 K), where none is given: an estimate between polymer and plasticiser."""
+"""Default volumetric heat capacity of a gel, J/(m^3 K), an estimate between polymer and plasticiser."""
 
 
 class Measure(NamedTuple):
-    """The SI unit of a quantity, the unit that results are read in, and how many of these make one SI unit."""
+    """The SI unit of a quantity, the unit ``shown`` in results, and the number of these ``per_unit`` in SI."""
 
     unit: str
     shown: str
@@ -59,7 +59,7 @@ MEASURES: Mapping[str, Measure] = {
     "specific energy": Measure("J/kg", "mJ/kg", 1e3),
     "specific power": Measure("W/kg", "mW/kg", 1e3),
 }
-"""Quantities with a scale: of variables, of parameters and of options."""
+"""Quantities with a scale, of variables, parameters and options."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +101,11 @@ class Scales:
         return getattr(self, quantity) if derived is None else derived(self)
 
     def shown(self, quantity: str) -> Any:
-        """One dimensionless unit of a quantity in the unit that results are read in."""
+        """One dimensionless unit of a quantity, in the unit of results."""
         return self.size(quantity) * MEASURES[quantity].per_unit
 
     def dimensionless(self, quantity: str, value: Any) -> Any:
-        """A value in SI over the scale of its quantity; a pure number (``"1"``) as it is."""
+        """A value in SI over the scale of its quantity; pure numbers (``"1"``) stay unchanged."""
         match quantity:
             case "1":
                 return value
@@ -117,8 +117,8 @@ class Scales:
 
     @classmethod
     def of(cls, get: Callable[[str], Any], xp: Any = np) -> Scales:
-        """The scales by the fields of a device, its material's under dotted names; each a number, an array or, with the
-        functions of a graph, an expression."""
+        """Compute the scales from the fields of a device, the material's under dotted names: numbers, arrays or, with a
+        graph as ``xp``, expressions."""
         capacity = get("material.heat_capacity")
         a, b, mu = get("disc_radius"), get("film_radius"), get("material.shear_modulus")
         length = b - a
@@ -164,6 +164,6 @@ _DERIVED: Mapping[str, Callable[[Scales], Any]] = {
 
 
 def carried_mass(get: Callable[[str], Any]) -> Any:
-    """All that moves: the moving mass and the payload, kg."""
+    """The moving mass and the payload, kg."""
     payload = get("payload")
     return get("moving_mass") if payload is None else get("moving_mass") + payload

@@ -1,4 +1,4 @@
-"""A device as a notebook shows it: its cone, and its fields with their units."""
+"""The HTML of a device in a notebook: its cone, and its fields with their units."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def device_html(device: DeviceFields) -> str:
 
     a, b, free = mean("disc_radius"), mean("film_radius"), mean("initial_height")
     second = None if device.second_film is None else mean("second_flat_height")
-    held = mean("spring_rate") == 0.0 and second is not None  # by the films alone, between their rims
+    held = mean("spring_rate") == 0.0 and second is not None  # by the films alone
     height = 0.5 * (second or 0.0) if held else free
     labels = [f"a = {format_si(a, 'm')}", f"b = {format_si(b, 'm')}", "" if held else f"h0 = {format_si(free, 'm')}"]
     drawing = markup.cone(a / b, height / b, labels, None if second is None else second / b)
@@ -36,7 +36,7 @@ def device_html(device: DeviceFields) -> str:
 
 
 def _with_unit(field: Field, value: Any) -> str:
-    """A value with its unit; of an ensemble the range and how many there are."""
+    """A value with its unit as text; of an ensemble the range and the count."""
     if not field.unit or isinstance(value, str):
         return str(getattr(value, "name", None) or value)
     least, most = format_si(float(np.min(value)), field.unit), format_si(float(np.max(value)), field.unit)

@@ -1,4 +1,4 @@
-"""Results of a device in the units that its users read: millimetres, volts, newtons, hertz, milliseconds."""
+"""Results of a device in practical units: millimetres, volts, newtons, hertz, milliseconds."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "V/um"}
-"""SI unit of a device's field -> the unit that an axis over it is read in, where that is another."""
+"""SI unit of a device's field -> the unit of an axis over it, where it differs."""
 DEVICE = "device_fields"
 """Attribute of a result that holds the fields of its device, as JSON."""
 DRAWN = "drawn_"
 _SYMBOLS = re.compile(r" x = h/\(b-a\)| v\(tau\)| [sl][123]\b| per unit time|\bangular ")
-"""Dimensionless symbols in long names, left out where a variable has a unit."""
+"""Dimensionless symbols in long names, left out of variables with a unit."""
 
 
 def device_attributes(device: Device) -> dict[str, str]:
-    """The attributes with which a result says what it is of."""
+    """The attributes of a result that name and describe its device."""
     return {"device": device.name, DEVICE: json.dumps(device.parameters())}
 
 
 def device_of(result: xr.Dataset) -> Device | None:
-    """The device that a result says it is of."""
+    """Make the device that a result describes; None if it describes none."""
     text = result.attrs.get(DEVICE)
     return None if text is None else Device(**json.loads(text))
 
 
 def model_of(result: xr.Dataset) -> ConeModel:
-    """The model that a result was computed from.
+    """Make the model that a result was computed from.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def model_of(result: xr.Dataset) -> ConeModel:
 
     Raises
     ------
-    InputError : for anything but a result, and one that does not say.
+    InputError : for anything but a result, and for a result that does not describe its model.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def model_of(result: xr.Dataset) -> ConeModel:
 
 
 def _without_units(result: xr.Dataset, device: Device | None) -> xr.Dataset:
-    """A result whose swept parameters are dimensionless again."""
+    """The result with dimensionless swept parameters."""
     for name, coordinate in result.coords.items():
         if coordinate.attrs.get("quantity") == "parameter" and coordinate.attrs["units"] != "1" and device is not None:
             unscaled = coordinate / device.scales.shown(numbers_of(device)[str(name)].quantity)
@@ -90,7 +90,7 @@ def _without_units(result: xr.Dataset, device: Device | None) -> xr.Dataset:
 
 
 def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Field of the device -> coordinate over it, those drawn included; not the components of the initial state."""
+    """Field of the device -> coordinate over it, also of drawn fields; without components of the initial state."""
     found = {
         str(n).removeprefix(DRAWN): c for n, c in result.coords.items() if c.attrs.get("quantity") == "device field"
     }
@@ -102,7 +102,7 @@ def _points(result: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def _of_gels(gels: xr.DataArray) -> dict[str, xr.DataArray]:
-    """The numbers in which gels differ, over the coordinate that names them."""
+    """The numbers in which gels differ, over the coordinate of their names."""
     gel = side_by_side([find_material(str(name)) for name in gels.values])
     numbers = {name: getattr(gel, name) for name, field in gel.fields.items() if field.unit}
     return {
@@ -122,14 +122,14 @@ def in_field_units(coordinate: xr.DataArray) -> xr.DataArray:
 
 
 def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
-    """Convert a result: every variable that has an SI scale gets the unit that it is read in, axes and states too.
+    """Convert a result: every variable with an SI scale, also axes and states, gets a practical unit.
 
-    What has a unit already stays as it is. The attributes name the device.
+    Variables with a unit stay unchanged. The attributes name the device.
 
     Parameters
     ----------
     result : a Dataset that an analysis returned.
-    device : what its model comes from. Default: what the result says.
+    device : the device of its model. Default: the device that the result describes.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
 
     Raises
     ------
-    InputError : for what is not a result, and one that does not say of which device it is.
+    InputError : for anything but a result, and for a result that does not describe its device.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
     converted, everywhere = result.copy(), Scales.of(_getter(result, device))
-    # axes last: one whose values come to differ over members gets another name in all that lies along it
+    # axes last: one whose values then differ between members gets another name in all variables along it
     for name, variable in (*result.data_vars.items(), *result.coords.items()):
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
@@ -165,8 +165,8 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
 
 
 def shown_values(values: Any, attrs: Mapping[str, Any], scales: Scales) -> tuple[Any, dict[str, Any]]:
-    """Values (cells, ...) of a variable with these attributes in the unit that they are read in, and its attributes; as
-    they are where they have a unit, or none. ``scales`` are those of each cell, or of all."""
+    """Convert values (cells, ...) of a variable to its practical unit, and its attributes; they stay unchanged if they
+    have a unit, or no scale. ``scales`` are those of each cell, or of all."""
     quantity, taken = str(attrs.get("quantity")), dict(attrs)
     if attrs.get("units") != "1" or quantity not in (*MEASURES, "state"):
         return values, taken
@@ -181,8 +181,8 @@ def shown_values(values: Any, attrs: Mapping[str, Any], scales: Scales) -> tuple
 
 
 def state_factors(attrs: Mapping[str, Any], count: int, scales: Scales) -> tuple[list[Any], str]:
-    """The factor of each state of a variable over states, and their units; files of 0.2 do not say what further
-    states are, and these stay as they are."""
+    """The factor of each state of a variable over states, and their units. Files of 0.2 do not describe further states,
+    which stay unchanged."""
     said = attrs[dataset.STATES].split(", ") if dataset.STATES in attrs else STATES.values()
     quantities = [*said, *["1"] * (count - len(said))]
     measured = [one in MEASURES for one in quantities]
@@ -194,7 +194,7 @@ def state_factors(attrs: Mapping[str, Any], count: int, scales: Scales) -> tuple
 def _converted(
     result: xr.Dataset, name: str, quantity: str, units: str, scales: Scales, device: Device
 ) -> xr.DataArray | None:
-    """A variable in the unit it is read in; None for one that stays as it is."""
+    """A variable in its practical unit; None for one that stays unchanged."""
     variable = result[name]
     if quantity == "device field" and units in FIELDS_READ_AS:
         unit = FIELDS_READ_AS[units]
@@ -228,7 +228,7 @@ def _converted(
 
 
 def in_device_words(message: str, device: Device) -> str:
-    """A message about the model's parameters in the names and units of the device's fields."""
+    """Translate a message about the model's parameters into the names and units of the device's fields."""
     scales, numbers, fields = device.scales, numbers_of(device), device.all_fields()
 
     def said(found: re.Match[str]) -> str:
@@ -243,7 +243,7 @@ def in_device_words(message: str, device: Device) -> str:
             return f"{field} = {number}"
         return f"{field} = {_size(scales, quantity, number, fields[field].unit)}"
 
-    # a name that may be a word of a sentence counts only with its value
+    # a name that may be a word of a sentence is translated only with its value
     names = "|".join(name if "_" in name else f"{re.escape(name)}(?= = )" for name in (*numbers, "damping_ratio"))
     message = re.sub(rf"(?<![\w.'-])(?P<name>{names})(?![\w'])(?: = (?P<number>{_NUMBER}))?", said, message)
     for pattern, quantity, unit in _SIZES:
@@ -257,7 +257,7 @@ def in_device_words(message: str, device: Device) -> str:
 
 
 def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
-    """A dimensionless number of a quantity, as written in a message, in SI."""
+    """The text in SI of a dimensionless number of a quantity in a message."""
     return format_si(float(number) * float(np.ravel(scales.size(quantity))[0]), unit)
 
 
@@ -268,20 +268,20 @@ _SIZES = (
     (rf"((transient|patience|budget|window) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
     (rf"(?<!\w)voltages = {_NUMBER}", "voltage", "V"),
 )
-"""Numbers in messages that are not those of a parameter, with their quantity and unit."""
+"""Numbers in messages that do not belong to a parameter, with their quantity and unit."""
 _RING = rf"({_NUMBER}) times film_radius - disc_radius"
-"""A length in units of the width of the ring, which stays next to it in metres."""
+"""A length in units of the width of the ring, to which the length in metres is added."""
 _DEFAULT = re.compile(r"; its default is \S+$")
-"""The default of a parameter is dimensionless, and none of the device's."""
+"""The default of a parameter, which is dimensionless and does not apply to the device."""
 
 
 def in_words(long_name: str) -> str:
-    """A long name without the dimensionless symbol of what it names."""
+    """A long name without its dimensionless symbol."""
     return _SYMBOLS.sub("", long_name)
 
 
 def _put(result: xr.Dataset, name: str, values: xr.DataArray) -> xr.Dataset:
-    """A Dataset with a variable replaced; an axis whose values come to differ over members becomes a coordinate."""
+    """The Dataset with a variable replaced; an axis whose values then differ between members becomes a coordinate."""
     if name not in result.coords:
         return result.assign({name: (values.dims, values.values, values.attrs)})
     if name in values.dims and values.ndim > 1:
@@ -292,7 +292,8 @@ def _put(result: xr.Dataset, name: str, values: xr.DataArray) -> xr.Dataset:
 
 
 def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
-    """A result of an ensemble of devices, over the fields that differ in place of the model's parameters."""
+    """The result of an ensemble of devices with coordinates over the fields that differ, in place of the model's
+    parameters."""
     if not device.shape or "member" not in result.dims:
         return result
     result = result.drop_vars([str(n) for n, c in result.coords.items() if c.attrs.get("quantity") == "parameter"])
@@ -307,8 +308,8 @@ def _with_member_fields(result: xr.Dataset, device: Device) -> xr.Dataset:
 
 
 def _getter(result: xr.Dataset, device: Device, along: str = "") -> Callable[[str], Any]:
-    """The fields of the device behind every value of a result: numbers, or arrays over what is swept; ``along`` names
-    the variables that hold fields in its stead, as ``field=variable,...``."""
+    """A function that returns a field of the device for every value of a result: a number, or an array over the swept
+    fields. ``along`` names variables that replace fields, as ``field=variable,...``."""
     found = {name: result[own] for name, _, own in (one.partition("=") for one in along.split(",") if one)}
     points = {name: in_field_units(coordinate) for name, coordinate in (_points(result) | found).items()}
     points = {name: coordinate.reset_coords(drop=True) for name, coordinate in points.items()}

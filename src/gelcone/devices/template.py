@@ -1,4 +1,4 @@
-"""Device files as text: of a device, a first one to be filled in, and the list of fields."""
+"""Texts of device files: of a device, of a first file to fill in, and the list of fields."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEAD = """\
 
 
 def device_text(device: Record, gel: Material) -> str:
-    """The text of a device file that reads back as an equal device, of this gel."""
+    """The text of a device file, with this gel, that reads back as an equal device."""
     lines = [*_set_lines(device)]
     if load_materials().get(gel.name) == gel:
         return "\n".join([*lines, ""])
@@ -31,7 +31,7 @@ def device_text(device: Record, gel: Material) -> str:
 
 
 def material_text(gel: Material, comments: Mapping[str, str] | None = None) -> str:
-    """The table ``[material]`` of a device file, with ``comments`` on fields in place of their meaning."""
+    """The table ``[material]`` of a device file; ``comments`` replace the meanings of some fields."""
     lines = ["[material]", *_set_lines(gel, comments or {})]
     if gel.sources:
         lines += ["", "[material.sources]", *(f"{name} = {_value(text, '')}" for name, text in gel.sources.items())]
@@ -39,7 +39,7 @@ def material_text(gel: Material, comments: Mapping[str, str] | None = None) -> s
 
 
 def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Iterator[str]:
-    """``name = value  # meaning`` of every field that is set; a component's numbers stand in its table."""
+    """Lines ``name = value  # meaning`` of all fields that are set, with a component's numbers in its table."""
     explained = comments or {}
     for name, value in record:
         if value is None or name == "sources" or "." in name:
@@ -60,7 +60,7 @@ def _set_lines(record: Record, comments: Mapping[str, str] | None = None) -> Ite
 
 
 def _young_modulus(shear_modulus: Any) -> float | None:
-    """Young's modulus, where the shear modulus is a third of it that has no short number of its own."""
+    """Young's modulus if it is a short number and the shear modulus, a third of it, is not; else None."""
     if np.ndim(shear_modulus) or float(f"{shear_modulus:.12g}") == shear_modulus:
         return None
     young = float(f"{3.0 * shear_modulus:.12g}")
@@ -68,7 +68,7 @@ def _young_modulus(shear_modulus: Any) -> float | None:
 
 
 def _table(record: Record, name: str, plain: Any) -> Any:
-    """A component as the table of a device file: its class, its data and its numbers, these with units."""
+    """The table of a component in a device file: its class, its data, and its numbers with units."""
     numbers = {
         own.partition(".")[2]: _Text(_value(value, record.fields[own].unit))
         for own, value in record
@@ -82,13 +82,13 @@ def _table(record: Record, name: str, plain: Any) -> Any:
 
 
 class _Text(str):
-    """A value that is TOML already."""
+    """A text that is TOML already."""
 
 
 def first_file(name: str, device: Record, gel: Material) -> str:
-    """The text of a first device file called ``name``: every field, its unit, meaning, usual range and default.
+    """The text of a first device file ``name``, with unit, meaning, usual range and default of every field.
 
-    The values are those of a device of this gel.
+    The values are those of ``device`` with this gel.
     """
     lines = [HEAD.format(file=name, start=getattr(device, "name", ""))]
     for field_name, field in device.fields.items():
@@ -110,7 +110,7 @@ def first_file(name: str, device: Record, gel: Material) -> str:
 
 
 def _explained(name: str, value: Any, field: Field, out: bool = False) -> list[str]:
-    """A field with its meaning; commented out where it is left out or its default, with an example of its value."""
+    """Lines of a field with its meaning; commented out, with an example, if it is left out or has its default."""
     usual = not field.required and isinstance(value, float | str) and value == field.default
     left_out = out or value is None or usual
     if value is None or (usual and field.unit):
@@ -124,7 +124,7 @@ def _explained(name: str, value: Any, field: Field, out: bool = False) -> list[s
 
 
 def _terms(field: Field) -> list[str]:
-    """Whether a field is needed, its unit, and its usual range."""
+    """Texts about a field: required or optional, its unit, and its usual range."""
     needed = "required" if field.required else f"optional, {default_text(field)} when left out"
     if field.unset.startswith("or give"):
         needed = f"required, {field.unset}"
@@ -134,7 +134,7 @@ def _terms(field: Field) -> list[str]:
 
 
 def default_text(field: Field) -> str:
-    """The default of a field, or what happens when it is left out, as text."""
+    """The text of a field's default, or of its effect when it is left out."""
     if field.unset or field.default is None:
         return field.unset
     return str(field.default) if not field.unit else format_si(field.default, field.unit)
@@ -146,7 +146,7 @@ def _line(name: str, value: Any, comment: str, unit: str) -> str:
 
 
 def _value(value: Any, unit: str) -> str:
-    """A value as TOML, with a unit where that loses no digit."""
+    """The TOML of a value, with a unit if that loses no digit."""
     if isinstance(value, _Text):
         return value
     if isinstance(value, Mapping):
@@ -168,8 +168,8 @@ def _value(value: Any, unit: str) -> str:
 
 
 def field_table(fields: Mapping[str, Field]) -> str:
-    """The fields of a device and of its material, each in two lines: its unit, whether it is needed, the usual range,
-    and what it means."""
+    """The table of the fields of a device and of its material, two lines each: unit, required or optional, usual range
+    and meaning."""
     lines = [
         "The fields of a device, as in a device file, after --set and --over, and in Device(...).",
         'A value is a number in the SI unit, or a text with a unit: "0.2 mm". Several are a list: in a file and',
@@ -186,7 +186,7 @@ def field_table(fields: Mapping[str, Field]) -> str:
 
 
 def field_help(fields: Mapping[str, Field], name: str) -> str | None:
-    """The lines of `field_table` on one field of a device, or of its material; None for another name."""
+    """The lines of `field_table` about one field of a device or of its material; None for an unknown name."""
     own = {**fields, **{f"material.{one}": field for one, field in Material.fields.items()}}
     found = name if name in own else f"material.{name}"
     return "\n".join(line[2:] for line in _rows(found, own[found])) if found in own else None
@@ -199,8 +199,8 @@ def _rows(name: str, field: Field) -> list[str]:
 
 
 def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
-    """``name value unit`` of every number of a device that is set and not swept, the gel, its law where it is not the
-    usual one, and all else that is chosen."""
+    """Texts ``name value unit`` of all numbers of a device that are set and not swept, of the gel, of a law other than
+    the default, and of all texts other than defaults."""
     found = []
     for name, value in device:
         field = device.fields.get(name)
@@ -219,7 +219,7 @@ def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
 
 
 def unit_table() -> str:
-    """The units that a text may carry, a line for each dimension."""
+    """The table of units, one line for each dimension."""
     lines = ["A value with a unit is one number and one unit, such as:"]
     for unit, dimension in DIMENSIONS.items():
         if unit != "1":

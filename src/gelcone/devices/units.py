@@ -1,7 +1,7 @@
-"""Strict SI units: read a number or a string such as "50 mm", write a number with a fitting unit.
+"""Strict SI units: read numbers and strings such as "50 mm", write numbers with fitting units.
 
 A string is one decimal number and one unit of the right dimension, adjacent or with one space between. Everything
-else is refused, since lenient readers go wrong silently ("1,2 kV" read as 12 kV, "50 MM" as megamolar).
+else is refused, since lenient readers fail silently ("1,2 kV" read as 12 kV, "50 MM" as megamolar).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gelcone.quantity import Array
 class FieldError(InputError):
     """An `InputError` about one field; ``message`` starts with the field's name.
 
-    ``meant`` holds, where the name is unknown, the fields that were probably meant.
+    ``meant`` holds the fields that were probably meant by an unknown name.
     """
 
     def __init__(self, field: str, message: str, meant: Sequence[str] = ()) -> None:
@@ -36,15 +36,15 @@ class FieldError(InputError):
         return self.message
 
     def within(self, parent: str) -> FieldError:
-        """This error, named for its field inside ``parent``."""
+        """This error for the field inside ``parent``."""
         join = "." if self.message.startswith(self.field) else ": "
         return FieldError(f"{parent}.{self.field}", f"{parent}{join}{self.message}")
 
 
 @dataclass(frozen=True)
 class Dimension:
-    """A dimension: its name, its units as powers of ten of the SI unit, an example of a value, the units that are
-    written, and those units that are not powers of ten, in SI."""
+    """A dimension: its ``name``, its units as ``powers`` of ten of the SI unit, an ``example`` of a value, the units
+    ``shown`` in output, and ``factors`` of units that are not powers of ten."""
 
     name: str
     powers: Mapping[str, int]
@@ -61,7 +61,7 @@ class Dimension:
 
 
 def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[str, ...] = ()) -> Dimension:
-    # "um" is also read with the micro sign (U+00B5) and with the Greek letter that looks the same (U+03BC)
+    # "um" is also read with the micro sign (U+00B5) and with the Greek letter mu (U+03BC)
     spelt = {re.sub("u(?=[msJWAC])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
     return Dimension(name, spelt, example, shown or tuple(powers))
 
@@ -138,7 +138,7 @@ def _shown(value: Any) -> str:
 
 
 def _parse_text(text: str, unit: str, dimension: Dimension) -> float | str:
-    """The number in SI, or the reason why the text is refused."""
+    """Parse a text: the number in SI, or the reason why it is refused."""
     match = _NUMBER.fullmatch(text)
     if re.search(r"\d,\d", text):
         return "holds a comma; write decimals with a point"
@@ -168,7 +168,7 @@ def parse(
     infinite: bool = False,
     example: str = "",
 ) -> float:
-    """``value`` in the SI unit ``unit``, as a float.
+    """Read ``value`` as a float in the SI unit ``unit``.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def parse(
 
     Raises
     ------
-    FieldError : for what is not exact, of another dimension, not finite or out of bounds; an `InputError`.
+    FieldError : an `InputError`, for values that are not exact, of another dimension, not finite or out of bounds.
 
     >>> parse("film_radius", "50 mm", "m")
     0.05
@@ -204,7 +204,7 @@ def parse(
 
 
 def _read(value: Any, unit: str, dimension: Dimension) -> float | str:
-    """The number in SI, or the reason why the value is refused."""
+    """Read a value: the number in SI, or the reason why it is refused."""
     if isinstance(value, str):
         return _parse_text(value, unit, dimension)
     if isinstance(value, Real) and not isinstance(value, bool):
@@ -218,7 +218,7 @@ def _read(value: Any, unit: str, dimension: Dimension) -> float | str:
 
 
 def parse_share(name: str, value: Any) -> float:
-    """A share, ``"2 %"`` or 0.02, as a number; `FieldError` unless it is positive and below 10."""
+    """Read a share, ``"2 %"`` or 0.02, as a number; `FieldError` unless it is positive and below 10."""
     text = str(value).strip()
     try:
         number = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
@@ -230,7 +230,7 @@ def parse_share(name: str, value: Any) -> float:
 
 
 def parse_deviation(name: str, text: str, unit: str, value: float) -> float:
-    """A standard deviation of a ``value``, both in SI: a share of it, ``"3 %"``, or a number with a unit.
+    """Read the standard deviation of a ``value``, both in SI: a share of it, ``"3 %"``, or a number with a unit.
 
     Raises `FieldError` as `parse` and `parse_share`, and for a share of 0.
     """
@@ -242,7 +242,7 @@ def parse_deviation(name: str, text: str, unit: str, value: float) -> float:
 
 
 def parse_many(name: str, value: Any, unit: str, **bounds: Any) -> float | Array:
-    """Like `parse`, but a list or one-dimensional array of values gives a read-only float array of its shape (n,)."""
+    """Read one value as `parse` does, or a list or one-dimensional array as a read-only float array (n,)."""
     if hasattr(value, "__array__"):
         value = np.asarray(value)
         if value.ndim > 1:
@@ -260,7 +260,7 @@ def parse_many(name: str, value: Any, unit: str, **bounds: Any) -> float | Array
 
 
 def _as_list(text: str, unit: str) -> str:
-    """The remedy for several values in one text, which only the command line reads; empty for another text."""
+    """The remedy for a text with several values, which only the command line reads; empty for other texts."""
     if text.count(":") == 2:
         first, last, count = (part.strip() for part in text.split(":"))
         ends = [_parse_text(end, unit, DIMENSIONS[unit]) for end in (first, last)]
@@ -275,7 +275,7 @@ def _as_list(text: str, unit: str) -> str:
 
 
 def _checked_array(name: str, values: npt.NDArray[Any], unit: str, bounds: Any) -> Array:
-    """Check an array of numbers as `parse_many`: only the extremes can be out of bounds, and a NaN counts as one."""
+    """Check an array of numbers as `parse_many` does: bounds need only its extremes, and NaN counts as one."""
     array = np.array(values, dtype=float)
     for at in {int(array.argmin()), int(array.argmax())}:
         parse(f"{name}[{at}]", float(array[at]), unit, **bounds)
@@ -288,7 +288,7 @@ def _read_only(array: Array) -> Array:
 
 
 def format_si(value: float, unit: str, digits: int = 4) -> str:
-    """``value`` (SI) rounded to ``digits`` significant digits, with a unit that leaves 1 to 1000 before the point.
+    """Write ``value`` (SI), rounded to ``digits`` significant digits, with a unit in which it lies from 1 to 1000.
 
     `parse` reads the text back. Raises KeyError for a unit that is not in `DIMENSIONS`.
 

@@ -1,6 +1,6 @@
-"""A voltage waveform: the voltage that is commanded, v(tau) = bias + amplitude shape(omega tau).
+"""The contract of a voltage waveform: the commanded voltage v(tau) = bias + amplitude shape(omega tau).
 
-The force goes with the square of the voltage. Where the shape changes its sign half a period on, as a sine does, and
+The force goes with the square of the voltage. If the shape changes its sign after half a period, as a sine does, and
 there is no bias, the force has half the period of the voltage: the *forcing period* is pi/omega, otherwise 2 pi/omega.
 """
 
@@ -20,23 +20,23 @@ from gelcone.physics.implicit import traced
 from gelcone.quantity import Array, Quantity
 
 PHASES = 720
-"""Phases of a period at which a shape is sampled, as for its peak."""
+"""Number of phases of a period at which a shape is sampled, as for its peak."""
 
 VOLTAGE = {
     "voltage": Quantity("v", "voltage amplitude Phi sqrt(eps/mu)/H", 0.5, lower=0.0, scale="voltage"),
     "voltage_bias": Quantity("v0", "constant part of the voltage, in the same scale", 0.0, scale="voltage"),
     "drive_frequency": Quantity("omega", "drive frequency 2 pi f/Omega0", 1.0, positive=True, scale="frequency"),
 }
-"""What every waveform takes; one with more numbers adds them: ``parameters = VOLTAGE | {...}``."""
+"""Parameters of every waveform; one with more adds them: ``parameters = VOLTAGE | {...}``."""
 
 
 PIECE = ("piece_begin", "piece_0", "piece_1", "piece_2", "piece_3", "gate")
-"""Numbers of a waveform with pieces: the time of the corner that was passed last, the terms of the cubic of the phase
-since then, and the share of the waveform's carrier that passes."""
+"""Numbers of a waveform with pieces: the time of the last corner, the terms of the cubic of the phase since then, and
+the gate, the share of the carrier that passes."""
 
 
 PHASE_SPEED = "phase_speed"
-"""The drive frequency, where the phase stands in place of the time and ``drive_frequency`` is 1."""
+"""Name of the drive frequency where the phase replaces the time and ``drive_frequency`` is 1."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +61,17 @@ class Pieces:
 
 
 JUMP = 1e-9
-"""The smallest step between two pieces, over their size, that is more than rounding."""
+"""The smallest relative step between two pieces that is not rounding."""
 
 
 @dataclass(frozen=True)
 class Corners:
-    """The corners of members between two times: the numbers of the piece at the first time, ``passed`` (members, 6) in
-    the order of `PIECE`; all later corners up to the second time, ``later`` (members, corners), padded with infinity;
-    the ``terms`` (members, pieces, 5) of the table, and the piece that begins at the ``first`` later corner."""
+    """The corners of members between two times.
+
+    ``passed`` (members, 6) holds the numbers of the piece at the first time, in the order of `PIECE`; ``later``
+    (members, corners) the times of all later corners, padded with infinity; ``terms`` (members, pieces, 5) the table;
+    ``first`` (members,) the index of the piece that begins at the first later corner.
+    """
 
     passed: Array
     later: Array
@@ -77,11 +80,11 @@ class Corners:
 
 
 class Waveform(Component):
-    """A periodic voltage. A new one supplies `shape` and `shape_rate`, and says whether it is ``antiperiodic``:
+    """A periodic voltage. A new waveform supplies `shape` and `shape_rate`, and sets ``antiperiodic`` if
     shape(phase + pi) = -shape(phase).
 
-    ``parameters`` must hold those of `VOLTAGE`. One that is not smooth derives from `Pieced`. One that does not
-    ``repeat`` lasts for one repeat and is refused by analyses of periodic drives.
+    ``parameters`` must contain those of `VOLTAGE`. A waveform that is not smooth derives from `Pieced`. One that does
+    not ``repeat`` lasts for one repeat, and analyses of periodic drives refuse it.
 
     Examples
     --------
@@ -108,7 +111,7 @@ class Waveform(Component):
 
     @abstractmethod
     def shape(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
-        """Voltage over amplitude at a phase, of period 2 pi."""
+        """Voltage over amplitude at a phase, with the period 2 pi."""
 
     @abstractmethod
     def shape_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
@@ -126,20 +129,20 @@ class Waveform(Component):
         return n["voltage"] * speed * self.shape_rate(phase, self._at(tau, phase, n, xp), xp)
 
     def _at(self, tau: Any, phase: Any, n: Numbers, xp: Any) -> Numbers:
-        """The numbers with the place between corners; none where it is smooth."""
+        """The numbers, with those of the current piece; unchanged for a smooth waveform."""
         return n
 
     def switches(self, tau: Any, n: Numbers) -> dict[str, Any]:
-        """The numbers that its corners switch, as the time gives them; none where it is smooth."""
+        """The numbers that change at corners, at a time; none for a smooth waveform."""
         return {}
 
     @property
     def piece_count(self) -> int:
-        """The number of pieces of a repeat; 0 where it is smooth."""
+        """The number of pieces of a repeat; 0 for a smooth waveform."""
         return 0
 
     def corner_count(self, start: Array, end: Array, n: Numbers) -> Array:
-        """The number of corners that `corners_between` holds of each member, (members,), or a few more."""
+        """An upper bound of the number of corners of each member in `corners_between`, (members,)."""
         turns = np.asarray(n["drive_frequency"]) * (end - start) / (2.0 * np.pi) + 4.0 if self.repeat else 1.0
         return np.broadcast_to(self.piece_count * np.asarray(turns), np.shape(start))
 
@@ -148,7 +151,7 @@ class Waveform(Component):
         raise NotImplementedError
 
     def detail(self, n: Numbers) -> Any:
-        """Most swings of the voltage in a repeat, for sampling. Default 1."""
+        """Largest number of swings of the voltage in a repeat, for sampling. Default 1."""
         return 1.0
 
     def period(self, n: Numbers) -> Array:
@@ -156,18 +159,18 @@ class Waveform(Component):
         return 2.0 * np.pi / np.asarray(n["drive_frequency"])
 
     def forcing_period(self, n: Numbers) -> Array:
-        """Smallest period of the square of the voltage, in dimensionless time; `InputError` for one that does not
+        """Smallest period of the squared voltage, in dimensionless time; `InputError` for a waveform that does not
         repeat."""
         self.check_repeats()
         halves = np.where(np.asarray(n["voltage_bias"]) == 0.0, 1.0, 2.0) if self.antiperiodic else 2.0
         return halves * np.pi / np.asarray(n["drive_frequency"])
 
     def check_repeats(self) -> None:
-        """`InputError` for a voltage that does not repeat."""
+        """Raise `InputError` for a voltage that does not repeat."""
         if not self.repeat:
             raise InputError(
-                f"waveform = {self.name}: does not repeat, and this needs a drive that does; give repeat = true to its "
-                "table, or --drive-repeat to a recording, or simulate it"
+                f"waveform = {self.name}: does not repeat, and this needs a drive that does; let it repeat (repeat = "
+                "true in its table, or of its recording), or simulate it"
             )
 
     def samples(self, n: Numbers) -> Array:
@@ -184,8 +187,8 @@ class Waveform(Component):
 class Pieced(Waveform):
     """A waveform of pieces: each is a cubic of the phase since its corner, and a gate times a carrier.
 
-    A new one supplies `table`, the pieces of one repeat from a phase on, and may replace the carrier, a sine. Programs
-    load the numbers of a piece at its corner, where a step ends; NumPy formulas look it up.
+    A new one supplies `table`, the pieces of one repeat, and may replace the carrier, a sine. Programs load the numbers
+    of a piece at its corner, where a step ends; NumPy formulas find the piece of each phase.
 
     Examples
     --------
@@ -199,10 +202,10 @@ class Pieced(Waveform):
 
     @abstractmethod
     def table(self, n: Numbers) -> Pieces:
-        """The pieces of a repeat; their number is always the same. Of one that does not repeat they begin at 0."""
+        """The pieces of a repeat, always of the same number; they begin at phase 0 if the waveform does not repeat."""
 
     def carrier(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
-        """The smooth part that the gate lets pass."""
+        """The smooth part that is multiplied by the gate."""
         return xp.sin(phase)
 
     def carrier_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
@@ -211,11 +214,11 @@ class Pieced(Waveform):
 
     @property
     def gated(self) -> bool:
-        """Whether it has a carrier. Default no."""
+        """True if the waveform has a carrier. Default False."""
         return False
 
     def jumps(self, n: Numbers) -> bool:
-        """Whether its voltage jumps between two pieces, of any member."""
+        """Whether the voltage of any member jumps between two pieces."""
         table = self.table(n)
         begins, terms = np.asarray(table.begins), np.moveaxis(np.asarray(table.terms), -1, 0)
         ends = np.concatenate([begins[..., 1:], begins[..., :1] + 2.0 * np.pi], axis=-1)
@@ -250,13 +253,13 @@ class Pieced(Waveform):
         return cubic + n["gate"] * self.carrier_rate(phase, n, xp) if self.gated else cubic
 
     def _at(self, tau: Any, phase: Any, n: Numbers, xp: Any) -> Numbers:
-        """Programs have the numbers of the piece; NumPy formulas look them up."""
+        """The numbers, with those of the current piece: programs have loaded them, NumPy formulas find them."""
         if traced(xp):
             return {**n, "since": n["drive_frequency"] * (tau - n[PIECE[0]])}
         return {**n, **self._place(np.asarray(phase, dtype=float), n)}
 
     def _place(self, phase: Array, n: Numbers) -> dict[str, Any]:
-        """The terms of the piece, and ``since``, at phases."""
+        """The terms of the pieces at phases, and ``since``, the phase since each began."""
         table = self.table(n)
         begins, count = np.asarray(table.begins), self.piece_count
         along = phase - begins[..., 0]
@@ -309,7 +312,7 @@ class Pieced(Waveform):
         return max(self.piece_count / 4.0, 1.0)
 
     def peak(self, n: Numbers) -> Any:
-        """Largest absolute value of the voltage: of cubics at their ends and turning points, else of samples."""
+        """Largest absolute value of the voltage: of cubics from their ends and turning points, else from samples."""
         if self.gated:
             return super().peak(n)
         table = self.table(n)

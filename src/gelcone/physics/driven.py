@@ -1,6 +1,6 @@
-"""A system as another program drives it: voltage and force that are held, or change at a constant rate, over a step.
+"""A system under inputs of another program: voltage and force, constant or with constant rates over a step.
 
-The time begins anew with each step, so that no digits are lost in long runs.
+The time restarts at 0 with each step, so that no digits are lost in long runs.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ from gelcone.physics.system import ConeSystem
 
 INPUTS = ("input_voltage", "input_voltage_rate", "input_force", "input_force_rate")
 PHASE = "input_phase"
-"""The phase of the device's own drive where a step begins."""
+"""The phase of the device's own drive at the beginning of a step."""
 DRIVE_PIECE = ("drive_since", "drive_0", "drive_1", "drive_2", "drive_3", "drive_gate")
-"""Of a drive with pieces: the phase since that in which a step lies began, the terms of its cubic, and its gate."""
+"""Numbers of the piece of the device's own drive in which a step lies: phase since it began, terms of its cubic,
+gate."""
 STRENGTH_SQUARED = "squared_dielectric_strength"
 
 
 @dataclass(frozen=True)
 class Input(Waveform):
-    """A voltage from outside, with the device's ``own`` waveform added to it where there is one.
+    """An input voltage, plus the device's ``own`` waveform if it is given.
 
-    Of a waveform with pieces each step lies within one, whose terms are the numbers `DRIVE_PIECE`.
+    Each step lies within one piece of that waveform, whose terms are the numbers `DRIVE_PIECE`.
     """
 
     own: Waveform | None = None
@@ -47,7 +48,7 @@ class Input(Waveform):
 
     @property
     def pieces(self) -> Pieced | None:
-        """The waveform where it has pieces."""
+        """The device's own waveform if it has pieces, else None."""
         return self.own if isinstance(self.own, Pieced) else None
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:
@@ -62,7 +63,7 @@ class Input(Waveform):
         return 0.0 * phase if self.own is None else self.own.shape_rate(n[PHASE] + phase, self._within(phase, n), xp)
 
     def _within(self, phase: Any, n: Numbers) -> Numbers:
-        """The numbers, with those of the piece by the names that its formulas take."""
+        """The numbers, with those of the current piece under the names in the waveform's formulas."""
         if self.pieces is None:
             return n
         since, *terms = (n[name] for name in DRIVE_PIECE)
@@ -79,9 +80,9 @@ class Input(Waveform):
 
 @dataclass(frozen=True)
 class DrivenSystem(ConeSystem):
-    """A system whose waveform is an `Input`, with a force on the disc, positive away from the film's plane.
+    """A system whose waveform is an `Input`, with an input force on the disc, positive away from the film's plane.
 
-    ``breaks_down``: whether a motion ends where the true field of a film reaches the number `STRENGTH_SQUARED`, for
+    ``breaks_down``: a motion ends where the squared true field of a film reaches the number `STRENGTH_SQUARED`, for
     films whose field is known in a program.
     """
 
@@ -106,7 +107,7 @@ class DrivenSystem(ConeSystem):
 
     @property
     def field_borders(self) -> tuple[tuple[int | None, Border], ...]:
-        """Where the films break down: the last of the borders."""
+        """The borders of dielectric breakdown, one for each film; they are the last of `borders`."""
         films = range(len(self.films)) if self.breaks_down else ()
         return tuple((None, Border(partial(self._field_left, k), seldom=True)) for k in films)
 
@@ -117,7 +118,7 @@ class DrivenSystem(ConeSystem):
 
 
 def driven(system: ConeSystem, inside: bool = False, breaks_down: bool = False) -> DrivenSystem:
-    """The system under inputs, with its own drive ``inside`` or without.
+    """Make the system under inputs, with its own drive ``inside`` or without it.
 
     Raises `InputError` for a drive that cannot be inside.
     """

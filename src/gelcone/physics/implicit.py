@@ -1,6 +1,6 @@
-"""Numbers that an equation gives: roots for which there is no formula.
+"""Numbers that are roots of equations without a closed form.
 
-A compiled program solves the equation inside of each step; arrays are solved here.
+A compiled program solves the equation inside each step; equations of arrays are solved here.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from gelcone.physics.differentiate import derivatives, evaluated, newton
 from gelcone.physics.trace import Graph
 
 Residual = Callable[..., Any]
-"""The residual as a function of the root, of what else it depends on, and of the functions of ``xp``."""
+"""Residual as a function of the root, its other arguments and ``xp``."""
 First = Callable[..., Any]
-"""Where Newton's method begins, as a function of what else the residual depends on, and of the functions of ``xp``."""
+"""First guess of the root as a function of the other arguments of the residual and ``xp``."""
 
 
 def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First, longest: float = math.inf) -> Any:
-    """The root y of ``residual(y, *at, xp)`` that Newton's method finds from ``first(*at, xp)``.
+    """Solve ``residual(y, *at, xp)`` = 0 for y by Newton's method from ``first(*at, xp)``.
 
-    ``at`` holds floats, arrays or the expressions of a compiled program; ``name`` identifies the root in a program,
-    where a step of the search is at most ``longest`` times the root or 1; see `gelcone.physics.trace.Graph.root`.
+    ``at`` holds floats, arrays or the expressions of a compiled program. In a program ``name`` identifies the root, and
+    a Newton step is at most ``longest`` times the larger of the root and 1; see `gelcone.physics.trace.Graph.root`.
     """
     if traced(xp):
         return xp.root(name, residual, at, first, longest)
@@ -36,10 +36,10 @@ def root(xp: Any, name: str, residual: Residual, at: Sequence[Any], first: First
 
 
 def traced(xp: Any) -> bool:
-    """Whether formulas run on the nodes of a graph, which branch by switches instead of by values."""
+    """Whether ``xp`` traces formulas on the nodes of a graph, which branch on switches instead of on values."""
     return hasattr(xp, "root")
 
 
 def known(value: Any) -> float | None:
-    """The value of an expression that is the same at all times; None if it changes, or is an array's."""
+    """The value of a constant expression; None for one that changes, and for arrays."""
     return value.value if getattr(value, "operation", None) == "constant" else None

@@ -18,20 +18,20 @@ from gelcone.quantity import Quantity
 class StrainEnergyLaw(Component):
     """An energy W(I1 - 3) of the first invariant of the left Cauchy-Green tensor.
 
-    A new law supplies a ``name``, its ``parameters`` and four formulas, which use only arithmetic, powers and the
-    functions of ``xp``:
+    A new law supplies a ``name``, its ``parameters`` and four formulas, in arithmetic, powers and the functions of
+    ``xp``:
 
     * `energy` - W/mu at the strain I1 - 3;
-    * `response` - 2 dW/dI1 per mu, 1 at zero strain;
-    * `response_slope` - the derivative of `response` with respect to I1;
+    * `response` - 2 dW/dI1 over mu, 1 at zero strain;
+    * `response_slope` - the derivative of `response` by I1;
     * `strain_limit` - the I1 - 3 that the film cannot reach. Default infinity.
 
     The functions of ``xp`` are ``sin``, ``cos``, ``exp``, ``log``, ``log1p`` and ``sqrt``. A law whose response or
-    slope is not that of its energy is refused.
+    slope does not follow from its energy is refused.
 
     `compliance`, `stiffening` and `film_stiffness` follow from these; override them where a cheaper closed form exists,
-    as `Gent` does. `numbers` turns the parameters into what the formulas take (default: the parameters themselves).
-    ``tests/physics/test_laws.py`` runs over `LAWS` and proves each of these functions against the energy.
+    as `Gent` does. `numbers` computes the numbers of the formulas from the parameters (default: the parameters).
+    ``tests/physics/test_laws.py`` compares each of these functions with the energy, for all `LAWS`.
 
     Examples
     --------
@@ -53,7 +53,7 @@ class StrainEnergyLaw(Component):
         """Derivative of the response by I1."""
 
     def prove(self) -> None:
-        """Compare response and slope with the derivatives of the energy, at the parameters' defaults."""
+        """Compare response and slope with the derivatives of the energy, at the default parameters."""
         n = self.numbers(self.complete({}))
         strain = np.linspace(0.0, 0.9, 10) * np.minimum(self.strain_limit(n), 4.0)
         response, slope = self.response(strain, n), self.response_slope(strain, n)

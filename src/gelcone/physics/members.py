@@ -1,4 +1,4 @@
-"""Ensembles: the numbers of many actuators of one system, and what follows from them at given states.
+"""Ensembles: the numbers of many actuators of one system, and their forces, rates and states of the films.
 
 A `ConeModel` has the shape that its user gave it. An analysis flattens it once into `Members`, whose numbers are
 arrays (members,) by name.
@@ -38,8 +38,8 @@ class Ensemble:
         return Members(self.system, values, self.size)
 
     def parameters(self) -> dict[str, Any]:
-        """All parameters under their flat names, and the components as plain data, from which
-        ``ConeModel.from_parameters`` makes the model."""
+        """All parameters by their flat names, and the components as plain data; ``ConeModel.from_parameters`` makes the
+        model of them."""
         return dict(self.values) | system_record(self.system)
 
     @property
@@ -71,8 +71,8 @@ class Ensemble:
     # --- the film ----------------------------------------------------------------------------------------------------
 
     def strain(self, x: npt.ArrayLike) -> Any:
-        """The film's measure of strain (I1 - 3 in the cone; in a double cone the larger
-        share of the limit) at displacements of the ensemble's shape followed by any sample axes."""
+        """The film's measure of strain (I1 - 3 in the cone; in a double cone the larger share of the limit) at
+        displacements, in the ensemble's shape followed by any sample axes."""
         x, n = self._at(x)
         return self.system.strain(x, n)
 
@@ -102,7 +102,7 @@ class Ensemble:
         return self._static(x, voltage, 0)
 
     def stiffness(self, x: npt.ArrayLike, voltage: Any = 0.0) -> Any:
-        """Slope of `force`: positive where an equilibrium is stable; NaN where that is."""
+        """Slope of `force` by x, positive at a stable equilibrium; NaN where the force is."""
         return self._static(x, voltage, 1)
 
     def _static(self, x: npt.ArrayLike, voltage: Any, order: int) -> Any:
@@ -110,7 +110,7 @@ class Ensemble:
         squared = np.square(np.asarray(voltage, dtype=float))
         with np.errstate(all="ignore"):
             inside = self.system.strain(x, n) < self.system.strain_limit(n)
-            # without a voltage nothing pulls in, and a film that wrinkles takes long to say so
+            # without a voltage nothing pulls in, which a wrinkling film takes long to compute
             if any(np.any(own) for own in self.system.squares_at_rest(squared, n)):
                 inside = inside & ~self.system.pulled_in(x, squared, n)
             return np.where(inside, self.system.static_force(x, squared, n)[order], np.nan)[()]
@@ -146,7 +146,7 @@ class Ensemble:
         return [peak(system.line_of(film)) for film in range(len(system.films))]
 
     def __getattr__(self, name: str) -> Any:
-        """A parameter by its name; None for one that the film takes but that is not in use."""
+        """A parameter by its name; None for one that the system knows but does not use."""
         if name.startswith("_") or name in ("system", "values", "shape"):
             raise AttributeError(name)
         if name in self.values:
@@ -161,16 +161,19 @@ BLOCK = 2**24
 
 
 class Rows(Mapping[str, Array]):
-    """Numbers of members by name. Those that all members share are held once, and each is shaped when it is asked for:
-    a film may have a thousand, of which a formula takes few. A number's place is its block times `BLOCK`, plus its
-    row: one integer, for thousands of places are asked for at once."""
+    """Numbers of members by name, (members,) each.
+
+    Numbers that all members share are stored once, and broadcast when they are read: a film may have a thousand, of
+    which a formula takes few. The place of a number is block times `BLOCK` plus row, one integer, since thousands of
+    places are read at once.
+    """
 
     def __init__(self, places: Mapping[str, int], *blocks: Array):
         self._places, self._blocks = places, blocks
 
     @classmethod
     def of(cls, numbers: Mapping[str, Any], shape: tuple[int, ...]) -> Rows:
-        """Numbers or arrays of a shape (members,), or one that spreads to it."""
+        """Store numbers or arrays that broadcast to a ``shape``, (members,)."""
         alike = {name: value for name, value in numbers.items() if isinstance(value, float)}
         others = [name for name in numbers if name not in alike]
         matrix = np.array([spread(numbers[name], shape) for name in others]).reshape(-1, *shape)
@@ -196,26 +199,26 @@ class Rows(Mapping[str, Array]):
         return len(self._places)
 
     def take(self, index: Any) -> Rows:
-        """Those of the members at ``index``, a slice, mask or array."""
+        """The numbers of the members at ``index``, a slice, mask or array."""
         shared, *own = self._blocks[0], *(block[:, index] for block in self._blocks[1:])
         return Rows(self._places, np.broadcast_to(shared[:, :1], (len(shared), own[0].shape[1])), *own)
 
     def missing(self, names: Sequence[str]) -> list[str]:
-        """Those of some names that are not there."""
+        """The ``names`` without a number."""
         return [name for name in names if name not in self._places]
 
     def fill(self, names: Sequence[str], matrix: Array) -> None:
-        """Write those of some names into a ``matrix`` (names, members)."""
+        """Write the numbers of ``names`` into a ``matrix`` (names, members)."""
         which, rows = np.divmod(np.fromiter(map(self._places.__getitem__, names), np.intp, len(names)), BLOCK)
         for k, block in enumerate(self._blocks):
             matrix[which == k] = block[rows[which == k]]
 
     def trailing(self, axes: int) -> Rows:
-        """Numbers with axes of length 1 appended."""
+        """The numbers with ``axes`` axes of length 1 appended."""
         return Rows(self._places, *(block[(..., *[None] * axes)] for block in self._blocks))
 
     def __or__(self, more: Mapping[str, Array]) -> Rows:
-        """Numbers in which arrays of the same shape replace some."""
+        """The numbers with some replaced or added, arrays of the same shape."""
         if not more:
             return self
         places = {name: BLOCK * len(self._blocks) + k for k, name in enumerate(more)}
@@ -250,22 +253,22 @@ class Members(Ensemble):
         taken.values = {name: value[index] for name, value in self.values.items()}
         taken.own_numbers = self.own_numbers.take(index)
         taken.shape = taken.values["damping_ratio"].shape
-        taken.rate, taken.fastest = self.rate[index], self.fastest[index]  # every integration asks for them
+        taken.rate, taken.fastest = self.rate[index], self.fastest[index]  # every integration reads them
         return taken
 
     def replace(self, **changes: npt.ArrayLike) -> Members:
-        """Members with some parameters changed, numbers or arrays (members,); names are those in use."""
+        """The members with some parameters in use changed, numbers or arrays (members,)."""
         return Members(self.system, {**self.values, **changes}, self.size)
 
     def number(self, name: str) -> Array:
-        """One of the numbers, (members,)."""
+        """A number by its name, (members,)."""
         return self.own_numbers[name]
 
     def numbers_at(self, member: int) -> dict[str, float]:
         """The numbers of one member."""
         return {name: float(values[member]) for name, values in self.own_numbers.items()}
 
-    # --- what an integration asks ------------------------------------------------------------------------------------
+    # --- integration -------------------------------------------------------------------------------------------------
 
     @cached_property
     def damped(self) -> npt.NDArray[np.bool_]:
@@ -274,10 +277,10 @@ class Members(Ensemble):
 
     @cached_property
     def rate(self) -> Array:
-        """A bound of how fast the motion and small deviations from it are, per unit time.
+        """An upper bound of the rates of the motion and of small deviations from it, per unit time, (members,).
 
-        Damping 2 zeta, plus the root of the stiffnesses of bias and film (at rest, or their scale where that is more)
-        and of the field at the peak voltage, as if all added up.
+        Damping 2 zeta, plus the root of the sum of the stiffnesses of bias and film (at rest, or their scale if that is
+        larger) and of the field at the peak voltage.
         """
         n = self.own_numbers
         scale = sum((film.stiffness_scale(n) for film in self.system.films), self.system.bias.stiffness_scale(n))
@@ -291,8 +294,8 @@ class Members(Ensemble):
 
     @cached_property
     def fastest(self) -> Array:
-        """A bound of how fast deviations from a motion change, per unit time: `rate`, or the decay of a state that a
-        component adds where that is faster."""
+        """An upper bound of the rates of deviations from a motion, per unit time, (members,): `rate`, or the fastest
+        decay of a state of a component."""
         system, n = self.system, self.own_numbers
         if system.planar:
             return self.rate
@@ -309,21 +312,21 @@ class Members(Ensemble):
 
     @cached_property
     def symmetric(self) -> npt.NDArray[np.bool_]:
-        """Whether the mirror image of each motion is a motion: the flat film is an equilibrium at every voltage."""
+        """Mask of members whose motions have mirror images: their flat film is an equilibrium at every voltage."""
         system, n = self.system, self.numbers()
         odd = reduce(np.logical_and, (film.odd(n) for film in system.films), system.bias.odd(n))
         return np.broadcast_to(odd, self.shape)
 
     def start_states(self, disc: npt.ArrayLike) -> Array:
-        """States (members, N) with displacement and velocity ``disc``, (2,) or (members, 2), and the others at their
-        start there."""
+        """States (members, N) with displacement and velocity ``disc``, (2,) or (members, 2), and the initial values of
+        all others there."""
         x, u = np.broadcast_to(np.asarray(disc, dtype=float), (self.size, 2)).T
         return np.stack(
             [spread(value, self.shape) for value in (x, u, *self.system.starts(x, self.own_numbers))], axis=1
         )
 
     def flow(self, times: Array, states: Array) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change and Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
+        """Rates of change and their Jacobian along motions, at ``times`` (members, samples) and ``states`` (..., N)."""
         n = self.numbers(times.ndim - 1)
         return self.system.flow(times, list(np.moveaxis(states, -1, 0)), n)
 
@@ -339,7 +342,7 @@ class Members(Ensemble):
             return found
         more = (voltages[0] ** 2 - self.system.squared_at(voltages[0], z, n)) * self.system.film.capacitance(
             z[0], 0.0, [], n
-        )  # the field of what follows late pulls less, or more
+        )  # the delayed share of the field pulls less, or more
         stresses = {name: getattr(found[0], name) + more for name in ("meridional_stress", "hoop_stress")}
         return [found[0]._replace(**stresses)]
 
@@ -348,7 +351,7 @@ class Members(Ensemble):
         return self.along(self.system.voltages, times, states)
 
     def along(self, values: Callable[..., Sequence[Any]], times: Array, states: Array) -> list[Array]:
-        """The values that a function of the system, such as its `currents`, has along motions, (members, samples) each,
-        at ``times`` (members, samples) and ``states`` (members, samples, N)."""
+        """Evaluate a function of the system, such as `currents`, along motions, (members, samples) each, at ``times``
+        (members, samples) and ``states`` (members, samples, N)."""
         found = values(times, list(np.moveaxis(states, -1, 0)), self.numbers(times.ndim - 1))
         return [np.broadcast_to(value, times.shape) for value in found]

@@ -1,4 +1,4 @@
-"""The cone model: components and their dimensionless parameters, put together and checked.
+"""The cone model: components and their dimensionless parameters, assembled and checked.
 
 Energies are per mu Vol (shear modulus times film volume), times per 1/Omega0 = sqrt(m (b-a)^2 / (mu Vol)), lengths per
 b - a. The equation of motion is that of `gelcone.physics.system`.
@@ -43,21 +43,21 @@ from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.quantity import Quantity
 
 OF_FILM = ("pull_in", "branches", "flow", "flow_exponent", "rested", "reduced")
-"""Choices that some films take."""
+"""Fields that some films have."""
 KINDS = ("law", "prestretch_mode", "film", *OF_FILM, "bias", "waveform", "circuit", "second_film", "second_drive")
-"""What a model takes besides numbers: the names of its components, and what one pre-stretch means."""
+"""Arguments of a model that are not numbers: its components and their fields."""
 
 _BOTH = ("stretch_limit", "radius_ratio", *PRESTRETCHES)
 LEFT_OUT = (*_BOTH, *(PREFIX + name for name in _BOTH), *STRENGTH)
-"""Parameters for which None means that they are not given."""
+"""Parameters that None leaves out."""
 
 
 class ConeModel(Ensemble):
     """A conical gel actuator in dimensionless form; arrays make an ensemble.
 
     Any number may be an array; all arrays broadcast together into the ensemble's `shape`. A component that is not
-    named here is given as an instance, or as a table of its name, data and numbers: ``{"component": "square",
-    "duty": 0.3}``; its parameters then join those below.
+    named here is given as an instance, or as a table of its name, fields and numbers: ``{"component": "square",
+    "duty": 0.3}``; its parameters are added to those below.
 
     Parameters
     ----------
@@ -85,11 +85,12 @@ class ConeModel(Ensemble):
         the logarithmic one faster under stress; see `gelcone.physics.film.branches`.
     rested : where the branches have relaxed before a run: ``"flat"`` (default), on the film as mounted, or
         ``"raised"``, where the run starts.
-    reduced : what is too fast to have states of its own, the motion to second order in it: ``"series_resistance"``
-        below 0.01, a ``"relaxation_time_k"`` below 0.02, or several, joined by "+"; ``"none"``. They take the taut
-        film, whose stresses lack those of such a branch. Default: none, or as the film and the circuit that are given.
-    bias : a `Bias`: what acts on the disc besides the film. ``"spring"`` (default), the linear spring; ``"beam"``,
-        a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
+    reduced : fast parts without states, so that the motion is right to second order in their time:
+        ``"series_resistance"`` below 0.01, a ``"relaxation_time_k"`` below 0.02, or several, joined by "+"; ``"none"``.
+        They need the taut film, whose stresses leave such a branch out. Default: none, or as in the given film and
+        circuit.
+    bias : a `Bias`, the forces on the disc other than the film's. ``"spring"`` (default), the linear spring;
+        ``"beam"``, a buckled beam; ``"weight"``; ``"force"``, a constant force; or several, as in ``"spring+weight"``.
     waveform : a `Waveform`. Default ``"sine"``.
     circuit : a `Circuit` between the commanded and the film's voltage. Default ``"ideal"``, or ``"amplifier"`` where
         one of its numbers is given: ``filter_time`` and ``slew_rate``; ``series_resistance`` and ``current_limit``
@@ -145,7 +146,7 @@ class ConeModel(Ensemble):
 
     @classmethod
     def of_system(cls, system: ConeSystem, values: Mapping[str, Any]) -> ConeModel:
-        """A model of a system's components with the values of all parameters."""
+        """Make a model of a system's components with the values of all parameters."""
         parts = {name: getattr(system, name) for name in ("film", "bias", "waveform", "circuit")}
         return cls(**parts, **_second_parts(system), **values)
 
@@ -164,7 +165,7 @@ class ConeModel(Ensemble):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> ConeModel:
-        """A model from flat names and the records of its components: the form of files and of the command line.
+        """Make a model from flat names and the records of its components, the form of files and of the command line.
 
         Raises `InputError` with the nearest name for one that is not known.
         """
@@ -177,7 +178,7 @@ class ConeModel(Ensemble):
         """
         changes = with_numbers(changes)
         given = changes.get("film", self.system.film)
-        # a film by its name takes over the law; one that is given has its own
+        # a film that is given by its name takes over the law; an instance has its own
         law = self.law if isinstance(given, str) and given in FILMS else None
         own = {name: changes.get(name) for name in OF_FILM} | {"reduced": _reduced(changes.get("reduced"))[1]}
         if law is not None:
@@ -197,7 +198,7 @@ class ConeModel(Ensemble):
         return ConeModel(film=film, **parts, reduced=changes.get("reduced"), **(others | numbers))
 
     def _others(self, changes: Mapping[str, Any], system: ConeSystem) -> dict[str, Any]:
-        """The parameters that another system takes over where these change."""
+        """The parameters that ``system`` takes over, given the ``changes``."""
         values = {name: value for name, value in self.values.items() if name in system.parameters}
         if "law" in changes and self.law is not None and getattr(system.film, "law", None) != self.law:
             values = {name: v for name, v in values.items() if name.removeprefix(PREFIX) not in self.law.parameters}
@@ -209,7 +210,7 @@ class ConeModel(Ensemble):
 
     @property
     def stiff(self) -> tuple[str, ...]:
-        """Names that ``reduced`` takes, of what has states and could do without."""
+        """Names for ``reduced`` of the parts that have states and need none."""
         found, reduced = [], self.reduced
         for name in ("series_resistance", *(f"relaxation_time_{k}" for k in range(1, MOST_BRANCHES + 1))):
             if name in reduced or name not in self.values:
@@ -223,7 +224,7 @@ class ConeModel(Ensemble):
 
     @property
     def reduced(self) -> tuple[str, ...]:
-        """Names that ``reduced`` has taken: what has no states of its own though it takes time."""
+        """Names in ``reduced``: the parts whose states are left out."""
         resistance = ("series_resistance",) if getattr(self.system.circuit, "reduced", False) else ()
         return (*resistance, *(f"relaxation_time_{k}" for k in getattr(self.film, "reduced", ())))
 
@@ -262,13 +263,13 @@ class ConeModel(Ensemble):
     # --- members -----------------------------------------------------------------------------------------------------
 
     def take(self, index: Any) -> ConeModel:
-        """The members at ``index`` of the flattened ensemble, as a one-dimensional ensemble."""
+        """The members at ``index`` of the flattened ensemble, in a one-dimensional ensemble."""
         flat = {name: np.broadcast_to(value, self.shape).ravel()[index] for name, value in self.values.items()}
         return self.replace(**flat)
 
 
 def _reduced(given: Any) -> tuple[bool | None, tuple[int, ...] | None]:
-    """Whether the series resistance has no state, and the branches without states; None each: not said."""
+    """Whether the series resistance has no state, and the numbers of the branches without states; None if not given."""
     if given is None:
         return None, None
     names = [] if given == "none" else [part.strip() for part in str(given).split("+")]
@@ -283,8 +284,8 @@ def _reduced(given: Any) -> tuple[bool | None, tuple[int, ...] | None]:
 def _film(
     film: Any, law: Any, mode: str | None, own: Mapping[str, Any] | None = None, parameters: Iterable[str] = ()
 ) -> Film:
-    """The film, with the law, the pre-stretch mode and its ``own`` choices that were given with it; it has at least the
-    branches of which there are ``parameters``."""
+    """Make the film with a law, a pre-stretch ``mode`` and its ``own`` fields, None if not given. It has at least as
+    many branches as ``parameters`` name."""
     if law is not None:
         law = find_component("strain-energy law", law, LAWS, StrainEnergyLaw)  # type: ignore[type-abstract]
     if mode is not None:
@@ -292,7 +293,7 @@ def _film(
     found = find_film(film)
     chosen = {name: value for name, value in (own or {}).items() if value is not None}
     if not chosen.get("reduced", True) and not hasattr(found, "reduced"):
-        del chosen["reduced"]  # there is nothing to follow
+        del chosen["reduced"]  # a film without branches reduces none
     if "branches" not in chosen and (count := branches_of(parameters)) > getattr(found, "branches", 0):
         chosen["branches"] = count
     for name, value in chosen.items():
@@ -312,12 +313,12 @@ def _film(
 
 
 def no_film(given: Any) -> bool:
-    """Whether a second film is none."""
+    """Whether the value of ``second_film`` stands for none."""
     return given is None or (isinstance(given, str) and given == "none")
 
 
 def _films(first: Film, given: Any, drive: str | None) -> tuple[PlacedFilm, ...]:
-    """The films; the second is of the first's law and pre-stretch mode where it takes them."""
+    """The placed films; a second one takes over the law, the pre-stretch mode and the branches of the first."""
     if no_film(given):
         if drive is not None:
             raise InputError(
@@ -345,7 +346,7 @@ def _system(
     waveform: Any = "sine",
     circuit: Any = "ideal",
 ) -> ConeSystem:
-    """The components put together; `InputError` for one that is not known."""
+    """Assemble the components; `InputError` for one that is not known."""
     return _put_together(
         _films(film, second_film, second_drive),
         find_bias(bias),
@@ -356,17 +357,17 @@ def _system(
 
 @lru_cache(maxsize=64)
 def _put_together(*parts: Any) -> ConeSystem:
-    """The system of equal components is the same one, which knows its names and numbers already."""
+    """Assemble the system once for equal components, since it caches its names and numbers."""
     return ConeSystem(*parts)
 
 
 def _second_parts(system: ConeSystem) -> dict[str, Any]:
-    """What gives a model the second film of a system."""
+    """The arguments of a model that describe the second film of a system; empty without one."""
     return {"second_film": film.film, "second_drive": film.drive} if (film := system.films[-1]).drive else {}
 
 
 def _known(system: ConeSystem, given: Mapping[str, Any]) -> dict[str, Any]:
-    """``given`` without what says nothing; `InputError` for a name that the system does not take."""
+    """The ``given`` parameters without those left out; `InputError` for a name that the system does not take."""
     known = system.parameters
     values = {name: value for name, value in given.items() if value is not None or name not in LEFT_OUT}
     if "stretch_limit" in values and "stretch_limit" not in known and _infinite(values["stretch_limit"]):
@@ -402,7 +403,7 @@ def _infinite(value: Any) -> bool:
 
 
 def _goes_with(name: str, changes: Mapping[str, Any], prefix: str) -> bool:
-    """Whether a pre-stretch stays when others change: both direct ones are, without the common one."""
+    """Whether a direct pre-stretch stays, because the other direct one changes."""
     direct = {prefix + "meridional_prestretch", prefix + "hoop_prestretch"}
     return name in direct and any(changes.get(other) is not None for other in direct)
 
@@ -416,7 +417,7 @@ def _shape(values: Mapping[str, Any]) -> tuple[int, ...]:
         raise InputError(f"the parameter arrays do not broadcast together: {shapes}") from None
 
 
-# --- names of what ships, for those who have no model yet ------------------------------------------------------------
+# --- names of all parameters, without a model -------------------------------------------------------------------------
 
 
 def shipped_components() -> Iterable[Component]:

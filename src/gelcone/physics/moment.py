@@ -1,4 +1,4 @@
-"""A system at one time, as its parts see it: the voltages that its circuits make, and what follows from them."""
+"""A system at one time: the voltages of its circuits, and the rates, charges and powers that follow from them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gelcone.physics.trace import Node
 
 
 class Moment:
-    """A system at one time, as its parts see it: command, states and numbers, and the voltages that follow."""
+    """A system at one time, given by its command, states and numbers, or with the squared voltages ``squares``."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class Moment:
         )
 
     def _own(self, line: Line) -> tuple[list[Any], Numbers]:
-        """The circuit's states and numbers."""
+        """The states and numbers of a line's circuit."""
         return self.system.states_of(self.z, "line", line.prefix), line.own(self.n)
 
     def voltage(self, line: Line) -> Any:
@@ -87,7 +87,7 @@ class Moment:
         return line.circuit.rates(self.port(line), *self._own(line), self.xp)
 
     def charging(self, line: Line) -> Any:
-        """Rate of the charge on a line's films, of a circuit whose state is their voltage."""
+        """Rate of the charge on a line's films, for a circuit whose last state is their voltage."""
         return line.circuit.charging(self.port(line), *self._own(line), self.xp)
 
     def rates_and_slope(self, circuits: bool = True) -> tuple[list[Any], Any]:
@@ -131,7 +131,7 @@ class Moment:
         return found
 
     def mechanical_powers(self) -> tuple[Any, Any]:
-        """The powers that films and field give the disc, and that its damper takes."""
+        """The power of films and field on the disc, and the power of its damper."""
         force = self._force(0)[0]
         for k in range(1, len(self.system.films)):
             force = force + self._force(k)[0]
@@ -140,7 +140,7 @@ class Moment:
         return -force * self.z[1], 2.0 * self.n["damping_ratio"] * self.z[1] * self.z[1]
 
     def electric_powers(self, time: Node, z: Sequence[Node], causes: Sequence[str]) -> list[Any]:
-        """The sources' power, and what films and circuits lose, by cause, in a graph."""
+        """The power by each of the ``causes``, in a graph: sources, losses of films and of circuits."""
         rates = self.rates_and_slope()[0]
         found: dict[str, Any] = dict.fromkeys(causes, 0.0)
         for line in self.system.lines if "source" in found else ():
@@ -157,7 +157,7 @@ class Moment:
 
 def total_rate(system: Structure, value: Node, time: Node, z: Sequence[Node], rates: Sequence[Any]) -> Node:
     """Rate of change of a formula along the motion."""
-    if any(film.states for film in system.films):  # shorter by far where lengths are roots that states move
+    if any(film.states for film in system.films):  # far fewer nodes where lengths are roots that depend on states
         along = {time: time.graph.constant(1.0)}
         return directional([value], along | {leaf: time.graph.node(rate) for leaf, rate in zip(z, rates, strict=True)})[
             0

@@ -1,11 +1,10 @@
-"""A double cone under constant voltages: where its forces balance, and what a slow voltage ramp does to it.
+"""Equilibria of a double cone under constant voltages, and their stability on a slow voltage ramp.
 
-The voltage of the first film pulls the disc one way and that of the second the other, so that at one displacement the
-force may vanish at several voltages, and `gelcone.physics.balance` does not serve. Equilibria at one voltage are found
-between the extrema of the force, which are found between the points of a fine grid. Over the voltage they form curves
-F(x, v) = 0, which are followed from point to point by their tangent; the voltage turns back in a fold, and passes a
-pitchfork where the slope of the force changes its sign without that. Allgower and Georg, Introduction to Numerical
-Continuation Methods (2003), chapter 2.
+The voltages of the two films pull the disc in opposite directions, so that at one displacement the force may vanish at
+several voltages, unlike in `gelcone.physics.balance`. Equilibria at one voltage are found between the extrema of the
+force, and these between the points of a fine grid. Over the voltage equilibria form curves F(x, v) = 0, which are
+followed along their tangent. Where the slope of the force changes its sign, the curve has a fold if the voltage turns
+back there, else a pitchfork. Allgower and Georg, Introduction to Numerical Continuation Methods (2003), chapter 2.
 """
 
 from __future__ import annotations
@@ -36,31 +35,31 @@ from gelcone.physics.bracket import sign_change, sign_changes
 from gelcone.quantity import Array
 
 GRID = 1601
-"""Displacements between which equilibria are searched for."""
+"""Number of displacements between which equilibria are searched."""
 HIGHEST_VOLTAGE = 20.0
-"""A ramp that has lost nothing up to this voltage never does."""
+"""A ramp without a loss of stability up to this voltage counts as stable."""
 LONGEST_STEP = 0.04
-"""Of a curve, over 1 + v + |x|."""
+"""Longest step along a curve, over 1 + v + |x|."""
 LEAST_COSINE = 0.995
-"""Of the angle between the tangents at neighbouring points of a curve."""
+"""Least cosine of the angle between the tangents at neighbouring points of a curve."""
 KINK = 1e-6
-"""A turn within so short a step is one of the curve itself: where a film begins to wrinkle the stiffness jumps."""
+"""A turn within a shorter step is a kink of the curve: where a film begins to wrinkle the stiffness jumps."""
 SHORTEST_STEP = 1e-10
 MOST_POINTS = 20_000
 MOST_LOSSES = 8
 HIGHEST_FOLD = 6.0
-"""Voltage up to which folds are searched for."""
+"""Voltage up to which folds are searched."""
 SEEDS = np.concatenate([np.linspace(0.0, 0.1, 17), np.geomspace(0.1, 1.0, 9)[1:]])
-"""Shares of the highest voltage at which curves are searched for that no other voltage shows."""
+"""Shares of the highest voltage at which further curves are searched."""
 BEYOND = 1e-6
-"""Share of the voltage past a loss of stability at which the disc is searched for next."""
+"""Share of the voltage past a loss of stability at which the next equilibrium is searched."""
 SMOOTH = 0.02
-"""A branch born in a pitchfork is this close to it that share past it: the distance grows as its square root."""
+"""Largest distance of a branch from its pitchfork at that voltage: it grows with the square root of the share."""
 ON_CURVE = 1e-6
 
 
 class Curve(NamedTuple):
-    """Points of a curve of equilibria, (points,) each, and what ends it: None at the bounds of the voltage."""
+    """Points of a curve of equilibria, (points,) each, and the kind of its end; None at the bounds of the voltage."""
 
     x: Array
     voltage: Array
@@ -68,7 +67,7 @@ class Curve(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """A stable part of a ramp, with rising voltage."""
+    """A stable part of a ramp with rising voltage, (points,) each, and the kind of its end."""
 
     x: Array
     voltage: Array
@@ -77,7 +76,7 @@ class Leg(NamedTuple):
 
 @dataclass(frozen=True)
 class PairBalance(StaticBalance):
-    """One double cone; its displacements need not lie evenly about 0, so ``lowest`` is its lowest displacement."""
+    """One double cone with displacements from ``lowest`` to ``highest``, which need not be symmetric about 0."""
 
     # --- forces ------------------------------------------------------------------------------------------------------
 
@@ -99,13 +98,13 @@ class PairBalance(StaticBalance):
         return math.inf
 
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
-        """Whether both films can be held at displacements."""
+        """Mask of the displacements at which both films can be held."""
         with np.errstate(all="ignore"):
             reached = self.system.strain(x, self.n) < self.system.strain_limit(self.n)
         return (x >= self.lowest) & (x <= self.highest) & reached
 
     def voltage_force(self, x: Any, squared: Any) -> Any:
-        """The part of the force that the voltages take away; the second film's constant one is part of the rest."""
+        """The reduction of the force by the voltages, without that of a constant voltage on the second film."""
         own = np.asarray(squared)
         with np.errstate(all="ignore"):
             return self.force(x, 0.0 * own) - self.force(x, own)
@@ -136,8 +135,8 @@ class PairBalance(StaticBalance):
 
     @cached_property
     def grid(self) -> Array:
-        """Displacements over all that can be reached, close together between the planes of the films and at the
-        ends; 0 and the middle between the planes, where a double cone may be symmetric, are among them."""
+        """Displacements from ``lowest`` to ``highest``, closer between the planes of the films and at both ends, with 0
+        and the middle between the planes, where a double cone may be symmetric."""
         height = self.flat_height
         middle, width = 0.5 * height, max(0.5 * abs(height), 0.5)
         low, high = (math.asinh((end - middle) / width) for end in (self.lowest, self.highest))
@@ -148,7 +147,7 @@ class PairBalance(StaticBalance):
         return np.asarray(x[self.inside(x)])
 
     def equilibria(self, squared: Array) -> list[list[Equilibrium]]:
-        """All equilibria at each v^2, (levels,), in the order of x. One without a slope counts as unstable."""
+        """All equilibria at each v^2, (levels,), in the order of x. An equilibrium of zero slope counts as unstable."""
         return [self._equilibria(float(level)) for level in squared]
 
     def _equilibria(self, squared: float) -> list[Equilibrium]:
@@ -156,7 +155,7 @@ class PairBalance(StaticBalance):
         nodes, values = self.grid, force
         turns = np.flatnonzero((slope[:-1] * slope[1:] < 0.0) & (force[:-1] * force[1:] >= 0.0))
         if turns.size:
-            # an extremum may reach beyond 0 between two points of the grid
+            # the force may change its sign twice between two points of the grid, around an extremum
             tops = sign_changes(lambda x: self.slope(x, squared), self.grid[turns], self.grid[turns + 1])
             order = np.argsort(nodes := np.concatenate([nodes, tops]))
             nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
@@ -170,7 +169,7 @@ class PairBalance(StaticBalance):
     # --- curves of equilibria ----------------------------------------------------------------------------------------
 
     def curve(self, x: float, voltage: float, ahead: float, highest: float) -> Curve:
-        """The curve through an equilibrium, to that side where the voltage rises (``ahead`` 1) or falls (-1) first."""
+        """Follow the curve of an equilibrium, first to rising (``ahead`` 1) or falling (-1) voltage."""
         tangent = self._tangent(x, voltage, (0.0, ahead))
         xs, volts, step = [x], [voltage], 0.1 * LONGEST_STEP
         while len(xs) < MOST_POINTS:
@@ -211,7 +210,7 @@ class PairBalance(StaticBalance):
         return sign * along[0], sign * along[1]
 
     def _next(self, x: float, voltage: float, tangent: tuple[float, float], step: float) -> tuple[float, float] | None:
-        """The point of the curve a step ahead, by Newton's method across the tangent; None where it finds none."""
+        """The point of the curve one step ahead, by Newton's method across the tangent; None if that fails."""
         ahead = (x + step * tangent[0], voltage + step * tangent[1])
         at = ahead
         for _ in range(8):
@@ -229,7 +228,7 @@ class PairBalance(StaticBalance):
         return None
 
     def _settle(self, x: float, voltage: float) -> float:
-        """The equilibrium at a voltage near x, by Newton's method."""
+        """Find the equilibrium near x at a voltage by Newton's method."""
         for _ in range(30):
             force, slope, _ = self._slopes(x, voltage)
             if not slope:
@@ -240,7 +239,7 @@ class PairBalance(StaticBalance):
         return x
 
     def _turn(self, x: Array, voltage: Array, i: int) -> tuple[float, float]:
-        """Where between two points of a curve the slope of the force vanishes."""
+        """Displacement and voltage between points i and i + 1 of a curve at which the slope of the force vanishes."""
 
         def at(share: float) -> tuple[float, float]:
             place = float(x[i] + share * (x[i + 1] - x[i]))
@@ -265,7 +264,8 @@ class PairBalance(StaticBalance):
         return at(sign_change(slope, 0.0, 1.0))
 
     def _losses(self, x: Array, voltage: Array) -> list[tuple[int, float, float, PullIn]]:
-        """Where along a curve the slope changes its sign: after which point, where, and whether in a fold."""
+        """Sign changes of the slope along a curve: index of the point before, displacement, voltage, fold or
+        pitchfork."""
         signs = np.sign(np.broadcast_to(self.slope(x, voltage * voltage), x.shape))
         found = []
         for i in np.flatnonzero(signs[:-1] * signs[1:] < 0.0):
@@ -305,13 +305,13 @@ class PairBalance(StaticBalance):
         return np.insert(x, at, [row[1] for row in losses]), np.insert(voltage, at, [row[2] for row in losses])
 
     def folds(self) -> list[tuple[float, float]]:
-        """(voltage, displacement) of all folds up to `HIGHEST_FOLD`, in that order."""
+        """(voltage, displacement) of all folds up to `HIGHEST_FOLD`, sorted by voltage."""
         rows = [row for curve in self._followed(HIGHEST_FOLD) for row in self._losses(*curve) if row[3] == PullIn.FOLD]
         return sorted((level, place) for _, place, level, _ in rows)
 
     def pitchfork(self) -> float:
-        """The v^2 at which the flat films, or raised ones in their middle, lose their stability to either side; NaN
-        where they are unstable without voltage, or never do."""
+        """The v^2 at which the flat films, or raised ones in the middle, lose stability to either side; NaN if they are
+        unstable without voltage, or never lose it."""
         if not self.flat:
             first = self.losses(rest_of(self, None))[0]
             return first.voltage**2 if first.kind == PullIn.PITCHFORK else math.nan
@@ -327,7 +327,7 @@ class PairBalance(StaticBalance):
     # --- a slow voltage ramp -----------------------------------------------------------------------------------------
 
     def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE) -> list[Leg]:
-        """The stable parts that a ramp from ``rest`` runs through."""
+        """The stable parts of a ramp from ``rest``."""
         legs: list[Leg] = []
         x, voltage = rest, 0.0
         while not math.isnan(x) and len(legs) < MOST_LOSSES and voltage < highest:
@@ -342,7 +342,8 @@ class PairBalance(StaticBalance):
         return legs
 
     def _beyond(self, x: float, voltage: float) -> tuple[float, float]:
-        """The stable equilibrium to which the force leads past a loss of stability; of two equally near the higher."""
+        """The stable equilibrium, with its voltage, to which the force leads after a loss of stability; of two equally
+        near ones the higher."""
         level = voltage + BEYOND * (1.0 + voltage)
         stable = [e.displacement for e in self._equilibria(level * level) if e.stable]
         push = -float(self.force(x, level * level))
@@ -355,7 +356,7 @@ class PairBalance(StaticBalance):
         return [self._loss(legs, k) for k in range(len(legs))] or [NO_RAMP]
 
     def _loss(self, legs: Sequence[Leg], k: int) -> Loss:
-        """What the k-th leg ends in."""
+        """The loss of stability at the end of the k-th leg."""
         leg = legs[k]
         if leg.end == PullIn.NEVER:
             return NO_LOSS
@@ -383,14 +384,14 @@ class PairBalance(StaticBalance):
 
 
 def _isolated(x: Array, holds: npt.NDArray[np.bool_]) -> list[float]:
-    """The places where it holds; of neighbouring ones, as where no film is taut and nothing acts, the middle one."""
+    """The places in a mask, only the middle one of each run of neighbours, as where no force acts on a slack film."""
     at = np.flatnonzero(holds)
     bands = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else []
     return [float(x[band[len(band) // 2]]) for band in bands]
 
 
 def _on(x: float, voltage: float, xs: Array, volts: Array) -> bool:
-    """Whether a point lies on a curve that was followed, within what its steps leave unknown."""
+    """Whether a point lies on a curve, within the error of the straight lines between its points."""
     if not xs.size > 1:
         return False
     dx, dv = np.diff(xs), np.diff(volts)
@@ -401,7 +402,7 @@ def _on(x: float, voltage: float, xs: Array, volts: Array) -> bool:
 
 
 def pair_balance(system: Any, n: Any) -> PairBalance:
-    """One double cone, searched up to its stretch limits or `SEARCH_RANGE`."""
+    """Make the balance of a double cone, searched up to its stretch limits or `SEARCH_RANGE`."""
     lows, highs, nearest = zip(*(film.reach(n) for film in system.films), strict=True)
     lowest, highest = max(lows), min(highs)
     if any(map(math.isnan, (*lows, *highs, *nearest))) or not lowest < highest:

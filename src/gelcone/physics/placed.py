@@ -1,4 +1,4 @@
-"""Films where they hold the disc: one film, or two on either side of it, the antagonistic double cone.
+"""Films placed at the disc: one film, or two on either side of it, the antagonistic double cone.
 
 The first is flat where the disc is at x = 0, the second where it is at x = d, its flat height: its own displacement is
 d - x, and its force pulls the disc towards d. With d = 0 the two are flat together; with d > 0 a rod between their
@@ -24,13 +24,13 @@ from gelcone.quantity import Array, Quantity
 
 PREFIX = "second_"
 DRIVES = ("same", "opposite", "constant")
-"""The second film's voltage: the first's; in opposite phase about the same bias, 2 v0 - v; or one that is constant."""
+"""The second film's voltage: the first's; in opposite phase about the same bias, 2 v0 - v; or a constant one."""
 FLAT_HEIGHT = Quantity("d", "height of the disc at which the second film is flat, over b-a", 0.0, scale="length")
 CONSTANT_VOLTAGE = Quantity("v2", "constant voltage on the second film", 0.0, scale="voltage")
 
 
 class _Unprefixed(Mapping[str, Any]):
-    """The numbers of the second film without their prefix, each looked up when it is asked for: of the thousand of a
+    """The numbers of the second film by their names without prefix, each read on demand: of the thousand numbers of a
     membrane a formula takes few."""
 
     def __init__(self, numbers: Numbers) -> None:
@@ -51,12 +51,12 @@ class _Unprefixed(Mapping[str, Any]):
 
 @dataclass(frozen=True)
 class PlacedFilm(Component):
-    """A film as the disc feels it. Displacement, velocity and numbers are those of the system.
+    """A film in the displacement, velocity and numbers of the system.
 
     Parameters
     ----------
     film : the film.
-    drive : None for the first film, which has the commanded voltage; of the second one of `DRIVES`. Default None.
+    drive : None for the first film, which has the commanded voltage; one of `DRIVES` for the second. Default None.
 
     Examples
     --------
@@ -77,7 +77,7 @@ class PlacedFilm(Component):
 
     @property
     def prefix(self) -> str:
-        """The text before its names."""
+        """The prefix of its names."""
         return "" if self.drive is None else PREFIX
 
     @property
@@ -98,18 +98,19 @@ class PlacedFilm(Component):
 
     @cached_property
     def states(self) -> tuple[State, ...]:  # type: ignore[override]
-        """The states of the film, named as its parameters."""
+        """The states of the film, with the prefix of its parameters."""
         return tuple(renamed(state, self.prefix) for state in self.film.states)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Names of the film's states of tension; none of a film without borders."""
+        """Names of the film's states of tension; empty for a film without borders."""
         return self.film.kinds
 
     # --- numbers -----------------------------------------------------------------------------------------------------
 
     def complete_beside(self, given: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; of those not ``given``, the second film's are those ``known``."""
+        """Check the ``given`` parameters and fill in the others: of a second film from the ``known`` ones of the first,
+        else from defaults."""
         own = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}
         if self.drive is None:
             return self.film.complete(own)
@@ -139,7 +140,7 @@ class PlacedFilm(Component):
         return rest + tuple(PREFIX + name for name in own)
 
     def own(self, n: Numbers) -> Numbers:
-        """The numbers of the film's own formulas: those without their prefix."""
+        """The numbers by their names in the film's own formulas, without prefix."""
         if self.drive is None:
             return n
         return _Unprefixed(n)
@@ -155,30 +156,30 @@ class PlacedFilm(Component):
         return x if self.drive is None else n["second_flat_height"] - x
 
     def _turned(self, value: Any) -> Any:
-        """What points along the film's own displacement, along the disc's."""
+        """Turn a component along the film's own displacement into one along the disc's, and the reverse."""
         return value if self.drive is None else -value
 
-    # --- the film as the disc feels it -------------------------------------------------------------------------------
+    # --- the film in the coordinates of the disc ----------------------------------------------------------------------
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """The force with which it pulls the disc down, and the derivative by x."""
+        """The force that pulls the disc down, and its derivative by x."""
         force, slope = self.film.force(self.place(x, n), squared, y, self.own(n), xp)
         return self._turned(force), slope
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """The part that its voltage takes from the force that pulls the disc down."""
+        """The reduction of the force that pulls the disc down by the voltage."""
         return self._turned(self.film.voltage_force(self.place(x, n), squared, y, self.own(n), xp))
 
     @cached_property
     def borders(self) -> tuple[Border, ...]:
-        """The film's own, with its place, numbers and the names of its switches."""
+        """The borders of the film, in the displacement and numbers of the system, with prefixed switches."""
         return tuple(self._border(border) for border in self.film.borders)
 
     def _border(self, border: Border) -> Border:
         def value(x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
             return border.value(self.place(x, n), squared, y, self.own(n), xp)
 
-        # one film's switches divide laws: those of both would take many laws, each compiled by itself
+        # only the first film's switches divide laws: those of both would take many laws, each compiled on its own
         divides = border.divides and self.drive is None
         return dataclasses.replace(
             border, value=value, switch=border.switch and self.prefix + border.switch, divides=divides
@@ -192,7 +193,7 @@ class PlacedFilm(Component):
         return {self.prefix + name: value for name, value in own.items()}
 
     def times_of_kinds(self, switches: Sequence[str], dwell: Array) -> Array:
-        """The time in each of its states of tension."""
+        """Sum the time in each of its states of tension."""
         own = [border.switch for border in self.borders]
         names = [name.removeprefix(self.prefix) if name in own else f"another's {name}" for name in switches]
         return self.film.times_of_kinds(names, dwell)
@@ -206,20 +207,20 @@ class PlacedFilm(Component):
         return self.film.rates(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """The power that it loses."""
+        """The power that the film dissipates."""
         return self.film.dissipation(self.place(x, n), self._turned(velocity), squared, y, self.own(n), xp)
 
     @property
     def drags(self) -> bool:
-        """Whether the film damps the disc."""
+        """True if the film damps the disc."""
         return self.film.drags
 
     def drag(self, x: Any, n: Numbers) -> Any:
-        """The damping of the disc by the film, the same along either way."""
+        """The damping coefficient of the disc by the film, independent of its direction."""
         return self.film.drag(self.place(x, n), self.own(n))
 
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """Whether the states of the film are beyond a limit of theirs."""
+        """Whether the film's own states exceed their limit."""
         return self.film.overstretched(self.place(x, n), y, self.own(n))
 
     def strain(self, x: Any, n: Numbers) -> Any:
@@ -227,7 +228,7 @@ class PlacedFilm(Component):
         return self.film.strain(self.place(x, n), self.own(n))
 
     def strain_limit(self, n: Numbers) -> Any:
-        """The limit of that measure."""
+        """The limit of `strain`."""
         return self.film.strain_limit(self.own(n))
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
@@ -235,15 +236,15 @@ class PlacedFilm(Component):
         return self.film.highest_squared(self.place(x, n), self.own(n))
 
     def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """The squared voltage above which it has no state where its own states are held at ``y``."""
+        """The squared voltage above which the film has no state while its own states are ``y``."""
         return self.film.highest_squared_held(self.place(x, n), y, self.own(n))
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Derivative of the force by the squared voltage, with the opposite sign."""
+        """Minus the derivative of the force by the squared voltage."""
         return self._turned(self.film.voltage_gain(self.place(x, n), squared, self.own(n)))
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """Work against film and field from where the film is flat."""
+        """Work against film and field from the flat film."""
         return self.film.work(self.place(x, n), squared, y, self.own(n))
 
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
@@ -267,31 +268,31 @@ class PlacedFilm(Component):
         return self.film.limit_share(self.place(x, n), voltage, y, self.own(n), state)
 
     def stiffness_scale(self, n: Numbers) -> Any:
-        """A typical stiffness of the film, for time scales."""
+        """A typical stiffness of the film, which bounds the rate of the motion."""
         return self.film.stiffness_scale(self.own(n))
 
     def odd(self, n: Numbers) -> Any:
-        """Whether its force at -x is the opposite of that at x."""
+        """Whether the force is odd in the displacement of the disc."""
         return self.film.odd and (self.drive is None or np.asarray(n["second_flat_height"]) == 0.0)
 
     def reach(self, n: Numbers) -> tuple[float, float, float]:
-        """The displacements of the disc at which it has a state, of one actuator: from lowest to highest, and the
-        least distance from where it is flat."""
+        """The lowest and highest displacement of the disc with a state of the film, and the least distance from where
+        it is flat; for a single actuator."""
         begin, end = self.film.reach(self.own(n))
         flat = float(self.place(0.0, n))
         return flat - end, flat + end, begin
 
     def outside(self, x: float, n: Numbers) -> str:
-        """Why it has no state at a start, in words, with the remedy; of one actuator."""
+        """The message for a start at which a single film has no state, with the remedy."""
         return ("" if self.drive is None else "second film, ") + self.film.outside(float(self.place(x, n)), self.own(n))
 
     def unreachable(self, n: Numbers) -> str:
-        """Why it has no state at any displacement, in words, with the remedy; of one actuator."""
+        """The message for a single film without a state at any displacement, with the remedy."""
         return ("" if self.drive is None else "second film: ") + self.film.unreachable(self.own(n))
 
 
 def renamed(state: State, prefix: str = PREFIX) -> State:
-    """A state of a film or of its circuit, with what stands before its name."""
+    """A state of a film or of its circuit with a prefixed name."""
     if not prefix:
         return state
     return dataclasses.replace(state, name=prefix + state.name, meaning=f"second film: {state.meaning}")

@@ -1,4 +1,4 @@
-"""The components of a system as plain data, for files and results."""
+"""Records of a system's components, plain data for files and results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SHIPPED = {name: to_record(film, FILMS) for name, film in FILMS.items()}
 
 
 def system_record(system: ConeSystem) -> dict[str, Any]:
-    """Each component by its kind; ``law`` and ``prestretch_mode`` accompany a film that has them."""
+    """The record of each component by its kind, and the film's ``law`` and ``prestretch_mode`` if it has them."""
     film = system.film
     own = (
         {"prestretch_mode": film.prestretch_mode, "law": to_record(film.law, LAWS)} if isinstance(film, GelFilm) else {}
@@ -49,7 +49,7 @@ def system_record(system: ConeSystem) -> dict[str, Any]:
 
 
 def film_record(film: Film) -> Any:
-    """A film; one that ships by its name and what else it was given."""
+    """The record of a film: its name, with the fields that differ from the default, if it ships."""
     record = to_record(film, FILMS)
     if type(FILMS.get(film.name)) is not type(film):
         return record
@@ -59,20 +59,20 @@ def film_record(film: Film) -> Any:
 
 
 def find_film(given: Any) -> Film:
-    """The film that a record describes.
+    """Make the film that a record describes.
 
     Raises `InputError` for an unknown name, and for the fitted films of gelcone 0.1 and 0.2 and their files.
     """
     if isinstance(given, str) and (given == "continuum" or given.lstrip().startswith("{") or given.endswith(".json")):
         raise InputError(
-            f"{given[:60]!r} is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane "
-            "(--film membrane), the same membrane without a fit"
+            f"{given[:60]!r} is a fitted film of gelcone 0.1 or 0.2, which is not read any more; take film = membrane, "
+            "the same membrane without a fit"
         )
     return find_component("film", given, FILMS, Film)  # type: ignore[type-abstract]
 
 
 def bias_record(bias: Bias) -> Any:
-    """A bias; several together as their names with a plus, or as a list where one needs more than its name."""
+    """The record of a bias; of several their names joined by a plus, or a list where a name is not enough."""
     if not isinstance(bias, Together):
         return to_record(bias, BIASES)
     parts = [to_record(part, BIASES) for part in bias.parts]
@@ -80,7 +80,7 @@ def bias_record(bias: Bias) -> Any:
 
 
 def find_bias(given: Any) -> Bias:
-    """The bias that a record, or several joined by a plus or in a list, describe.
+    """Make the bias of a record, or of several records in a list or joined by a plus.
 
     Raises `InputError` for an unknown name.
     """
@@ -91,12 +91,12 @@ def find_bias(given: Any) -> Bias:
 
 
 def find_waveform(given: Any) -> Waveform:
-    """The waveform that a record describes; `InputError` for an unknown name."""
+    """Make the waveform of a record; `InputError` for an unknown name."""
     return find_component("waveform", given, WAVEFORMS, Waveform)  # type: ignore[type-abstract]
 
 
 def find_circuit(given: Any) -> Circuit:
-    """The circuit that a record describes; `InputError` for an unknown name."""
+    """Make the circuit of a record; `InputError` for an unknown name."""
     return find_component("circuit", given, CIRCUITS, Circuit)  # type: ignore[type-abstract]
 
 
@@ -109,9 +109,9 @@ _FINDERS: dict[str, Callable[[Any], Component]] = {
 
 
 def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
-    """A model's parameters and components, with the numbers of the components' tables as parameters of their own.
+    """Move the numbers in the tables of components to a model's parameters.
 
-    Raises `InputError` for what a table does not take, and for a number that is given twice.
+    Raises `InputError` for a name that a table does not take, and for a number that is given twice.
     """
     found = dict(given)
     for kind, find in _FINDERS.items():
@@ -124,7 +124,7 @@ def with_numbers(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _without_numbers(kind: str, find: Callable[[Any], Component], table: Any, found: dict[str, Any]) -> Any:
-    """A component's table without its numbers, which join those that are ``found``; another component as it is."""
+    """Return a component's table without its numbers, which are added to ``found``; other components unchanged."""
     if not isinstance(table, Mapping):
         return table
     component = find(table)

@@ -1,4 +1,4 @@
-"""A model as a notebook shows it: its cone, its components and its parameters."""
+"""The HTML of a model in a notebook: its cone, its components and its parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from gelcone import markup
 from gelcone.physics.members import Ensemble
 
 INNER = 0.2
-"""Radius of the disc over that of the rim in the drawing of a model that has none."""
+"""Radius of the disc over that of the rim in the drawing of a model without a ratio."""
 
 
 def model_html(model: Ensemble) -> str:
@@ -30,6 +30,6 @@ def model_html(model: Ensemble) -> str:
 
 
 def _text(value: Any) -> str:
-    """A number; of an ensemble the range and how many there are."""
+    """A number as text; of an ensemble the range and the count."""
     own = np.asarray(value)
     return f"{float(own):.6g}" if own.ndim == 0 else f"{own.min():.6g} to {own.max():.6g} ({own.size})"

@@ -24,9 +24,10 @@ T = TypeVar("T")
 
 
 def every_balance(model: Ensemble, bias_share: float | None = None) -> list[StaticBalance]:
-    """All members of the ensemble, also those that reach nothing; of one film, one for equal films and bias.
+    """The static balances of all members, also of those without any state; single cones with equal film and bias share
+    one.
 
-    ``bias_share``: share of the voltage that the bias of films in opposite phase takes; default: theirs is the model's.
+    ``bias_share``: the bias of films in opposite phase over the voltage on the first. Default: the bias of the model.
     """
     members = model.members()
     if len(members.system.films) > 1:
@@ -38,8 +39,8 @@ def every_balance(model: Ensemble, bias_share: float | None = None) -> list[Stat
 
 
 def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """The numbers of films and bias that occur, (sets, numbers), whatever the drive; the first members with each set;
-    and which set each member has."""
+    """The different sets of numbers of films and bias, (sets, numbers); the first member with each set; and the index
+    of the set of each member."""
     system = members.system
     parts = (system.bias, *system.films)
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
@@ -51,7 +52,7 @@ def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[n
 
 
 def each(function: Callable[..., T], balances: Sequence[StaticBalance], *more: Sequence[Any]) -> list[T]:
-    """``function(balance, ...)`` of each balance and what belongs to it; what is the same is computed once."""
+    """Evaluate ``function(balance, ...)`` for each balance with its arguments, once for equal ones."""
     known: dict[tuple[Any, ...], T] = {}
     rows = list(zip(balances, *more, strict=True))
     keys = [(id(balance), *values) for balance, *values in rows]
@@ -62,7 +63,7 @@ def each(function: Callable[..., T], balances: Sequence[StaticBalance], *more: S
 
 
 def balances_of(model: Ensemble) -> list[StaticBalance]:
-    """All members of the ensemble; `InputError` when none has a displacement inside its stretch limit."""
+    """The static balances of all members; `InputError` if none has a displacement inside its stretch limit."""
     found = every_balance(model)
     if not any(balance.reachable for balance in found):
         raise InputError(model.system.unreachable(found[0].n))
@@ -70,17 +71,17 @@ def balances_of(model: Ensemble) -> list[StaticBalance]:
 
 
 def rest_displacement(model: Ensemble) -> float:
-    """The stable equilibrium of a single actuator without voltage that is nearest to where its bias is free, of two
-    equally near ones the higher; NaN when there is none. A double cone has no voltage on either film."""
+    """The stable equilibrium of a single actuator, without voltage on any film, that is nearest to where its bias is
+    free; of two equally near ones the higher, NaN if there is none."""
     (balance,) = balances_of(switched_off(model.members()))
     return rest_of(balance, None)
 
 
 def rest_displacements(model: Ensemble) -> Any:
-    """`rest_displacement` of every member: a number, or an array (members,); NaN where there is none.
+    """`rest_displacement` of every member, in the shape of the model; NaN where there is none.
 
-    Members of equal films and bias, whatever their drive, are searched once; what was found is stored, for a film that
-    wrinkles takes a quarter of a second.
+    Members with equal films and bias are searched once, whatever their drive. Rests are stored, since a wrinkling film
+    takes a quarter of a second.
     """
     members = switched_off(model.members())
     sets, firsts, which = _alike(members)
@@ -104,26 +105,26 @@ def rest_displacements(model: Ensemble) -> Any:
 RestKey = tuple[ConeSystem, bytes]
 """A system and the numbers of its films and bias."""
 MOST_RESTS = 1024
-"""Most rests that are held."""
+"""Most rests that are stored."""
 _rests: dict[RestKey, float] = {}
 
 
 def keep_rests(found: dict[RestKey, float]) -> None:
-    """Keeps rests, also those that were searched for in another process."""
+    """Store rests, such as those that another process has found."""
     if len(_rests) > MOST_RESTS:
         _rests.clear()
     _rests.update(found)
 
 
 def kept_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
-    """The rests among these keys that are held."""
+    """The stored rests of some keys."""
     return {key: _rests[key] for key in keys if key in _rests}
 
 
-# --- rests of a parameter under the hand ------------------------------------------------------------------------------
+# --- rests of a parameter that changes live ---------------------------------------------------------------------------
 
 FARTHEST = 0.1
-"""How far a rest may lie from the one that it continues, in units of b - a."""
+"""Largest distance of a rest from the one that it continues, in units of b - a."""
 MOST_STEPS = 12
 _thread = threading.local()
 
@@ -135,9 +136,11 @@ class _Trail:
 
 @contextmanager
 def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestKey, float]]:
-    """In this thread `rest_displacements` starts from the last rest in ``places``, which it keeps up to date, where
-    none is known: some Newton steps in place of a search. A rest found so is not stored, for another stable rest may
-    lie nearer to where the bias is free; it is in the mapping that this gives, so that one may search for it later.
+    """Let `rest_displacements` continue the last rest in ``places`` by Newton's method, in this thread, if no rest is
+    stored; ``places`` is updated.
+
+    Yields the rests found so. They are not stored: another stable rest may lie nearer to where the bias is free, so
+    that they should be searched later.
     """
     before, _thread.trail = getattr(_thread, "trail", None), _Trail(places)
     try:
@@ -147,7 +150,7 @@ def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestK
 
 
 def _continued(member: Members, near: float | None) -> float | None:
-    """The stable rest of a single member that Newton's method reaches from ``near``; None where none is close by."""
+    """The stable rest of a single member that Newton's method reaches from ``near``; None if it is not close."""
     if near is None or math.isnan(near):
         return None
     n, x = member.numbers_at(0), near
@@ -166,7 +169,7 @@ def _continued(member: Members, near: float | None) -> float | None:
 
 
 NEWTON_ROUNDING = 1e-13
-"""A Newton step of less than this share is rounding."""
+"""Relative size of a Newton step that counts as rounding."""
 
 
 def _rest(balance: StaticBalance) -> float:
@@ -174,7 +177,7 @@ def _rest(balance: StaticBalance) -> float:
 
 
 def switched_off(model: E) -> E:
-    """The ensemble; a double cone without what puts a voltage on its second film at rest."""
+    """The ensemble; a double cone without the bias or constant voltage that acts on its second film at rest."""
     if len(model.system.films) == 1:
         return model
     off = model.values.keys() & {"voltage_bias", "second_voltage"}

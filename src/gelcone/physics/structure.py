@@ -24,7 +24,7 @@ STRENGTH = {
         "Eb", "dielectric strength of the film over sqrt(mu/eps)", np.inf, positive=True, infinite=True
     )
 }
-"""Not part of the equation of motion: beyond this true field a result does not hold. Left out where it is unknown."""
+"""The true field beyond which a result does not hold, not part of the equation of motion; left out if unknown."""
 DISC = (
     State("displacement", "displacement x = h/(b-a)", "length", mirrored=True),
     State("velocity", "velocity of the disc", "velocity", mirrored=True),
@@ -32,8 +32,8 @@ DISC = (
 
 
 class Line(NamedTuple):
-    """A ``circuit`` and the films on which it puts its voltage, by their places; ``drive`` is that of the second film
-    where the circuit is the second's own, and ``prefix`` stands before the names of its states and switches."""
+    """A ``circuit`` and the indices of the ``films`` that it drives; ``drive`` is that of the second film if the
+    circuit drives the second alone, and ``prefix`` that of the names of its states and switches."""
 
     circuit: Circuit
     films: tuple[int, ...]
@@ -41,7 +41,7 @@ class Line(NamedTuple):
     prefix: str
 
     def own(self, n: Numbers) -> Numbers:
-        """The numbers, with the circuit's own switches by the names that its formulas take."""
+        """The numbers, with the circuit's own switches by their names in its formulas."""
         if not self.prefix:
             return n
         return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
@@ -68,7 +68,7 @@ class Structure:
             raise InputError(f"{doubled[0]}: two components use this name; give one of them another")
 
     def _check_reduced(self) -> None:
-        """`InputError` where a resistance without a state would not be right to second order."""
+        """Raise `InputError` where a resistance without a state would not be right to second order."""
         unlike = [film for film in self.films if not film.film.linear_charge or film.film.borders]
         if unlike:
             raise InputError(
@@ -83,7 +83,8 @@ class Structure:
             )
 
     def _check_jumps(self, values: Numbers) -> None:
-        """`InputError` where a filter's command jumps, and with it the current through a resistance without a state."""
+        """Raise `InputError` where the command of a filter jumps, and with it the current through a resistance without
+        a state."""
         if isinstance(self.waveform, Pieced) and self.waveform.jumps(self.waveform.numbers(values)):
             raise InputError(
                 f"reduced: the voltage of the waveform {self.waveform.name!r} jumps, and behind a filter the film's "
@@ -106,7 +107,7 @@ class Structure:
 
     @cached_property
     def lines(self) -> tuple[Line, ...]:
-        """The circuits and what they drive; films of the same voltage share one."""
+        """The circuits and the films that they drive; films of the same voltage share one."""
         shared = tuple(k for k, film in enumerate(self.films) if film.drive in (None, "same"))
         own = [(k, film.drive) for k, film in enumerate(self.films) if film.drive not in (None, "same")]
         circuits = {"opposite": self.circuit, "constant": self.circuit.held}
@@ -114,7 +115,7 @@ class Structure:
         return (Line(self.circuit, shared, None, ""), *more)
 
     def line_of(self, film: int) -> Line:
-        """The line that drives a film."""
+        """The line of a film."""
         return next(line for line in self.lines if film in line.films)
 
     # --- names -------------------------------------------------------------------------------------------------------
@@ -127,12 +128,12 @@ class Structure:
 
     @cached_property
     def states(self) -> tuple[State, ...]:
-        """Displacement and velocity, and what the components add."""
+        """Displacement and velocity, and the states of the components."""
         return (*DISC, *(state for _, states in self._added for state in states))
 
     @cached_property
     def _added(self) -> tuple[tuple[Any, tuple[State, ...]], ...]:
-        """The owners of added states, in their order, and the states."""
+        """The owners of the components' states, in order, with the states of each."""
         found: list[tuple[Any, tuple[State, ...]]] = []
         lines = list(self.lines)
         for k, film in enumerate(self.films):
@@ -151,7 +152,7 @@ class Structure:
         return places
 
     def places_of(self, line: Line) -> range:
-        """The places of the states of a line's circuit."""
+        """The indices of the states of a line's circuit."""
         return range(*self._places["line", line.prefix].indices(len(self.states)))
 
     def states_of(self, z: Sequence[Any], *owner: Any) -> list[Any]:
@@ -159,7 +160,7 @@ class Structure:
         return list(z[self._places[owner]])
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
-        """Where the states that components add begin in a run from the displacement x that does not give them."""
+        """Initial values of the states of the components in a run from the displacement x."""
         found: list[Any] = []
         for owner, _ in self._added:
             if owner[0] == "film":
@@ -173,7 +174,7 @@ class Structure:
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
-        """Names of what the formulas take, in the order of `numbers_of`."""
+        """Names of the numbers of the formulas, in the order of `numbers_of`."""
         parts = (self.bias, self.films[0], self.waveform, self.circuit, *self.films[1:])
         names = [name for part in parts for name in part.number_names]
         of_lines = [line.prefix + str(b.switch) for line in self.lines[1:] for b in line.circuit.borders]
@@ -187,7 +188,7 @@ class Structure:
     # --- numbers -----------------------------------------------------------------------------------------------------
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The values of all parameters, checked; what is not ``given`` takes its default."""
+        """Check the ``given`` parameters and fill in the defaults of the others."""
         damping = DAMPING["damping_ratio"]
         values = {"damping_ratio": damping.check("damping_ratio", given.get("damping_ratio", damping.default))}
         for part in (self.bias, self.waveform, self.circuit):
@@ -200,7 +201,7 @@ class Structure:
         return values | known
 
     def numbers_of(self, values: Numbers) -> dict[str, Any]:
-        """From the parameters, the numbers that the formulas take."""
+        """Compute the numbers of the formulas from the parameters."""
         numbers = {"damping_ratio": values["damping_ratio"]}
         of_lines = [
             {line.prefix + str(b.switch): numbers_of_circuit[str(b.switch)] for b in line.circuit.borders}
@@ -215,7 +216,7 @@ class Structure:
         return numbers
 
     def command_of(self, line: Line, commanded: Any, n: Numbers) -> Any:
-        """The command of a line while that of the first is ``commanded``; constant where it is."""
+        """The command of a line while that of the first line is ``commanded``."""
         if line.drive == "opposite":
             return 2.0 * n["voltage_bias"] - commanded
         return commanded if line.drive is None else n["second_voltage"] + 0.0 * commanded

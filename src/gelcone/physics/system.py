@@ -1,7 +1,7 @@
-"""The equation of motion, put together from its components: what is compiled, apart from the numbers.
+"""The equation of motion of components, independent of their numbers; programs are compiled from it.
 
-The disc obeys x'' = -2 zeta x' - sum of F_film(x, V) - F_bias(x), with V the square of each film's voltage, which a
-circuit makes of the waveform's. Components may add states of their own behind displacement and velocity.
+The disc obeys x'' = -2 zeta x' - sum of F_film(x, V) - F_bias(x), with the squared voltage V of each film, which a
+circuit makes from the waveform. Components may add states after displacement and velocity.
 """
 
 from __future__ import annotations
@@ -25,11 +25,10 @@ from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array
 
 BIAS_SHARE = "bias share"
-"""Among the numbers of statics: the share of the first film's voltage that the bias of a drive takes, where it rises
-with it; else the bias is the model's own."""
+"""Number of statics: the bias of the drive over the voltage of the first film, where the bias rises with it; without
+this number the bias is the model's own."""
 FOLDED = 1e-7
-"""The flat film's capacitance over dQ/dv at which a minimum counts as ended: some 1e-6 before, when steps still lead
-there."""
+"""The flat film's capacitance over dQ/dv at which a minimum counts as ended, some 1e-6 before its end."""
 _IDEAL = IdealSource()
 
 
@@ -39,20 +38,20 @@ class ConeSystem(Structure):
 
     @cached_property
     def planar(self) -> bool:
-        """Whether displacement and velocity are all there is, and no voltage follows them, as it does where the charge
-        is commanded. Areas then shrink by exp(-2 zeta tau)."""
+        """Whether displacement and velocity are the only states, and no voltage depends on them, as with a commanded
+        charge. Areas then shrink by exp(-2 zeta tau)."""
         drags = any(film.drags for film in self.films)
         return len(self.states) == len(DISC) and not drags and not self._voltages_follow_the_disc
 
     @property
     def _voltages_follow_the_disc(self) -> bool:
-        """Whether a voltage is a formula of the states."""
+        """Whether a voltage depends on the states."""
         if all(line.circuit == _IDEAL for line in self.lines):
             return False
         graph, _, time, z, n = _leaves(self)
         try:
             voltages = [graph.node(voltage) for voltage in self.voltages(time, z, n, graph)]
-        except InputError:  # of a film whose charge no program knows: it has statics alone
+        except InputError:  # programs do not know the film's charge, so that it has statics alone
             return False
         return any(node.operation == "state" for node in ordered(voltages))
 
@@ -64,12 +63,12 @@ class ConeSystem(Structure):
         return [moment.voltage(self.line_of(k)) for k in range(len(self.films))]
 
     def squares(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """The squared voltages with which the fields pull on the films."""
+        """The effective squared voltages of the fields' forces on the films."""
         moment = self._moment(tau, z, n, xp)
         return [moment.squared(k) for k in range(len(self.films))]
 
     def squared_at(self, voltage: Any, z: Sequence[Any], n: Numbers) -> Any:
-        """The first of them where that film has a voltage."""
+        """The effective squared voltage on the first film at a ``voltage``."""
         moment, line = Moment(self, voltage, lambda: 0.0, z, n, np), self.lines[0]
         return line.circuit.squared(moment.port(line), voltage, self.states_of(z, "line", line.prefix), line.own(n))
 
@@ -78,7 +77,7 @@ class ConeSystem(Structure):
         return self._moment(tau, z, n, xp).stored(self.lines[0])
 
     def voltage_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
-        """Their rates of change along a motion, of numbers or arrays."""
+        """Rates of change of the voltages on the films along a motion, of numbers or arrays."""
         if all(line.circuit == _IDEAL for line in self.lines):
             change = self.waveform.voltage_rate(tau, n)
             signs = {"opposite": -1.0, "constant": 0.0}
@@ -99,19 +98,19 @@ class ConeSystem(Structure):
         return [moment.source_voltage(self.line_of(k)) for k in range(len(self.films))]
 
     def source_charges(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
-        """Charge on the films of each line, which its source has to deliver."""
+        """Charge on the films of each line, delivered by its source."""
         moment = self._moment(tau, z, n, np)
         return [moment.stored(line) for line in self.lines]
 
     def source_rates(self, tau: Any, z: Sequence[Any], n: Numbers) -> list[Any]:
-        """Rates of change of these voltages."""
+        """Rates of change of `source_voltages`."""
         if all(line.circuit == _IDEAL for line in self.lines):
             return self.voltage_rates(tau, z, n)
         leaves, nodes = _voltage_rates_of(self, True)
         return self._values(leaves, nodes, tau, z, n)
 
     def saturations(self, line: Line, tau: Any, z: Sequence[Any], n: Numbers) -> Mapping[str, Any]:
-        """By the limits of a line's circuit the excess over each that it does not allow."""
+        """Name of each limit of a line's circuit -> demand less limit, positive while the circuit is limited."""
         moment = self._moment(tau, z, n, np)
         return line.circuit.saturations(moment.port(line), self.states_of(z, "line", line.prefix), line.own(moment.n))
 
@@ -140,12 +139,12 @@ class ConeSystem(Structure):
 
     @cached_property
     def mechanical(self) -> list[int]:
-        """The places of the states that are not those of a circuit."""
+        """The indices of the states that do not belong to a circuit."""
         own = [place for owner, place in self._places.items() if owner[0] != "line"]
         return [*range(len(DISC)), *(i for place in own for i in range(place.start, place.stop))]
 
     def rates_held(self, squares: Sequence[Any], z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """Rates of change of the `mechanical` states while the films have these squared voltages."""
+        """Rates of change of the `mechanical` states at given squared voltages on the films."""
         return Moment(self, 0.0, lambda: 0.0, z, n, xp, squares).rates_and_slope(circuits=False)[0]
 
     def electric(
@@ -164,10 +163,10 @@ class ConeSystem(Structure):
         return Moment(self, commanded, lambda: 0.0, z, n, xp).leaks()
 
     def flow(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change, and their Jacobian [i][j]: the rate of state i by state j.
+        """Rates of change, and their Jacobian [i][j], the derivative of rate i by state j.
 
-        Of a planar system the Jacobian shares the film's division with the rates; else the rates are differentiated.
-        In a graph it is that of deviations which have the film's charge in place of a voltage (see `charged`).
+        In a planar system the Jacobian shares the film's division with the rates; else the rates are differentiated. In
+        a graph it is that of deviations with the film's charge in place of its voltage (see `charged`).
         """
         rates, slope = self._moment(tau, z, n, xp).rates_and_slope()
         if self.planar:
@@ -185,15 +184,15 @@ class ConeSystem(Structure):
 
     @cached_property
     def charged(self) -> dict[int, Line]:
-        """The circuits of which a state is the voltage on their films, by its place.
+        """Index of a state -> the line whose films have that state as their voltage.
 
-        Where a film's law changes, so does the rate of its voltage, but not that of its charge: deviations jump in the
-        one and are continuous in the other, which programs carry in its place.
+        Where a film's law changes, the rate of its voltage jumps, but not that of its charge. Deviations are therefore
+        continuous in the charge, which programs use in place of the voltage.
         """
         return {self.places_of(line)[-1]: line for line in self.lines if line.circuit.carries_voltage}
 
     def deviating(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Graph) -> tuple[list[Node], dict[int, Node]]:
-        """Rates of change in a graph, of charges in place of `charged` voltages; and these charges, by their places."""
+        """Rates of change in a graph, with charges in place of `charged` voltages; and these charges by state index."""
         moment = self._moment(tau, z, n, xp)
         rates, charges = [xp.node(rate) for rate in moment.rates_and_slope()[0]], {}
         for place, line in self.charged.items():
@@ -202,7 +201,7 @@ class ConeSystem(Structure):
         return rates, charges
 
     def charges_by(self, tau: Any, z: Sequence[Any], n: Numbers, names: Sequence[str] = ()) -> dict[int, list[Any]]:
-        """Derivatives of the charges of `charged` circuits by all states, or by numbers of some ``names``."""
+        """Derivatives of the charges of `charged` lines by all states, or by the numbers ``names``; by state index."""
         found = {}
         for place in self.charged:
             leaves, slopes = _charge_slopes_of(self, place, tuple(names))
@@ -210,8 +209,7 @@ class ConeSystem(Structure):
         return found
 
     def rates_and_slopes(self, tau: Any, z: Sequence[Any], n: Numbers) -> tuple[list[Any], list[list[Any]]]:
-        """Rates of change, and derivatives [i][j] of that of state i, by time (j = 0) or by state j - 1, of numbers or
-        arrays."""
+        """Rates of change, and their derivatives [i][j] by time (j = 0) and by state j - 1, of numbers or arrays."""
         leaves, rows = _rates_and_slopes_of(self)
         flat, size = self._values(leaves, [node for row in rows for node in row], tau, z, n), len(rows[0])
         found = [flat[i * size : (i + 1) * size] for i in range(len(rows))]
@@ -220,7 +218,7 @@ class ConeSystem(Structure):
     def _values(
         self, leaves: Mapping[str, Node], nodes: Sequence[Node], tau: Any, z: Sequence[Any], n: Numbers
     ) -> list[Any]:
-        """Values of traced formulas along motions; ``leaves`` as `_leaves` gives them."""
+        """Values of traced formulas along motions, with the ``leaves`` of `_leaves`."""
         values = {**n, **self.switches(tau, z, n)}
         known = {leaves[name].index: values[name] for name in self.numbers}
         known |= {leaf.index: at for leaf, at in zip(leaves.values(), (tau, *z), strict=False)}
@@ -231,7 +229,7 @@ class ConeSystem(Structure):
 
     @cached_property
     def borders(self) -> tuple[tuple[int | None, Border], ...]:
-        """All borders: those of the films by their places, then those of the circuits (None). The value of each is
+        """All borders with the index of their film; those of circuits follow, with None. The value of each is
         ``value(tau, z, n, xp)``."""
         found: list[tuple[int | None, Border]] = []
         for k, film in enumerate(self.films):
@@ -256,31 +254,31 @@ class ConeSystem(Structure):
         return border.value(port, self.states_of(z, "line", line.prefix), line.own(n), xp)
 
     def _fold_value(self, line: Line, place: int, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Any:
-        """Where the minimum of the energy of a film, by its place in the line, ends at its voltage. Behind a resistance
-        its charge passes that end, while the voltage turns there and crosses nothing."""
+        """Border value at the end of the minimum of a film's energy, by its index in the line. Behind a resistance the
+        charge passes that end, while the voltage turns back there without a crossing."""
         moment = self._moment(tau, z, n, xp)
         port = moment.port(line)
         return 1.0 / replace(port, films=(port.films[place],)).slope(moment.voltage(line)) - FOLDED
 
     def switches(self, tau: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
-        """The numbers that borders and corners switch, as time and states give them."""
+        """The switches of the borders, and the numbers of the waveform's piece, at time and states."""
         return self._moment(tau, z, n, np).switches() | self.waveform.switches(tau, n)
 
     def switches_under(self, commanded: Any, z: Sequence[Any], n: Numbers) -> dict[str, Any]:
-        """Those of the borders, under a constant commanded voltage."""
+        """The switches of the borders, under a constant commanded voltage."""
         return Moment(self, commanded, lambda: 0.0, z, n, np).switches()
 
     # --- powers ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def causes(self) -> tuple[str, ...]:
-        """The powers of `powers`, in this order: ``"motion"``, what film and field give the disc; ``"damper"``, what
-        the disc's damping takes; ``"film"``, what films lose that do; where the charge of all films is known in a
-        program, the ``"source"``; and with it what the circuit loses, ``"resistor"``, ``"leak"`` and ``"dielectric"``.
+        """The causes of `powers`, in order: ``"motion"``, of film and field on the disc; ``"damper"``, of the disc's
+        damping; ``"film"``, of films that dissipate; where programs know the charge of all films ``"source"``, and the
+        losses of its circuit, ``"resistor"``, ``"leak"`` and ``"dielectric"``.
 
-        The source is left out where the circuit loses nothing and a charge is known by a fit alone, or not proportional
-        to the voltage while all that the source gives moves the disc or is stored: the current of a crumpled film grows
-        beyond all bounds as it pulls in, and the first law does not.
+        The source is left out behind a circuit without losses if programs take a charge from a fit, or if no film
+        dissipates and a charge is not proportional to the voltage: the current of a crumpled film is unbounded as it
+        pulls in, while its energy is not.
         """
         lossy = any(film.film.dissipates for film in self.films)
         losses = self.circuit.losses
@@ -294,12 +292,12 @@ class ConeSystem(Structure):
 
     @property
     def bounding_powers(self) -> int:
-        """Number of the first of them that bear on the length of steps: what a film loses may have poles that motions
-        do not have, as with linear flow where an elastic stretch is 0."""
+        """Number of the first `causes` that bound the length of steps: the dissipation of a film may have poles that
+        motions do not have, as with linear flow at an elastic stretch of 0."""
         return 3 if "film" in self.causes else 2
 
     def powers(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> tuple[Any, ...]:
-        """The power by each of its `causes`; of functions of neither arrays nor a graph, the first two."""
+        """The power by each of the `causes`; the first two alone where ``xp`` is neither NumPy nor a graph."""
         found = self._moment(tau, z, n, xp).mechanical_powers()
         if len(self.causes) == len(found) or not (traced(xp) or xp is np):
             return found
@@ -311,18 +309,18 @@ class ConeSystem(Structure):
     # --- at rest -----------------------------------------------------------------------------------------------------
 
     def forcing_period(self, n: Numbers) -> Array:
-        """Smallest period of what drives the motion; that of the voltage where a circuit has states or borders;
-        `InputError` for a drive that does not repeat."""
+        """Smallest period of the forcing: that of the voltage if a circuit has states or borders, else that of its
+        square. `InputError` for a drive that does not repeat."""
         self.waveform.check_repeats()
         whole = self.circuit.states or self.circuit.borders
         return self.waveform.period(n) if whole else self.waveform.forcing_period(n)
 
     def static_force(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
-        """Force of films and bias at a constant squared voltage on the first film, and its slope."""
+        """Force of films and bias at a constant squared voltage on the first film, and its slope by x."""
         return self.force_under(x, self.squares_at_rest(squared, n), n)
 
     def force_under(self, x: Any, squares: Sequence[Any], n: Numbers) -> tuple[Any, Any]:
-        """The static force, and its slope, at constant squared voltages on the films."""
+        """The static force, and its slope by x, at constant squared voltages on the films."""
         first, *others = ((film, squared) for film, squared in zip(self.films, squares, strict=True))
         force, slope = first[0].force(x, first[1], [], n)
         bias, bias_slope = self.bias.force(x, [], n)
@@ -333,7 +331,7 @@ class ConeSystem(Structure):
         return force, slope
 
     def squares_at_rest(self, squared: Any, n: Numbers) -> list[Any]:
-        """Squared voltage on each film while a constant command puts a squared voltage on the first."""
+        """Squared voltage on each film under a constant command, given that on the first."""
 
         def on(drive: str | None) -> Any:
             if drive == "constant":
@@ -363,7 +361,7 @@ class ConeSystem(Structure):
         return [found[k] for k in range(len(self.films))]
 
     def _twice_bias(self, first: Any, n: Numbers) -> Any:
-        """The sum of both films' voltages at rest in opposite phase, where the ``first``'s is not negative."""
+        """The sum of both films' voltages at rest in opposite phase; that of the ``first`` is not negative."""
         if BIAS_SHARE in n:
             return 2.0 * n[BIAS_SHARE] * first
         return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
@@ -371,15 +369,15 @@ class ConeSystem(Structure):
     # --- where the films have a state --------------------------------------------------------------------------------
 
     def pulled_in(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Whether a film has pulled in where the disc is held at x, at a constant squared voltage on the first."""
+        """Mask of the x at which a film has pulled in, at a constant squared voltage on the first."""
         found = False
         for film, own in zip(self.films, self.squares_at_rest(squared, n), strict=True):
             found = found | (own > film.highest_squared(x, n))
         return found
 
     def strain(self, x: Any, n: Numbers) -> Any:
-        """The film's measure of strain; of several films the largest share of their limits, or the largest measure
-        where none has one."""
+        """The film's measure of strain; of several films the largest share of their limits, or the largest measure if
+        none has a limit."""
         strains = [film.strain(x, n) for film in self.films]
         if len(strains) == 1:
             return strains[0]
@@ -389,7 +387,7 @@ class ConeSystem(Structure):
         return np.where(endless, reduce(np.maximum, strains), reduce(np.maximum, shares))[()]
 
     def overstretched(self, z: Sequence[Any], n: Numbers) -> Any:
-        """Whether the own states of a film are beyond a limit of theirs."""
+        """Whether the own states of a film exceed their limit."""
         found = [film.overstretched(z[0], self.states_of(z, "film", k), n) for k, film in enumerate(self.films)]
         return reduce(np.logical_or, found)
 
@@ -401,12 +399,12 @@ class ConeSystem(Structure):
         return np.where(reduce(np.logical_and, map(np.isinf, limits)), np.inf, 1.0)[()]
 
     def outside(self, x: float, n: Numbers) -> str:
-        """Why there is no state at a start, in words, with the remedy; of one actuator."""
+        """The message for a start at which a film of a single actuator has no state, with the remedy."""
         lost = [film for film in self.films if not film.strain(x, n) < film.strain_limit(n)]
         return (lost or self.films)[0].outside(x, n)
 
     def unreachable(self, n: Numbers) -> str:
-        """Why there is no state at any displacement, in words, with the remedy; of one actuator."""
+        """The message for a single actuator without a state at any displacement, with the remedy."""
         lost = [film for film in self.films if np.isnan(film.reach(n)[2])]
         if lost or len(self.films) == 1:
             return (lost or self.films)[0].unreachable(n)
@@ -426,7 +424,7 @@ def _leaves(system: ConeSystem) -> tuple[Graph, dict[str, Node], Node, list[Node
 
 @lru_cache(maxsize=64)
 def _rates_and_slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list[Node]]]:
-    """The leaves of a graph, and in it each rate in front of its slopes."""
+    """The leaves of a graph, and rows of each rate followed by its derivatives by time and states."""
     graph, leaves, time, z, n = _leaves(system)
     rates = [graph.node(rate) for rate in system.rates(time, z, n, graph)]
     return leaves, [[rate, *row] for rate, row in zip(rates, jacobian(rates, [time, *z]), strict=True)]
@@ -434,7 +432,7 @@ def _rates_and_slopes_of(system: ConeSystem) -> tuple[dict[str, Node], list[list
 
 @lru_cache(maxsize=64)
 def _charge_slopes_of(system: ConeSystem, place: int, names: tuple[str, ...]) -> tuple[dict[str, Node], list[Node]]:
-    """The leaves of a graph, and in it the derivatives of a charge that `ConeSystem.charges_by` gives."""
+    """The leaves of a graph, and the derivatives of a charge for `ConeSystem.charges_by`."""
     graph, leaves, time, z, n = _leaves(system)
     charge = system.deviating(time, z, n, graph)[1][place]
     return leaves, [derivatives([charge], leaf)[0] for leaf in ([n[name] for name in names] or z)]
@@ -442,14 +440,14 @@ def _charge_slopes_of(system: ConeSystem, place: int, names: tuple[str, ...]) ->
 
 @lru_cache(maxsize=64)
 def _powers_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
-    """The leaves of a graph, and in it the powers that only a graph gives."""
+    """The leaves of a graph, and the powers after the first two."""
     graph, leaves, time, z, n = _leaves(system)
     return leaves, [graph.node(power) for power in system.powers(time, z, n, graph)[2:]]
 
 
 @lru_cache(maxsize=64)
 def _voltage_rates_of(system: ConeSystem, of_sources: bool) -> tuple[dict[str, Node], list[Node]]:
-    """The leaves of a graph, and in it the rates of the voltages of films, or of sources."""
+    """The leaves of a graph, and the rates of the voltages of films, or of sources."""
     graph, leaves, time, z, n = _leaves(system)
     rates = system.rates(time, z, n, graph)
     voltages = (system.source_voltages if of_sources else system.voltages)(time, z, n, graph)
@@ -458,7 +456,7 @@ def _voltage_rates_of(system: ConeSystem, of_sources: bool) -> tuple[dict[str, N
 
 @lru_cache(maxsize=64)
 def _currents_of(system: ConeSystem) -> tuple[dict[str, Node], list[Node]]:
-    """The leaves of a graph, and in it the currents of the films whose charge it knows."""
+    """The leaves of a graph, and the currents of the films whose charge programs know."""
     graph, leaves, time, z, n = _leaves(system)
     rates, voltages = system.rates(time, z, n, graph), system.voltages(time, z, n, graph)
     charges = [

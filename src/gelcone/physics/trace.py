@@ -1,4 +1,4 @@
-"""Tracing: formulas that run on graph nodes leave a graph in which equal expressions exist once."""
+"""Tracing: formulas that run on the nodes of a graph build it, with one node for equal expressions."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 LARGEST_INTEGER_POWER = 32
-"""Integer powers up to this one are products; larger ones go by logarithm, like real powers."""
+"""Largest integer power that becomes products; larger ones use the logarithm, like real powers."""
 
 
 class Node:
     """One value of a graph.
 
-    ``operation`` is "constant", "array", "number", "switch", "root", "time" or "state" for a leaf, whose only argument
-    is its value, name or index, else one of "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log",
-    "log1p", "sin" and "cos". ``fixed`` says that the value depends on constants and numbers alone, so that it does not
-    change while a member is integrated.
+    ``operation`` is "constant", "array", "number", "switch", "root", "time" or "state" for a leaf, with its value, name
+    or index in ``value``; else "add", "subtract", "multiply", "divide", "power", "sqrt", "exp", "log", "log1p", "sin"
+    or "cos". ``fixed``: the value depends on constants and numbers alone, and does not change during an integration.
     """
 
     __slots__ = ("arguments", "fixed", "graph", "index", "operation", "value")
@@ -76,7 +75,7 @@ class Node:
 
 
 def _is_value(other: Any) -> bool:
-    """Whether arithmetic with it is a node's; what is neither node nor number has rules of its own."""
+    """Whether a node takes part in arithmetic with an object; others than nodes and numbers have their own rules."""
     return isinstance(other, Node | Real | np.ndarray)
 
 
@@ -96,15 +95,15 @@ class Graph:
     # --- leaves --------------------------------------------------------------------------------------------------
 
     def state(self, index: int) -> Node:
-        """The state variable of that index."""
+        """The state of an index."""
         return self._leaf("state", index)
 
     def number(self, name: str) -> Node:
-        """A number that each member has its own value of."""
+        """A number with a value for each member."""
         return self._leaf("number", name, fixed=True)
 
     def switch(self, name: str) -> Node:
-        """A number that keeps its value between events, and changes its sign at some."""
+        """A number that is constant between events and changes its sign at some."""
         return self._leaf("switch", name)
 
     def root(
@@ -115,12 +114,12 @@ class Graph:
         first: Callable[..., Any],
         longest: float = math.inf,
     ) -> Node:
-        """The root y of ``residual(y, *at, graph)``, followed from step to step; from ``first(*at, graph)`` where a
-        member starts, or comes under a law that needs it.
+        """The root y of ``residual(y, *at, graph)``, followed from step to step. The search begins at ``first(*at,
+        graph)`` at the start of a member, and when a law that needs the root begins to hold.
 
-        ``name`` identifies roots: an equal name stands for the same equation, else `ValueError`. ``longest`` is the
-        longest step of a search, over the root or 1: of several roots one that goes uphill in short steps meets the
-        first. Such a search is lost, and the root NaN, where the residual over the root does not rise.
+        ``name`` identifies the root: an equal name with another equation raises `ValueError`. ``longest`` bounds a
+        Newton step, over the larger of the root and 1: of several roots a search in short steps finds the first. It
+        fails, and the root is NaN, where the residual does not rise with the root.
         """
         own = self._leaf("root", name)
         equation = self.node(residual(own, *at, self))
@@ -135,7 +134,7 @@ class Graph:
         return self._intern("constant", (), value, True, (value.hex(),))
 
     def node(self, value: Any) -> Node:
-        """``value`` itself if it is a node, else the constant; or a leaf that holds an array, which NumPy evaluates."""
+        """The node of a value: itself, a constant, or a leaf of an array, which NumPy evaluates."""
         if isinstance(value, Node):
             return value
         if np.ndim(value):
@@ -172,7 +171,7 @@ class Graph:
         return self._make("subtract", a, b)
 
     def multiply(self, first: Any, second: Any) -> Node:
-        """first * second; a constant comes first, and constant factors are drawn together."""
+        """first * second; a constant comes first, and constant factors are combined."""
         a, b = _sorted(self.node(first), self.node(second))
         if _is(a, 0.0):
             return a
@@ -183,7 +182,7 @@ class Graph:
         return self._make("multiply", a, b)
 
     def divide(self, first: Any, second: Any) -> Node:
-        """first / second; to divide by what is fixed is to multiply by its reciprocal, taken once a member."""
+        """first / second; division by a fixed node becomes multiplication by its reciprocal, computed once a member."""
         a, b = self.node(first), self.node(second)
         if _is(b, 1.0) or _is(a, 0.0):
             return a
@@ -192,7 +191,7 @@ class Graph:
         return self._make("divide", a, b)
 
     def power(self, first: Any, second: Any) -> Node:
-        """first ** second: by products for integers, a square root for halves of odd integers, else a real power."""
+        """first ** second, by products for integers, a square root for halves of odd integers, else a real power."""
         base, exponent = self.node(first), self.node(second)
         if not exponent.fixed:
             return self.exp(self.multiply(exponent, self.log(base)))
@@ -243,12 +242,12 @@ class Graph:
         return self._make("cos", self.node(value))
 
     def maximum(self, first: Any, second: Any) -> Node:
-        """The larger one."""
+        """The larger of two values."""
         difference = self.subtract(first, second)
         return self.multiply(0.5, self.add(self.add(first, second), self.sqrt(self.multiply(difference, difference))))
 
     def in_order(self, roots: Sequence[Node]) -> list[Node]:
-        """`ordered`, held for those that are evaluated again and again."""
+        """`ordered`, cached for repeated evaluation."""
         key = tuple(root.index for root in roots)
         if key not in self._orders:
             self._orders[key] = ordered(roots)
@@ -282,7 +281,7 @@ _EXACT: Mapping[str, Callable[..., float]] = {
     "divide": lambda a, b: a / b,
     "sqrt": math.sqrt,
 }
-"""What is the same on every machine, and so may be computed while tracing."""
+"""Operations with equal results on every machine, which are computed while tracing."""
 
 
 def _fold(operation: str, values: Sequence[float]) -> float:
@@ -297,17 +296,17 @@ def _is(node: Node, value: float) -> bool:
 
 
 def _sorted(a: Node, b: Node) -> tuple[Node, Node]:
-    """In one order for both orders of a commutative operation: constants first, then by age."""
+    """The arguments of a commutative operation in a unique order: constants first, then older nodes."""
     if (b.operation != "constant", b.index) < (a.operation != "constant", a.index):
         return b, a
     return a, b
 
 
 def ordered(roots: Iterable[Node]) -> list[Node]:
-    """All nodes that ``roots`` depend on and the roots, each once and after its arguments.
+    """The ``roots`` and all nodes that they depend on, each once and after its arguments.
 
-    Sine and cosine of an angle that changes need each other's Taylor coefficients, and so come together. The equation
-    of a root and what it depends on come directly behind the root.
+    Sine and cosine of an angle that changes need each other's Taylor coefficients, so that both are included. The
+    equation of a root and its arguments follow directly after the root.
     """
     done: dict[int, Node] = {}
     waiting = list(roots)[::-1]
@@ -328,13 +327,13 @@ def ordered(roots: Iterable[Node]) -> list[Node]:
 
 
 def partner(node: Node) -> Node:
-    """The cosine to a sine, the sine to a cosine."""
+    """The cosine of the angle of a sine, or the sine of the angle of a cosine."""
     (angle,) = node.arguments
     return node.graph.cos(angle) if node.operation == "sin" else node.graph.sin(angle)
 
 
 def fingerprint(roots: Sequence[Node]) -> str:
-    """Text that is equal for equal expressions, in any process."""
+    """A text that is equal for equal expressions, also between processes."""
     solved = [node for node in ordered(roots) if node.operation == "root"]
     own = [each[node.index] for node in solved for each in (node.graph.equations, node.graph.guesses)]
     nodes = ordered([*roots, *own])

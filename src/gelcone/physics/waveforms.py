@@ -20,7 +20,7 @@ SWEEPS = ("linear", "logarithmic")
 INTERPOLATIONS = ("linear", "pchip")
 MOST_CYCLES, MOST_HARMONICS, MOST_PIECES = 1000, 256, 20_000
 CLOSEST = 1e-12
-"""Shares of a repeat between two samples, at least: slopes and curvatures are computed from it."""
+"""Least share of a repeat between two samples, from which slopes and curvatures are computed."""
 
 
 class Sine(Waveform):
@@ -47,14 +47,14 @@ class Sine(Waveform):
 
 
 def _check_flags(name: str, **flags: Any) -> None:
-    """`InputError` for what is neither true nor false."""
+    """Raise `InputError` for a flag that is neither true nor false."""
     for flag, value in flags.items():
         if not isinstance(value, bool):
             raise InputError(f"{name}: {flag} = {value!r} must be true or false")
 
 
 def _list_of_numbers(name: str, given: Any) -> Array:
-    """A list as an array; `InputError` for what is not a flat list of numbers that can be computed with."""
+    """A list as an array; `InputError` for anything but a flat list of numbers of at most `LARGEST`."""
     try:
         array = np.asarray(given)
     except ValueError:  # lists of different lengths
@@ -65,7 +65,8 @@ def _list_of_numbers(name: str, given: Any) -> Array:
 
 
 def edges(rise: Any, high: Any, fall: Any) -> Pieces:
-    """Up, high, down and low at -1 and 1, by their shares of a repeat; phase 0 is the middle of the rise."""
+    """The pieces of a trapezoid between -1 and 1 with shares of the repeat for rise, high and fall; phase 0 is the
+    middle of the rise."""
     rise, high, fall = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (rise, high, fall)))
     zero = 0.0 * rise
     begins = (
@@ -78,7 +79,7 @@ def edges(rise: Any, high: Any, fall: Any) -> Pieces:
 
 
 class Triangle(Pieced):
-    """Up and down at a constant rate, as a generator ramps: zero and rising at phase 0, 1 at pi/2, -1 at 3 pi/2."""
+    """A triangle wave: zero and rising at phase 0, 1 at pi/2, -1 at 3 pi/2."""
 
     name = "triangle"
     antiperiodic = True
@@ -89,7 +90,7 @@ class Triangle(Pieced):
 
 
 class Trapezoid(Pieced):
-    """Up, high, down and low at -1 and 1."""
+    """A trapezoid wave between -1 and 1."""
 
     name = "trapezoid"
     parameters = VOLTAGE | {
@@ -110,7 +111,8 @@ class Trapezoid(Pieced):
 
 
 class Square(Pieced):
-    """1 and -1; with ``rise`` 0 it jumps. The ``duty`` is counted between the middles of rise and fall."""
+    """A square wave between -1 and 1; with ``rise`` 0 it jumps. ``duty`` is measured between the middles of rise and
+    fall."""
 
     name = "square"
     parameters = VOLTAGE | {
@@ -134,7 +136,7 @@ class Square(Pieced):
 
 
 class Ramp(Pieced):
-    """From -1 to 1 at a constant rate, and back in the share ``fall`` of the repeat; with 0 it jumps."""
+    """A ramp from -1 to 1 at a constant rate, and back in the share ``fall`` of the repeat; with 0 it jumps."""
 
     name = "ramp"
     parameters = VOLTAGE | {
@@ -153,7 +155,8 @@ class Ramp(Pieced):
 
 
 class HalfWave(Pieced):
-    """max(0, v0 + v sin): a diode behind the generator. The corners move with bias and amplitude."""
+    """A rectified sine, max(0, v0 + v sin), as of a diode behind the generator. The corners depend on bias and
+    amplitude."""
 
     name = "half_wave"
     gated = True
@@ -186,8 +189,8 @@ class HalfWave(Pieced):
 
 @dataclass(frozen=True)
 class Burst(Pieced):
-    """Some ``cycles`` of a sine, then a rest, in a repeat of ``period`` cycles; the drive frequency is that of the
-    repeat."""
+    """A burst of ``cycles`` of a sine, followed by a rest, in a repeat of ``period_in_cycles``; the drive frequency is
+    that of the repeat."""
 
     cycles: int = 3
     period_in_cycles: int = 5
@@ -223,8 +226,8 @@ class Burst(Pieced):
 
 @dataclass(frozen=True)
 class Chirp(Pieced):
-    """A sine whose frequency goes from ``start_frequency`` to ``end_frequency`` in one repeat, ``sweep`` linear or
-    logarithmic; one that does not ``repeat`` then holds its last voltage."""
+    """A sine whose frequency changes from ``start_frequency`` to ``end_frequency`` in one repeat, with a linear or
+    logarithmic ``sweep``; without ``repeat`` it then holds its last voltage."""
 
     sweep: str = "linear"
     repeat: bool = False
@@ -321,7 +324,7 @@ class Harmonics(Waveform):
 
 
 def multisine(lowest: int, highest: int, seed: int = 0) -> Harmonics:
-    """Equal harmonics from ``lowest`` to ``highest`` with random phases, scaled to a peak of 1."""
+    """Make a sum of equal harmonics from ``lowest`` to ``highest`` with random phases, scaled to a peak of 1."""
     if not 1 <= lowest <= highest < lowest + MOST_HARMONICS:
         raise InputError(f"multisine from {lowest} to {highest}: must be 1 to {MOST_HARMONICS} harmonics from 1 on")
     draw = random.Random(seed)
@@ -334,8 +337,8 @@ def multisine(lowest: int, highest: int, seed: int = 0) -> Harmonics:
 
 @dataclass(frozen=True)
 class Staircase(Pieced):
-    """``levels`` one after the other, held equally long, each reached in the share ``rise`` of its time: the first from
-    the last; one that does not ``repeat`` starts at the first and holds the last."""
+    """A sequence of ``levels`` of equal duration, each reached in the share ``rise`` of it, the first from the last.
+    Without ``repeat`` it starts at the first and holds the last."""
 
     levels: tuple[float, ...] = (0.0, 0.5, 1.0, 0.5)
     rise: float = 0.1
@@ -361,7 +364,7 @@ class Staircase(Pieced):
 
 
 def random_levels(count: int, seed: int = 0, rise: float = 0.1) -> Staircase:
-    """A staircase of ``count`` random levels, -1 or 1."""
+    """Make a staircase of ``count`` random levels, -1 or 1."""
     if not 2 <= count <= MOST_PIECES:
         raise InputError(f"random levels: {count} must be 2 to {MOST_PIECES}")
     draw = random.Random(seed)
@@ -370,8 +373,8 @@ def random_levels(count: int, seed: int = 0, rise: float = 0.1) -> Staircase:
 
 @dataclass(frozen=True)
 class Samples(Pieced):
-    """Values at increasing ``shares`` of a repeat from 0 to 1, ``interpolation`` linear or pchip; one that does not
-    ``repeat`` holds the last."""
+    """A waveform through ``values`` at increasing ``shares`` of a repeat from 0 to 1, with linear or pchip
+    ``interpolation``; without ``repeat`` it holds the last value."""
 
     shares: tuple[float, ...] = (0.0, 0.5, 1.0)
     values: tuple[float, ...] = (0.0, 1.0, 0.0)
