@@ -32,6 +32,10 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
         (("mine.toml", "--to", "csv"), "--c FOLDER"),
         (("biased-pump", "--c", "pump", "--to", "csv"), "--to: is an option of results"),
         (("no-such-device", "--c", "pump"), "no such file"),
+        (
+            ("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--platforms", "macos-arm"),
+            "Error: --platforms 'macos-arm': has no place in FMI 2.0; give fmi = 3",
+        ),
         (("biased-pump", "--c", "pump", "--film", "taut", "--drive", "square"), "is not a drive"),
         (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "2"), "tolerance"),
         (("biased-pump", "--c", "pump", "--film", "taut", "--tolerance", "0"), "tolerance"),

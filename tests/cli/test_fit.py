@@ -80,10 +80,16 @@ def test_files_without_a_list_and_the_answer_as_json(vhb):
         (["--data", "tests.toml", "--branches", "two"], "--branches = 'two': must be whole numbers, such as 1,2,3"),
         (["--data", "tests.toml", "--flow", "fast"], "'fast' is not a flow; known: log, linear"),
         (["--data", "vhb-quasi-static.csv"], "relative_permittivity: is missing; give it in the material's file"),
+        (
+            ["known.toml", "--data", "one.csv", "--laws", "yeoh,gent"],
+            "Error: --laws: of 1 tests, fewer than 3, none can be left out to choose a law; give one law and one",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(typed, message, vhb, tmp_path):
     (tmp_path / "bad.toml").write_text("[material]\nmodulus = 1\n")
+    (tmp_path / "known.toml").write_text("[material]\nrelative_permittivity = 5\n")
+    (tmp_path / "one.csv").write_text("stretch,stress (kPa)\n1,0\n1.1,5\n1.2,9\n1.3,12\n")
     code, out, err = vhb("fit", *typed)
     assert (code, out) == (2, "")
     assert message in err
@@ -161,8 +167,8 @@ def test_a_fit_that_chi2_refuses_is_marked_and_ends_with_1(pump, tmp_path, undra
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        (["pump.toml", "--data", "pump-tests.toml"], "no field is free; give some with priors"),
-        (["pump.toml", "--data", "force.csv", *FREE], "of a device, --data is a list of tests (tests.toml)"),
+        (["pump.toml", "--data", "pump-tests.toml"], "free: names no field; give some with priors"),
+        (["pump.toml", "--data", "force.csv", *FREE], "is not a list of tests on a device; give tests.toml"),
         (
             ["pump.toml", "--data", "pump-tests.toml", *FREE, "--laws", "yeoh"],
             "--laws: is an option of the fit of a material",

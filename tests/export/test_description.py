@@ -197,7 +197,7 @@ def test_the_library_of_another_machine_is_in_its_folder(name, monkeypatch):
     if second:
         assert fmu._compilers("pump", 2, [name]) == {f"binaries/{second}/pump{ending}": ["zig", target]}
     else:
-        with pytest.raises(InputError, match=r"has no place in FMI 2\.0; give --fmi 3"):
+        with pytest.raises(InputError, match=r"has no place in FMI 2\.0; give fmi = 3"):
             fmu._compilers("pump", 2, [name])
     assert set(fmu.PLATFORMS) == set(PLACES)
 

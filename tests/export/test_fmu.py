@@ -165,7 +165,7 @@ def test_names_of_devices_stay_text_in_the_description(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "match"),
-    [({"platforms": ["amiga"]}, "is not a platform"), ({"platforms": ["macos-arm"]}, "give --fmi 3")],
+    [({"platforms": ["amiga"]}, "is not a platform"), ({"platforms": ["macos-arm"]}, "give fmi = 3")],
 )
 def test_machines_that_there_are_not_are_refused(tmp_path, options, match):
     with pytest.raises(InputError, match=match):

@@ -133,6 +133,6 @@ def test_a_drive_goes_inside_whose_pieces_do_not_change_with_it(waveform, count)
     with pytest.raises(InputError) as error:
         _ = Exported(device(film="taut", waveform="chirp"), "pump", True, 1e-7).pieces
     assert str(error.value) == (
-        "waveform = chirp: its pieces change with voltage or frequency, which stay free; leave --drive out and give "
-        "the voltage as an input"
+        "drive: the pieces of the waveform chirp change with voltage or frequency, which stay free; leave it out and "
+        "give the voltage as an input"
     )

@@ -130,6 +130,9 @@ def test_a_hold_may_begin_where_the_list_says(tmp_path):
     (tmp_path / "list.toml").write_text('[[test]]\nfile = "hold.csv"\nhold_from = "0 s"\nloading_rate = 0.5\n')
     (test,) = read_tests(tmp_path / "list.toml").coupons
     np.testing.assert_allclose(test.time, np.array([900.0, 1800.0, 2700.0, 3600.0]) + 2.0)
+    (tmp_path / "list.toml").write_text('[[test]]\nfile = "hold.csv"\nhold_from = "1000 s"\n')
+    with pytest.raises(InputError, match=r"^hold\.csv: hold_from = 1000 s: is after the first sample, at 900 s"):
+        read_tests(tmp_path / "list.toml")
 
 
 def test_a_test_of_as_many_samples_as_are_taken_is_not_thinned(read):

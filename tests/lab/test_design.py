@@ -154,7 +154,7 @@ def test_samples_are_drawn_with_their_correlations(wish):
     mu = 9000.0 * np.exp(0.1 * rng.normal(size=4000))
     draws = {"material.shear_modulus": mu, "spring_rate": 20.0 * (9000.0 / mu) ** 0.5}
     own = wish(WISH)
-    words = r"--samples and \[tolerances\] material.shear_modulus: the samples hold it already, with its correlations"
+    words = r"samples: \[tolerances\] holds material.shear_modulus, too, and the samples have its correlations"
     with pytest.raises(InputError, match=words):
         with_samples(own, draws)
     wrong = (({"moving": mu}, "field of a design"), ({"spring_rate": mu - 9000.0}, "spring_rate is not positive in"))

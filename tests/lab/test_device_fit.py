@@ -471,7 +471,7 @@ def test_three_fields_that_change_together_are_one_too_many():
         fit_device(whole.device, tests, dict.fromkeys(names, 10.0))
     with pytest.raises(InputError, match="is not a film that can be fitted; known: taut, wrinkling, membrane"):
         fit_device(whole.device, tests, {"spring_rate": 0.1}, films=["foil"])
-    with pytest.raises(InputError, match="no field is free; give some with priors"):
+    with pytest.raises(InputError, match="free: names no field; give some with priors"):
         plan_device(whole.device, tests, {})
 
 
@@ -533,7 +533,7 @@ def test_a_profile_is_the_curvature_where_the_objective_is_a_parabola():
     spread = float(np.sqrt(fitted.covariance[k, k]))
     assert (low - fitted.logs[k]) / spread == pytest.approx(-1.96, rel=0.03)
     assert (high - fitted.logs[k]) / spread == pytest.approx(1.96, rel=0.03)
-    with pytest.raises(InputError, match="'mass' is not a free field or gain of this fit"):
+    with pytest.raises(InputError, match="profile: 'mass' is not a free field or gain of this fit"):
         fit_device(whole.device, DeviceTests(whole.tests, whole.gains), {"spring_rate": 0.03}, profile=["mass"])
 
 

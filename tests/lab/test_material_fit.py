@@ -243,7 +243,7 @@ def test_what_cannot_be_fitted_is_refused_in_one_line():
     known = {"relative_permittivity": 5.0}
     one = [pulled("a", 0.1, 2.0)]
     assert "relative_permittivity: is missing; give it in the material's file" in refusal(one)
-    assert "1 tests: with fewer than 3 none can be left out" in refusal(one, known)
+    assert "laws: of 1 tests, fewer than 3, none can be left out" in refusal(one, known)
     assert "give one law and one number of branches" in refusal(one * 2, known, laws=["yeoh", "gent"], branches=[1])
     assert "give one law and one number of branches" in refusal(one * 2, known, laws=["yeoh"], branches=[0, 1])
     assert "no test is to be fitted" in refusal([one[0].with_use("check", "")], known)

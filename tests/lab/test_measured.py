@@ -60,6 +60,15 @@ def test_the_tests_that_are_asked_for_are_taken_in_that_order(lists):
         read_tests(lists('[[test]]\nfile = "pulls.csv"\nonly = [3]\n'))
 
 
+def test_an_id_of_several_words_names_one_test(tmp_path):
+    """Two ids that end alike are two tests."""
+    rows = [f"{name},{s},{k * s}" for k, name in ((1, "soft 1"), (2, "hard 1")) for s in (1.0, 1.1, 1.2, 1.3)]
+    (tmp_path / "pulls.csv").write_text("\n".join(["id,stretch,stress (kPa)", *rows, ""]))
+    (tmp_path / "list.toml").write_text('[[test]]\nfile = "pulls.csv"\nonly = ["soft 1"]\n')
+    (test,) = read_tests(tmp_path / "list.toml").coupons
+    assert (test.name, float(test.stress.max())) == ("pulls soft 1", pytest.approx(1.3e3))
+
+
 @pytest.mark.parametrize(
     "name", ["/etc/passwd", "../pulls.csv", "a/../../b.csv", "c:\\x.csv", "a:b", "", "  ", None, 3]
 )

@@ -12,8 +12,8 @@ from typing import Any
 
 
 class _Callable(ModuleType):
-    """``gelcone.export(...)`` works also once a module of this folder was imported: Python then puts the folder itself
-    in the place of the public function of the same name."""
+    """Makes the package callable: once a module of it is imported, Python replaces the public function
+    ``gelcone.export`` by the package of that name."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         from gelcone.export.public import export

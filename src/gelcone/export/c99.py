@@ -78,7 +78,7 @@ _NAME = re.compile(r"%[\w.]+")
 
 @dataclass
 class _Instruction:
-    """An instruction in block ``block``: its name or None, its word, and what follows the word."""
+    """An instruction in a ``block``: the ``name`` of its result or None, its ``word``, and the ``rest`` of its text."""
 
     block: str
     name: str | None
@@ -87,14 +87,14 @@ class _Instruction:
 
     @property
     def pure(self) -> bool:
-        """Whether nothing but its value matters."""
+        """Whether the instruction has no effect but its value."""
         own = re.match(r"\w+ @(llvm\.\w+)", self.rest) if self.word == "call" else self.word != "atomicrmw"
         return self.name is not None and bool(own)
 
 
 @dataclass
 class _Function:
-    """A function in the making."""
+    """A function that is being translated."""
 
     head: str
     arguments: list[tuple[str, str]]
@@ -105,7 +105,7 @@ class _Function:
 
 
 def translate(text: str, names: dict[str, str]) -> list[tuple[str, str]]:
-    """Declaration and body in C of each function of a module; ``names`` renames some of them."""
+    """Translate the functions of a module to declarations and bodies in C; ``names`` renames some of them."""
     parts = re.findall(r"^define .*?^\}$", text, flags=re.M | re.S)
     return [_written(_read(part, names), names) for part in parts]
 
@@ -116,7 +116,7 @@ def helpers(bodies: str) -> str:
 
 
 def _read(text: str, names: dict[str, str]) -> _Function:
-    """The instructions of a definition, without those whose values nothing takes."""
+    """Read the instructions of a definition, without those whose values are not used."""
     first, *lines = text.splitlines()
     found = _HEAD.fullmatch(first)
     if found is None:
@@ -141,7 +141,7 @@ def _read(text: str, names: dict[str, str]) -> _Function:
 
 
 def _living(instructions: list[_Instruction]) -> list[_Instruction]:
-    """Leaves out what has a value that nothing takes."""
+    """Leave out instructions without effects whose values are not used."""
     made = {own.name: own for own in instructions if own.name and own.pure}
     uses = Counter(name for own in instructions for name in _NAME.findall(own.rest))
     waiting = [name for name in made if not uses[name]]
@@ -157,7 +157,7 @@ def _living(instructions: list[_Instruction]) -> list[_Instruction]:
 
 
 def _written(f: _Function, names: dict[str, str]) -> tuple[str, str]:
-    """Declaration and body."""
+    """Write the declaration and the body of a function in C."""
     for own in f.instructions:
         if own.word == "getelementptr":
             base, index = own.rest.removeprefix("double, ptr ").split(", i64 ")
@@ -178,7 +178,7 @@ def _written(f: _Function, names: dict[str, str]) -> tuple[str, str]:
 
 
 def _labels(f: _Function) -> set[str]:
-    """The labels that a jump goes to, but for those that stand directly behind it."""
+    """The labels of jumps, except those directly after their jump."""
     wanted = set()
     for place, own in enumerate(f.instructions):
         if own.word == "br":
@@ -218,7 +218,7 @@ def _statements(
 
 
 def _jump(f: _Function, own: _Instruction, behind: str) -> list[str]:
-    """A branch; the values that it gives to the numbers of loops are set before."""
+    """The lines of C of a branch; values that it passes to loop variables are set first."""
 
     def to(label: str) -> list[str]:
         given = [f"{name} = {_value(f, value)};" for name, value, block in f.phis.get(label, []) if block == own.block]
@@ -236,7 +236,7 @@ def _jump(f: _Function, own: _Instruction, behind: str) -> list[str]:
 
 
 def _expression(f: _Function, own: _Instruction, names: dict[str, str]) -> tuple[str, str]:
-    """Type and text of a value."""
+    """Type and text of an expression."""
     word, rest = own.word, own.rest
     if word in _REAL:
         a, b = _values(f, rest.removeprefix("double "))
@@ -296,7 +296,7 @@ def _values(f: _Function, text: str) -> list[str]:
 
 
 def _value(f: _Function, text: str) -> str:
-    """An operand."""
+    """The text of an operand."""
     if text in f.addresses:
         base, index = f.addresses[text]
         return f"({_value(f, base)} + {_value(f, index)})"
@@ -310,7 +310,7 @@ def _value(f: _Function, text: str) -> str:
 
 
 def real_text(number: float) -> str:
-    """A double as a constant of C that is read back exactly."""
+    """Write a double as a constant of C that reads back exactly."""
     if number != number:
         return "NAN"
     if number in (float("inf"), float("-inf")):
@@ -320,7 +320,7 @@ def real_text(number: float) -> str:
 
 
 def _member(f: _Function, address: str, member: str) -> str:
-    """What lies at an address."""
+    """The member of a word at an address."""
     if address in f.addresses:
         base, index = f.addresses[address]
         return f"{_value(f, base)}[{_value(f, index)}].{member}"

@@ -1,4 +1,4 @@
-"""The C compiler of this machine, where there is one, and that of the package index for other machines."""
+"""The C compiler of this machine, if there is one, and the compiler of the package ziglang for other machines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FLAGS = ("-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-fvisibility=hidden",
 
 
 def find_compiler() -> list[str] | None:
-    """The command of the compiler: that of ``CC``, else ``cc``, ``gcc`` or ``clang``; None without one."""
+    """Find the command of the compiler: that of ``CC``, else ``cc``, ``gcc`` or ``clang``; None without one."""
     named = shlex.split(os.environ.get("CC", ""))
     for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
         if shutil.which(command[0]):
@@ -26,14 +26,14 @@ def find_compiler() -> list[str] | None:
 
 
 def cross_compiler(target: str) -> list[str]:
-    """The command of the compiler for another machine; `MissingDependency` without ziglang."""
+    """Make the command of the compiler for another machine; `MissingDependency` without ziglang."""
     if importlib.util.find_spec("ziglang") is None:
         raise MissingDependency("libraries for other machines need a compiler: pip install 'gelcone[platforms]'")
     return [sys.executable, "-m", "ziglang", "cc", "-target", target, "-s"]
 
 
 def compile_library(compiler: list[str], source: Path, library: Path) -> None:
-    """Make a shared library of one source; `InputError` with the compiler's first line where it fails."""
+    """Compile one source to a shared library; `InputError` with the first line of the compiler if that fails."""
     flags = [flag for flag in FLAGS if not (flag == "-fPIC" and any("windows" in word for word in compiler))]
     command = [*compiler, *flags, "-o", str(library), str(source), "-lm"]
     with disk_cache.making("library"):

@@ -31,7 +31,7 @@ HOST = "host"
 
 
 class Platform(NamedTuple):
-    """A machine: its folders in FMI 2.0 ("" for none) and 3.0, the ending of libraries, and the compiler's target."""
+    """A machine: its folders in FMI 2.0 ("" for none) and 3.0, the suffix of libraries, and the compiler's target."""
 
     second: str
     third: str
@@ -52,7 +52,7 @@ _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str], force: bool) -> bool:
-    """Write the file, whole or not at all; whether libraries for all ``platforms`` are inside."""
+    """Write the file, whole or not at all; return whether it contains libraries for all ``platforms``."""
     compilers = _compilers(exported.name, fmi, platforms)
 
     def write(temporary: Path) -> None:
@@ -69,7 +69,7 @@ def write_fmu(exported: Exported, path: Path, fmi: int, platforms: Sequence[str]
 
 
 def _compilers(name: str, fmi: int, platforms: Sequence[str]) -> dict[str, list[str]]:
-    """The compiler of each library, by the library's name in the file; without one for this machine, none for it."""
+    """Name of each library in the file -> its compiler; this machine's library is left out without a compiler."""
     found: dict[str, list[str]] = {}
     host = _SYSTEMS.get(platform.system(), "") + _MACHINES.get(platform.machine().lower(), "?")
     for own in platforms:
@@ -77,7 +77,7 @@ def _compilers(name: str, fmi: int, platforms: Sequence[str]) -> dict[str, list[
         known = PLATFORMS.get(host if own == HOST else own)
         folder = "" if known is None else known.second if fmi == 2 else known.third
         if known is not None and not folder and own != HOST:
-            raise InputError(f"platform {own}: has no place in FMI 2.0; give --fmi 3")
+            raise InputError(f"platforms {own!r}: has no place in FMI 2.0; give fmi = 3")
         compiler = find_compiler() if own == HOST else cross_compiler(PLATFORMS[own].target)
         if known is not None and folder and compiler is not None:
             found[f"binaries/{folder}/{name}{known.ending}"] = compiler
@@ -103,7 +103,7 @@ def _contents(exported: Exported, fmi: int) -> dict[str, str]:
 
 
 def _compiled(compiler: list[str], contents: Mapping[str, bytes], fmi: int) -> bytes:
-    """The library of the sources."""
+    """Compile the sources to a library."""
     with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
         for name, data in contents.items():
             if name.startswith("sources/"):
@@ -117,7 +117,7 @@ def _compiled(compiler: list[str], contents: Mapping[str, bytes], fmi: int) -> b
 
 
 def description(exported: Exported, fmi: int, token: str) -> str:
-    """The text of modelDescription.xml."""
+    """Write the text of modelDescription.xml."""
     listed = [(k, own) for k, own in enumerate(exported.variables) if own.kind != "time"]
     head = _element(
         "fmiModelDescription",
@@ -177,7 +177,7 @@ def _kinds_of_fmu(exported: Exported, fmi: int) -> str:
 
 
 def _name(own: Variable) -> str:
-    """The name in an FMU: rates are der(...)."""
+    """The name of a variable in an FMU; rates are der(...)."""
     return f"der({own.name.removesuffix(RATE)})" if own.kind == "rate" else own.name
 
 
@@ -191,7 +191,7 @@ def _starts(exported: Exported) -> dict[str, float]:
 
 
 def _attributes(own: Variable, place: int) -> dict[str, object]:
-    """What a variable has in both versions."""
+    """The attributes of a variable that both versions share."""
     causality = {"input": "input", "rate": "local", "parameter": "parameter"}.get(own.kind, "output")
     variability = {"parameter": "tunable", "code": "discrete"}.get(own.kind, "continuous")
     initial = {"input": None, "state": "exact", "parameter": "exact"}.get(own.kind, "calculated")
@@ -208,14 +208,14 @@ def _is_flag(own: Variable) -> bool:
 def _given(
     own: Variable, starts: Mapping[str, float], places: Mapping[str, int]
 ) -> tuple[str | None, str | None, int | None]:
-    """Unit and start of a variable, and of a rate the place of its state."""
+    """Unit and start value of a variable, and for a rate the index of its state."""
     start = 0.0 if own.kind == "input" else starts.get(own.name)
     of = places[own.name.removesuffix(RATE)] if own.kind == "rate" else None
     return own.unit or None, None if start is None else repr(start), of
 
 
 def _groups(numbered: Sequence[tuple[int, Variable]]) -> tuple[list[int], list[int], list[int]]:
-    """The numbers of outputs, of rates, and of what is unknown at first."""
+    """The numbers of outputs, of rates, and of initial unknowns."""
     outputs = [number for number, own in numbered if own.kind in ("state", "output", "code")]
     rates = [number for number, own in numbered if own.kind == "rate"]
     return outputs, rates, sorted([*rates, *(number for number, own in numbered if own.kind in ("output", "code"))])

@@ -1,4 +1,4 @@
-"""The name of an exported device in C, made of that of its file or folder, and no other name of its sources."""
+"""The name of an exported device in C, made from that of its file or folder, distinct from all names of its sources."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ move_on n new_component of one_device outcome_of piece_now plausible point point
 reported restore run scale serve set_closed_numbers set_numbers set_reals set_states set_time set_value settle
 start_run stdbool stdint stdio stdlib step_function string test text until_corner v vacate value_of wasm wasm_get
 wasm_init wasm_set wasm_step words_of"""
-"""What the sources define, also with an underscore behind its capitals; and the files next to that of the device."""
+"""Names in the sources, also those with an underscore after the capital name; and files next to the device's."""
 MATHEMATICS = """acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim
 floor fma fmax fmin fmod frexp gamma hypot ilogb j0 j1 jn ldexp lgamma llrint llround log log10 log1p log2 logb lrint
 lround modf nan nearbyint nextafter nexttoward pow remainder remquo rint round scalbln scalbn signgam sin sinh sqrt
@@ -30,17 +30,17 @@ labs ldiv llabs lldiv malloc memchr memcmp memcpy memmove memset perror printf p
 remove rename rewind scanf setbuf setvbuf snprintf sprintf srand sscanf stderr stdin stdout strcat strchr strcmp
 strcoll strcpy strcspn strerror strlen strncat strncmp strncpy strpbrk strrchr strspn strstr strtod strtof strtok
 strtol strtold strtoll strtoul strtoull strxfrm system tmpfile tmpnam ungetc vfprintf vprintf vsnprintf vsprintf"""
-"""Functions and streams of C that the sources or a user's program may have next to the device."""
+"""Functions and streams of C that the sources or a user's program may use."""
 _TAKEN = frozenset(
     [*LANGUAGES.split(), *SOURCES.split(), *LIBRARY.split()]
     + [name + end for name in MATHEMATICS.split() for end in ("", "f", "l")]
 )
 _NUMBERED = re.compile(r"\d.*|(?:step|point)_\d+|\w+_t")
-"""What begins with a digit, functions of the sources that are numbered, and types of C."""
+"""Names that begin with a digit, numbered functions of the sources, and types of C."""
 
 
 def c_name(name: str) -> str:
-    """A name of C that is made of a text; `InputError` where nothing of it may be in one."""
+    """Make a name of C from a text; `InputError` for a text without letters and digits."""
     found = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
     if not found:
         raise InputError(f"{name!r}: holds no letter from a to z and no digit; name the file or folder by some")

@@ -1,7 +1,7 @@
-"""The parameters of an exported device that can be changed without another export, and the numbers that follow.
+"""The parameters of an exported device that can be changed without a new export, and the numbers that follow from them.
 
-The film's geometry, pre-stretches and strain-energy law stay what they were: a membrane's force is fitted to them. All
-else reaches the equation of motion through closed formulas, which are traced from those that devices use themselves.
+The film's geometry, pre-stretches and strain-energy law are fixed, since a membrane's force is fitted to them. All
+other fields enter the equation of motion by closed formulas, which are traced from those that devices use.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ SCALES = ("length", "time", "velocity", "force", "voltage", "current", "field", 
 
 @dataclass(frozen=True)
 class Parameters:
-    """``values`` in SI units by field, with their ``fields``; ``nodes``, the numbers of the formulas by name that
-    follow from them, and ``scales``, the SI values of dimensionless units by quantity, "1" among them."""
+    """Parameters by field: their ``values`` in SI units and their ``fields``; ``nodes`` of the numbers of the formulas
+    that follow from them, by name; and ``scales``, nodes of the SI values of dimensionless units, by quantity."""
 
     values: Mapping[str, float]
     fields: Mapping[str, Field]
@@ -43,9 +43,9 @@ class Parameters:
 
 
 def parameters_of(device: Device, model: ConeModel, used: Collection[str], quantities: Collection[str]) -> Parameters:
-    """The parameters on which the numbers ``used`` depend, and the scales of ``quantities`` besides `SCALES`.
+    """Trace the parameters on which the numbers ``used`` depend, and the scales of `SCALES` and of ``quantities``.
 
-    Raises `InputError` for a component of one's own whose numbers cannot be traced.
+    Raises `InputError` for a user's own component whose numbers cannot be traced.
     """
     graph, fields = Graph(), device.swept_fields()
     strength = device.material.dielectric_strength if device.dielectric_strength is None else device.dielectric_strength
@@ -73,13 +73,13 @@ def parameters_of(device: Device, model: ConeModel, used: Collection[str], quant
 
 
 def _fixed(device: Device, name: str) -> bool:
-    """Whether a field is one of those that stay."""
+    """Whether a field is fixed."""
     law = {GEL + own for own in device.material.law_parameters}
     return name in FIXED or name in law
 
 
 def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: Graph) -> dict[str, Node]:
-    """The numbers of the formulas that are not the film's own, as nodes."""
+    """Trace the numbers of the formulas that are not the film's own."""
     values = dict(model.values)
     for parameter, (field, quantity) in numbers_of(device).items():
         if parameter in values and device.get(field) is not None:
@@ -102,7 +102,8 @@ def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: 
 
 
 def _of_film(film: PlacedFilm, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers of a film that have a scale: place and voltage of a second one, and those of branches that creep."""
+    """The numbers of a film that have a scale: flat height and voltage of a second film, and those of Maxwell
+    branches."""
     own = film.own(values) if film.drive else values
     if not isinstance(film.film, GelFilm):
         return _traced(film, values)
@@ -119,7 +120,7 @@ def _of_film(film: PlacedFilm, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _traced(part: Component, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers of a component, of nodes."""
+    """The numbers of a component as nodes; `InputError` if they cannot be traced."""
     try:
         return part.numbers(values)
     except TypeError as error:

@@ -1,4 +1,4 @@
-"""The public function `export`: a result or a device in the form that another program reads."""
+"""The public function `export`, which writes results and devices for other programs."""
 
 from __future__ import annotations
 
@@ -42,17 +42,16 @@ def export(
     Parameters
     ----------
     what : a Dataset that an analysis returned or `gelcone.load` read, or a `Device` of single numbers.
-    path : of a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
-        dims, and the others go to files with the dims before the ending, as in ``run.time.csv``. Of a device a name
-        that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a folder for
-        C: header, source, example, test program and device file. The model has the name of the file or folder, behind
-        ``device_`` where C or the sources use that name.
+    path : for a result a name that ends in ``.csv``, ``.mat`` or ``.parquet``: a table holds the variables of the same
+        dims, and variables of other dims go to files with these before the suffix, as in ``run.time.csv``. For a device
+        a name that ends in ``.fmu`` or ``.wasm``, next to which a JavaScript interface and a page are written, or a
+        folder for C: header, source, example, test program and device file. The model has the name of the file or
+        folder, with the prefix ``device_`` if C or the sources use that name.
     fmi : version of the FMU's standard, 2 or 3. Default 2.
     platforms : machines for which an FMU holds libraries, besides its sources: ``"host"``, this one (default), and with
         the package ziglang ``"linux"``, ``"linux-arm"``, ``"windows"``, ``"macos"`` and ``"macos-arm"``.
-    drive : ``"own"`` puts the drive of the device inside, a sine or another waveform (``"sine"`` a sine alone), and the
-        input voltage is added to it. Default None: the
-        input is the whole voltage.
+    drive : ``"own"`` includes the drive of the device, to which the input voltage is added; ``"sine"`` does so for a
+        sine alone. Default None: the input is the whole voltage.
     tolerance : relative error of one step of the integrator. Default 1e-7.
     force : whether files that exist are overwritten. Default no.
 
@@ -63,8 +62,8 @@ def export(
 
     Raises
     ------
-    InputError : for another ending, files that exist, a folder that cannot be written, an ensemble, and devices whose
-        drive or components cannot leave gelcone.
+    InputError : for other suffixes, files that exist, a folder that cannot be written, ensembles, and devices whose
+        drive or components cannot be exported.
     MissingDependency : for Parquet without pyarrow, and for WebAssembly and other machines without their compiler.
 
     Examples
@@ -104,7 +103,7 @@ def export(
 
 
 def _write_c(exported: Exported, folder: Path, force: bool) -> list[Path]:
-    """The sources, an example, a test and the device in a folder."""
+    """Write the sources, an example, a test and the device file in a folder."""
     name = exported.name
     names = (f"{name}.h", f"{name}.c", "example.c", "test.c", "device.toml")
     check_writable([folder / own for own in names], force=force)

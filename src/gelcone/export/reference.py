@@ -1,4 +1,4 @@
-"""Steps of an exported device by the compiled integrator, as C takes them: what the C must give, bit for bit."""
+"""Reference steps of an exported device by the compiled integrator, which the C must reproduce bit for bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gelcone.physics.driven import DRIVE_PIECE, INPUTS, PHASE
 
 TURN = 6.283185307179586
 CLOSE = 1e-11 * TURN
-"""As near before a corner of the drive the next piece has begun."""
+"""Phase before a corner of the drive within which the next piece has begun."""
 ARRIVED = 0
 STEPS = 20
 """Steps of the test program, over a period of the device's own drive."""
@@ -36,7 +36,8 @@ class Reference:
         self._smallest, self._fastest = float(smallest_step(members)[0]), float(np.ravel(members.fastest)[0])
 
     def step(self, seconds: float, given: Sequence[float]) -> int:
-        """Moves on under inputs in SI units, voltage and force each with its rate; the status of the integrator."""
+        """Integrate over some seconds under inputs in SI units, voltage and force each with its rate; return the status
+        of the integrator."""
         s = self.exported.scale_values
         voltage, voltage_rate, force, force_rate = given
         now, done, status = self.time, 0.0, ARRIVED
@@ -57,7 +58,7 @@ class Reference:
         return status
 
     def _drive(self) -> tuple[dict[str, float], float]:
-        """The numbers of the drive inside at the time now, and the seconds to its next corner."""
+        """The numbers of the included drive at the current time, and the seconds to its next corner."""
         if not self.exported.inside:
             return {}, np.inf
         frequency = self.exported.parameters.values["frequency"]
@@ -79,7 +80,7 @@ class Reference:
 
 
 def test_program(exported: Exported) -> str:
-    """A program that compares steps of the C with those of the integrator, under the device's own drive."""
+    """Write a program that compares steps of the C with those of the integrator, under the device's own drive."""
     device, motion = exported.device, Reference(exported)
     amplitude, offset, frequency = (float(device.get(f)) for f in ("voltage_amplitude", "voltage_offset", "frequency"))
     times = np.arange(STEPS + 1) / (STEPS * frequency)

@@ -1,4 +1,4 @@
-"""The C sources of a device: tables of its numbers, the translated loop, and what an instance does with them."""
+"""The C sources of a device: tables of its numbers, the translated loop, and the functions of an instance."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ FLAT_HEIGHT = "second_flat_height"
 
 
 class Variable(NamedTuple):
-    """A variable of an exported device: its name, its kind, its SI unit ("" for a code) and what it is."""
+    """A variable of an exported device: its name, its kind, its SI unit ("" for a code) and its meaning."""
 
     name: str
     kind: str
@@ -59,7 +59,7 @@ _OUTPUTS = {
     "true_field": ("field", "largest true electric field in the {film}"),
     "limit_share": ("1", "share of its stretch limit that the {film} has reached"),
 }
-"""Outputs of each film: their quantity, and what they are."""
+"""Outputs of each film -> quantity and meaning."""
 CODES = (
     (
         "outcome",
@@ -71,12 +71,12 @@ CODES = (
     ("valid", "1 where the model holds, else 0"),
 )
 TITLES = {"charge_rate": "current"}
-"""Names of outputs that are the rate of another."""
+"""Outputs whose name differs from that of their formula."""
 
 
 @dataclass(frozen=True)
 class Exported:
-    """A device in the form in which it leaves gelcone: its program as text, its parameters, and all its variables."""
+    """A device to be exported: its program as text, its parameters and its variables; ``inside``: with its drive."""
 
     device: Device
     name: str
@@ -91,7 +91,7 @@ class Exported:
 
     @cached_property
     def pieces(self) -> Pieces | None:
-        """The pieces of the drive inside, where it has some. `InputError` where they change with its numbers."""
+        """The pieces of the included drive, None without any; `InputError` if they change with its parameters."""
         own, model = self.system.waveform.pieces, self.model  # type: ignore[attr-defined]
         if own is None:
             return None
@@ -101,8 +101,8 @@ class Exported:
         ]
         if any((getattr(tables[0], part) != getattr(tables[1], part)).any() for part in ("begins", "terms")):
             raise InputError(
-                f"waveform = {own.name}: its pieces change with voltage or frequency, which stay free; leave --drive "
-                "out and give the voltage as an input"
+                f"drive: the pieces of the waveform {own.name} change with voltage or frequency, which stay free; "
+                "leave it out and give the voltage as an input"
             )
         return tables[0]
 
@@ -124,7 +124,7 @@ class Exported:
 
     @cached_property
     def outputs(self) -> dict[str, tuple[int, str, str]]:
-        """Outputs by name: their place among what a point gives, their quantity and what they are."""
+        """Name of each output -> index among the values of a point, quantity and meaning."""
         found, states = {}, {state.name for state in self.system.states}
         for film in self.system.films:
             for own, (quantity, meaning) in _OUTPUTS.items():
@@ -135,7 +135,7 @@ class Exported:
 
     @cached_property
     def kinds(self) -> list[tuple[str, ...]]:
-        """The states of tension of each film; one, "taut", of a film that has none."""
+        """The states of tension of each film; "taut" alone for a film without any."""
         return [film.kinds or ("taut",) for film in self.system.films]
 
     @cached_property
@@ -164,14 +164,14 @@ class Exported:
         return [*INPUT_VARIABLES, *states, *rates, *outputs, *codes, *time, *parameters]
 
     def start(self) -> tuple[np.ndarray[Any, Any], dict[str, float]]:
-        """The states at the start, dimensionless, and the switches there without voltage from outside."""
+        """The initial states, dimensionless, and the switches there at zero input voltage."""
         z = np.asarray(self.model.members().start_states(np.array([self.device.initial_state()])), dtype=float)[0]
         n = self.numbers()
         switches = self.system.switches(0.0, [np.float64(value) for value in z], n)
         return z, {name: float(np.ravel(switches[name])[0]) for name in self.program.switches}
 
     def numbers(self) -> dict[str, float]:
-        """The numbers of the formulas, with the device's own parameters and without inputs: rounded as in C."""
+        """The numbers of the formulas for the device's own parameters and zero inputs, rounded as in C."""
         own = self.system.numbers_of({name: np.asarray(value, float) for name, value in self.model.values.items()})
         found = {name: float(np.ravel(value)[0]) for name, value in own.items()}
         return found | self._evaluated(self.parameters.nodes)
@@ -189,7 +189,7 @@ class Exported:
 
 
 def outputs_of(system: ConeSystem, time: Any, z: Any, n: Any, xp: Any) -> dict[str, tuple[Any, int]]:
-    """The formulas of a point: of each film voltage, charge with its rate, capacitance, stresses and field."""
+    """The formulas of the outputs: voltage, charge with its rate, capacitance, stresses and field of each film."""
     found: dict[str, tuple[Any, int]] = {}
     for k, (film, voltage) in enumerate(zip(system.films, system.voltages(time, z, n, xp), strict=True)):
         y, squared, prefix = system.states_of(z, "film", k), voltage * voltage, film.prefix
@@ -221,7 +221,7 @@ def _rate_unit(unit: str) -> str:
 
 
 def sources(exported: Exported) -> dict[str, str]:
-    """File name -> text of the header and the source."""
+    """Write the header and the source: file name -> text."""
     name, program = exported.name, exported.program
     lines = [c99.PRELUDE, *_tables(exported), *_translated(exported), _template("core.c"), _template("device.c")]
     source = f'/* {_title(exported)}, exported by gelcone {__version__}: see {name}.h. */\n#include "{name}.h"\n\n'
@@ -245,7 +245,7 @@ def sources(exported: Exported) -> dict[str, str]:
 
 
 def example(exported: Exported) -> str:
-    """A program that drives the device by its own voltage."""
+    """Write a program that drives the device by its own voltage."""
     device = exported.device
     amplitude, offset, frequency = (
         float(getattr(device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")
@@ -262,7 +262,7 @@ def example(exported: Exported) -> str:
 
 
 def filled(template: str, name: str, values: Mapping[str, str]) -> str:
-    """A template with the name of the device and some texts in it."""
+    """Fill the name of the device and some ``values`` into a template."""
     text = _template(template)
     for word, value in values.items():
         text = text.replace(word, value)
@@ -274,17 +274,17 @@ def _template(name: str) -> str:
 
 
 def _named(text: str, name: str) -> str:
-    """The text with the name of the device for DEVICE."""
+    """Replace DEVICE by the name of the device in a text."""
     return text.replace("DEVICE_H\n", f"{name.upper()}_H\n").replace("DEVICE_UP", name.upper()).replace("DEVICE", name)
 
 
 def _title(exported: Exported) -> str:
-    """The device's name within a comment."""
+    """The device's name for a comment."""
     return in_comment(exported.device.name)
 
 
 def in_comment(text: str) -> str:
-    """A text that cannot end the comment in which it stands."""
+    """A text without characters that could end a comment."""
     return "".join(c if c.isprintable() and c not in "*/\\?" else " " for c in text)
 
 
@@ -299,19 +299,19 @@ def _enum(exported: Exported) -> str:
 
 
 def constant(name: str) -> str:
-    """The name of a variable within its constant in C."""
+    """The name of a variable as part of its constant in C."""
     return re.sub(r"\W", "_", name).upper()
 
 
 def _array(kind: str, name: str, values: Sequence[Any]) -> str:
-    """A table; of one zero where it is empty."""
+    """Write a table; a single zero if it is empty."""
     texts = [c99.real_text(float(value)) if kind == "double" else str(int(value)) for value in values] or ["0"]
     rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
     return f"static const {kind} {name}[] = {{\n  " + ",\n  ".join(rows) + "\n};"
 
 
 def _tables(exported: Exported) -> list[str]:
-    """The numbers of the device."""
+    """Write the numbers of the device as definitions and tables."""
     program, parameters, system = exported.program, exported.parameters, exported.system
     z, switches = exported.start()
     numbers, scales = exported.numbers(), list(parameters.scales)
@@ -367,7 +367,7 @@ def _tables(exported: Exported) -> list[str]:
 
 
 def _piece_defines(pieces: Pieces, exported: Exported, names: Sequence[str]) -> dict[str, Any]:
-    """The sizes and places of a drive with pieces."""
+    """The definitions of a drive with pieces: sizes, and indices of its numbers."""
     found = {f"NUMBER_{name.upper()}": names.index(name) for name in DRIVE_PIECE if name in names}
     repeats = int(exported.model.system.waveform.repeat)
     return found | {"N_PIECES": len(pieces.begins), "REPEATS": repeats, "FIRST": repr(float(pieces.begins[0]))}
@@ -381,13 +381,13 @@ def _piece_tables(pieces: Pieces) -> list[str]:
 
 
 def _least(field: Any) -> float:
-    """The least value of a field; a bound of nothing is that of all numbers."""
+    """The least value of a field; that of all numbers if it has no bound."""
     bound = field.above if field.above is not None else field.least
     return -LARGEST if bound is None else float(bound)
 
 
 def _exclusive(name: str, field: Any) -> bool:
-    """Whether a field must be above its least value; a strength of 0 is one that is not known."""
+    """Whether a field must exceed its least value; a dielectric strength of 0 stands for an unknown one."""
     return field.above is not None and name != STRENGTH
 
 
@@ -404,7 +404,7 @@ def _slack(film: Any) -> set[int]:
 
 
 def _translated(exported: Exported) -> list[str]:
-    """The loop, the formulas at a point and those of the parameters."""
+    """Translate the loop, the formulas of outputs and those of parameters to C."""
     program, parameters = exported.program, exported.parameters
     first, *steps = program.modules
     names = list(program.numbers)

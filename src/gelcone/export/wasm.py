@@ -54,7 +54,7 @@ def write_wasm(exported: Exported, path: Path, force: bool) -> list[Path]:
 
 
 def find_compiler() -> list[str]:
-    """The command of a compiler for WebAssembly; `MissingDependency` without one."""
+    """Find the command of a compiler for WebAssembly; `MissingDependency` without one."""
     if importlib.util.find_spec("ziglang") is not None:
         return [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-mexec-model=reactor"]
     target = ("clang", "--target=wasm32-wasi")
@@ -68,14 +68,14 @@ def find_compiler() -> list[str]:
 
 
 def _has_builtins(target: tuple[str, ...]) -> bool:
-    """Whether clang has the functions that it calls in compiled code, which Debian packs by themselves."""
+    """Whether clang has its runtime functions for WebAssembly, which Debian packages separately."""
     command = [*target, "-rtlib=compiler-rt", "-print-libgcc-file-name"]
     named = subprocess.run(command, capture_output=True, text=True, check=False)
     return named.returncode == 0 and Path(named.stdout.strip()).is_file()
 
 
 def _compiled(exported: Exported) -> bytes:
-    """The module."""
+    """Compile the module."""
     compiler = find_compiler()
     with tempfile.TemporaryDirectory(prefix="gelcone-") as folder:
         for name, text in (sources(exported) | {"wasm.c": filled("wasm.c", exported.name, {})}).items():

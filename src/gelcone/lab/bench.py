@@ -1,9 +1,9 @@
-"""Tests on a device, and what a device predicts of them: statics, and responses at their amplitude.
+"""Tests on a device, and predictions of their readings: statics, and responses at the amplitude of the test.
 
-A response is that of one-harmonic balance: mean, sine and cosine of the displacement that balance the mean, sine and
+A response is computed by one-harmonic balance: mean, sine and cosine of the displacement balance the mean, sine and
 cosine of the forces over a period. It holds at the amplitude of the test and across the borders of a film, where a
-linear response jumps. Statics are those of films that have crept and of circuits that have settled; responses,
-ring-downs and series follow the states of both. All predictions are made for many variants of a device at once.
+linear response jumps. Statics use relaxed films and settled circuits; responses, ring-downs and series follow the
+states of both. All predictions are made for many variants of a device at once.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ from gelcone.quantity import Array
 SAME = 1e-13
 """A Newton step of this size, over the length b - a, ends the search for a balance."""
 SIDE = 1e-9
-"""How far to both sides of a corner of the voltage the current is taken, over the length of a series."""
+"""Distance on both sides of a corner of the voltage at which the current is computed, over the length of a series."""
 MOST_READ = 500
-"""Readings of a series that are compared, evenly among all."""
+"""Most readings of a series that are compared, evenly spaced among all."""
 TOLERANCE = 1e-12
 """Relative error of a step of a series, so small that differences between variants are those of their fields."""
 LOAD_SHARES = (0.25, 0.5, 0.75, 1.0)
@@ -46,14 +46,16 @@ LOAD_SHARES = (0.25, 0.5, 0.75, 1.0)
 
 
 class Reading(NamedTuple):
-    """A number that a test measures: its SI unit, and the instrument whose gain multiplies it; empty: none."""
+    """A number that a test measures: its SI ``unit``, and the ``instrument`` whose gain multiplies it, empty for
+    none."""
 
     unit: str
     instrument: str
 
 
 class Kind(NamedTuple):
-    """A kind of test: what is ``set``, name -> SI unit, one value a row or one for all rows, and what is ``read``."""
+    """A kind of test: the numbers that are ``set``, name -> SI unit, one for each row or for all; and the readings
+    ``read``."""
 
     set: Mapping[str, str]
     read: Mapping[str, Reading]
@@ -73,9 +75,9 @@ KINDS: Mapping[str, Kind] = {
         {"time": "s", "voltage": "V"}, {"stroke": Reading("m", "laser"), "current": Reading("A", "ammeter")}
     ),
 }
-"""Kinds of tests on a device. A response is in_phase sin + quadrature cos where the voltage is a sine; a load pulls the
-disc down, and its stroke is that from where it hangs without voltage. A series begins at rest without voltage, and may
-read one of its two."""
+"""Kinds of tests on a device. A response is in_phase sin + quadrature cos under a sine; a load pulls the disc down, and
+its stroke is measured from the height without voltage. A series begins at rest without voltage, and may have one of its
+two readings alone."""
 AMPLIFIER = "amplifier"
 """The instrument whose gain multiplies all commanded voltages."""
 INSTRUMENTS = ("load cell", "laser", "capacitance meter", "ammeter", AMPLIFIER)
@@ -83,9 +85,9 @@ INSTRUMENTS = ("load cell", "laser", "capacitance meter", "ammeter", AMPLIFIER)
 
 @dataclass(frozen=True, eq=False)
 class DeviceTest:
-    """A test on a device, equal to itself alone.
+    """A test on a device, compared by identity.
 
-    Attributes: the ``kind``, a key of `KINDS`; what was ``set`` and ``read``, (n,) each, in SI; and the standard
+    Attributes: the ``kind``, a key of `KINDS`; the numbers ``set`` and ``read``, (n,) each, in SI; and the standard
     deviation of the ``noise`` of every reading, (n,) each.
     """
 
@@ -122,11 +124,11 @@ def rows_read(rows: int) -> slice:
 
 
 class Variants:
-    """Variants of a device: fields times factors, all predicted together.
+    """Variants of a device, which are predicted together.
 
-    ``fields`` are names, also dotted ones, of fields with positive values; ``factors`` has the shape (variants,
-    fields). ``gains`` are factors of instruments, (variants,) each. ``near`` is a single variant close to all of these,
-    from whose states the searches start.
+    ``fields`` are names, also dotted ones, of fields with positive values, which are multiplied by ``factors``
+    (variants, fields). ``gains`` are factors of instruments, (variants,) each. ``near`` is a single variant close to
+    all of these, from whose states the searches start.
     """
 
     def __init__(
@@ -174,7 +176,7 @@ class Variants:
 
     @property
     def rest(self) -> Array:
-        """The rest without voltage, (variants, 1); NaN where none is found near that of the device."""
+        """The rest without voltage, (variants, 1); NaN if none is found near the rest of the device."""
         if "rest" not in self._states:
             start = self._start("rest", self.members.size)
             if start is None:
@@ -186,15 +188,15 @@ class Variants:
         return self._states["rest"]
 
     def _start(self, key: Any, *shape: int) -> Array | None:
-        """What was found for the variant near these, for all of them; None where there is none."""
+        """The stored states of the nearby variant, broadcast to all; None if there are none."""
         if self._near is None or key not in self._near._states:
             return None
         known = self._near._states[key]
         return np.array(np.broadcast_to(known, (*shape, *known.shape[1:])), dtype=float)
 
     def _balanced(self, x: Array, squared: Any, load: Any = 0.0) -> Array:
-        """The stable balance near x at a squared voltage and under a load, by Newton's method; NaN where none is
-        found."""
+        """Find the stable equilibrium near x at a squared voltage and under a load by Newton's method; NaN if that
+        fails."""
         for _ in range(NEWTON_STEPS):
             force, slope = self.force(x, squared)
             force = force + load
@@ -208,7 +210,7 @@ class Variants:
     # --- the kinds of tests -------------------------------------------------------------------------------------------
 
     def predict(self, test: DeviceTest) -> Array:
-        """Predict the readings of a test by all variants, (variants, readings); NaN where one has no state."""
+        """Predict the readings of a test for all variants, (variants, readings); NaN where a variant has no state."""
         if test.kind == "blocked force":
             return self.blocked_force(**test.set)
         if test.kind == "stroke over voltage":
@@ -228,7 +230,7 @@ class Variants:
         return found * self.gains["load cell"]
 
     def stroke(self, voltage: Array, key: Any = None) -> Array:
-        """Stroke from the rest on a slow ramp to voltages, from the lowest to the highest; ``key`` names the states."""
+        """Stroke from the rest on a slow ramp through the voltages; the states are stored under ``key``."""
         squared, count = self.squared(voltage), len(voltage)
         places = self._start(key, self.members.size)
         if places is not None:
@@ -242,7 +244,8 @@ class Variants:
         return (places - self.rest) * self.scale("length") * self.gains["laser"]
 
     def loaded_stroke(self, load: Array, voltage: Array, key: Any = None) -> Array:
-        """Stroke under loads that pull the disc down, from where it hangs without voltage; ``key`` names the states."""
+        """Stroke under loads that pull the disc down, from its height without voltage; the states are stored under
+        ``key``."""
         pull, squared = np.asarray(load) / self.scale("force"), self.squared(voltage)
         start = self._start(key, self.members.size)
         if start is None:
@@ -258,8 +261,8 @@ class Variants:
         return (lifted - hanging) * self.scale("length") * self.gains["laser"]
 
     def natural_frequency(self, voltage: float) -> Array:
-        """Natural frequency about the rest under a constant voltage, (variants,); with the states of films and circuits
-        the frequency at which the disc swings."""
+        """Natural frequency about the rest under a constant voltage, (variants,); with states of films and circuits, of
+        the mode in which the disc oscillates."""
         at, frequency = np.array([voltage]), self.scale("frequency")[:, 0]
         x = self.rest[:, 0] + (self.stroke(at) / (self.scale("length") * self.gains["laser"]))[:, 0]
         if self.members.system.planar:
@@ -268,7 +271,7 @@ class Variants:
         return small_motion(self.members, x, self.volts(at)[:, 0])[0] * frequency
 
     def capacitance(self, height: Array, voltage: Array) -> Array:
-        """Capacitance, charge over voltage, of all films of the source, held at heights under voltages."""
+        """Capacitance, charge over voltage, of all films of the source at heights under voltages."""
         x, squared = np.asarray(height) / self.scale("length"), self.squared(voltage)
         films = [film for film in self.members.system.films if film.drive in (None, "same")]
         with np.errstate(all="ignore"):
@@ -276,7 +279,7 @@ class Variants:
         return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
 
     def ring_down(self) -> Array:
-        """Frequency and decay of small motions about the rest."""
+        """Frequency and decay rate of small motions about the rest."""
         rate = 2.0 * np.pi * self.scale("frequency")
         if not self.members.system.planar:
             swing, decay = small_motion(self.members, self.rest[:, 0], np.zeros(self.members.size))
@@ -287,7 +290,8 @@ class Variants:
         return np.concatenate([rate * swing / (2.0 * np.pi), rate * self.damping], axis=1)
 
     def response(self, voltage_offset: Array, voltage_amplitude: Array, frequency: Array, key: Any = None) -> Array:
-        """In-phase and quadrature part of the settled motion, by one-harmonic balance; ``key`` names the states."""
+        """The in-phase and quadrature parts of the settled motion, by one-harmonic balance; the states are stored under
+        ``key``."""
         offset, amplitude = self.volts(voltage_offset), self.volts(voltage_amplitude)
         offset, amplitude = (np.broadcast_to(one, (self.members.size, len(frequency))) for one in (offset, amplitude))
         omega = np.asarray(frequency) / self.scale("frequency")
@@ -316,7 +320,7 @@ class Variants:
         return found.reshape(*offset.shape, *found.shape[1:])
 
     def _raised(self, squared: Array) -> Array:
-        """The balance on the way from the rest to squared voltages, (variants, rows)."""
+        """The equilibrium under squared voltages, (variants, rows), continued from the rest."""
         x = np.broadcast_to(self.rest, squared.shape)
         for share in LOAD_SHARES:
             x = self._balanced(x, share * squared)
@@ -336,8 +340,7 @@ class Variants:
         return self.device.replace_quietly(changes).to_model().members()
 
     def series(self, time: Array, voltage: Array, names: Sequence[str] = ("stroke",)) -> Array:
-        """Stroke and current at times of a run that begins at rest without voltage, under voltages on straight lines
-        between those that are given."""
+        """Stroke and current at times of a run from rest, under a voltage that is linear between the given ones."""
         own = self._under(time - time[0], voltage)
         at = (time - time[0])[rows_read(len(time))] / self.scale("time")
         with np.errstate(all="ignore"):
@@ -374,7 +377,7 @@ class Variants:
         return np.where(size[:, None] < 1e-8, c, np.nan).reshape(start.shape)
 
     def _linear(self, offset: Array, amplitude: Array, omega: Array) -> Array:
-        """The linear response as a start: rest under the mean square of the voltage, and its first harmonic."""
+        """The linear response about the equilibrium at the mean square of the voltage, as a first guess."""
         mean = offset**2 + 0.5 * amplitude**2
         x = self._raised(mean)
         here, slope = self.force(x, mean)
@@ -386,7 +389,7 @@ class Variants:
 
 
 def _currents(members: Members, times: Array, z: list[Array]) -> Array:
-    """Currents into the first film: where the slope of the voltage jumps, the mean of both sides."""
+    """Currents into the first film; the mean of both sides where the slope of the voltage jumps."""
     n, step = members.numbers(trailing=1), SIDE * times[..., -1:]
     sides = [
         members.system.currents(np.clip(times + own, step, times[..., -1:] - step), z, n)[0] for own in (-step, step)
@@ -401,7 +404,7 @@ def _rest(device: Device) -> Array:
 
 
 def field_value(device: Device, name: str) -> float:
-    """The positive value of a device's field; `InputError` for a field that cannot be fitted."""
+    """Return the positive value of a device's field; `InputError` for a field that cannot be fitted."""
     fields = device.swept_fields()
     if name not in fields:
         from gelcone.errors import unknown_name

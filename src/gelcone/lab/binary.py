@@ -1,4 +1,4 @@
-"""Measured columns from MATLAB and HDF5 files: their vectors, within bounds."""
+"""Measured columns from MATLAB and HDF5 files: their vectors, up to a largest size."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ UNITS = {unit for dimension in DIMENSIONS.values() for unit in dimension.powers 
 def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]:
     """Read the vectors of a MATLAB or HDF5 file: name -> values, and the unit.
 
-    The unit is that of an attribute ``units``, or what follows the last underscore of a name where that is a unit, as
-    in ``stress_kPa``. What is not a vector of numbers is left out; of HDF5 files the datasets of the root are read.
+    The unit is that of an attribute ``units``, or the text after the last underscore of a name if that is a unit, as in
+    ``stress_kPa``. Other data than vectors of numbers are left out; of HDF5 files the datasets of the root are read.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def read_vectors(path: Path, remedy: str) -> dict[str, tuple[Array, str | None]]
 
 
 def _vectors(data: bytes) -> dict[str, Vector]:
-    """The vectors of a file, in whichever of the two formats it is."""
+    """The vectors of a MATLAB or HDF5 file."""
     if SIGNATURE in data[:2056]:
         return vectors_of(data)
     return {name: Vector(values, "") for name, values in _matlab(data).items()}
@@ -64,9 +64,9 @@ def _unit_of(name: str, values: Array, unit: str) -> tuple[str, tuple[Array, str
 
 
 def _matlab(data: bytes) -> dict[str, Array]:
-    """Vectors of numbers, refused where there are too many.
+    """Read the vectors of numbers of a MATLAB file; `InputError` if there are too many.
 
-    Read here, element by element: `scipy.io.loadmat` ends the process at some damaged files.
+    Its elements are read here, since `scipy.io.loadmat` ends the process at some damaged files.
     """
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
     if order is None:
@@ -85,7 +85,7 @@ def _matlab(data: bytes) -> dict[str, Array]:
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """The elements of a file or matrix: their type and data."""
+    """Type and data of the elements of a file or matrix."""
     at = 0
     while at + 8 <= len(data):
         kind, size = struct.unpack_from(f"{order}II", data, at)
@@ -100,7 +100,7 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def _vector(body: bytes, order: str) -> dict[str, Array]:
-    """The vector of a matrix by its name; nothing for another array, or for other than real numbers."""
+    """Name and values of a matrix that is a vector of real numbers; empty for other data."""
     parts = [element for _, element in zip(range(4), _elements(body, order), strict=False)]
     if len(parts) < 4:
         return {}

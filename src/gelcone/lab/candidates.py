@@ -1,4 +1,4 @@
-"""Many designs of a device at once: closed forms of the homogeneous cone, and by how much each requirement is missed.
+"""The numbers of many designs of a device at once, from closed forms of the homogeneous cone.
 
 Statics are those of a slow voltage ramp, on which the voltage at a height is explicit. Motions are the linear response
 about the mean height, with its second harmonic.
@@ -16,21 +16,21 @@ from gelcone.physics.bracket import halved
 from gelcone.quantity import Array
 
 HEIGHTS = 40
-"""Heights of the ramp, in equal ratios from the rest to the stretch limit."""
+"""Number of heights of the ramp, in equal ratios from the rest to the stretch limit."""
 FARTHEST = 6.0
-"""Highest height over b - a where the law has no stretch limit."""
+"""Largest height over b - a if the law has no stretch limit."""
 BISECTIONS = 40
 PHASES = 16
-"""Phases of a period at which a motion is examined."""
+"""Number of phases of a period at which a motion is evaluated."""
 LIMITS = ("pull-in", "hoop slack", "meridional slack", "dielectric breakdown", "stretch limit")
 """Limits on the ramp, in the order of `Found.limits`."""
 
 
 class Found(NamedTuple):
-    """The numbers of designs, (designs, draws) each, in SI: NaN where a design has no state.
+    """The numbers of designs, (designs, draws) each, in SI; NaN where a design has no state.
 
-    ``limits`` are peak voltages on the ramp, (limits, designs, draws), infinite where one is not met; ``failing`` the
-    largest share by which a motion under a higher drive leaves tension, dielectric strength or stretch limit.
+    ``limits`` holds peak voltages on the ramp, (limits, designs, draws), infinite for limits that are not met;
+    ``failing`` the largest excess of a motion under a higher drive over a limit of the film, as a share.
     """
 
     values: Mapping[str, Array]
@@ -48,7 +48,8 @@ class Motion(NamedTuple):
 
 
 def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found:
-    """Compute what designs do, each field (designs, draws) in SI; motions also under ``share`` times the drive."""
+    """Compute the numbers of designs, each field (designs, draws) in SI; motions also under ``share`` times the
+    drive."""
     shape = next(iter(changes.values())).shape
     members_of = device.replace_quietly({name: value.ravel() for name, value in changes.items()})
     model = members_of.to_model()
@@ -90,7 +91,7 @@ def _rms(values: Array) -> Array:
 
 
 def _rest(system: Any, n: Any, size: int) -> tuple[Array, Array]:
-    """The rest without voltage, and the highest height inside the stretch limit, (members, 1); NaN where none is."""
+    """The rest without voltage, NaN if there is none, and the largest height below the stretch limit, (members, 1)."""
     film = system.film
     most = np.full((size, 1), FARTHEST)
     limit = np.broadcast_to(film.strain_limit(n), (size, 1)) * (1.0 - 1e-6)
@@ -104,7 +105,7 @@ def _rest(system: Any, n: Any, size: int) -> tuple[Array, Array]:
 
 
 def _ramp(system: Any, n: Any, rest: Array, highest: Array) -> tuple[Array, Array]:
-    """Heights from the rest on, and the squared voltage that holds the disc at each, (members, heights)."""
+    """Heights from the rest to the highest, and the squared voltage of equilibrium at each, (members, heights)."""
     share = np.linspace(0.0, 1.0, HEIGHTS)
     x = rest * (highest / rest) ** share
     force = system.static_force(x, 0.0, n)[0]
@@ -114,7 +115,7 @@ def _ramp(system: Any, n: Any, rest: Array, highest: Array) -> tuple[Array, Arra
 
 
 def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Array) -> Array:
-    """The voltage at which each of `LIMITS` is first met on the ramp, (limits, members); infinite: not met."""
+    """The voltage at which each of `LIMITS` is first met on the ramp, (limits, members); infinite if it is not."""
     falls = np.diff(squared, axis=1) <= 0.0
     fold = np.where(falls.any(axis=1), falls.argmax(axis=1), HEIGHTS - 1)
     voltage = np.sqrt(np.maximum(squared, 0.0))
@@ -125,7 +126,7 @@ def _limits(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
 
 
 def _first(voltage: Array, beyond: Array, last: Array) -> Array:
-    """The voltage at which a value first rises through zero up to the column ``last``, by lines between columns."""
+    """The voltage at which ``beyond`` first rises through zero up to the column ``last``, linear between columns."""
     met = (beyond >= 0.0) & (np.arange(voltage.shape[1]) <= last[:, None])
     k = met.argmax(axis=1)
     before = np.maximum(k - 1, 0)
@@ -137,7 +138,8 @@ def _first(voltage: Array, beyond: Array, last: Array) -> Array:
 
 
 def _motion(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Array, share: float) -> Motion:
-    """The linear response with two harmonics under ``share`` times the drive, about the height of its mean square."""
+    """The linear response with two harmonics under ``share`` times the drive, about the equilibrium at its mean
+    square."""
     offset, amplitude, omega = share * own["voltage_bias"], share * own["voltage"], own["drive_frequency"]
     mean = offset**2 + 0.5 * amplitude**2
     at = _on_ramp(x, squared, mean)
@@ -160,7 +162,7 @@ def _motion(system: Any, n: Any, own: Mapping[str, Array], x: Array, squared: Ar
 
 
 def _on_ramp(x: Array, squared: Array, mean: Array) -> Array:
-    """The height of the ramp at squared voltages, (members, 1); NaN beyond its fold."""
+    """The height on the ramp at squared voltages, (members, 1); NaN beyond its fold."""
     last = np.maximum.accumulate(squared, axis=1)
     k = (last < mean).sum(axis=1, keepdims=True)
     inside = k < x.shape[1]
@@ -173,20 +175,20 @@ def _on_ramp(x: Array, squared: Array, mean: Array) -> Array:
 
 
 def _failing(system: Any, n: Any, own: Mapping[str, Array], motion: Motion) -> Array:
-    """The largest share by which a motion leaves tension, dielectric strength or stretch limit, or the raised side."""
+    """The largest excess of a motion over tension, dielectric strength, stretch limit or the flat film, as a share."""
     shares = (*_beyond(system, n, own, motion.x, motion.voltage), -motion.x)
     return np.max([np.broadcast_to(one, motion.x.shape).max(axis=1) for one in shares], axis=0)
 
 
 def _beyond(system: Any, n: Any, own: Mapping[str, Array], x: Array, voltage: Array) -> tuple[Array, ...]:
-    """By how much a film is beyond each of `LIMITS` but pull-in."""
+    """The excess of a film over each of `LIMITS` but pull-in, positive beyond it."""
     state = system.film.state(x, voltage, [], n)
     strength = np.nan_to_num(own.get("dielectric_strength", np.inf), nan=np.inf, posinf=np.inf)
     return -state.hoop_stress, -state.meridional_stress, state.true_field / strength - 1.0, state.limit_share - 1.0
 
 
 def draws_of(spread: Sequence[float], count: int, seed: int) -> Array:
-    """Standard normal Sobol draws, (count, tolerances), times each spread."""
+    """Draw normal Sobol samples, (count, tolerances), with the standard deviations ``spread``."""
     from scipy.stats import norm, qmc
 
     if not len(spread):

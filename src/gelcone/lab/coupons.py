@@ -1,4 +1,4 @@
-"""Tests on coupons of a film material, from measured tables: what was done to the film, and what stress followed."""
+"""Tests on coupons of a film material, from measured tables: the history of stretch, and the measured stress."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ KINDS = ("quasi-static", "loading", "cyclic", "relaxation", "creep")
 WIDTHS = ("free", "held")
 USES = ("fit", "check", "leave out")
 LOADING_RATE = 0.005
-"""Strain rate, 1/s, at which a coupon is stretched to a hold whose loading was not recorded: slow, as stresses that a
-step would leave are not seen at its begin."""
+"""Assumed strain rate, 1/s, of a loading that was not recorded: slow, since measured holds do not begin with the stress
+of a step."""
 FEWEST_ROWS, MOST_SAMPLES = 4, 400
-"""Samples of a test: at least, and at most, to which longer ones are thinned."""
+"""Fewest samples of a test, and most, to which longer tests are thinned."""
 HELD = 1e-3
-"""A stretch that varies by less, relative to it, is held."""
+"""Relative variation of the stretch below which it counts as constant."""
 NEAR_ONE = 0.03
-"""A test that begins within this of stretch 1 begins unstretched."""
+"""Distance from stretch 1 within which a test begins or ends unstretched."""
 SAME_TEMPERATURE = 5.0
-"""Kelvin within which tests are fitted together."""
+"""Largest difference of temperature, K, of tests that are fitted together."""
 SOFTEST, STIFFEST = 2e3, 1e9
-"""Stress over stretch above which, and below which, a number without a unit is taken as pascals."""
+"""Moduli between which stresses without a unit are taken as pascals."""
 KILO = 20.0
-"""Voltages that all lie below it are probably kilovolts."""
+"""Voltages without a unit that all lie below this are probably kilovolts."""
 
 ROLES: Mapping[str, tuple[str, ...]] = {
     "id": ("id", "test", "test id", "specimen", "sample", "run", "number", "nr", "no"),
@@ -50,7 +50,7 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "frequency": ("freq", "frequency"),
     "permittivity": ("dielec", "permittivity", "relative permittivity", "dielectric constant", "eps r", "epsilon r"),
 }
-"""What a column may hold, and the names by which it is known."""
+"""Role of a column -> names by which it is recognised."""
 _UNITS = {"voltage": "V", "stress": "Pa", "force": "N", "extension": "m", "time": "s", "frequency": "Hz"}
 _SPELT = {"sec": "s", "min": "min", "h": "h", "mm/mm": "", "-": "", "1": "", "none": ""}
 _RATES = {"1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "/s": 1.0, "%/s": 1e-2, "1/min": 1 / 60.0}
@@ -63,18 +63,18 @@ class Coupon:
 
     Attributes
     ----------
-    name : the file and what distinguishes the test in it.
+    name : the file, and the id of the test in it.
     file : the file alone.
     mode, kind : one of `MODES` and of `KINDS`.
-    time, stretch, stress : of every sample, (n,): s, the stretch along the coupon and the nominal stress in Pa. Times
-        count from when the rested, unstretched film begins to be stretched; NaN in a quasi-static test.
-    history : times and stretches of the corners of what was done to the film, (k,) each, samples among them; empty in
-        a quasi-static test.
+    time, stretch, stress : samples, (n,) each: time in s, stretch along the coupon and nominal stress in Pa. The time
+        starts when the stretching of the rested film begins; NaN in a quasi-static test.
+    history : times and stretches, (k,) each, between which the stretch is linear, samples among them; empty in a
+        quasi-static test.
     voltage : across the thickness, V. ``thickness`` : of the unstretched film, m; NaN if not stated.
-    width : whether the width is ``free`` to contract, or ``held``.
+    width : ``free`` to contract, or ``held``.
     temperature : K; NaN if not stated.
     use : ``fit``; ``check``: predicted and not fitted; or ``leave out``.
-    notes : what was interpreted, and why a test is not fitted.
+    notes : notes about interpreted data, and the reason why a test is not fitted.
     """
 
     name: str
@@ -113,9 +113,9 @@ class Spectrum:
 
 
 def roles_of(table: Table, named: Mapping[str, str]) -> dict[str, tuple[Column, str | None]]:
-    """Map what a column holds to the column and its unit, by its name or as ``named``: role -> ``"NAME, UNIT"``.
+    """Find the column of each role, and its unit, by the names of columns or as ``named``: role -> ``"NAME, UNIT"``.
 
-    Raises `InputError` for a name that is not a column.
+    Raises `InputError` for a name that is not a column, and for two columns with one role.
     """
     found: dict[str, tuple[Column, str | None]] = {}
     for role, text in named.items():
@@ -142,7 +142,7 @@ def _role(name: str) -> str | None:
 
 
 def in_si(table: Table, role: str, column: Column, unit: str | None, notes: list[str]) -> Array:
-    """The numbers of a column in SI units; `InputError` for words, or a unit that is missing or another quantity's."""
+    """Convert a column to SI units; `InputError` for words, and for a unit that is missing or of another quantity."""
     if column.values is None:
         raise InputError(f"{table.file}: column {column.name!r} holds words, and {role} is a number; rename the column")
     values, own = column.values, None if unit is None else _SPELT.get(unit.strip().lower(), unit.strip())
@@ -192,7 +192,7 @@ def _kelvin(table: Table, column: Column, unit: str | None, notes: list[str]) ->
 
 
 def refuse_kilovolts(table: Table, volts: Array) -> None:
-    """`InputError` for voltages without a unit that would be too small in V."""
+    """Raise `InputError` for voltages without a unit that are implausibly small in V."""
     sizes = np.abs(volts[volts != 0.0])
     if sizes.size and sizes.max() < KILO:
         raise InputError(
@@ -201,7 +201,7 @@ def refuse_kilovolts(table: Table, volts: Array) -> None:
 
 
 def _without_unit(table: Table, role: str, column: Column, notes: list[str]) -> Array:
-    """Numbers without a unit: times and stresses are in SI where they are plausible, all others are refused."""
+    """Read a column without a unit: times, stresses and frequencies as SI, plausible voltages as V; refuse others."""
     values, unit = column.values, _UNITS[role]
     assert values is not None
     if role == "voltage":
@@ -220,7 +220,7 @@ def _without_unit(table: Table, role: str, column: Column, notes: list[str]) -> 
 
 
 def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
-    """The permittivity spectra of a table; none where it has no columns of frequency and permittivity."""
+    """Read the permittivity spectra of a table; none without columns of frequency and permittivity."""
     roles = roles_of(table, named)
     if not {"frequency", "permittivity"} <= roles.keys():
         return []
@@ -251,7 +251,7 @@ def spectra_of(table: Table, named: Mapping[str, str]) -> list[Spectrum]:
 
 
 def coupons_of(table: Table, settings: Mapping[str, Any]) -> list[Coupon]:
-    """The coupon tests of a table, split by its ids, with their notes.
+    """Read the coupon tests of a table, split by its ids, with their notes.
 
     ``settings`` are those of tests.toml (`gelcone.lab.measured.KEYS`): mode, width, thickness, rate, loading_rate,
     temperature, voltage, use, gauge_length, specimen_width, hold_from, creep, columns.
@@ -277,7 +277,7 @@ def coupons_of(table: Table, settings: Mapping[str, Any]) -> list[Coupon]:
 
 
 def _derived(table: Table, numbers: Mapping[str, Array], settings: Mapping[str, Any]) -> dict[str, Array]:
-    """Stretch from strain or extension, and stress from force, where they are not given."""
+    """Compute the stretch from strain or extension, and the stress from force, if they are not given."""
     found = {}
     if "stretch" not in numbers and "strain" in numbers:
         found["stretch"] = 1.0 + numbers["strain"]
@@ -296,7 +296,7 @@ def _needed(table: Table, settings: Mapping[str, Any], name: str, column: str) -
 
 
 def _check_pascals(table: Table, numbers: Mapping[str, Array]) -> None:
-    """Refuse stresses without a unit that would be those of no elastomer if they were pascals."""
+    """Raise `InputError` for stresses without a unit that are implausible for an elastomer in pascals."""
     strain = np.abs(numbers["stretch"] - 1.0)
     far = strain > 0.1
     if not far.any():
@@ -308,7 +308,7 @@ def _check_pascals(table: Table, numbers: Mapping[str, Array]) -> None:
 
 
 def _groups(table: Table, roles: Mapping[str, tuple[Column, str | None]]) -> Iterator[tuple[str, Any]]:
-    """The name of each test of a table and the numbers of its rows."""
+    """The name of each test of a table, and the indices of its rows."""
     own = roles.get("id") or roles.get("label")
     stem = table.file.rsplit(".", 1)[0]
     if own is None:
@@ -329,7 +329,7 @@ def _one(values: Array | None, rows: Any, default: float) -> float:
 def _coupon(
     table: Table, name: str, rows: Any, numbers: Mapping[str, Array], settings: Mapping[str, Any], notes: list[str]
 ) -> Coupon:
-    """One test of a table."""
+    """Read one test of a table."""
     own = list(notes)
     whole = np.isfinite(numbers["stretch"][rows]) & np.isfinite(numbers["stress"][rows])
     if not whole.all():
@@ -378,7 +378,7 @@ def _coupon(
 
 
 def _at_rate(coupon: Coupon, rate: float, notes: list[str]) -> Coupon:
-    """A test at a constant rate, whose time follows from the stretch."""
+    """Complete a test at a constant rate, whose time follows from the stretch."""
     path = np.concatenate([[1.0], coupon.stretch])
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path))) / rate])
     turns = np.diff(coupon.stretch)
@@ -390,7 +390,7 @@ def _at_rate(coupon: Coupon, rate: float, notes: list[str]) -> Coupon:
 def _timed(
     table: Table, coupon: Coupon, time: Array, rows: Any, settings: Mapping[str, Any], notes: list[str]
 ) -> Coupon:
-    """A test with a clock of its own: what was done to the film before its first sample is added."""
+    """Complete a test with recorded times; the loading before its first sample is added to its history."""
     if not np.isfinite(time).all() or (np.diff(time) <= 0.0).any():
         odd = int(rows[np.argmax(~np.isfinite(time) | np.concatenate([[False], np.diff(time) <= 0.0]))])
         raise InputError(
@@ -401,7 +401,7 @@ def _timed(
     held = np.ptp(coupon.stretch) < HELD * first
     begin = float(time[0])
     if held:
-        begin = _start_of_hold(time, settings, notes)
+        begin = _start_of_hold(table, time, settings, notes)
         if not settings.get("loading_rate"):
             notes.append(f"its loading is not recorded: taken as {rate:g} 1/s (loading_rate in tests.toml)")
     lead = abs(first - 1.0) / rate
@@ -417,13 +417,13 @@ def _timed(
     return dataclasses.replace(made, notes=(*notes, *_oddities(made)))
 
 
-def _start_of_hold(time: Array, settings: Mapping[str, Any], notes: list[str]) -> float:
-    """When a hold begins on the clock of the file."""
+def _start_of_hold(table: Table, time: Array, settings: Mapping[str, Any], notes: list[str]) -> float:
+    """The time of the file at which a hold begins."""
     if settings.get("hold_from") is not None:
         start = float(settings["hold_from"])
         if start > time[0]:
             raise InputError(
-                f"hold_from = {start:g} s: is after the first sample, at {time[0]:g} s; give an earlier one"
+                f"{table.file}: hold_from = {start:g} s: is after the first sample, at {time[0]:g} s; lower it"
             )
         return start
     steps = np.diff(time)
@@ -437,7 +437,7 @@ def _start_of_hold(time: Array, settings: Mapping[str, Any], notes: list[str]) -
 
 
 def _oddities(coupon: Coupon) -> Iterator[str]:
-    """Notes about where a test begins and ends."""
+    """Notes about odd first and last samples of a test."""
     first, last = float(coupon.stretch[0]), float(coupon.stretch[-1])
     if first < 1.0 - 1e-6:
         yield f"starts at stretch {first:.4g}, below 1: taken as it is"
@@ -451,7 +451,7 @@ def _oddities(coupon: Coupon) -> Iterator[str]:
 
 
 def _without_repeats(tests: list[Coupon]) -> list[Coupon]:
-    """The tests, of which one that repeats the first rows of another is left out and says so."""
+    """The tests; one that repeats the first rows of another is marked to be left out."""
     found: list[Coupon] = []
     for test in tests:
         longer = next((other for other in tests if other is not test and _repeats(test, other)), None)
@@ -474,8 +474,8 @@ def _repeats(test: Coupon, other: Coupon) -> bool:
 
 
 def same_temperature(tests: Sequence[Coupon]) -> tuple[float, list[Coupon]]:
-    """The temperature at which most samples to be fitted were measured, NaN if none is known, and the tests: those at
-    another are left out and say so."""
+    """The temperature near which most tests to be fitted were measured, NaN if none is known; and the tests, those at
+    other temperatures marked to be left out."""
     known = [test for test in tests if test.use == "fit" and np.isfinite(test.temperature)]
     if not known:
         return np.nan, list(tests)

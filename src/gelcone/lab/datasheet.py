@@ -1,4 +1,4 @@
-"""The numbers of an actuator that a customer asks for, each from the analysis that it belongs to."""
+"""The data sheet of an actuator; each number comes from its own analysis."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RAMP = 41
-"""Voltages of the ramp over which stroke and blocked force are drawn."""
+"""Number of voltages of the ramp over which stroke and blocked force are drawn."""
 PLACES, AROUND = 121, 0.3
-"""Displacements at which the force is given, and how far around the longest stroke, over it."""
+"""Number of displacements of the force, and their range beyond the longest stroke, over that stroke."""
 FREQUENCIES, LOWEST, HIGHEST = 201, 0.02, 4.0
-"""Frequencies of the small-signal response, and from where to where, over the highest natural frequency."""
+"""Number of frequencies of the small-signal response, and their ends over the highest natural frequency."""
 STEP = 1e-5
-"""Change of a voltage, over it, between which the slope of the charge is taken."""
+"""Relative change of a voltage over which the slope of the charge is computed."""
 HALF_POWER = np.sqrt(0.5)
 NO_LIMIT = "none up to the voltages examined"
 STEPS = 4000
-"""Samples of the step response, over a time in which all of its modes have settled or 200 slow periods."""
+"""Least number of samples of the step response, until all modes have settled, or over some 300 slow periods."""
 
 
 @analysis(
@@ -58,7 +58,7 @@ def datasheet(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """The sheet of an actuator: force, stroke, stiffness, work, coupling, bandwidth, power and limits.
+    """Compute the data sheet of an actuator: force, stroke, stiffness, work, coupling, bandwidth, power and limits.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _of(quantity: str) -> dict[str, str]:
 
 
 def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
-    """Stiffness, work, charge and coupling where a slow ramp to each voltage ends."""
+    """Stiffness, work, charge and coupling at the end of a slow ramp to each voltage."""
     (balance,) = every_balance(model)
     rest, volts = float(found["rest_displacement"]), found["constant_voltage"].values
     x = rest + found["stroke"].values
@@ -150,7 +150,7 @@ def _charge(quantity: str) -> dict[str, str]:
 
 
 def _electric(model: ConeModel, x: Array, volts: Array) -> tuple[Any, Any, Any]:
-    """Capacitance, slope of the charge over the voltage of the held film, and of the force; unknown of two films."""
+    """Capacitance, and slopes of charge and force over the voltage of the held film; NaN (unknown) for two films."""
     film, n = model.system.film, model.numbers()
     if len(model.system.films) > 1:
         return (np.full(volts.size, np.nan),) * 3
@@ -164,7 +164,7 @@ def _electric(model: ConeModel, x: Array, volts: Array) -> tuple[Any, Any, Any]:
 
 def _works(balance: StaticBalance, rest: float, reached: float, squared: float) -> tuple[float, float]:
     """Work of a stroke from a stop at rest: on a load that follows the force all the way, and the largest on a constant
-    load, which the disc lifts to where the force equals it."""
+    load, which the disc lifts until the force equals it."""
     from scipy.optimize import minimize_scalar
 
     if not np.isfinite(reached):
@@ -184,8 +184,8 @@ def _works(balance: StaticBalance, rest: float, reached: float, squared: float) 
 
 
 class _Small(NamedTuple):
-    """Numbers of a small-signal model: ``half_width``, ``bandwidth``, ``rise_time``, and the ``gain`` over its static
-    one at frequencies."""
+    """Numbers of a small-signal model: ``half_width``, ``bandwidth``, ``rise_time``, and the ``gain`` at frequencies,
+    over the static gain."""
 
     half_width: float
     bandwidth: float
@@ -223,7 +223,7 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
 
 
 def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
-    """The small-signal numbers about a constant voltage."""
+    """Compute the small-signal numbers about a constant voltage."""
     space = state_space(model.replace(voltage_bias=float(voltage)))
     values = np.linalg.eigvals(space.A)
     swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
@@ -281,8 +281,8 @@ def _rise_time(space: StateSpace, values: Any) -> float:
 
 
 def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | None]:
-    """Stroke and blocked force on a slow ramp from 0, and displacements from somewhat below the rest to beyond the
-    longest stroke; None where it does not move."""
+    """Stroke and blocked force on a slow ramp from 0; and displacements from somewhat below the rest to beyond the
+    longest stroke, None if the disc does not move."""
     levels = np.linspace(0.0, highest, RAMP)
     found = plain(stroke_and_blocked_force)(model, levels)
     stroke, rest = found["stroke"].values, float(found["rest_displacement"])

@@ -1,7 +1,6 @@
 """Designs that meet a wish in spite of tolerances: searched on closed forms, checked by the analyses.
 
-Every requirement and every limit has a signed margin, positive where it is missed. A design is feasible where the
-largest of them is met by the wished share of draws of the tolerances, the same draws for all designs.
+The search is that of `gelcone.lab.front`.
 """
 
 from __future__ import annotations
@@ -43,18 +42,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ATTEMPTS = 3
-"""Searches of a row, each with the pull-in that the last one's check found."""
+"""Most searches of a design, each with the pull-in that the check of the last one found."""
 TRAP = 200
-"""Generations of a search where nothing is uncertain."""
+"""Generations of a search without uncertainty."""
 
 
 # --- the check --------------------------------------------------------------------------------------------------------
 
 
 class Checked(NamedTuple):
-    """The verdict of the analyses on a design: settled ``stroke`` and ``apparent_power``, the ``recommended`` highest
-    peak voltage at its frequency, the ``first_limit`` there, the stroke as a ``membrane``, and why it ``failed``, empty
-    if it holds."""
+    """The check of a design by the analyses: settled ``stroke`` and ``apparent_power``, the stroke of the film as a
+    ``membrane``, the ``recommended`` highest peak voltage at its frequency with the ``first_limit``, and the reason why
+    it ``failed``, empty if it did not."""
 
     stroke: float
     membrane: float
@@ -64,8 +63,8 @@ class Checked(NamedTuple):
     failed: str
 
 
-BESIDE = 0.03
-"""Share of the drive frequency to either side at which limits are examined, too."""
+NEARBY = 0.03
+"""Distance of two more frequencies at which limits are examined, over the drive frequency."""
 
 
 def check(wish: Wish, device: Device) -> Checked:
@@ -73,7 +72,7 @@ def check(wish: Wish, device: Device) -> Checked:
     motion, membrane = settled(device), settled(device.replace_quietly(film="membrane"))
     stroke, power = 1e-3 * float(motion["stroke"]), 1e-3 * float(motion["apparent_power"])
     own = float(device.frequency)
-    found = envelope(device, frequencies=own * np.array([1.0 - BESIDE, 1.0, 1.0 + BESIDE]), margin=wish.margin)
+    found = envelope(device, frequencies=own * np.array([1.0 - NEARBY, 1.0, 1.0 + NEARBY]), margin=wish.margin)
     recommended = float(found["recommended_peak"][1])
     peak, first = float(found["own_peak"]), int(found["first_limit"][1])
     static = found["static_limit_voltage"]
@@ -90,7 +89,8 @@ def check(wish: Wish, device: Device) -> Checked:
 
 
 class Row(NamedTuple):
-    """A design: its ``problem``, place in the unit ``cube`` and ``checked`` numbers."""
+    """A design: its ``problem``, place in the ``unit`` cube, last ``population``, ``device`` and ``checked``
+    numbers."""
 
     problem: Problem
     unit: Array
@@ -100,7 +100,7 @@ class Row(NamedTuple):
 
 
 def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
-    """A design as found or, where a check fails for its limits or new draws for its confidence, one that keeps more."""
+    """Check a design; if it fails for its limits, or new draws for its confidence, search one with more distance."""
     wished, uncertain = problem.wish.confidence, problem.draws > 1
     for attempt in range(ATTEMPTS):
         device = problem.wish.device.replace_quietly(fields_of(problem, unit))
@@ -130,9 +130,9 @@ def design(
     Parameters
     ----------
     wish : of `gelcone.read_wish`.
-    samples : draws of fields that are uncertain together, as a fit leaves them: name -> values in SI, or a Dataset of
-        `gelcone.fitted_draws`. A fixed field is at their median, a free one spreads as they do. Default none.
-    nominal : search as if nothing were uncertain, to compare. Default no.
+    samples : draws of correlated fields, such as those of a fit: name -> values in SI, or a Dataset of
+        `gelcone.fitted_draws`. A fixed field is set to their median, and a free one has their spread. Default none.
+    nominal : search without uncertainty, for comparison. Default no.
     seed : of the search and its draws. Default 0.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -141,16 +141,16 @@ def design(
     Dataset over ``design``, along the front of the first two objectives: the free fields, stroke, voltage and power,
     the ``probability`` that a device within the tolerances meets all, of 4,096 new draws, with its 95 % interval; the
     ``first_limit`` and the ``recommended`` highest peak voltage; the ``distance`` of the natural frequency from that of
-    the drive in half widths of the resonance; what ``binds``, and by what share the first objective falls where that
-    is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest probability of the designs that
-    are best in an objective where nothing is uncertain, ``nominal_probabilities`` those by objective. Designs that the
-    settled motion or the envelope refuse are left out; the attribute
-    ``left_out`` says why; ``samples`` holds names, medians and the covariance of the logarithms of fields that are
-    uncertain together. `gelcone.designed_devices` gives the devices.
+    the drive in half widths of the resonance; the requirement that ``binds``, and the share by which the first
+    objective falls if that is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest
+    probability of the designs that are best in an objective without uncertainty, ``nominal_probabilities`` those by
+    objective. Designs whose settled motion or envelope fails are left out, with the reasons in the attribute
+    ``left_out``; ``samples`` holds names, medians and the covariance of the logarithms of correlated fields.
+    `gelcone.designed_devices` returns the devices.
 
     Raises
     ------
-    InputError : where no design within the bounds meets all, and where nothing is uncertain.
+    InputError : if no design within the bounds meets all requirements, and if nothing is uncertain.
 
     Examples
     --------
@@ -192,7 +192,7 @@ def design(
     if not wish.uncertain and not nominal:
         raise InputError(
             "design: nothing is uncertain: tolerances are needed to distinguish a design from a coincidence; give "
-            "[tolerances], --samples of a fit, or --nominal to see the trap"
+            "[tolerances] or the samples of a fit; only a nominal design needs neither"
         )
     counted = Counted(progress)
     with quiet_input():
@@ -211,7 +211,7 @@ def design(
 
 
 def designed_devices(result: xr.Dataset) -> list[Device]:
-    """The devices of a design.
+    """Return the devices of a design.
 
     Parameters
     ----------
@@ -243,15 +243,15 @@ def designed_devices(result: xr.Dataset) -> list[Device]:
 
 @contextmanager
 def quiet_input() -> Iterator[None]:
-    """No warnings about unusual values, and none about missing numbers, of designs that a search only tries."""
+    """Suppress warnings about unusual values and missing numbers of designs that a search tries."""
     with warnings.catch_warnings(), np.errstate(invalid="ignore", divide="ignore"):
         warnings.simplefilter("ignore", DoubtfulInput)
         yield
 
 
 def traps(wish: Wish, seed: int) -> dict[str, float]:
-    """The probability of the design that is best where nothing is uncertain, by objective; without those that no free
-    field moves."""
+    """Objective -> probability of the design that is best in it without uncertainty; objectives that depend on no free
+    field are left out."""
     alone, found = Problem(wish, 1, seed), {}
     for objective in wish.objectives:
         unit, _, fitness = alone.search(objective, generations=TRAP)
@@ -262,7 +262,8 @@ def traps(wish: Wish, seed: int) -> dict[str, float]:
 
 
 def _stored(wish: Wish) -> dict[str, Any]:
-    """What was drawn together, so that the result says it: names, medians, and the covariance of the logarithms."""
+    """Names, medians and the covariance of the logarithms of correlated fields, for the result; empty if there are
+    none."""
     names, medians, root = wish.samples
     return {"names": names, "medians": medians.tolist(), "covariance": (root @ root.T).tolist()} if names else {}
 
@@ -282,7 +283,7 @@ _NUMBERS = {
 
 
 def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, float]) -> xr.Dataset:
-    """The designs that hold as a Dataset."""
+    """Label the designs that pass their checks as a Dataset."""
     import xarray as xr
 
     import gelcone.accessor  # noqa: F401  (gives Datasets their methods)

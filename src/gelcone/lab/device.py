@@ -1,4 +1,4 @@
-"""A device and its tests: the plan and the fit as Datasets."""
+"""Plan and fit of a device with its tests, as Datasets."""
 
 from __future__ import annotations
 
@@ -40,20 +40,20 @@ LOSSES = ("damper", "branch", "both")
 """Structures of the loss: a linear damper, a Maxwell branch of the film, or both."""
 BRANCH = ("material.viscous_modulus_1", "material.relaxation_time_1")
 BRANCH_SHARE, ANY = 0.1, 1.0
-"""Modulus of a branch that is tried, over the shear modulus, and the prior of what a structure adds: a factor of e."""
+"""Initial modulus of an added branch over the shear modulus, and the prior of added fields, a factor of e."""
 UPWARD, OPPOSITE = ("force", "stroke"), -0.8
-"""Readings that have a direction, and the cosine between measured and predicted ones below which theirs is reversed."""
+"""Readings with a direction, and the cosine between measured and predicted ones below which their sign is wrong."""
 CERTAIN = 5.0
-"""Root mean square, over the noise, that both have where their direction is judged."""
+"""Root mean square over the noise, of measured and predicted readings, above which their sign is checked."""
 READ_TESTS = "give tests on a device, such as gelcone.read_device_tests('tests.toml')"
-"""Remedy where something else is given."""
+"""Remedy for anything but tests on a device."""
 UNDECIDED = 4.0
-"""Films whose objectives differ by less cannot be distinguished."""
+"""Difference of the objectives of two films below which they cannot be distinguished."""
 
 
 def read_free(texts: Sequence[str], device: Device) -> dict[str, float]:
-    """Free fields with the relative standard deviation of their priors, from ``FIELD~3%``, ``FIELD~5 um`` or ``FIELD``,
-    which has none."""
+    """Read free fields with the relative standard deviations of their priors, from ``FIELD~3%``, ``FIELD~5 um``, or
+    ``FIELD`` without a prior."""
     found: dict[str, float] = {}
     for text in texts:
         name, tilde, spread = (part.strip() for part in text.partition("~"))
@@ -84,7 +84,7 @@ def plan_device(
     Parameters
     ----------
     device : with the nominal values of its fields.
-    tests : as `gelcone.read_device_tests` gives them; readings play no part and may be missing.
+    tests : result of `gelcone.read_device_tests`; readings are not used and may be missing.
     free : field, also a dotted one -> relative standard deviation of its prior.
     predict : predictions such as ``"stroke@1.5 kV"``, ``"natural frequency@1 kV"`` and ``"pull-in"``.
     film : ``"taut"``, ``"wrinkling"`` or ``"membrane"``. Default the device's.
@@ -94,12 +94,12 @@ def plan_device(
     -------
     Dataset over ``unknown`` - the fields, then the gains of instruments - with the standard deviation ``left`` by the
     tests and the ``prior``; the ``singular_value`` of each direction of fields in units of their priors; ``invariant``
-    directions, changes of fields that leave every reading as it is; the predictions with their standard deviations, and
-    what next experiments would leave of these.
+    directions, changes of fields that change no reading; the predictions with their standard deviations, and the shares
+    of these that further experiments would leave.
 
     Raises
     ------
-    InputError : for fields that cannot be fitted, and where the device has no state in the tests.
+    InputError : for fields that cannot be fitted, and if the device has no state in the tests.
 
     Examples
     --------
@@ -139,11 +139,11 @@ def fit_device(
     device, tests, free, predict : as in `plan_device`, with all readings measured.
     films : films to compare, of ``"taut"``, ``"wrinkling"`` and ``"membrane"``. Default the device's.
     losses : structures of the loss to compare: ``"damper"``, a linear damper and a film that does not creep;
-        ``"branch"``, a Maxwell branch of the film and no damper; ``"both"``. A branch that the device has not begins
-        with a tenth of the shear modulus and the period of the drive over 2 pi; what is not among ``free`` of damper
-        and branch is free within a factor of e. Default the device's.
-    profile : unknowns whose 95 % interval is also that of the profile likelihood, ``profile_low`` and ``profile_high``
-        as logarithms, right where the objective is not a parabola. Default none.
+        ``"branch"``, a Maxwell branch of the film and no damper; ``"both"``. An added branch starts with a tenth of the
+        shear modulus and the period of the drive over 2 pi; fields of damper and branch that are not among ``free`` are
+        free within a factor of e. Default the device's.
+    profile : unknowns for which the 95 % interval of the profile likelihood is computed, too, ``profile_low`` and
+        ``profile_high`` as logarithms; it is right also where the objective is not a parabola. Default none.
 
     Returns
     -------
@@ -154,8 +154,8 @@ def fit_device(
 
     Raises
     ------
-    InputError : as `plan_device`; for readings that are missing; where fields without priors cannot be distinguished;
-        and where measured voltages lie beyond pull-in.
+    InputError : as `plan_device`; for missing readings; for fields without priors that cannot be distinguished; and for
+        measured voltages beyond pull-in.
 
     Examples
     --------
@@ -171,7 +171,7 @@ def fit_device(
     """
     check_kind("fit_device", tests, DeviceTests, READ_TESTS)
     if not tests.measured:
-        raise InputError("a test has no readings; measure them, or ask for the plan (gelcone.plan_device, --plan)")
+        raise InputError("a test has no readings; measure them, or ask for the plan, which needs none")
     chosen = itertools.product(
         [None] if films is None else dict.fromkeys(films), [None] if losses is None else dict.fromkeys(losses)
     )
@@ -208,8 +208,8 @@ def fit_device(
 
 
 def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], dict[str, str]]:
-    """The fit of each structure, and of those without a state at a measured value the reason; `InputError` where none
-    has one."""
+    """The fit of each structure, and the reason for each without a state at a measured value; `InputError` if all have
+    none."""
     found, impossible = {}, {}
     for structure, problem in problems.items():
         try:
@@ -227,8 +227,8 @@ def _fitted(problems: Mapping[str, Problem]) -> tuple[dict[str, FittedDevice], d
 
 
 def _check_signs(problem: Problem) -> None:
-    """`InputError` for forces and strokes whose sign is the opposite of the device's in all of a test, as far as they
-    stand out of the noise."""
+    """Raise `InputError` for forces and strokes that have the opposite sign of the device's throughout a test, if both
+    exceed the noise by far."""
     (predicted,) = problem.predict(np.zeros((1, problem.priors.size)))
     first = 0
     for test in problem.tests:
@@ -247,9 +247,9 @@ def _check_signs(problem: Problem) -> None:
 
 
 def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
-    """The profile intervals of the unknowns that are wanted; NaN for all others."""
+    """The profile intervals of the ``wanted`` unknowns; NaN for all others."""
     names = best.problem.names
-    check_names("free field or gain of this fit", wanted, names, where="--profile ")
+    check_names("free field or gain of this fit", wanted, names, where="profile: ")
     ends = np.array([profiled(best, name) if name in wanted else (np.nan, np.nan) for name in names])
     return dataset.columns("unknown", {
         "profile_low": (ends[:, 0], "lower end of the profile interval, as a logarithm", "share"),
@@ -257,7 +257,7 @@ def _profiles(best: FittedDevice, wanted: Sequence[str]) -> dict[str, Any]:
     })  # fmt: skip
 
 
-# --- what is asked ----------------------------------------------------------------------------------------------------
+# --- problems ---------------------------------------------------------------------------------------------------------
 
 
 def _structure(device: Device, film: str | None, loss: str | None) -> str:
@@ -298,7 +298,8 @@ def _with_loss(device: Device, free: Mapping[str, float], loss: str) -> tuple[De
 
 
 def _checked(problem: Problem) -> Problem:
-    """The problem, unless fields without priors change together without changing any reading."""
+    """Return the problem; `InputError` for fields without priors that can change together without changing a
+    reading."""
     names = list(problem.free)
     open_ = {name for name, prior in problem.free.items() if prior >= WIDE}
     for direction in plan_of(problem).directions if open_ else ():
@@ -316,11 +317,11 @@ def _one_too_many(moved: set[str]) -> str:
         return (
             "free film_thickness: with material.shear_modulus and material.relative_permittivity free and no prior, "
             "these three are one number too many: mu H and eps/H are all that any test here determines; give one of "
-            "them a prior (film_thickness~3%)"
+            "them a prior, such as 3 % of film_thickness"
         )
     first, *others = sorted(moved)
     together = f"with {', '.join(others)} free and no prior, these change together" if others else "it changes"
-    return f"free {first}: {together} without changing any reading; give it a prior ({first}~3%)"
+    return f"free {first}: {together} without changing any reading; give it a prior, such as 3 %"
 
 
 # --- the result -------------------------------------------------------------------------------------------------------
@@ -348,7 +349,7 @@ def _unknowns(names: Sequence[str], priors: Array, left: Array, logs: Array) -> 
 
 
 def _with_plan(result: xr.Dataset, problem: Problem, plan: Plan, logs: Array | None = None) -> xr.Dataset:
-    """The result with singular values, directions, and the nominal values of the fields."""
+    """Add the singular values, directions, and nominal and fitted values of the fields to a result."""
     fields = list(problem.free)
     found = result.assign_coords(field=fields)
     nominal = [field_value(problem.device, name) for name in fields]
@@ -368,7 +369,7 @@ def _with_plan(result: xr.Dataset, problem: Problem, plan: Plan, logs: Array | N
 
 
 def _readings(best: FittedDevice) -> xr.Dataset:
-    """All readings of the tests, measured and predicted."""
+    """Label all readings of the tests, measured and predicted."""
     import xarray as xr
 
     tests = best.problem.tests
@@ -390,7 +391,7 @@ def _readings(best: FittedDevice) -> xr.Dataset:
 
 
 def _along(test: DeviceTest) -> tuple[Array, str]:
-    """What a test is drawn over, with its name: the first of what is set that varies, else the number of the row."""
+    """The abscissa of a test in figures, with its name: the first set number that varies, else the row."""
     rows = len(next(iter(test.read.values())))
     if test.kind == "series":
         return test.set["time"][rows_read(len(test.set["time"]))], "time (s)"
@@ -401,7 +402,7 @@ def _along(test: DeviceTest) -> tuple[Array, str]:
 
 
 def _others(best: FittedDevice, fitted: Mapping[str, FittedDevice]) -> xr.Dataset:
-    """Each test predicted from the others, and the objective of each structure."""
+    """Label the predictions of each test from the others, and the objectives of the structures."""
     import xarray as xr
 
     out = left_out(best)

@@ -1,7 +1,7 @@
-"""A device from its own measurements: what tests determine of its fields, and the fields that fit them.
+"""Fit of a device to its own measurements, and the information in the tests about its fields.
 
-Fields are fitted by the logarithms of their factors, each with a prior, and with them a gain of each instrument. All
-intervals are those of Gauss and Newton with priors and gains.
+The unknowns are the logarithms of factors on the fields, each with a prior, and of the gain of each instrument.
+Intervals are those of the Gauss-Newton approximation with priors and gains.
 """
 
 from __future__ import annotations
@@ -24,30 +24,31 @@ from gelcone.statistics import Z
 STEP = 1e-6
 """Change of a logarithm over which derivatives are taken."""
 WIDE = 10.0
-"""Standard deviation of the logarithm of a field without a prior: any size."""
+"""Standard deviation of the logarithm of a field without a prior, wide enough for any size."""
 CLIFF = 100.0
 """Residual, over the noise, where a variant has no equilibrium at a measured voltage."""
 RESPONSES_FIRST = 50.0
 SWINGING = ("frequency response", "series")
-"""Factor on the noise of these in the first stage of a fit, which a sharp peak, or a phase, would trap."""
+"""Kinds of tests with `RESPONSES_FIRST` times their noise in the first stage of a fit, since a sharp peak or a phase
+would trap it."""
 STARTS, SPREAD = 3, 0.7
-"""Starts of a fit where the film can turn slack, and their spread in units of the priors."""
+"""Starts of a fit if the film can turn slack, and their spread in units of the priors."""
 ROUGH, FINE = 1e-3, 1e-9
-"""Relative tolerances of a fit from each start, and from the best of what they led to."""
+"""Relative tolerances of a fit from each start, and of the final fit from the best of these."""
 REFUSED = 0.01
-"""A chi2 that is larger with less probability than this refuses the structure."""
+"""p-value of chi2 below which the structure is refused."""
 MOST_FREE = 24
 LEARNT = 1.0
-"""A direction, in units of the priors, with a larger singular value is learnt from the tests."""
+"""Singular value, in units of the priors, above which the tests determine a direction better than the priors."""
 EXACT = 1e-5
-"""A direction with a singular value smaller than this share of the largest leaves all tests as they are."""
+"""Singular value, over the largest, below which a direction changes no reading."""
 
 
 SHAPING = {
     "disc_radius", "film_radius", "prestretch", "meridional_prestretch", "hoop_prestretch", "material.stretch_limit",
     "material.yeoh_c2", "material.yeoh_c3",
 }  # fmt: skip
-"""Fields on which the membrane's own numbers hang; all others are scales of them."""
+"""Fields on which the membrane's own numbers depend; all others are scales."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         if not self.free:
-            raise InputError('no field is free; give some with priors in free (--free "film_thickness~3%")')
+            raise InputError("free: names no field; give some with priors, such as film_thickness with 3 %")
         if len(self.free) > MOST_FREE:
             raise InputError(f"{len(self.free)} fields are free: give at most {MOST_FREE}")
         for name in self.free:
@@ -76,7 +77,7 @@ class Problem:
 
     @cached_property
     def used(self) -> list[str]:
-        """The instruments of the tests: those that read, and the amplifier where there is a voltage."""
+        """The instruments of the tests: those of readings, and the amplifier if there is a voltage."""
         own = {instrument for test in self.tests for instrument in test.instruments if instrument}
         volts = any(np.any(values) for test in self.tests for name, values in test.set.items() if "voltage" in name)
         return [name for name in INSTRUMENTS if name in own or (name == AMPLIFIER and volts)]
@@ -92,13 +93,14 @@ class Problem:
         return np.array([*self.free.values(), *(self.gains[name] for name in self.used)])
 
     def variants(self, logs: Array, near: Variants | None = None) -> Variants:
-        """Variants of the device at logarithms of factors, (variants, unknowns), searched from the states of one."""
+        """Make variants of the device at logarithms of factors, (variants, unknowns), searched from the states of
+        ``near``."""
         factors, count = np.exp(logs), len(self.free)
         gains = {name: factors[:, count + k] for k, name in enumerate(self.used)}
         return Variants(self.device, list(self.free), factors[:, :count], gains, near)
 
     def predict(self, logs: Array) -> Array:
-        """All readings, (variants, readings); NaN where a variant has no state."""
+        """Predict all readings, (variants, readings); NaN where a variant has no state."""
         return self._readings(self.variants(logs), None)
 
     def _readings(self, variants: Variants, tests: Sequence[DeviceTest] | None) -> Array:
@@ -107,8 +109,8 @@ class Problem:
     def slopes(
         self, logs: Array, tests: Sequence[DeviceTest] | None = None, central: bool = False
     ) -> tuple[Array, Array]:
-        """Readings at one set of unknowns, and their derivatives, (readings, unknowns), next to a cliff from the side
-        that has a state; ``central``: of the second order."""
+        """Readings at one set of unknowns, and their derivatives, (readings, unknowns): one-sided differences, on the
+        side that has a state, or ``central`` ones."""
         near = self.variants(logs[None])
         (here,) = self._readings(near, tests)
         rise = (self._readings(self.variants(logs + STEP * np.eye(logs.size), near), tests) - here) / STEP
@@ -134,7 +136,7 @@ class Problem:
 
 class Plan(NamedTuple):
     """The information in tests: standard deviations ``left`` of all unknowns, ``singular`` values of the fields in
-    units of their priors, and the ``directions`` of fields that leave all readings as they are, a row each."""
+    units of their priors, and the ``directions`` of fields that change no reading, one in a row."""
 
     names: list[str]
     priors: Array
@@ -150,7 +152,7 @@ class Plan(NamedTuple):
 
 
 def plan_of(problem: Problem, logs: Array | None = None) -> Plan:
-    """Compute the information of the tests about the free fields, before any is made."""
+    """Compute the information of tests about the free fields, which needs no readings."""
     logs = np.zeros(problem.priors.size) if logs is None else logs
     here, slopes = problem.slopes(logs, central=True)
     if not np.isfinite(here).any():
@@ -175,12 +177,12 @@ SYMMETRIES: tuple[Mapping[str, float], ...] = (
     {"material.shear_modulus": 1.0, "spring_rate": 1.0, "moving_mass": 1.0, "damping_coefficient": 1.0,
      "material.relative_permittivity": 1.0},
 )  # fmt: skip
-"""Changes of fields, as exponents, that leave all readings as they are: film stiffness mu H and eps/H alone act; and
-without a force or a known mass all stiffnesses, mass, damping and eps/H change together."""
+"""Changes of fields, as exponents, that change no reading: only mu H and eps/H act; and without a force or a known mass
+all stiffnesses, mass, damping and eps/H change together."""
 
 
 def _invariant(slopes: Array, names: Sequence[str]) -> Array:
-    """Directions of fields that leave all readings as they are: the known symmetries, then what else there is."""
+    """Directions of fields that change no reading: the known symmetries, then all others."""
     _, sizes, rows = np.linalg.svd(slopes)
     sizes = np.concatenate([sizes, np.zeros(len(names) - sizes.size)])
     still = EXACT * sizes.max(initial=1e-300)
@@ -199,7 +201,7 @@ def _invariant(slopes: Array, names: Sequence[str]) -> Array:
 
 
 def _simple(directions: Array) -> Array:
-    """The same directions with as many zeros as there can be, the largest entry of each 1."""
+    """Combine directions so that they have as many zeros as possible, the largest entry of each being 1."""
     rows = np.array(directions)
     done: list[int] = []
     for k in range(len(rows)):
@@ -217,15 +219,16 @@ def _simple(directions: Array) -> Array:
 
 
 class Gain(NamedTuple):
-    """A further measurement, and the standard deviation of a prediction that it leaves, over that without it."""
+    """A further measurement in ``words``, and the ``ratio`` of a prediction's standard deviation with it to that
+    without."""
 
     words: str
     ratio: float
 
 
 def next_experiments(problem: Problem, readings: Array, logs: Array | None = None) -> list[Gain]:
-    """Rank what would help a prediction, the best first: four times the rows of each test, each instrument calibrated
-    to a fifth, each prior halved.
+    """Rank further measurements for a prediction, the best first: four times the rows of each test, each gain
+    calibrated to a fifth, each prior halved.
 
     ``readings`` is the derivative of the prediction by all unknowns.
     """
@@ -260,12 +263,12 @@ def next_experiments(problem: Problem, readings: Array, logs: Array | None = Non
 
 
 class NoStateError(InputError):
-    """A structure that has no state at a measured value, whatever its fields."""
+    """A structure without a state at a measured value for any fields within the priors."""
 
 
 class FittedDevice(NamedTuple):
-    """Unknowns ``logs`` that fit, their ``covariance``, the ``predicted`` readings, ``chi2`` over the readings, and the
-    ``objective`` with priors and gains."""
+    """A fit: the unknowns ``logs`` with their ``covariance``, the ``predicted`` readings, ``chi2`` over the readings,
+    and the ``objective``, chi2 with priors and gains."""
 
     problem: Problem
     logs: Array
@@ -283,7 +286,7 @@ class FittedDevice(NamedTuple):
 
     @property
     def device(self) -> Device:
-        """The device with its fields as fitted."""
+        """Make the device with the fitted fields."""
         own = self.problem
         factors = np.exp(self.logs)
         return own.device.replace(
@@ -292,9 +295,11 @@ class FittedDevice(NamedTuple):
 
 
 def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
-    """Fit the free fields: responses at first with wide noise, then all; from several starts where the film can turn
-    slack, or roughly from a ``start`` that is near. Raises `InputError` where the device has no state at measured
-    voltages whatever its fields within the priors."""
+    """Fit the free fields, responses at first with wide noise; from several starts if the film can turn slack, or
+    roughly from a ``start`` that is near.
+
+    Raises `NoStateError` if no device within the priors has a state at measured values.
+    """
     starts = _starts(problem) if start is None else [start]
     kinds = [RESPONSES_FIRST if test.kind in SWINGING else 1.0 for test in problem.tests]
     wide = problem.noise * np.repeat(kinds, [test.values.size for test in problem.tests])
@@ -318,8 +323,7 @@ def fit_problem(problem: Problem, start: Array | None = None) -> FittedDevice:
 
 
 def _rough(problem: Problem, starts: Sequence[Array], wide: Array) -> list[Array]:
-    """Rough fits from starts; where films or circuits have states, which costs, no further one than it takes for a chi2
-    that does not refuse."""
+    """Fit roughly from starts; where films or circuits have states, which is slow, only until chi2 is not refused."""
     from scipy.stats import chi2
 
     found, patient = [], problem.device.to_model().system.planar
@@ -332,7 +336,8 @@ def _rough(problem: Problem, starts: Sequence[Array], wide: Array) -> list[Array
 
 
 def _without_state(problem: Problem, lost: Any) -> str:
-    """Why readings cannot be fitted: their voltages, where those lie above every pull-in within the priors."""
+    """The reason why readings cannot be fitted: voltages above every pull-in within the priors, or values without a
+    state."""
     steps = 2.0 * np.diag(_narrow(problem))
     factors = np.exp(np.concatenate([steps, -steps])[:, : len(problem.free)])
     with np.errstate(all="ignore"):
@@ -359,7 +364,7 @@ def _peaks(test: DeviceTest) -> Array:
 
 
 def _starts(problem: Problem) -> list[Array]:
-    """The device as it is, and where its film can turn slack others within the priors."""
+    """The starts of a fit: the nominal device, and others within the priors if its film can turn slack."""
     slack = isinstance(problem.device.to_model().system.film, WrinklingCone)
     rng, count = np.random.default_rng(0), problem.priors.size
     draws = [np.clip(rng.standard_normal(count), -1.5, 1.5) for _ in range((STARTS - 1) * slack)]
@@ -377,13 +382,12 @@ def _residuals(problem: Problem, logs: Array, noise: Array) -> Array:
 
 
 def _objective(problem: Problem, logs: Array) -> float:
-    """The sum that a fit makes least."""
+    """The sum of squares that a fit minimises."""
     return float(np.sum(_residuals(problem, logs, problem.noise) ** 2))
 
 
 def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held: int | None = None) -> Array:
-    """The unknowns of the least squares from a start, to a relative tolerance of their sum; the one that is ``held``
-    stays as it starts."""
+    """Minimise the sum of squares from a start, to a relative tolerance; the unknown ``held`` stays fixed."""
     from scipy.optimize import least_squares
 
     unit, free = _narrow(problem), np.arange(start.size) != (-1 if held is None else held)
@@ -396,7 +400,7 @@ def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held:
     def residuals(z: Array) -> Array:
         try:
             return _residuals(problem, whole(z), noise)
-        except InputError:  # a trial step beyond what a device may be
+        except InputError:  # a trial step to fields that no device may have
             return np.full(noise.size + unit.size, CLIFF)
 
     def jacobian(z: Array) -> Array:
@@ -410,12 +414,12 @@ def _least(problem: Problem, start: Array, noise: Array, tolerance: float, held:
 
 
 PROFILED, PROFILE_STEPS = Z, 8
-"""The root of the rise of the objective at the ends of a 95 % interval, and most refits to find each."""
+"""Root of the rise of the objective at the ends of a 95 % interval, and most refits for each end."""
 
 
 def profiled(fitted: FittedDevice, name: str) -> tuple[float, float]:
-    """Ends of the 95 % interval of an unknown, as deviations of its logarithm, where the objective, smallest over all
-    others, has risen by 3.84; NaN for an end that is not found."""
+    """Ends of the 95 % interval of an unknown, as deviations of its logarithm: there the objective, minimised over all
+    others, has risen by `PROFILED`^2. NaN for an end that is not found."""
     problem, k = fitted.problem, fitted.problem.names.index(name)
     spread = float(np.sqrt(fitted.covariance[k, k]))
     ends = []
@@ -438,11 +442,11 @@ def profiled(fitted: FittedDevice, name: str) -> tuple[float, float]:
 
 
 PROFILE_WITHIN = 0.01
-"""Share to which the root of the rise is met."""
+"""Relative error allowed of the root of the rise."""
 
 
 class LeftOut(NamedTuple):
-    """A test predicted from the others: chi2 of its readings with what the fit leaves uncertain, and its p-value."""
+    """A test predicted from the others: chi2 of its readings, with the uncertainty of the fit, and its p-value."""
 
     name: str
     chi2: float
@@ -451,7 +455,7 @@ class LeftOut(NamedTuple):
 
 
 def left_out(fitted: FittedDevice) -> list[LeftOut]:
-    """Each test predicted from a fit to the others, which starts from that to all; empty with a single test."""
+    """Predict each test from a fit to the others, which starts from the fit to all; empty for a single test."""
     from scipy.stats import chi2
 
     problem, found = fitted.problem, []
@@ -468,7 +472,7 @@ def left_out(fitted: FittedDevice) -> list[LeftOut]:
 
 
 def _with_all_gains(problem: Problem, others: Problem, fitted: FittedDevice) -> tuple[Array, Array]:
-    """The unknowns of a fit to fewer tests among those of all: gains that were not in use have their priors."""
+    """Extend the unknowns of a fit to fewer tests to those of all; unused gains have their priors."""
     places = [problem.names.index(name) for name in others.names]
     logs, covariance = np.zeros(problem.priors.size), np.diag(problem.priors**2)
     logs[places] = fitted.logs

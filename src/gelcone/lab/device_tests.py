@@ -19,7 +19,7 @@ from gelcone.physics.waveforms import MOST_PIECES
 from gelcone.quantity import Array
 
 GAINS: Mapping[str, float] = dict.fromkeys(INSTRUMENTS, 0.01) | {"load cell": 0.02}
-"""Standard deviation of the gain of each instrument where the list states none."""
+"""Default standard deviation of the gain of each instrument."""
 _NEAR = {
     "height": ("height", "h", "position", "z"),
     "voltage": ("voltage", "u", "v", "hv"),
@@ -38,25 +38,25 @@ _NEAR = {
     "voltage_offset": ("offset", "voltage offset"),
     "voltage_amplitude": ("voltage amplitude",),
 }
-"""Names of columns by what they hold."""
+"""Number that is set or read -> names by which its column is recognised."""
 _NUMBER = re.compile(r"\s*[+-]?\.?\d")
-"""The beginning of a number; another text names a column, after a minus with the opposite sign."""
+"""Beginning of a number; any other text names a column, after a minus with the opposite sign."""
 _EXAMPLES = {"m": "10 mm", "V": "1 kV", "N": "20 mN", "Hz": "10 Hz", "s": "1 s"}
-"""Values of what is set, by unit."""
+"""Unit -> example of a value that is set."""
 _PARTS = ("in_phase", "quadrature")
 _EXTRA = {"amplitude": "m", "phase": "deg"}
-"""Readings that stand for in_phase and quadrature."""
+"""Readings that replace in_phase and quadrature."""
 
 
 class DeviceTests(NamedTuple):
-    """Tests on a device, and the standard deviation of the gain of each instrument."""
+    """Tests on a device, and the standard deviations of the gains of instruments."""
 
     tests: tuple[DeviceTest, ...]
     gains: Mapping[str, float]
 
     @property
     def measured(self) -> bool:
-        """Whether all tests have readings, so that they can be fitted."""
+        """Whether all tests have readings, as a fit needs."""
         return all(np.isfinite(test.values).all() for test in self.tests)
 
 
@@ -77,7 +77,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
 
     Raises
     ------
-    InputError : for what cannot be read with certainty, in one line that names test and remedy.
+    InputError : for data that cannot be read with certainty, in one line that names test and remedy.
 
     Examples
     --------
@@ -91,7 +91,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
     check_path("read_device_tests", path)
     path = Path(path)
     if path.suffix.lower() != ".toml":
-        raise InputError(f'{path}: of a device, --data is a list of tests (tests.toml), with kind = "blocked force"')
+        raise InputError(f'{path}: is not a list of tests on a device; give tests.toml, with kind = "blocked force"')
     entries, others = listed_tables(path, ("instruments",))
     gains = dict(GAINS)
     for name, value in others.get("instruments", {}).items():
@@ -102,7 +102,7 @@ def read_device_tests(path: str | Path) -> DeviceTests:
 
 
 def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
-    """A test of the list."""
+    """Read a test of the list."""
     where = f"{path}, test {number}"
     kind = str(entry.get("kind"))
     check_name("kind of test on a device", kind, KINDS, where=f"{where}: ")
@@ -121,8 +121,8 @@ def _test(path: Path, number: int, entry: Mapping[str, Any]) -> DeviceTest:
 
 
 def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Mapping[str, Array], table: Table) -> None:
-    """`InputError` for a file that has columns of numbers that stand for nothing, and lacks what is set or all
-    readings, or an amplitude or a phase without the other."""
+    """Raise `InputError` for a file with unused columns of numbers if a number that is set, all readings, or one of
+    amplitude and phase are missing."""
     used = {own for name in _units(kind) if (own := _named(where, name, entry.get(name), table)[0])}
     left = [name for name, column in table.columns.items() if name not in used and column.values is not None]
     halves = ("amplitude", "phase")
@@ -138,13 +138,13 @@ def _check_columns(where: str, kind: str, entry: Mapping[str, Any], numbers: Map
 
 
 def _units(kind: str) -> dict[str, str]:
-    """What a kind of test may state, and in which unit."""
+    """The numbers that a kind of test may state, name -> SI unit."""
     found = dict(KINDS[kind].set) | {name: own.unit for name, own in KINDS[kind].read.items()}
     return found | (_EXTRA if kind == "frequency response" else {})
 
 
 def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, table: Table | None) -> DeviceTest:
-    """The test of its numbers, all columns of one length."""
+    """Make a test of its numbers, with all columns of one length."""
     if "amplitude" in numbers and "phase" in numbers:
         size, angle = numbers.pop("amplitude"), np.radians(numbers.pop("phase"))
         numbers |= dict(zip(_PARTS, (size * np.cos(angle), size * np.sin(angle)), strict=True))
@@ -174,7 +174,7 @@ def _assembled(where: str, kind: str, numbers: dict[str, Array], noise: Any, tab
 
 
 def _check_times(where: str, times: Array) -> None:
-    """`InputError` for times that do not rise, or are more than a run may have."""
+    """Raise `InputError` for times that do not rise, and for more than a run may have."""
     if not 2 <= times.size <= MOST_PIECES:
         raise InputError(f"{where}: has {times.size} times; a series takes 2 to {MOST_PIECES}")
     if (wrong := np.flatnonzero(np.diff(times) <= 0.0)).size:
@@ -197,7 +197,7 @@ def _noise(where: str, name: str, unit: str, given: Any) -> float:
 
 
 def _parsed(where: str, name: str, value: Any, unit: str, **bounds: Any) -> float:
-    """A number with its unit."""
+    """Read a number with its unit; `InputError` with the test otherwise."""
     text = str(value).strip()
     try:
         if unit == "1/s":
@@ -210,7 +210,7 @@ def _parsed(where: str, name: str, value: Any, unit: str, **bounds: Any) -> floa
 
 
 def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) -> Array | None:
-    """Values of what is set or read: from the list itself, or from a column; None where it is not there."""
+    """Read a number that is set or read, from the list or from a column; None if it is missing."""
     if isinstance(given, list):
         return np.array([_parsed(where, f"{name}[{k}]", one, unit) for k, one in enumerate(given)])
     if isinstance(given, int | float) or (isinstance(given, str) and _NUMBER.match(given)):
@@ -225,7 +225,7 @@ def _numbers(where: str, name: str, unit: str, given: Any, table: Table | None) 
 
 
 def _column(where: str, name: str, unit: str, given: str | None, table: Table) -> Array | None:
-    """A column in SI; `InputError` where it has no unit, or another quantity's."""
+    """Read a column in SI; `InputError` for one without a unit or with a unit of another quantity."""
     own, stated = _named(where, name, given, table)
     if own is None:
         return None
@@ -245,8 +245,8 @@ def _column(where: str, name: str, unit: str, given: str | None, table: Table) -
 
 
 def _named(where: str, name: str, given: Any, table: Table) -> tuple[str | None, str | None]:
-    """The column that holds something, and the unit that the list states; None where the list gives numbers, and where
-    no column is named so."""
+    """The name of a column, and the unit that the list states; None if the list holds numbers, or no column is
+    found."""
     if given is None:
         spelt = {re.sub(r"[\s_\-]+", " ", own.strip().lower()): own for own in table.columns}
         return next((spelt[near] for near in _NEAR[name] if near in spelt), None), None
@@ -328,4 +328,4 @@ noise = {{frequency = "0.02 Hz", decay = "0.05 1/s"}}
 # file = "step.csv"
 # noise = {{stroke = "10 um", current = "10 nA"}}
 """
-"""A first list of tests, of a file."""
+"""The text of a first list of tests, with the name of its ``file``."""

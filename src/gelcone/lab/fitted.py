@@ -1,4 +1,4 @@
-"""The device of a fit, draws of it, and the band of its heights over the voltage."""
+"""Results of a device fit: the device, draws of its fields, and the band of its heights over the voltage."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 DRAWS = 64
 BAND_DRAWS, BAND_VOLTAGES = 200, 61
-"""Draws and voltages of the band over a ramp."""
+"""Number of draws and of voltages of the band."""
 
 
 def fitted_device(result: xr.Dataset) -> Device:
-    """The device of a fit.
+    """Return the device of a fit.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def fitted_device(result: xr.Dataset) -> Device:
 
 
 def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr.Dataset:
-    """Draw fields of a fitted device, correlated as the fit leaves them.
+    """Draw fields of a fitted device with the correlations of the fit.
 
     Parameters
     ----------
@@ -64,7 +64,8 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
 
     Returns
     -------
-    Dataset over ``draw`` with a variable for each fitted field, in SI, as ``sweep --uncertain FILE.nc`` takes it.
+    Dataset over ``draw`` with a variable for each fitted field, in SI, which `gelcone.over_draws` and `gelcone.design`
+    take.
 
     Raises
     ------
@@ -99,9 +100,11 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
 
 
 def fitted_band(result: xr.Dataset) -> str:
-    """The height of a fitted device over a slow voltage ramp with its 95 % interval, as a CSV table: of draws
-    correlated as the fit leaves them, without those that have no state. The ramp ends at the peak of the drive, or at
-    the highest voltage of the tests."""
+    """Write the height of a fitted device over a slow voltage ramp, with its 95 % interval over draws, as a CSV table.
+
+    Draws without a state are left out. The ramp ends at the peak of the drive or at the highest voltage of the tests,
+    whichever is larger.
+    """
     device, draws = fitted_device(result), fitted_draws(result, BAND_DRAWS)
     names = list(map(str, draws.data_vars))
     factors = np.stack([draws[name].values / field_value(device, name) for name in names], axis=1)

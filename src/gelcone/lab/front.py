@@ -1,7 +1,7 @@
-"""Designs along the objectives of a wish, searched on closed forms.
+"""Search of designs along the objectives of a wish, on closed forms.
 
-Every requirement and every limit has a signed margin, positive where it is missed. A design is feasible where the
-largest of them is met by the wished share of draws of the tolerances, the same draws for all designs.
+Every requirement and every limit has a signed margin, positive if it is missed. A design is feasible if the largest
+margin is negative in the wished share of draws of the tolerances, which are the same for all designs.
 """
 
 from __future__ import annotations
@@ -22,30 +22,30 @@ from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
 POPULATION, GENERATIONS, AGAIN = 64, 60, 40
-"""Designs of a search, generations of the first one, and of those that start from the last one's."""
+"""Designs of a search, generations of the first search, and of searches that start from the last population."""
 DRAWS, NEW_DRAWS = 128, 4096
-"""Draws of the tolerances in a search, and new ones that give the probability of a design."""
+"""Draws of the tolerances in a search, and new ones for the probability of a design."""
 EXTRA = 0.02
-"""Confidence beyond the wished one in a search, which fits its draws."""
+"""Confidence added to the wished one in a search, since a search overfits its draws."""
 ROWS = 6
 SHORT = 15
-"""Generations of a search with a requirement that is weaker."""
+"""Generations of a search with a weaker requirement."""
 HOPELESS = 0.3
-"""Nominal margin beyond which a design is not examined under its tolerances."""
+"""Nominal margin above which a design is not evaluated under its tolerances."""
 MISSED, WORSE = 1e6, 1e9
-"""What is added to the margin of designs that miss a requirement under tolerances, and already without."""
+"""Fitness of designs that miss a requirement under tolerances, and without, over one plus their margin."""
 RELAXED = 0.1
 DIGITS = 4
-"""Digits of the fields of a design."""
+"""Significant digits of the fields of a design."""
 LOG_RATIO = 3.0
-"""Bounds with a larger ratio are searched by logarithm."""
+"""Ratio of the bounds of a field above which it is searched by its logarithm."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A wish with draws of its tolerances, one: none; ``pull_in`` is the membrane's share of the cone's lowest limit,
-    ``extra`` the confidence beyond the wished one, ``levels`` upper bounds of objectives, and ``relaxed`` the name of a
-    requirement that is 10 % weaker."""
+    """A wish to be searched with ``draws`` of its tolerances; 1 stands for no uncertainty. ``pull_in`` is the share of
+    the cone's lowest limit that the membrane withstands, ``extra`` the confidence beyond the wished one, ``levels``
+    upper bounds of objectives, and ``relaxed`` the name of a requirement that is 10 % weaker."""
 
     wish: Wish
     draws: int = DRAWS
@@ -62,17 +62,17 @@ class Problem:
 
     @cached_property
     def device(self) -> Device:
-        """The device with a film that bears compression, as which a film without slack counts."""
+        """The device with a film that bears compression, which equals the wrinkling one as long as it is taut."""
         return self.wish.device.replace_quietly(film="taut")
 
     @cached_property
     def normal(self) -> Array:
-        """Draws of what is uncertain in units of its deviations, (draws, uncertain fields)."""
+        """Draws of the uncertain fields in units of their standard deviations, (draws, uncertain fields)."""
         own = self.wish.uncertain
         return draws_of([1.0] * own, self.draws, self.seed) if self.draws > 1 else np.zeros((1, own))
 
     def designs(self, unit: Array) -> Array:
-        """Designs (designs, fields) in SI, from a cube of unit length."""
+        """Map points of the unit cube to designs (designs, fields) in SI."""
         low, high = np.array(list(self.wish.free.values())).T
         logs = (low > 0.0) & (high > LOG_RATIO * np.maximum(low, 1e-300))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -80,7 +80,7 @@ class Problem:
         return np.where(logs, curved, low + unit * (high - low))
 
     def found(self, designs: Array, normal: Array) -> Found:
-        """Examine designs under draws, (designs, draws)."""
+        """Evaluate designs under draws, (designs, draws)."""
         shape = (len(designs), len(normal))
         fields = {name: np.broadcast_to(designs[:, k, None], shape) for k, name in enumerate(self.names)}
         for k, (name, deviation, relative) in enumerate(self.wish.tolerances):
@@ -93,11 +93,11 @@ class Problem:
         return examine(self.device, fields, 1.0 / (1.0 - self.wish.margin))
 
     def nominal(self, designs: Array) -> Found:
-        """Examine designs where nothing is uncertain, (designs, 1)."""
+        """Evaluate designs without uncertainty, (designs, 1)."""
         return self.found(designs, np.zeros((1, self.wish.uncertain)))
 
     def margins(self, found: Found) -> dict[str, Array]:
-        """The signed margin of each requirement and limit, at most 1: positive where it is missed."""
+        """The signed margin of each requirement and limit, at most 1, positive where it is missed."""
         margins = {}
         for name, least, bound in self.wish.requirements:
             own = bound * (1.0 + (-RELAXED if least else RELAXED) * (name == self.relaxed))
@@ -111,7 +111,8 @@ class Problem:
         return {name: np.where(np.isnan(margin), 1.0, np.minimum(margin, 1.0)) for name, margin in margins.items()}
 
     def objective(self, designs: Array, found: Found, worst: Array, which: Objective) -> Array:
-        """An objective of designs, the smaller the better; ``worst``: margin under draws, in place of a probability."""
+        """An objective of designs, the smaller the better; ``worst``, the margin under draws, replaces a
+        probability."""
         if which.name == "probability":
             return worst
         if which.name in found.values:
@@ -123,13 +124,14 @@ class Problem:
         return -value if which.largest else value
 
     def robust(self, margins: Mapping[str, Array]) -> Array:
-        """The quantile of the largest margin, (designs,)."""
+        """The quantile of the largest margin at the wished confidence, (designs,)."""
         worst = np.max(list(margins.values()), axis=0)
         share = min(self.wish.confidence + self.extra, 1.0 - 0.5 / self.draws)
         return np.quantile(worst, share, axis=1) if worst.shape[1] > 1 else worst[:, 0]
 
     def fitness(self, unit: Array, which: Objective) -> Array:
-        """The number that a search minimises: the objective of feasible designs, above it the margin of all others."""
+        """The number that a search minimises: the objective of feasible designs; for all others a larger number that
+        grows with their margin."""
         designs = self.designs(unit)
         nominal = self.nominal(designs)
         worst = self.robust(self.margins(nominal))
@@ -153,7 +155,7 @@ class Problem:
         generations: int = GENERATIONS,
         progress: Progress = None,
     ) -> tuple[Array, Array, float]:
-        """The best design in the unit cube, the last population, and its fitness, by differential evolution."""
+        """Search by differential evolution: the best design in the unit cube, the last population, and the fitness."""
         from scipy.optimize import differential_evolution
 
         population, report = self._population(start), weighted(progress, 1.0 / generations)
@@ -165,7 +167,7 @@ class Problem:
         return np.asarray(found.x), np.asarray(found.population), float(found.fun)
 
     def _population(self, start: Array | None) -> Array:
-        """The last population, a quarter of it anew; or Sobol points."""
+        """The first population: Sobol points, or three quarters of ``start`` and Sobol points."""
         from scipy.stats import qmc
 
         points = np.asarray(qmc.Sobol(len(self.names), seed=self.seed).random(POPULATION))
@@ -175,13 +177,13 @@ class Problem:
 
 
 def feasible(fitness: float) -> bool:
-    """Whether a search ended with a design that meets all."""
+    """Whether the best fitness of a search is that of a feasible design."""
     return fitness < MISSED
 
 
 def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tuple[Problem, Array, Array]]:
-    """Designs along the objectives, with the problem and the last population of each; `InputError` where none meets
-    all."""
+    """Search designs along the objectives, with the problem and the last population of each; `InputError` if none is
+    feasible."""
     problem = Problem(wish, 1 if nominal or not wish.uncertain else DRAWS, seed)
     first, *others = wish.objectives
     best, population, fitness = problem.search(first, progress=weighted(progress, 0.3))
@@ -208,12 +210,12 @@ def front(wish: Wish, seed: int, nominal: bool, progress: Progress) -> list[tupl
 
 
 def with_best(population: Array, best: Array) -> Array:
-    """A population with a further design in front."""
+    """Put a design in front of a population."""
     return np.concatenate([best[None], population])[:POPULATION]
 
 
 def levels_between(high: float, low: float) -> Array:
-    """Levels of the second objective, from below its value at the best of the first to just above its best."""
+    """Levels of the second objective, between its value at the best design of the first and its own best."""
     low = low + 0.02 * abs(low)
     if not low < high:
         return np.array([])
@@ -234,7 +236,7 @@ def fields_of(problem: Problem, unit: Array) -> dict[str, float]:
 
 
 def probability_of(problem: Problem, unit: Array, seed: int) -> tuple[float, float, float]:
-    """The share of new draws that meet all, with its 95 % interval by Wilson."""
+    """The share of new draws that meet all requirements, with its 95 % interval (`gelcone.statistics.wilson`)."""
     from gelcone.statistics import wilson
 
     fresh = replace(problem, draws=NEW_DRAWS, seed=seed, levels=(), relaxed="")
@@ -245,7 +247,7 @@ def probability_of(problem: Problem, unit: Array, seed: int) -> tuple[float, flo
 
 
 def binding_of(problem: Problem, unit: Array) -> str:
-    """The requirement or limit whose margin is the first to be missed."""
+    """The requirement or limit with the largest margin at the confidence of the search."""
     designs = problem.designs(unit[None])
     margins = problem.margins(problem.found(designs, problem.normal))
     share = min(problem.wish.confidence + problem.extra, 1.0)
@@ -253,7 +255,7 @@ def binding_of(problem: Problem, unit: Array) -> str:
 
 
 def relaxation(problem: Problem, unit: Array, population: Array, binding: str) -> float:
-    """By what share the first objective falls where the binding requirement is 10 % weaker; 0 where it does not."""
+    """The share by which the first objective falls if the binding requirement is 10 % weaker; 0 if it does not."""
     which = problem.wish.objectives[0]
     if which.name == "probability":
         return np.nan
@@ -265,7 +267,8 @@ def relaxation(problem: Problem, unit: Array, population: Array, binding: str) -
 
 
 def closest(problem: Problem, unit: Array) -> str:
-    """Why no design is feasible: the closest one, what binds it, and which bounds it lies at."""
+    """The message that no design is feasible, with the closest one, its binding requirement and the bounds it
+    touches."""
     wish = problem.wish
     found = problem.nominal(problem.designs(unit[None]))
     limit = float(np.nanmin(found.limits[:, 0, 0], initial=np.inf))
@@ -294,6 +297,6 @@ def _shown(problem: Problem, name: str, value: float) -> str:
 
 
 def dominated(values: Array) -> Any:
-    """Which rows of (rows, objectives), the smaller the better, another row beats in all."""
+    """Mask of the rows of (rows, objectives), the smaller the better, that another row dominates."""
     better = (values[:, None] <= values[None]).all(axis=2) & (values[:, None] < values[None]).any(axis=2)
     return better.any(axis=0)

@@ -1,7 +1,8 @@
-"""Vectors of HDF5 files, of MATLAB 7.3 among them, within bounds.
+"""Vectors of HDF5 files, also of MATLAB 7.3, up to a largest size.
 
-Read here, byte by byte of the published format (HDF5 File Format Specification 3.0): nothing outside the file is
-opened, no link is followed, and no library ends the process at a damaged file. What is unusual is refused in one line.
+The bytes are read here, by the published format (HDF5 File Format Specification 3.0): nothing outside the file is
+opened, no link is followed, and no library ends the process at a damaged file. Unusual features are refused in one
+line.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from gelcone.quantity import Array
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_VALUES, MOST_NAMES, MOST_PARTS = 2_000_000, 64, 20_000
-"""Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks) that are read."""
+"""Most values of all vectors of a file, most vectors, and most parts (messages, nodes, chunks)."""
 DEEPEST = 16
 UNDEFINED = 2**64 - 1
 UNPACKED = 64
-"""Bytes that chunks may unpack to, all together, for each of the most values."""
+"""Most bytes that all chunks unpack to, over `MOST_VALUES`."""
 SPACE, TYPE, OLD_FILL, FILL, LINK_INFO, LINK, EXTERNAL, LAYOUT, FILTERS, ATTRIBUTE, MORE, TABLE = (
     1, 3, 4, 5, 2, 6, 7, 8, 11, 12, 16, 17,
 )  # fmt: skip
@@ -35,22 +36,22 @@ DEFLATE, SHUFFLE, CHECKSUM = 1, 2, 3
 """Filters of chunks."""
 PLAINLY = "save it for an early version of HDF5 (h5py: libver='earliest'), or as CSV"
 UNITS = ("units", "unit", "Units", "Unit")
-"""Attributes that hold the unit of a dataset."""
+"""Names of the attribute with the unit of a dataset."""
 NO_VARIABLE = "This is a netCDF dimension but not"
-"""How the attribute NAME of a dimension of netCDF begins that has no values of its own."""
+"""Beginning of the attribute NAME of a netCDF dimension without values."""
 WORDS = ("char", "cell", "logical", "struct", "function_handle", "string")
 """Classes of MATLAB other than numbers."""
 
 
 class Vector(NamedTuple):
-    """A dataset of one dimension: its values, and the unit that an attribute states, empty if none does."""
+    """A dataset of one dimension: its values, and the unit in an attribute, empty if there is none."""
 
     values: Array
     unit: str
 
 
 class Datatype(NamedTuple):
-    """A type of stored numbers; ``number`` is None for others, whose class is ``kind`` and whose bytes are ``size``."""
+    """A stored type: its class ``kind``, its ``size`` in bytes, and its ``number`` type, None for other data."""
 
     kind: int
     size: int
@@ -58,9 +59,9 @@ class Datatype(NamedTuple):
 
 
 def vectors_of(data: bytes) -> dict[str, Vector]:
-    """The vectors of numbers among the datasets of the root of a file, by name.
+    """Read the vectors of numbers among the datasets of the root of a file, by name.
 
-    Raises `InputError` for links, compound types, values outside the file and more than is read, and `ValueError`,
+    Raises `InputError` for links, compound types, values outside the file and files that are too large; `ValueError`,
     `IndexError` or `zlib.error` for a damaged file.
     """
     file = File(data)
@@ -78,14 +79,14 @@ def vectors_of(data: bytes) -> dict[str, Vector]:
 
 
 def too_many() -> InputError:
-    """Why a file with more than is read is refused."""
+    """Make the error for a file with too many vectors or values."""
     return InputError(f"has more than {MOST_NAMES} vectors, or more than {MOST_VALUES:.3g} values")
 
 
 @dataclass
 class File:
-    """The bytes of a file; ``base`` is where its addresses count from, ``parts`` how much of it has been read, and
-    ``unpacked`` how many bytes its chunks unpacked to."""
+    """The bytes of a file; ``base`` is the origin of its addresses, ``parts`` counts the parts read, and ``unpacked``
+    the bytes that its chunks unpacked to."""
 
     data: bytes
     base: int = 0
@@ -108,7 +109,7 @@ class File:
         self.root = self.number(root, 8)
 
     def read(self, at: int, size: int) -> bytes:
-        """Bytes at an address; `ValueError` outside the file."""
+        """Read bytes at an address; `ValueError` outside the file."""
         self.parts += 1
         if self.parts > MOST_PARTS:
             raise InputError(f"has more than {MOST_PARTS} parts; store each column in one piece")
@@ -118,7 +119,7 @@ class File:
         return self.data[begin : begin + size]
 
     def number(self, at: int, size: int) -> int:
-        """A whole number at an address."""
+        """Read a whole number at an address."""
         return int.from_bytes(self.read(at, size), "little")
 
     # --- groups -------------------------------------------------------------------------------------------------------
@@ -164,7 +165,7 @@ class File:
     # --- headers ------------------------------------------------------------------------------------------------------
 
     def messages(self, address: int) -> Iterator[tuple[int, bytes]]:
-        """The kinds and contents of the messages of an object's header, those of its continuations too."""
+        """The kinds and contents of the messages of an object's header and its continuations."""
         second = self.read(address, 4) == b"OHDR"
         if not second and self.number(address, 1) != 1:
             raise ValueError("no header")
@@ -198,7 +199,7 @@ class File:
         return self.number(at, 2), self.number(at + 2, 2), self.number(at + 4, 1)
 
     def _attribute(self, body: bytes) -> dict[str, str]:
-        """The name and text of an attribute, or whether it is an empty array of MATLAB; nothing for another one."""
+        """The name and text of an attribute, or the flag of an empty array of MATLAB; empty for any other."""
         version = body[0]
         if version not in (1, 2, 3):
             return {}
@@ -238,7 +239,7 @@ class File:
     # --- datasets -----------------------------------------------------------------------------------------------------
 
     def vector(self, name: str, address: int) -> Vector | None:
-        """The dataset at an address if it is a vector of real numbers; None for another one, and for a group."""
+        """Read the dataset at an address if it is a vector of real numbers; None for other data and groups."""
         parts: dict[int, bytes] = {}
         texts: dict[str, str] = {}
         for kind, body in self.messages(address):
@@ -266,7 +267,7 @@ class File:
         return Vector(values, next((texts[key] for key in UNITS if key in texts), ""))
 
     def _content(self, name: str, parts: Mapping[int, bytes], width: int, shape: list[int]) -> bytes:
-        """The bytes of all values of a vector."""
+        """Read the bytes of all values of a vector."""
         layout, size = parts[LAYOUT], width * max(shape)
         version, kind = layout[0], layout[1]
         if version not in (3, 4):
@@ -356,7 +357,7 @@ def _shape(body: bytes) -> list[int]:
 
 
 def _fill(parts: Mapping[int, bytes], width: int) -> bytes:
-    """The value of what was never written, 0 if none is stated."""
+    """The fill value of data that was never written; 0 if none is stated."""
     body = parts.get(FILL, b"")
     if not body:
         old = parts.get(OLD_FILL, b"")
@@ -372,7 +373,7 @@ def _fill(parts: Mapping[int, bytes], width: int) -> bytes:
 
 
 def _filters(name: str, body: bytes) -> list[int]:
-    """The filters of a dataset's chunks, in the order in which they were used."""
+    """The filters of a dataset's chunks, in the order of packing."""
     if not body:
         return []
     version, count = body[0], body[1]
@@ -391,7 +392,7 @@ def _filters(name: str, body: bytes) -> list[int]:
 
 
 def _unpacked(packed: bytes, filters: list[int], skipped: int, width: int, whole: int) -> bytes:
-    """The ``whole`` bytes of a chunk, whose filters were used but for those in the mask ``skipped``."""
+    """Unpack a chunk of ``whole`` bytes by its filters, except those in the bit mask ``skipped``."""
     content = packed
     for k in reversed(range(len(filters))):
         if skipped & 1 << k:

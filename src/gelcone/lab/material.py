@@ -1,4 +1,4 @@
-"""From tests on coupons to a material with Maxwell branches: the fit as a Dataset, and the table for device files."""
+"""Fit of a material with Maxwell branches to tests on coupons, as a Dataset, and its table for device files."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ DRAWS = 60
 AT_FREQUENCY = 10.0
 """Frequency, Hz, at which the permittivity of a spectrum is taken."""
 CENTRAL = (0.1587, 0.8413)
-"""Quantiles between which a normal distribution has two standard deviations; few odd draws do not move them."""
+"""Quantiles two standard deviations apart in a normal distribution, which do not depend on few odd draws."""
 FEWEST_TESTS = 3
-"""Tests from which one can be left out."""
+"""Fewest tests of which one can be left out."""
 
 
 def fit_material(
@@ -66,9 +66,9 @@ def fit_material(
 
     Parameters
     ----------
-    tests : as `gelcone.read_tests` gives them. Those at another temperature than most are left out.
-    material : what is known without the tests: name, ``relative_permittivity``, ``dielectric_strength``, sources; its
-        modulus, law and branches are replaced. Default: the permittivity is that of a measured spectrum at 10 Hz.
+    tests : result of `gelcone.read_tests`. Those at another temperature than most are left out.
+    material : fields that are known without the tests: name, ``relative_permittivity``, ``dielectric_strength``,
+        sources; its modulus, law and branches are replaced. Default: the permittivity of a measured spectrum at 10 Hz.
     laws : names of strain-energy laws to compare. Default all that ship.
     branches : numbers of branches to compare, 0 to 4; more than 3 are compared and not chosen. Default all.
     flow : flow rule of the branches, ``"log"`` or ``"linear"``.
@@ -85,7 +85,7 @@ def fit_material(
 
     Raises
     ------
-    InputError : for tests that cannot be fitted, and for options that are not known.
+    InputError : for tests that cannot be fitted, and for unknown options.
 
     Examples
     --------
@@ -115,8 +115,8 @@ def fit_material(
     alone = len(fitted) < FEWEST_TESTS
     if alone and len(chosen_laws) * len(compared_counts) > 1:
         raise InputError(
-            f"{len(fitted)} tests: with fewer than {FEWEST_TESTS} none can be left out to choose a law; give one law "
-            "and one number of branches (--laws yeoh --branches 1)"
+            f"laws: of {len(fitted)} tests, fewer than {FEWEST_TESTS}, none can be left out to choose a law; give one "
+            "law and one number of branches"
         )
     compared = compare(data, chosen_laws, compared_counts, counted)
     key = next(iter(compared)) if alone else choose(compared, MOST_BRANCHES)
@@ -142,7 +142,7 @@ def fit_material(
 
 
 def fitted_material(result: xr.Dataset) -> Material:
-    """The material of a fit, which devices take.
+    """Return the material of a fit, which devices take.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def fitted_material(result: xr.Dataset) -> Material:
 
 
 def fitted_text(result: xr.Dataset) -> str:
-    """The table ``[material]`` of a fit for device files.
+    """Write the table ``[material]`` of a fit for device files.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def fitted_text(result: xr.Dataset) -> str:
     return f"{head}\n{material_text(material, comments)}\n"
 
 
-# --- what is asked ----------------------------------------------------------------------------------------------------
+# --- options ----------------------------------------------------------------------------------------------------------
 
 
 def _checked_laws(laws: Sequence[str] | None) -> list[str]:
@@ -235,7 +235,7 @@ _REPLACED = ("shear_modulus", "young_modulus", "law", "flow")
 
 
 def _known_fields(material: Mapping[str, Any] | Material | None) -> dict[str, Any]:
-    """The fields of a material that a fit takes over; `InputError` for those that a material has not."""
+    """The fields of a material that a fit takes over; `InputError` for unknown fields."""
     given = dict(material.parameters() if isinstance(material, Material) else material or {})
     own = {name for law in LAWS.values() for name in law.parameters}
     replaced = {n for n in given if n in _REPLACED or n in own or n.startswith(("viscous_", "relaxation_time_"))}
@@ -250,7 +250,7 @@ def _known_fields(material: Mapping[str, Any] | Material | None) -> dict[str, An
 
 
 def _permittivity(known: Mapping[str, Any], spectra: Sequence[Spectrum], temperature: float) -> tuple[float, str]:
-    """The permittivity of the spectrum nearest to a temperature, and where it comes from."""
+    """The permittivity of the spectrum nearest to a temperature, and its source."""
     if "relative_permittivity" in known:
         return float(known["relative_permittivity"]), ""
     usable = [one for one in spectra if one.frequency.size and np.isfinite(one.frequency).all()]
@@ -415,7 +415,8 @@ def _error(test: Coupon, stress: Array) -> float:
 
 
 def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
-    """95 % intervals from the central two thirds of the draws, in the logarithm of what is positive in all of them."""
+    """95 % intervals from the central two thirds of the draws, in the logarithm of parameters that are always
+    positive."""
     if len(drawn) < 2:
         return np.full(values.size, np.nan), np.full(values.size, np.nan)
     positive = (drawn > 0.0).all(axis=0) & (values > 0.0)
@@ -430,7 +431,7 @@ def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
 
 
 def _reading(read: Sequence[Coupon | Spectrum]) -> list[tuple[str, list[str]]]:
-    """Each note once, with the files that it is about, or the tests where it is not about all of a file."""
+    """Each note once, with the files that it applies to, or the tests if it does not apply to all of a file."""
     files: dict[str, list[str]] = {}
     about: dict[str, dict[str, list[str]]] = {}
     for one in read:
@@ -444,8 +445,7 @@ def _reading(read: Sequence[Coupon | Spectrum]) -> list[tuple[str, list[str]]]:
 
 
 def known_fields_of(path: Path, content: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields in the content of a material's file: those of its table ``[material]``, or its own; `InputError` where
-    it is a device's."""
+    """The fields in a material's file, in its table ``[material]`` or on their own; `InputError` for other fields."""
     if isinstance(content.get("material"), Mapping):
         content = content["material"]
     unknown = [name for name in content if name not in Material.fields]

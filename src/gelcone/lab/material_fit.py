@@ -1,7 +1,7 @@
-"""A material from coupons: laws and Maxwell branches fitted to tests, and chosen by predicting tests left out.
+"""Fits of laws and Maxwell branches to tests on coupons, and the choice among them by predicting tests left out.
 
-Each test has the same weight, and its residuals are over 3 % of its largest stress. Parameters that must be positive
-are fitted by their logarithms. The stress is linear in the moduli; relaxation times enter through a spline over a grid.
+All tests have equal weight; residuals are in units of 3 % of the largest stress of a test. Positive parameters are
+fitted by their logarithms. The stress is linear in the moduli; relaxation times enter through a spline over a grid.
 """
 
 from __future__ import annotations
@@ -26,23 +26,24 @@ from gelcone.lab.stress import (
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array
+from gelcone.statistics import CONFIDENCE
 
 NOISE = 0.03
 """Standard deviation of a residual over the largest stress of its test."""
 GAIN = 0.03
 """Standard deviation of the gain of the load cell from test to test, for intervals of the parameters."""
 BEYOND = 1.2
-"""The law must stay stiff up to this times the largest measured strain I1 - 3."""
+"""Multiple of the largest measured strain I1 - 3 up to which the law must stay stiff."""
 LEAST_RESPONSE, STIFF_POINTS, STIFF_WEIGHT = 0.02, 24, 100.0
 STARTS = 3
-"""Relaxation times from which a fit with one more branch starts."""
+"""Number of relaxation times from which a fit with one more branch starts."""
 COARSE = 4
-"""One of this many relaxation times of the grid is tried for a start."""
+"""Step between the relaxation times of the grid that are tried for a start."""
 
 
 class Curves(NamedTuple):
-    """Samples of several tests in a row: squared stretches ``m`` and ``width``, measured ``stress``, that of the field,
-    the ``scale`` of each residual, and the number of the ``test``."""
+    """Samples of several tests in a row: squared stretches ``m`` and ``width``, measured ``stress``, stress of the
+    ``field``, ``scale`` of the residual, and index of the ``test``."""
 
     m: Array
     width: Array
@@ -53,7 +54,7 @@ class Curves(NamedTuple):
 
 
 class Tabulated:
-    """Tests with the stresses of their branches over a grid of relaxation times, as a spline in their logarithm."""
+    """Tests with the stresses of branches over a grid of relaxation times, as a spline in the logarithm of the time."""
 
     def __init__(self, tests: Sequence[Coupon], flow: str, permittivity: float, progress: Progress = None) -> None:
         from scipy.interpolate import CubicSpline
@@ -94,7 +95,7 @@ def _curves(k: int, test: Coupon, permittivity: float) -> Curves:
 
 
 def largest(test: Coupon) -> float:
-    """The largest stress of a test, Pa; `InputError` for a test without stress."""
+    """The largest absolute stress of a test, Pa; `InputError` for a test without stress."""
     most = float(np.abs(test.stress).max())
     if not most > 0.0:
         raise InputError(f"{test.name}: all stresses are 0; leave it out")
@@ -103,7 +104,7 @@ def largest(test: Coupon) -> float:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A ``law`` and ``count`` branches with the parameters ``theta`` (see `Candidate`), at the ``cost`` of the fit."""
+    """A fitted ``candidate`` with its parameters ``theta``, and the ``cost`` of the fit."""
 
     candidate: Candidate
     theta: Array
@@ -182,13 +183,14 @@ class Candidate:
         return np.stack(columns, axis=1)
 
     def softness(self, theta: Array) -> Array:
-        """By how much the response of the law falls short of the least allowed one at each strain, weighted."""
+        """Penalty of a soft law: the weighted shortfall of its response below the least allowed one, at each strain."""
         n = self.law.numbers(self.law.complete(self.numbers(theta)))
         response = np.broadcast_to(self.law.response(self.strains, n), self.strains.shape)
         return STIFF_WEIGHT * np.maximum(LEAST_RESPONSE - response, 0.0)
 
     def refine(self, theta: Array, weight: Array, gain: Array | None = None) -> Fitted:
-        """Fit from ``theta`` with the weights of the tests, (tests,), each stress times the ``gain`` of its test."""
+        """Fit from ``theta`` with weights of the tests, (tests,); stresses are multiplied by the ``gain`` of their
+        test."""
         from scipy.optimize import least_squares
 
         low, high = self.bounds()
@@ -213,7 +215,7 @@ class Candidate:
         return Fitted(self, found.x, float(2.0 * found.cost))
 
     def first(self, weight: Array) -> Fitted:
-        """The fit without branches."""
+        """Fit without branches."""
         theta = np.zeros(1 + len(self.names))
         for k, log in enumerate(self.logarithmic):
             theta[1 + k] = np.log(5.0 * BEYOND * self.data.farthest) if log else 0.0
@@ -222,7 +224,7 @@ class Candidate:
         return self.refine(theta, weight)
 
     def after(self, before: Fitted, weight: Array) -> Fitted:
-        """The fit with one branch more than another of the same law, from the relaxation times that fit best."""
+        """Fit one branch more than another fit of the same law has, from the relaxation times that fit best."""
         law = before.theta[: 1 + len(self.names)]
         known = before.candidate._split(before.theta)[1]
         tried = []
@@ -239,8 +241,8 @@ class Candidate:
 
 
 def _moduli(candidate: Candidate, law: Array, times: Array, weight: Array) -> tuple[Array, float]:
-    """The non-negative moduli that fit best at given relaxation times and shape of the law, and the norm of what is
-    left."""
+    """The non-negative moduli that fit best at given relaxation times and shape of the law, and the norm of the
+    residuals."""
     from scipy.optimize import nnls
 
     data, curves = candidate.data, candidate.data.curves
@@ -254,8 +256,8 @@ def _moduli(candidate: Candidate, law: Array, times: Array, weight: Array) -> tu
 
 
 class Compared(NamedTuple):
-    """A candidate ``fitted`` to all tests, and the stresses that it ``predicted`` at all samples, each test by a fit to
-    the others."""
+    """A candidate ``fitted`` to all tests, and the stresses ``predicted`` at all samples, of each test by a fit to the
+    others."""
 
     fitted: Fitted
     predicted: Array
@@ -279,7 +281,7 @@ def errors_of(data: Tabulated, stress: Array) -> Array:
 def compare(
     data: Tabulated, laws: Sequence[str], counts: Sequence[int], progress: Progress = None
 ) -> dict[tuple[str, int], Compared]:
-    """Fit laws with as many branches as asked for, and predict each test from the others."""
+    """Fit laws with several ``counts`` of branches, and predict each test from the others."""
     tests, found = len(data.tests), {}
     counted = Counted(progress)
     all_tests = np.ones(tests)
@@ -309,11 +311,11 @@ def _left_out(fitted: Fitted) -> Array:
 
 
 CLOSE = 1.03
-"""A candidate within this factor of the best one is as good."""
+"""Factor on the error of the best candidate within which others count as equal."""
 
 
 def choose(compared: Mapping[tuple[str, int], Compared], most: int) -> tuple[str, int]:
-    """The candidate of the fewest branches, ``most`` at most, within 3 % of the best prediction of tests left out."""
+    """Choose the candidate with the fewest branches, at most ``most``, within 3 % of the best prediction error."""
     errors = {key: one.error(True) for key, one in compared.items() if key[1] <= most}
     best = min(errors.values())
     good = [key for key, error in errors.items() if error <= CLOSE * best]
@@ -321,7 +323,7 @@ def choose(compared: Mapping[tuple[str, int], Compared], most: int) -> tuple[str
 
 
 def bootstrap(fitted: Fitted, draws: int, seed: int, progress: Progress = None) -> Array:
-    """Theta fitted to tests drawn with replacement, each times a gain drawn from its prior, (draws, parameters)."""
+    """Fit theta to tests drawn with replacement, each times a gain drawn from its prior, (draws, parameters)."""
     tests = len(fitted.candidate.data.tests)
     rng, counted = np.random.default_rng(seed), Counted(progress)
     found = []
@@ -334,20 +336,16 @@ def bootstrap(fitted: Fitted, draws: int, seed: int, progress: Progress = None) 
 
 
 class Band(NamedTuple):
-    """Half the width of the band that covers 95 % of the residuals of tests left out, over the largest stress of a
-    test; and the share of a test that the band from the others covers, in the mean and at least."""
+    """Half the ``width`` of the band that covers 95 % of the residuals of tests left out, over the largest stress of a
+    test; and the ``mean`` and ``least`` share of a test that the band of the others covers."""
 
     width: float
     mean: float
     least: float
 
 
-COVERED = 0.95
-"""The share of the residuals that a band covers."""
-
-
 def band_of(data: Tabulated, predicted: Array) -> Band:
-    """The band of a prediction, from the residuals of the tests left out, each test with the same weight."""
+    """Compute the band of predictions from the residuals of tests left out, with equal weights of the tests."""
     test = data.curves.test
     sizes = np.abs(predicted - data.curves.stress) / np.array([largest(t) for t in data.tests])[test]
     covered = []
@@ -358,8 +356,8 @@ def band_of(data: Tabulated, predicted: Array) -> Band:
 
 
 def _quantile(sizes: Array, test: Any) -> float:
-    """The size that `COVERED` of the residuals do not exceed, each test with the same weight."""
+    """The size that a share `CONFIDENCE` of the residuals does not exceed, with equal weights of the tests."""
     order = np.argsort(sizes)
     counts = np.bincount(test)
     weights = np.cumsum(1.0 / counts[test[order]])
-    return float(sizes[order][np.searchsorted(weights, COVERED * weights[-1])])
+    return float(sizes[order][np.searchsorted(weights, CONFIDENCE * weights[-1])])

@@ -1,4 +1,4 @@
-"""The list of measured files, tests.toml: which file holds which tests, and what its columns do not state."""
+"""The list of measured files, tests.toml: the tests in each file, and settings that its columns do not state."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ _NUMBERS = {
 }
 _RATES = ("rate", "loading_rate")
 KEYS = ("file", "only", "temperature", *_CHOICES, *_NUMBERS, *_RATES, *ROLES)
-"""What a table [[test]] may state; a role (`gelcone.lab.coupons.ROLES`) names its column: ``stress = "F/A, kPa"``."""
+"""Keys of a table [[test]]; a role (`gelcone.lab.coupons.ROLES`) names its column: ``stress = "F/A, kPa"``."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured tests on coupons, as `gelcone.read_tests` reads them.
+    """Measured tests on coupons, the result of `gelcone.read_tests`.
 
     Parameters
     ----------
     coupons : the mechanical tests.
     spectra : measured permittivities over frequency.
-    files : the files that they come from.
+    files : the names of their files.
 
     Examples
     --------
@@ -63,11 +63,11 @@ def read_tests(*paths: str | Path) -> Measured:
 
     Returns
     -------
-    `Measured`: every test with notes about all that was interpreted.
+    `Measured`: every test with notes about interpreted data.
 
     Raises
     ------
-    InputError : for what cannot be read with certainty, in one line that names file, line and remedy.
+    InputError : for data that cannot be read with certainty, in one line that names file, line and remedy.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def read_tests(*paths: str | Path) -> Measured:
 
 
 def _listed(path: Path) -> Iterable[tuple[Path, dict[str, Any]]]:
-    """The files of a list and their settings; a measured table stands for itself."""
+    """The files of a list and their settings; a measured table is a list of one file without settings."""
     if path.suffix.lower() != ".toml":
         return [(path, {"columns": {}})]
     entries, _ = listed_tables(path)
@@ -106,7 +106,8 @@ def _listed(path: Path) -> Iterable[tuple[Path, dict[str, Any]]]:
 
 
 def listed_tables(path: Path, others: Sequence[str] = ()) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """The tables ``[[test]]`` of a list, and those of its ``others`` that are there; `InputError` for another file."""
+    """Read the tables ``[[test]]`` of a list, and the tables named ``others`` if it has them; `InputError` for any
+    other file."""
     content = read_toml(path, read_text(path, REMEDY))
     listed = content.pop("test", None)
     known = {name: content.pop(name) for name in others if isinstance(content.get(name), dict)}
@@ -118,7 +119,7 @@ def listed_tables(path: Path, others: Sequence[str] = ()) -> tuple[list[dict[str
 
 
 def place_of(path: Path, where: str, name: Any) -> Path:
-    """The file that a list names, in the folder of the list; `InputError` for another place."""
+    """The path of a file that a list names, in the folder of the list; `InputError` for another folder."""
     if not isinstance(name, str) or not name.strip() or "\x00" in name:
         raise InputError(f"{where}: file is missing; {REMEDY}")
     if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts or "\\" in name or ":" in name:
@@ -127,7 +128,7 @@ def place_of(path: Path, where: str, name: Any) -> Path:
 
 
 def _read_entry(path: Path, number: int, entry: Mapping[str, Any]) -> tuple[Path, dict[str, Any]]:
-    """The file of a table [[test]], and its settings in SI."""
+    """Read a table [[test]]: its file, and its settings in SI."""
     where = f"{path}, test {number}"
     check_names("setting of a test", entry, KEYS, where=f"{where}: ")
     place = place_of(path, where, entry.get("file"))
@@ -144,7 +145,7 @@ def _begins_a_number(value: Any) -> bool:
 
 
 def _setting(where: str, key: str, value: Any) -> Any:
-    """A setting, checked, numbers in SI."""
+    """Read a setting; numbers are in SI."""
     try:
         if key in _CHOICES:
             check_name(key, value, _CHOICES[key])
@@ -170,9 +171,9 @@ def _setting(where: str, key: str, value: Any) -> Any:
 
 
 def _only(file: str, tests: list[Coupon], ids: list[str] | None) -> list[Coupon]:
-    """The tests of the ids that are asked for; all by default."""
+    """The tests with some ids; all if ``ids`` is None."""
     if ids is None:
         return tests
-    own = {test.name.rsplit(" ", 1)[-1]: test for test in tests}
+    own = {test.name.removeprefix(f"{file.rsplit('.', 1)[0]} "): test for test in tests}
     check_names("test of the file", ids, own, where=f"{file}: ")
     return [own[one] for one in ids]

@@ -1,7 +1,7 @@
-"""Measured devices: what a source states of one, what gelcone predicts of it, and whether the two agree.
+"""Measured devices of the literature: stated numbers, predictions from them, and their agreement with measurements.
 
-Every number of a page has its value, unit, the sentence that states it, and its kind. A prediction that hangs on
-assumed numbers by more than half of its variance is refused.
+Every number of a page has a value, a unit, the sentence that states it, and a kind. A prediction with more than half of
+its variance from assumed numbers is refused.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from gelcone.lab.predictions import PREDICTIONS, Asked, predicted_values, read_p
 from gelcone.physics.records import FILMS
 from gelcone.progress import Progress
 from gelcone.quantity import Array
-from gelcone.statistics import Z
+from gelcone.statistics import QUANTILES, Z
 
 KINDS: Mapping[str, float] = {"stated": 0.01, "derived": 0.03, "digitised": 0.02, "assumed": 0.0}
-"""Kinds of numbers, and the relative standard deviation of one that states none; an assumed one must."""
+"""Kinds of numbers -> default relative standard deviation; an assumed number must state its own."""
 KEYS = ("title", "source", "missing", "device", "measured", "coupons")
 DRAWS = 256
 HALF = 0.5
-"""Share of a prediction's variance beyond which assumed numbers refuse it."""
+"""Share of assumed numbers in a prediction's variance above which it is refused."""
 INSIDE = 0.9
-"""Share of the samples of a coupon within the band, at which the test counts as inside."""
+"""Share of the samples of a coupon within the band above which the test counts as inside."""
 REMEDY = "give a TOML file as docs/measured holds them"
 MOST = 200
 """Most numbers and most comparisons of a page."""
 
 
 class Number(NamedTuple):
-    """A number of a page in SI, with its standard deviation and its kind."""
+    """A number of a page in SI, its standard deviation and its kind."""
 
     value: float
     deviation: float
@@ -50,7 +50,7 @@ class Number(NamedTuple):
 
 class Comparison(NamedTuple):
     """A quantity as predicted, with the ends of its 95 % interval, and as measured, in the ``unit``; ``verdict`` is
-    inside, outside, or why it is not compared."""
+    inside, outside, or the reason why it is not compared."""
 
     quantity: str
     predicted: float
@@ -62,7 +62,7 @@ class Comparison(NamedTuple):
 
 
 class Page(NamedTuple):
-    """A measured device: its title and source, what is missing, and its comparisons."""
+    """A measured device: its title and source, the list of missing data, and its comparisons."""
 
     title: str
     source: str
@@ -75,20 +75,20 @@ def compare_measured(path: str | Path, *, seed: int = 0, progress: Progress = No
 
     Parameters
     ----------
-    path : a TOML file: ``title``, ``source`` and what is ``missing``; a table ``[device]`` of fields, each a table with
-        ``value``, ``unit``, ``sentence`` and ``kind`` (stated, derived, digitised, assumed) and, where known, its
-        ``deviation``; tables ``[[measured]]`` with a ``quantity`` such as ``"stroke@1.5 kV"`` and the same; or
-        ``[coupons]`` with a list of ``tests`` on a film, of which each is predicted from the others.
+    path : a TOML file: ``title``, ``source`` and a list of ``missing`` data; a table ``[device]`` of fields, each a
+        table with ``value``, ``unit``, ``sentence``, ``kind`` (stated, derived, digitised, assumed) and, if known,
+        ``deviation``; tables ``[[measured]]`` with the same keys and a ``quantity`` such as ``"stroke@1.5 kV"``; or
+        ``[coupons]`` with a list of ``tests`` on a film, each of which is predicted from the others.
     seed : of the draws. Default 0.
     progress : called with the share of the work just done (the shares add up to 1).
 
     Returns
     -------
-    The page: ``title``, ``source``, what is ``missing``, and each quantity as ``compared``.
+    The page: ``title``, ``source``, ``missing`` data, and the comparisons ``compared``.
 
     Raises
     ------
-    InputError : in one line, for what cannot be read or used.
+    InputError : in one line, for a file that cannot be read or used.
 
     Examples
     --------
@@ -166,7 +166,7 @@ def _fields(path: Path, given: Any) -> tuple[dict[str, Number], dict[str, str]]:
 
 
 def _name(where: str, name: str, entry: Mapping[str, Any]) -> str:
-    """A film or material that ships, by its name."""
+    """Read the name of a film or material that ships."""
     value = str(entry["value"])
     if name == "material":
         return str(find_material(value).name)
@@ -204,7 +204,7 @@ def _si(where: str, value: Any, written: str, unit: str) -> float:
 def _compared(
     path: Path, problem: Problem, numbers: Mapping[str, Number], logs: Array, k: int, entry: Mapping[str, Any]
 ) -> Comparison:
-    """A quantity as predicted and as measured."""
+    """Compare a quantity as predicted and as measured."""
     where = f"{path}: measured {k}"
     if not isinstance(entry.get("quantity"), str):
         raise InputError(f'{where}: quantity is missing; give one of {", ".join(PREDICTIONS)}, such as "stroke@1 kV"')
@@ -212,7 +212,7 @@ def _compared(
     unit = PREDICTIONS[asked.kind]
     measured = _number(where, entry, unit)
     predicted = predicted_values(problem, logs, asked)
-    low, middle, high = np.nanquantile(predicted, [0.025, 0.5, 0.975]) if np.isfinite(predicted).any() else [np.nan] * 3
+    low, middle, high = np.nanquantile(predicted, QUANTILES) if np.isfinite(predicted).any() else [np.nan] * 3
     blamed = _assumed(problem, numbers, asked)
     if blamed:
         verdict = f"not compared: it rests on assumed numbers ({', '.join(blamed)})"
@@ -226,7 +226,8 @@ def _compared(
 
 
 def _assumed(problem: Problem, numbers: Mapping[str, Number], asked: Asked) -> list[str]:
-    """The assumed numbers on which more than half of the variance of a prediction hangs, the strongest first."""
+    """The assumed numbers that cause more than half of the variance of a prediction, the strongest first; else
+    empty."""
     spreads = np.array(list(problem.free.values()))
     if not spreads.size:
         return []
@@ -244,7 +245,7 @@ def _assumed(problem: Problem, numbers: Mapping[str, Number], asked: Asked) -> l
 
 
 def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
-    """Each test on a film predicted from the others: the share of its samples within the band of a prediction."""
+    """Compare each test on a film with its prediction from the others, by the share of samples within the band."""
     keys = ("tests", "material", "law", "branches", "relative_permittivity")
     if not isinstance(given, dict):
         raise InputError(f"{path}: [coupons] must be a table; {REMEDY}")
@@ -273,7 +274,7 @@ def _coupons(path: Path, given: Any, progress: Progress) -> list[Comparison]:
 
 
 def page_words(page: Page) -> str:
-    """A page as text."""
+    """The text of a page."""
     lines = [f"{page.title} ({page.source})"]
     width = max((len(one.quantity) for one in page.compared), default=0) + 2
     for one in page.compared:

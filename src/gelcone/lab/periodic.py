@@ -1,7 +1,7 @@
 """Small and periodic motions of many devices at once, with the states of their films and circuits.
 
-One-harmonic balance: mean, sine and cosine of every state balance those of its rate under a sine, at the amplitude of
-the voltage. Derivatives are those of the traced equation of motion, by quadrature over a period.
+In one-harmonic balance, mean, sine and cosine of every state balance those of its rate under a sine, at the amplitude
+of the voltage. Derivatives are those of the traced equation of motion, by quadrature over a period.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 PHASES = 16
-"""Phases of a period at which forces, or rates, are balanced."""
+"""Number of phases of a period at which forces, or rates, are balanced."""
 NEWTON_STEPS, LONGEST_STEP, SMALLEST_STEP = 40, 0.1, 1e-12
-"""Newton steps of a balance, the longest of a displacement, and the size at which no further is taken."""
+"""Most Newton steps of a balance, the longest step of a displacement, and the size of the last step."""
 BALANCED = 1e-8
-"""A last step larger than this has not reached a balance."""
+"""Size of the last step above which no balance is found."""
 PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
 BASIS = np.stack([np.ones(PHASES), np.sin(PHASE), np.cos(PHASE)])
 WEIGHTS = np.stack([np.ones(PHASES), 2.0 * np.sin(PHASE), 2.0 * np.cos(PHASE)]) / PHASES
@@ -51,7 +51,8 @@ def _rates(members: Members, tau: Array, z: Array) -> tuple[Array, Array]:
 
 
 def small_motion(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
-    """Angular frequency and decay of small motions about rests x under voltages, (members,); NaN where none swings."""
+    """Angular frequency and decay rate of small motions about rests x under voltages, (members,); NaN for motions that
+    do not oscillate."""
     found = np.full((2, members.size), np.nan)
     slopes = at_rest(members, x, voltage)[1]
     for k in np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2))):
@@ -63,7 +64,8 @@ def small_motion(members: Members, x: Array, voltage: Array) -> tuple[Array, Arr
 
 
 def linear_motion(members: Members, x: Array) -> Array:
-    """Mean, sine and cosine of all states, (members, states, 3), linear about a place x, as a start for `balanced`."""
+    """Mean, sine and cosine of all states, (members, states, 3), of the linear motion about x, as a start for
+    `balanced`."""
     z, slopes = at_rest(members, x, members.values["voltage_bias"])
     omega, size = members.values["drive_frequency"], z.shape[1]
     stirred = _rates(members, np.zeros(len(z)), z)[1][..., 0] / omega[:, None]
@@ -73,7 +75,7 @@ def linear_motion(members: Members, x: Array) -> Array:
 
 def balanced(members: Members, start: Array) -> Array:
     """Mean, sine and cosine of all states, (members, states, 3), of the motion under a sine; NaN where Newton's method
-    fails from the start."""
+    fails."""
     c, count = start.copy(), start.shape[1]
     size = np.full(len(c), np.nan)
     moving = np.flatnonzero(np.isfinite(c).all(axis=(1, 2)))

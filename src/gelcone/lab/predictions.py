@@ -1,4 +1,4 @@
-"""Predictions of a fitted device with their standard deviations, and the experiments that would narrow them."""
+"""Predictions of a fitted device with their standard deviations, and experiments that would reduce these."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PREDICTIONS = {"stroke": "m", "blocked force": "N", "natural frequency": "Hz", "pull-in": "V"}
-"""What can be predicted, those before the last at a voltage: ``stroke@1.5 kV``."""
+"""Quantities that can be predicted -> SI unit; all but the last at a voltage, as in ``stroke@1.5 kV``."""
 
 
 class Asked(NamedTuple):
-    """A prediction: its ``kind``, a key of `PREDICTIONS`, at a ``voltage``; ``text`` as it was asked."""
+    """A prediction: its ``kind``, a key of `PREDICTIONS`, at a ``voltage``, and the ``text`` of the request."""
 
     text: str
     kind: str
@@ -32,7 +32,7 @@ class Asked(NamedTuple):
 
 
 def read_predictions(texts: Sequence[str]) -> list[Asked]:
-    """Predictions from texts such as ``stroke@1.5 kV`` and ``pull-in``."""
+    """Read predictions from texts such as ``stroke@1.5 kV`` and ``pull-in``."""
     found = []
     for text in texts:
         kind, at, voltage = (part.strip() for part in text.partition("@"))
@@ -47,7 +47,8 @@ def read_predictions(texts: Sequence[str]) -> list[Asked]:
 
 
 def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequence[Asked]) -> xr.Dataset:
-    """Predictions with their standard deviations, and what next experiments would leave of these."""
+    """Compute predictions with their standard deviations, and the shares of these that further experiments would
+    leave."""
     import xarray as xr
 
     if not asked:
@@ -75,7 +76,7 @@ def predictions_of(problem: Problem, logs: Array, covariance: Array, asked: Sequ
 
 
 def predicted_values(problem: Problem, logs: Array, asked: Asked) -> Array:
-    """A prediction for variants without gains, (variants,)."""
+    """Compute a prediction for variants without gains, (variants,)."""
     variants = Variants(problem.device, list(problem.free), np.exp(logs), {})
     if asked.kind == "pull-in":
         volts = pull_in_voltage(variants.device)["pull_in_voltage"].values

@@ -1,7 +1,7 @@
-"""Measured tables as laboratories export them: text with any separator, decimal comma, encoding and heading.
+"""Measured tables as laboratories export them: texts with several separators, decimal marks, encodings and headings.
 
-What had to be interpreted is named in the notes of the table; what cannot be interpreted with certainty is refused in
-one line that names the file, the line and the remedy.
+Interpretations are named in the notes of the table. Data that cannot be interpreted with certainty are refused in one
+line that names the file, the line and the remedy.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from gelcone.quantity import Array
 MOST_COLUMNS = 64
 MOST_ROWS = 200_000
 LONGEST_WORD = 60
-"""Letters of a foreign text that a message repeats."""
+"""Most letters of a foreign text in a message."""
 REMEDY = "give a CSV file with a header such as stretch,stress (kPa)"
 NOT_READ = {
     ".tdms": "TDMS is not read; export CSV (TDMS has a viewer that does) with units in the header",
@@ -34,9 +34,9 @@ NOT_READ = {
     ".nc": "netCDF is not read here; export CSV with units in the header",
     ".ods": "spreadsheets are not read; save the sheet as CSV (UTF-8) with units in the header",
 }
-"""Endings of files that are not read, and what to do about them."""
+"""Suffixes of files that are not read -> message with the remedy."""
 BINARY = {".mat": "MATLAB", ".h5": "HDF5", ".hdf5": "HDF5"}
-"""Endings of files whose vectors are columns, and the names of their formats."""
+"""Suffixes of files whose vectors are columns -> name of the format."""
 _PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _MISSING = ("", "nan", "na", "n/a", "-", "--", "null", "none")
@@ -44,8 +44,8 @@ _MISSING = ("", "nan", "na", "n/a", "-", "--", "null", "none")
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its ``name`` and ``unit`` as they stand in the header (unit None: none stated), its ``values`` (NaN
-    where a cell is empty) or, of a column of words, its ``words``."""
+    """A column: its ``name`` and ``unit`` in the header (None if not stated), its ``values`` (NaN for an empty cell,
+    None for a column of words), and its ``words``."""
 
     name: str
     unit: str | None
@@ -55,8 +55,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A measured table: its file, its ``columns`` by name, the ``lines`` of the file that its rows stand on, and
-    ``notes`` about what had to be interpreted."""
+    """A measured table: its file, its ``columns`` by name, the ``lines`` of the file for its rows, and ``notes`` about
+    interpretations."""
 
     file: str
     columns: Mapping[str, Column]
@@ -127,7 +127,7 @@ def _decoded(path: Path) -> tuple[str, list[str]]:
 
 
 def _rows(file: str, text: str, notes: list[str]) -> tuple[list[list[str]], list[int]]:
-    """The cells of every line that is neither empty nor a comment, and the numbers of the lines; the header first."""
+    """The cells of all lines that are neither empty nor comments, the header first, and the numbers of the lines."""
     lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip(" \t;,")]
     comments = [k for k, line in lines if line.lstrip().startswith(("#", "%"))]
     if comments:
@@ -183,13 +183,13 @@ def _heading(file: str, line: int, cells: list[str]) -> tuple[list[str], list[st
 
 
 def _name_and_unit(cell: str) -> tuple[str, str | None]:
-    """``stress (kPa)``, ``stress [kPa]`` and ``stress / kPa`` as name and unit."""
+    """Split ``stress (kPa)``, ``stress [kPa]`` or ``stress / kPa`` into name and unit."""
     found = re.fullmatch(r"(.*?)\s*[\(\[]([^\(\)\[\]]*)[\)\]]", cell) or re.fullmatch(r"(.+?)\s+/\s*(\S+)", cell)
     return (found[1].strip(), found[2].strip()) if found else (cell, None)
 
 
 def _second_row(row: list[str], units: list[str | None]) -> list[str | None]:
-    """The units that a row below the header adds."""
+    """The units of the header, completed by a row below it."""
     padded = [*row, *[""] * len(units)]
     own = [cell.strip("()[] ") for cell in padded]
     return [unit if unit is not None or not cell else cell for unit, cell in zip(units, own, strict=False)]
@@ -200,7 +200,7 @@ def _number_like(cell: str) -> bool:
 
 
 def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes: list[str]) -> list[list[str]]:
-    """Rows of ``count`` cells each; `InputError` for one that has more or fewer."""
+    """Check that rows have ``count`` cells each; `InputError` for one with more or fewer."""
     found = []
     for line, row in zip(lines, rows, strict=True):
         while len(row) > count and not row[-1]:
@@ -227,7 +227,7 @@ def _even(file: str, lines: list[int], rows: list[list[str]], count: int, notes:
 
 
 def _column(file: str, name: str, unit: str | None, cells: list[str], lines: Sequence[int], notes: list[str]) -> Column:
-    """A column of numbers or of words; `InputError` for a number that is not certain."""
+    """Read a column of numbers or of words; `InputError` for a number that is not certain."""
     filled = [cell for cell in cells if cell.lower() not in _MISSING]
     numeric = sum(map(_number_like, filled))
     if numeric * 2 < len(filled) or not filled:

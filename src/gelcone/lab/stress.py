@@ -1,7 +1,7 @@
-"""The stress of a coupon whose stretch is prescribed, by a film's law and its Maxwell branches.
+"""The stress of a coupon with a prescribed stretch, from a strain-energy law and Maxwell branches.
 
-The branches are those of the film (`gelcone.physics.film.branches`). A branch's stress over its modulus depends on the
-relaxation time alone, so that a fit needs each test integrated once over a grid of relaxation times.
+The branches are those of films (`gelcone.physics.film.branches`). The stress of a branch over its modulus depends on
+the relaxation time alone, so that a fit integrates each test once over a grid of relaxation times.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from gelcone.quantity import Array
 RELATIVE, ABSOLUTE = 1e-7, 1e-9
 """Tolerances of the integration of the branches."""
 SAME_RATE = 1e-6
-"""Stretch rates that differ by less, relative to the largest, are one."""
+"""Difference of stretch rates, over the largest, below which they count as equal."""
 NEWTON_STEPS = 30
 PER_DECADE = 12
-"""Relaxation times in a factor of ten."""
+"""Relaxation times of the grid in a factor of ten."""
 
 
 def squared_lengths(test: Coupon, stretch: Array | float) -> tuple[Any, Any]:
-    """The squared stretches along and across a coupon; NaN across where a voltage decides the width."""
+    """The squared stretches along and across a coupon; NaN across if the width depends on the voltage."""
     m = stretch * stretch
     if test.mode == "equi-biaxial":
         return m, m
@@ -40,7 +40,7 @@ def squared_lengths(test: Coupon, stretch: Array | float) -> tuple[Any, Any]:
 
 
 def known_width(test: Coupon) -> bool:
-    """Whether the width of a coupon follows from its stretch alone: it is held, or there is no voltage."""
+    """Whether the width of a coupon follows from its stretch alone, since it is held or there is no voltage."""
     return test.mode != "uniaxial" or test.width == "held" or test.voltage == 0.0
 
 
@@ -92,7 +92,7 @@ def branch_stresses(test: Coupon, times: Array, flow: str) -> Array:
 
 
 def stress_of(test: Coupon, gel: Material) -> Array:
-    """The nominal stress in Pa of a gel with its branches at the samples of a test; NaN where a voltage pulls it in."""
+    """The nominal stress in Pa of a gel with its branches at the samples of a test; NaN where the coupon pulls in."""
     law, count, flow = gel.strain_energy_law, gel.branches, gel.flow or "log"
     n = law.numbers(law.complete(gel.law_parameters))
     moduli = np.array([getattr(gel, f"viscous_modulus_{k}") for k in range(1, count + 1)], dtype=float)
@@ -106,7 +106,7 @@ def stress_of(test: Coupon, gel: Material) -> Array:
 
 
 def _under_voltage(test: Coupon, gel: Material, law: StrainEnergyLaw, n: Mapping[str, Any]) -> Array:
-    """The stress of a coupon that a voltage widens: its width balances the stress across it at all times."""
+    """The nominal stress of a coupon with a free width under a voltage: the stress across it is 0 at all times."""
     mu, count, flow = gel.shear_modulus, gel.branches, gel.flow or "log"
     field = _field_energy(test, gel.relative_permittivity) / mu
     own = Branches(count, flow, 1, False)
@@ -135,7 +135,7 @@ def _under_voltage(test: Coupon, gel: Material, law: StrainEnergyLaw, n: Mapping
 def _width(
     law: StrainEnergyLaw, n: Mapping[str, Any], own: Branches, numbers: Mapping[str, Any], field: float, m: Any, y: Any
 ) -> Any:
-    """The squared width at which there is no stress across the coupon, by Newton's method; NaN where it has none."""
+    """Solve for the squared width without stress across the coupon, by Newton's method; NaN if there is none."""
     width = 1.0 / np.sqrt(m)
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
@@ -158,9 +158,10 @@ def _width(
 
 
 def _integrated(test: Coupon, rates: Callable[[float, Array], Array], start: Array, band: int | None) -> Array:
-    """States (samples, states) of what follows the prescribed stretch, whose Jacobian has ``band`` off-diagonals.
+    """Integrate ``rates`` under the prescribed stretch to states (samples, states); their Jacobian has ``band``
+    off-diagonals, None for a full one.
 
-    The stretch is linear between the corners of the history; integration stops at every corner where the rate changes.
+    The stretch is linear between the corners of the history; integration stops at every corner where its rate changes.
     """
     from scipy.integrate import solve_ivp
 
@@ -182,7 +183,8 @@ def _integrated(test: Coupon, rates: Callable[[float, Array], Array], start: Arr
 
 
 def _pieces(history: tuple[Array, Array]) -> Iterator[tuple[float, float, float, float, Array]]:
-    """Pieces of a history with one rate: begin, end, stretch at the begin, rate, and the corners up to the end."""
+    """Pieces of a history with a constant rate: begin, end, stretch at the begin, rate, and the corners up to the
+    end."""
     times, first = np.unique(history[0], return_index=True)
     stretch = history[1][first]
     rate = np.diff(stretch) / np.diff(times)
@@ -201,7 +203,7 @@ def _grid(shortest: float, longest: float) -> Array:
 
 
 def relaxation_grid(tests: list[Coupon]) -> Array:
-    """Relaxation times that tests can distinguish, evenly spaced in their logarithm: from a thirtieth of the shortest
+    """Relaxation times that tests can distinguish, evenly spaced in their logarithm, from a thirtieth of the shortest
     step to a hundred times the longest test."""
     timed = [test.history[0] for test in tests if test.history[0].size]
     if not timed:

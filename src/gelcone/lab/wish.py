@@ -1,4 +1,4 @@
-"""A wish for a device: what it must do, which fields are free within bounds, and their tolerances."""
+"""A wish for a device: requirements, fields that are free within bounds, and tolerances."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ MEASURES: Mapping[str, str] = {
     "rest_height": "m",
     "footprint": "m",
 }
-"""What may be required, and its unit: numbers of a design, and the diameter of its ring."""
+"""Numbers of a design, and the diameter of its ring, that may be required -> SI unit."""
 SMALL, LARGE = ("apparent_power", "current", "peak_voltage", "footprint", "film_thickness", "moving_mass"), (
     "stroke", "blocked_force", "natural_frequency", "probability",
 )  # fmt: skip
-"""What may be made smallest and largest."""
+"""Objectives that may be made smallest, and largest."""
 SETTINGS = ("margin", "confidence", "smallest", "largest", "free", "tolerances")
 MOST_FREE, MOST_TOLERANCES, MOST_OBJECTIVES = 16, 24, 3
 MUST_MEET = 0.95
-"""Share of the devices within the tolerances that must meet all requirements, where the wish names none."""
+"""Default share of the devices within the tolerances that must meet all requirements."""
 REMEDY = "`gelcone init --wish wish.toml` writes one to fill in"
 
 
 class Requirement(NamedTuple):
-    """A number of a design, and its bound in SI: a lower one where ``least``."""
+    """A number of a design and its bound in SI, a lower one if ``least``."""
 
     name: str
     least: bool
@@ -48,7 +48,7 @@ class Requirement(NamedTuple):
 
 
 class Tolerance(NamedTuple):
-    """The standard deviation of a field: of its value where ``relative``, else in SI."""
+    """The standard deviation of a field, over its value if ``relative``, else in SI."""
 
     name: str
     deviation: float
@@ -56,8 +56,8 @@ class Tolerance(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Fields that are uncertain together: their ``names``, the ``medians`` of their draws, and a ``root`` of the
-    covariance of their logarithms."""
+    """Correlated fields: their ``names``, the ``medians`` of their draws, and a ``root`` of the covariance of their
+    logarithms."""
 
     names: tuple[str, ...]
     medians: Array
@@ -76,7 +76,8 @@ class Objective(NamedTuple):
 
 @dataclass(frozen=True)
 class Wish:
-    """Requirements on a device. ``device`` has the fixed fields, and the middle of the bounds of the ``free`` ones."""
+    """Requirements on a device; ``device`` has the fixed fields, and the ``free`` ones in the middle of their
+    bounds."""
 
     text: str
     device: Device
@@ -95,7 +96,7 @@ class Wish:
 
     @property
     def name(self) -> str:
-        """The name of the device to be."""
+        """The name of the wished device."""
         return str(self.device.name)
 
 
@@ -106,7 +107,7 @@ def read_wish(path: str | Path) -> Wish:
     ----------
     path : the file: fields of a device with their values; requirements such as ``stroke = ">= 5 mm"``; a table
         ``[free]`` of fields with bounds, ``"4 mm:15 mm"``; a table ``[tolerances]`` of fields with their standard
-        deviation, ``"5 %"``; ``margin`` below all limits, ``confidence``, and what is ``smallest`` or ``largest``.
+        deviation, ``"5 %"``; ``margin`` below all limits, ``confidence``, and objectives, ``smallest`` or ``largest``.
 
     Returns
     -------
@@ -114,7 +115,7 @@ def read_wish(path: str | Path) -> Wish:
 
     Raises
     ------
-    InputError : in one line, for what cannot be read or used.
+    InputError : in one line, for a file that cannot be read or used.
 
     Examples
     --------
@@ -156,17 +157,16 @@ def read_wish(path: str | Path) -> Wish:
 
 
 def with_samples(wish: Wish, draws: Mapping[str, Array]) -> Wish:
-    """A wish whose fields are also uncertain as ``draws`` are, with their correlations; those that are fixed are at
-    the middle of the draws.
+    """Add the uncertainty of ``draws``, with their correlations, to a wish; fixed fields are set to their medians.
 
-    Raises `InputError` for a field that has a tolerance, too, or no positive values.
+    Raises `InputError` for a field that also has a tolerance, and for values that are not positive.
     """
     fields = wish.device.swept_fields()
     for name, values in draws.items():
         check_name("field of a design", name, fields, where="samples: ")
         if any(one.name == name for one in wish.tolerances):
             raise InputError(
-                f"--samples and [tolerances] {name}: the samples hold it already, with its correlations; leave one out"
+                f"samples: [tolerances] holds {name}, too, and the samples have its correlations; leave one of them out"
             )
         if not (np.asarray(values) > 0.0).all():
             raise InputError(f"samples: {name} is not positive in every draw; give a tolerance in its place")
@@ -227,7 +227,7 @@ def _table(content: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 
 def _is_size(key: str, value: Any) -> bool:
-    """Whether a footprint is stated, not bounded."""
+    """Whether a footprint is stated as a size, not as a bound."""
     return key == "footprint" and value is not None and not str(value).strip().startswith(("<", ">"))
 
 
@@ -267,7 +267,7 @@ def _bounds(free: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
 
 
 def _number(text: str) -> Any:
-    """A number in place of its text, which `parse` takes as SI."""
+    """The number in a text, which `parse` takes as SI; other texts unchanged."""
     try:
         return float(text)
     except ValueError:
@@ -292,7 +292,7 @@ def _device(values: Mapping[str, Any]) -> Device:
 
 
 def _check(device: Device) -> None:
-    """`InputError` for a device of which designs cannot be computed."""
+    """Raise `InputError` for a device whose designs cannot be computed."""
     system = device.to_model().system
     if len(system.films) > 1 or system.circuit.states:
         raise InputError("design: takes a device with one film and an ideal source; leave second_film and circuit out")
@@ -387,4 +387,4 @@ damping_coefficient = "20 %"
 material.shear_modulus = "10 %"
 material.relative_permittivity = "5 %"
 """
-"""A first wish, of a file."""
+"""The text of a first wish, with the name of its ``file``."""

@@ -1,4 +1,4 @@
-"""The public function `environment`: a device that a controller learns to drive."""
+"""The public function `environment`, a device that a controller learns to drive."""
 
 from __future__ import annotations
 
@@ -37,27 +37,28 @@ def environment(
 
     An episode draws a device and a height. The observation is height, velocity, wanted height and voltage: heights from
     0 to 1 over ``heights``, the velocity as their change in a radian of the free vibration, the voltage over ``most``.
-    The action, from -1 to 1, is the squared voltage, from none to that of ``most``, with which the force goes. The
-    reward of a step is less 0 by the error of the height over the range of heights, at most 1. An episode is terminated
-    where the film pulls in, breaks down or reaches its stretch limit, with 1 less for each step that is left.
+    The action, from -1 to 1, is the squared voltage, to which the force is proportional, from 0 to that of ``most``.
+    The reward of a step is minus the error of the height over the range of heights, at least -1. An episode is
+    terminated if the film pulls in, breaks down or reaches its stretch limit, with a reward of -1 for each step that is
+    left.
 
     Parameters
     ----------
     device : a device of single numbers, with any film and circuit.
-    count : how many devices at once, a ``gymnasium.vector.VectorEnv``. Default None: one, a ``gymnasium.Env``.
+    count : number of devices in a ``gymnasium.vector.VectorEnv``. Default None: one device, a ``gymnasium.Env``.
     uncertain : field -> `gelcone.Uniform` or `gelcone.Normal`, drawn for each episode. Default: none.
     most : largest voltage, V. Default: the peak of the device's own drive.
     heights : lowest and highest wanted height, m. Default: where the disc rests under no voltage and under ``most``.
     period : time between two actions, over which the voltage is held, s. Default 1 ms.
     episode : length of an episode, s. Default 1 s.
-    draws : how many devices are drawn, of which an episode takes one. Default 1024.
-    seed : of these draws; ``reset(seed=...)`` sets that of the episodes. Default 0.
+    draws : number of drawn devices, of which an episode takes one. Default 1024.
+    seed : seed of these draws; ``reset(seed=...)`` sets that of the episodes. Default 0.
     tolerance : relative error of one step of the integrator. Default 1e-7.
 
     Returns
     -------
-    The environment. Its ``episodes`` have ``displacement``, ``target`` (m) and ``voltage`` (V), and the info of a step
-    says in ``"ended"`` why an episode was terminated.
+    The environment. Its ``episodes`` have ``displacement``, ``target`` (m) and ``voltage`` (V); ``"ended"`` in the info
+    of a step holds the reason why an episode was terminated.
 
     Raises
     ------

@@ -34,14 +34,14 @@ class HeightEnv(gymnasium.Env[Any, Any]):
         return self.episodes.observe()[0], {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Set the voltage and move on by a period."""
+        """Set the voltage and advance by a period."""
         reward, terminated, truncated = self.episodes.advance(action)
         info = {"ended": str(self.episodes.endings[0])} if terminated[0] else {}
         return self.episodes.observe()[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), info
 
 
 class HeightVectorEnv(VectorEnv[Any, Any, Any]):
-    """Many devices of `gelcone.environment`, each of which begins anew in the step after its episode has ended;
+    """Many devices of `gelcone.environment`, each of which begins a new episode in the step after the end of the last;
     ``episodes`` has their heights, targets and voltages in SI units."""
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -56,14 +56,14 @@ class HeightVectorEnv(VectorEnv[Any, Any, Any]):
         self._over = np.zeros(self.num_envs, dtype=bool)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode of each."""
+        """Begin an episode of each device."""
         super().reset(seed=seed)
         self.episodes.begin(np.arange(self.num_envs), self.np_random)
         self._over[:] = False
         return self.episodes.observe(), {}
 
     def step(self, actions: Array) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Set the voltages and move on by a period; those whose episode was over begin a new one instead."""
+        """Set the voltages and advance by a period; devices whose episode has ended begin a new one instead."""
         over = np.flatnonzero(self._over)
         reward, terminated, truncated = self.episodes.advance(actions)
         if over.size:

@@ -1,7 +1,7 @@
-"""Many devices at once that a controller is to hold at a height: what a learning environment does, without its library.
+"""Episodes of many devices that a controller holds at a height: a learning environment, without its library.
 
-A device of an episode is one of a pool, drawn from what is uncertain. The integrator moves all on by the time between
-two actions, each from where it is and with its own numbers.
+The device of an episode is drawn from a pool of uncertain devices. The integrator advances all devices by the time
+between two actions, each from its own state and with its own numbers.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ Places = npt.NDArray[np.intp]
 
 NEWTON_STEPS = 20
 AT_REST = 1e-9
-"""Force, of the film's scale, below which a disc is at rest."""
+"""Dimensionless force below which a disc is at rest."""
 OBSERVED = ("height", "velocity", "target", "voltage")
 LARGEST = 10.0
-"""Observations end here."""
+"""Largest size of an observation."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A task: hold a height between ``lowest`` and ``highest``, m, with at most the voltage ``most``, V, that is set
-    every ``period`` seconds, ``steps`` times an episode. ``radian``: the time, s, of a radian of free vibration."""
+    """A task: to hold a height between ``lowest`` and ``highest``, m, with at most the voltage ``most``, V, which is
+    set every ``period`` seconds, ``steps`` times an episode. ``radian``: the time, s, of a radian of free vibration."""
 
     most: float
     lowest: float
@@ -57,8 +57,8 @@ class Task:
 def task_of(
     device: Device, most: float | None, heights: tuple[float, float] | None, period: float, episode: float
 ) -> Task:
-    """The task of a device; without ``most`` the peak of its own drive, and without ``heights`` those at which the disc
-    rests under no voltage and under ``most``. Raises `InputError` where it is not a task."""
+    """Make the task of a device. Default ``most``: the peak of its own drive; default ``heights``: the rests without
+    voltage and under ``most``. Raises `InputError` for numbers that make no task."""
     model, scales = device.to_model(), device.scales
     if most is None:
         most = float(model.peak_voltage * scales.voltage)
@@ -83,7 +83,7 @@ def task_of(
 
 @dataclass(frozen=True)
 class Pool:
-    """Drawn devices (draws,): their ``members``, where they start, and what turns SI units into theirs."""
+    """Drawn devices (draws,): their ``members``, their states at the start, and the scales of their units."""
 
     members: Members
     system: DrivenSystem
@@ -95,7 +95,7 @@ class Pool:
 
     @classmethod
     def of(cls, device: Device, uncertain: Mapping[str, Distribution], count: int, seed: int) -> Pool:
-        """Draw ``count`` devices; one where nothing is uncertain. `InputError` where one of them has no rest."""
+        """Draw ``count`` devices; one if nothing is uncertain. `InputError` if one of them has no rest."""
         drawn = device.replace_quietly(draw(uncertain, count, seed=seed)) if uncertain else device
         model, s = drawn.to_model(), drawn.scales
         own = driven(model.system, breaks_down="dielectric_strength" in model.values)
@@ -114,7 +114,7 @@ class Pool:
 
     @cached_property
     def reach(self) -> tuple[Array, Array]:
-        """The lowest and highest displacements at which all films are known, m."""
+        """The lowest and highest displacement with a state of all films, m, (draws,) each."""
         films = self.system.films
         ends = np.array([[film.reach(n)[:2] for film in films] for n in map(self.members.numbers_at, range(self.size))])
         return ends[..., 0].max(axis=1) * self.length, ends[..., 1].min(axis=1) * self.length
@@ -126,7 +126,7 @@ class Pool:
 
 
 def _rests(members: Members, near: Any) -> Array:
-    """The stable rests without voltage next to displacements, by Newton's method."""
+    """Find the stable rests without voltage near displacements by Newton's method."""
     off = switched_off(members)
     n, x = off.numbers(), np.zeros(members.size) + near
     with np.errstate(all="ignore"):
@@ -142,9 +142,9 @@ def _rests(members: Members, near: Any) -> Array:
 
 
 class Episodes:
-    """Episodes of many devices that a controller is to hold at heights.
+    """Episodes of many devices that a controller holds at heights.
 
-    ``displacement``, ``target`` (m) and ``voltage`` (V) are those of now, (count,).
+    ``displacement``, ``target`` (m) and ``voltage`` (V) are the current ones, (count,) each.
     """
 
     def __init__(self, pool: Pool, task: Task, count: int, tolerance: float) -> None:
@@ -163,7 +163,7 @@ class Episodes:
         self._age = np.zeros(count, dtype=np.int64)
 
     def begin(self, where: Places, rng: np.random.Generator) -> None:
-        """Begin episodes at some places, each with a device of the pool and a height that are drawn."""
+        """Begin episodes at some places, each with a drawn device of the pool and a drawn height."""
         pool, run, task = self._pool, self._run, self.task
         which = rng.integers(pool.size, size=where.size)
         run.set_all(self._numbers[:, which], where)
@@ -182,11 +182,11 @@ class Episodes:
         self._velocity[where] = run.states[where, 1] * self._speed[where]
 
     def advance(self, actions: npt.ArrayLike) -> tuple[Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Set the voltages and move on by a period: rewards, and which episodes were terminated and truncated.
+        """Set the voltages and advance by a period; return rewards, and masks of terminated and truncated episodes.
 
-        An action is the squared voltage, of that of ``most`` from -1 for none to 1 for all. The reward of a step is
-        less 0 by the error of the height as a share of the range, at most 1. An episode that terminates early is given
-        the worst of what is left.
+        An action from -1 to 1 is the squared voltage from 0 to that of ``most``. The reward of a step is minus the
+        error of the height over the range of heights, at least -1. An episode that terminates early gets -1 for this
+        step and each step that is left.
         """
         given = np.asarray(actions, dtype=float).reshape(self.count)
         if not np.isfinite(given).all():
@@ -207,14 +207,14 @@ class Episodes:
 
     @property
     def endings(self) -> npt.NDArray[np.str_]:
-        """In words, how the last step ended the motion of each device; empty where it did not."""
+        """Words for the end of each device's motion in the last step; empty where it has not ended."""
         words = np.array([Outcome(code).label if code else "" for code in self._outcome.tolist()], dtype="U16")
         words[(words == "") & ((self.displacement < self._low) | (self.displacement > self._high))] = "stretch_limit"
         words[self._run.broke_down] = "breakdown"
         return words
 
     def observe(self) -> npt.NDArray[np.float32]:
-        """Return what a controller sees, (count, 4): see `OBSERVED`."""
+        """Make the observations of a controller, (count, 4), see `OBSERVED`."""
         task = self.task
         found = np.empty((self.count, len(OBSERVED)), dtype=np.float32)
         share = 1.0 / task.span
