@@ -144,6 +144,8 @@ def test_an_unknown_command_suggests_the_nearest(command_line):
         ("fit --free a~3% --free b", "free b = 0: is small", "--free b = 0: is small"),
         ("fit --predict x@1", "predict 'x@1': takes no voltage", "--predict 'x@1': takes no voltage"),
         ("fit --free a --free b", "free = 3: is few", "--free = 3: is few"),
+        ("fit --profile mass", "profile: 'mass' is not free", "--profile: 'mass' is not free"),
+        ("design --samples a.nc", "samples: [tolerances] holds a, too", "--samples: [tolerances] holds a, too"),
         ("envelope", "margin = 2.0: must be below 1", "margin = 2.0: must be below 1"),
         ("drive --low 5", "lowest = 5.0: must increase", "lowest = 5.0: must increase"),
         ("export --drive own", "drive numbers stay free: leave them out", "drive numbers stay free: leave them out"),

@@ -33,6 +33,8 @@ def test_draws_of_a_fit_are_correlated_as_it_leaves_the_fields():
     np.testing.assert_allclose(np.cov(logs), COVARIANCE[:2, :2], rtol=0.1, atol=1e-3)
     assert np.abs(logs.mean(axis=1)).max() < 0.01
     assert [draws[name].attrs["units"] for name in FREE] == ["N/m", "m"]
+    assert {draws[name].attrs["quantity"] for name in FREE} == {"device field"}
+    assert draws["spring_rate"].attrs["long_name"] == "stiffness of the spring"
     again = gelcone.fitted_draws(result, size, seed=3)
     np.testing.assert_array_equal(draws["spring_rate"], again["spring_rate"])
     assert (gelcone.fitted_draws(result, size, seed=4)["spring_rate"] != draws["spring_rate"]).any()

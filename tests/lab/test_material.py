@@ -223,6 +223,8 @@ def test_the_errors_of_a_test_are_those_of_the_fit_to_all_and_of_that_to_the_oth
             error = np.sqrt(np.mean((own[of] - own["stress"]).values ** 2)) / own["stress"].values.max()
             assert float(found[name][k]) == pytest.approx(error, rel=1e-12)
         assert float(found["left_out_error"][k]) > 1.02 * float(found["error"][k])
+    for name, variable in found.variables.items():
+        assert {"long_name", "units", "quantity"} <= set(variable.attrs), name
 
 
 def test_a_table_of_a_fit_has_its_intervals_as_comments():

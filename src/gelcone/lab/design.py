@@ -17,6 +17,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone._version import __version__
 from gelcone.devices.device import Device
+from gelcone.devices.points import field_attributes
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import DoubtfulInput, InputError, check_kind, check_result
 from gelcone.lab.front import (
@@ -308,14 +309,13 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
         )  # fmt: skip
         for own, value in zip(columns.values(), values, strict=True):
             own.append(value)
-    known = good[0].device.swept_fields()
     table: dict[str, tuple[Any, str, dataset.Of]] = {
         name: (np.array(columns[name]) * per_unit, words, of if unit == "1" else {"units": unit, "quantity": of})
         for name, (words, of) in _NUMBERS.items()
         for unit, per_unit in [(MEASURES[of].shown, MEASURES[of].per_unit) if of in MEASURES else ("1", 1.0)]
     }
     table |= {
-        name: ([float(row.device.get(name)) for row in good], known[name].meaning, {"units": known[name].unit})
+        name: ([float(row.device.get(name)) for row in good], "", field_attributes(good[0].device, name))
         for name in wish.free
     }
     table |= {

@@ -8,6 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.devices.device import Device
+from gelcone.devices.points import field_attributes
 from gelcone.errors import InputError, check_result
 from gelcone.lab.bench import Variants, field_value
 from gelcone.quantity import check_count
@@ -90,9 +91,8 @@ def fitted_draws(result: xr.Dataset, count: int = DRAWS, *, seed: int = 0) -> xr
     fields = list(map(str, result["field"].values))
     own = result["covariance"].values[: len(fields), : len(fields)]
     logs = np.random.default_rng(seed).multivariate_normal(np.zeros(len(fields)), own, count, method="cholesky")
-    known = device.swept_fields()
     columns = dataset.columns("draw", {
-        name: (float(result["value"][k]) * np.exp(logs[:, k]), known[name].meaning, {"units": known[name].unit})
+        name: (float(result["value"][k]) * np.exp(logs[:, k]), "", field_attributes(device, name))
         for k, name in enumerate(fields)
     })  # fmt: skip
     attrs = {name: result.attrs[name] for name in ("device", "film", "chi2", "p_value", "refused")}

@@ -358,17 +358,18 @@ def _result(
     without = [left_out.get(id(test), np.full(len(test.stress), np.nan)) for test in coupons]
     sample = dataset.columns("sample", {
         "sample_test": (np.repeat(np.arange(len(coupons)), _lengths(coupons)), "number of its test", "count"),
-        "time": (np.concatenate([t.time for t in coupons]), "time since the film began to be stretched", _of("s")),
+        "time": (np.concatenate([t.time for t in coupons]), "time since the film began to be stretched", _SECONDS),
         "stretch": (np.concatenate([t.stretch for t in coupons]), "stretch along the coupon", "share"),
-        "stress": (np.concatenate([t.stress for t in coupons]) / 1e3, "measured nominal stress", _of("kPa")),
-        "predicted": (np.concatenate(list(predicted)) / 1e3, "nominal stress of the material", _of("kPa")),
-        "left_out": (np.concatenate(without) / 1e3, "nominal stress predicted from the other tests", _of("kPa")),
+        "stress": (np.concatenate([t.stress for t in coupons]) / 1e3, "measured nominal stress", _KILOPASCALS),
+        "predicted": (np.concatenate(list(predicted)) / 1e3, "nominal stress of the material", _KILOPASCALS),
+        "left_out": (np.concatenate(without) / 1e3, "nominal stress predicted from the other tests", _KILOPASCALS),
     })  # fmt: skip
     test = dataset.columns("test", {
-        "largest_stress": ([largest(t) / 1e3 for t in coupons], "largest measured stress of a test", _of("kPa")),
+        **{f"test_{key}": ([getattr(t, key) for t in coupons], words, "code") for key, words in _WORDS.items()},
+        "largest_stress": ([largest(t) / 1e3 for t in coupons], "largest measured stress of a test", _KILOPASCALS),
         "error": ([_error(t, p) for t, p in zip(coupons, predicted, strict=True)], _ERROR, "share"),
         "left_out_error": ([_error(t, p) for t, p in zip(coupons, without, strict=True)], _ERROR_OUT, "share"),
-        "voltage": ([t.voltage for t in coupons], "voltage on the coupon", _of("V")),
+        "voltage": ([t.voltage for t in coupons], "voltage on the coupon", {"units": "V", "quantity": "voltage"}),
     })  # fmt: skip
     table = dataset.columns(("law", "branch_count"), {
         "fit_error": (errors[0], f"mean {_ERROR}", "share"),
@@ -379,15 +380,14 @@ def _result(
         "low": (low, "lower end of the 95 % interval of the fitted value", "share"),
         "high": (high, "upper end of the 95 % interval of the fitted value", "share"),
     })  # fmt: skip
-    words = {name: ("test", [getattr(t, name) for t in coupons]) for name in ("name", "file", "mode", "kind", "use")}
-    draws = {"draws": (("draw", "parameter"), drawn, {"long_name": "fits to tests drawn with replacement, in SI"})}
+    words = "fits to tests drawn with replacement, in SI"
+    draws = dataset.columns(("draw", "parameter"), {"draws": (drawn, words, "share")})
+    coords = dataset.columns("law", {"law": (laws, "strain-energy law", "code")})
+    coords |= dataset.columns("branch_count", {"branch_count": (counts, "number of Maxwell branches", "count")})
+    coords |= dataset.columns("parameter", {"parameter": (list(values), "parameter of the material", "code")})
     return xr.Dataset(
-        {**table, **parameter, **draws, **test, **{f"test_{k}": v for k, v in words.items()}, **sample},
-        coords={
-            "law": laws,
-            "branch_count": ("branch_count", counts, {"long_name": "number of Maxwell branches", "units": "1"}),
-            "parameter": list(values),
-        },
+        {**table, **parameter, **draws, **test, **sample},
+        coords=coords,
         attrs={
             "chosen_law": key[0],
             "chosen_branches": key[1],
@@ -402,8 +402,16 @@ _ERROR = "root mean square of the residuals over the largest stress"
 _ERROR_OUT = f"{_ERROR}, predicted from the other tests"
 
 
-def _of(unit: str) -> dict[str, str]:
-    return {"units": unit}
+_KILOPASCALS = {"units": "kPa", "quantity": "stress"}
+_SECONDS = {"units": "s", "quantity": "time"}
+_WORDS = {
+    "name": "name of the test",
+    "file": "file of the test",
+    "mode": "mode of loading",
+    "kind": "kind of test",
+    "use": "use of the test",
+}
+"""Texts about each test -> long names."""
 
 
 def _lengths(tests: Sequence[Coupon]) -> list[int]:
