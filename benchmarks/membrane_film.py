@@ -22,7 +22,8 @@ from gelcone.membrane import force
 from gelcone.membrane.columns import columns
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.table import LOW, table
+from gelcone.membrane.piece import LOW
+from gelcone.membrane.table import table
 from gelcone.physics.laws import LAWS
 
 SEED = 20261123

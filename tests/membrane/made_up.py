@@ -1,17 +1,24 @@
 """Made-up films, whose states at held heights and voltages are formulas: what a table fits to them is known."""
 
 from dataclasses import dataclass
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
+from gelcone.membrane import piece
 from gelcone.membrane import table as module
 from gelcone.membrane.columns import Columns
 from gelcone.membrane.elements import Measures
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.mean_length import NAMES as MEAN_LENGTH
-from gelcone.membrane.table import COARSE, FINE, FOLDED, table
+from gelcone.membrane.piece import FOLDED
+from gelcone.membrane.table import COARSE, FINE, table
+from gelcone.physics.laws import LAWS
 
+LAW = LAWS["gent"]
+GELS = {"even": (1.0, 1.0), "strong meridian": (1.4, 1.1), "strong hoop": (1.0, 1.5)}
 ROUNDED = 1e-3
 VARIABLES = {False: {"near": (1.0, -1.0), "far": (1.0, -1.0)}, True: {"near": (1e-4, 0.2), "far": (1.0, -1.0)}}
 """c and e of p = -(s + c)^e, by whether the hoop is stretched more and by piece."""
@@ -126,11 +133,12 @@ class MadeUp:
     def table(self, monkeypatch):
         """The numbers that are fitted to it."""
         monkeypatch.setattr(module, "Elements", self)
-        monkeypatch.setattr(module, "columns", self.columns)
-        monkeypatch.setattr(module, "longest", self.length)
+        for one in (module, piece):
+            monkeypatch.setattr(one, "columns", self.columns)
+        monkeypatch.setattr(piece, "longest", self.length)
         monkeypatch.setattr(module, "lowest_localisation", lambda gel, highest: self.lowest)
         monkeypatch.setattr(module, "slack_limit", lambda gel: self.limit)
-        monkeypatch.setattr(module, "slack_voltage", lambda gel, ratio, x: self.slack(self.of_height(x)))
+        monkeypatch.setattr(piece, "slack_voltage", lambda gel, ratio, x: self.slack(self.of_height(x)))
         monkeypatch.setattr(
             module, "slack_height", lambda gel, ratio, V: self.begin**0.5 if V == 0.0 else self.slackest
         )
@@ -138,3 +146,18 @@ class MadeUp:
             monkeypatch.setattr(module, "localised", lambda gel, found: found.heights > self.cut**0.5)
         monkeypatch.setattr(module, "fitted_mean_length", lambda *given: dict.fromkeys(MEAN_LENGTH, 0.0))
         return table(self.gel, self.ratio)
+
+
+@cache
+def made_up(kind, **changes):
+    """A made-up film and its table."""
+    film = MadeUp(Gel(LAW, LAW.numbers({"stretch_limit": changes.pop("stretch_limit", 50.0)}), *GELS[kind]), **changes)
+    with pytest.MonkeyPatch.context() as patch:
+        return film, film.table(patch)
+
+
+def places(film, n, piece):
+    """s and V of states of a piece, between the places at which the fit has its own."""
+    begin, end = (film.begin, n["cut_squared"]) if piece == "near" else (n["cut_squared"], n["reach_squared"])
+    s = begin + (end - begin) * np.linspace(0.01, 0.99, 41)
+    return s, np.linspace(0.0, 0.97, 17)[:, None] * (film.slack(s) if piece == "near" else film.localisation(s))

@@ -10,16 +10,15 @@ import pytest
 
 from gelcone import InputError, disk_cache
 from gelcone.membrane import force, made
-from gelcone.membrane import table as module
 from gelcone.membrane.columns import columns, longest, lowest_localisation
 from gelcone.membrane.elements import Elements
+from gelcone.membrane.force import NEVER
 from gelcone.membrane.gel import Gel
-from gelcone.membrane.table import NEVER, TRIALS, _not_made, names, table
+from gelcone.membrane.table import TRIALS, names, table
 from gelcone.physics.film import membrane_charge
 from gelcone.physics.laws import LAWS
-from tests.membrane.made_up import MadeUp
+from tests.membrane.made_up import GELS, LAW, MadeUp, made_up
 
-LAW = LAWS["gent"]
 PULL_IN = json.loads((Path(__file__).parents[1] / "reference" / "membrane.json").read_text())["pull_in"]
 
 
@@ -185,34 +184,6 @@ def test_a_film_that_is_slack_at_every_height_is_refused_in_words():
         table(Gel(LAWS["neo-hookean"], {}, 1e-4, 1e-4), 4.0 / 15.0)
 
 
-def test_a_film_of_too_few_states_is_refused_without_a_word_about_a_limit_that_its_gel_has_not():
-    assert str(module._too_few(gel_of(1, 1, 50))) == module.TOO_CLOSE
-    said = "film = membrane: too few states of this film are found; take film = wrinkling, or other pre-stretches"
-    assert str(module._too_few(gel_of(1, 1, np.inf))) == said
-
-
-def test_a_film_that_localises_nowhere_is_refused_in_words(monkeypatch):
-    film = module._Film(Elements(gel_of(1, 1, 50), 0.2), {"lowest_pull_in": 0.1, "slack_limit": 1.0})
-    film.numbers["flat_voltage"] = 0.0
-    monkeypatch.setattr(module, "longest", lambda gel, V, grid=0: np.full(V.shape, np.nan))
-    with pytest.raises(InputError, match="no voltage is found at which this film localises; take film = wrinkling"):
-        module._tops(film, "far", np.array([0.8]))
-
-
-@pytest.mark.parametrize(
-    ("limit", "said"),
-    [
-        (6.0, "film = membrane: stretch_limit = 6: must be at least about 9; take film = wrinkling"),
-        (25.0, "film = membrane: why; take film = this"),
-    ],
-)
-def test_a_membrane_that_is_not_made_names_the_stretch_limit_where_that_is_too_low(limit, said):
-    assert (
-        str(_not_made(Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": limit}), 1.4, 1.4), "why", "this"))
-        == said
-    )
-
-
 class _Keyed(Exception):
     """Ends the making of a table once its key is known."""
 
@@ -264,41 +235,6 @@ def test_films_share_a_table_where_they_differ_by_rounding_alone():
 
 # --- made-up films: what their tables hold is known -------------------------------------------------------------------
 
-GELS = {"even": (1.0, 1.0), "strong meridian": (1.4, 1.1), "strong hoop": (1.0, 1.5)}
-
-
-@cache
-def made_up(kind, **changes):
-    """A made-up film and its table."""
-    film = MadeUp(Gel(LAW, LAW.numbers({"stretch_limit": changes.pop("stretch_limit", 50.0)}), *GELS[kind]), **changes)
-    with pytest.MonkeyPatch.context() as patch:
-        return film, film.table(patch)
-
-
-def places(film, n, piece):
-    """s and V of states of a piece, between the places at which the fit has its own."""
-    begin, end = (film.begin, n["cut_squared"]) if piece == "near" else (n["cut_squared"], n["reach_squared"])
-    s = begin + (end - begin) * np.linspace(0.01, 0.99, 41)
-    return s, np.linspace(0.0, 0.97, 17)[:, None] * (film.slack(s) if piece == "near" else film.localisation(s))
-
-
-@pytest.mark.parametrize("piece", force.PIECES)
-@pytest.mark.parametrize("kind", GELS)
-def test_a_table_gives_back_the_formulas_of_a_made_up_film(kind, piece):
-    film, n = made_up(kind)
-    s, V = places(film, n, piece)
-    rough = 3e-2 if piece == "far" else 1e-10  # W of the far piece is a cubic; the film's has a corner at the star
-    own = force.pull(piece, s, V, n)
-    np.testing.assert_allclose(own.q, film.q(s, V), atol=rough)
-    for found, at in zip((own.rim, own.whole), film.kinks(s), strict=True):
-        np.testing.assert_allclose(found, film.q(s, V) - at, atol=rough if piece == "far" else 1e-4)
-    np.testing.assert_allclose(own.k, film.pull(s, V), rtol=5e-3, atol=2e-3 * (piece == "near"))
-    ends, measured = force.ends(piece, own.u + 0.0 * V, own.q, n), film.measured(film.height(s), V)
-    np.testing.assert_allclose(ends.disc, measured.disc + 0.0 * V, rtol=1e-5)
-    np.testing.assert_allclose(ends.field, measured.field**2, rtol=2e-3)
-    if piece == "far":
-        np.testing.assert_allclose(force.pull_in(s, n), film.localisation(s), rtol=1e-12)
-
 
 @pytest.mark.parametrize("kind", GELS)
 def test_a_table_holds_the_limits_of_a_made_up_film(kind):
@@ -314,28 +250,6 @@ def test_a_table_holds_the_limits_of_a_made_up_film(kind):
     assert n["flat_voltage"] == pytest.approx(flat if kind == "strong hoop" else film.slack(0.0), rel=1e-12)
     area = [0.0, 0.1, -0.05, 0.02, 0.0, 0.0, 0.0] if kind != "even" else [0.0] * 7
     np.testing.assert_allclose([n[f"flat_area_{i}"] for i in range(7)], area, atol=1e-8)
-
-
-@pytest.mark.parametrize("kind", GELS)
-def test_the_stated_error_of_a_made_up_film_covers_its_forces_and_not_much_more(kind):
-    """One whose force swings over the height faster than the fit; over the force and a tenth of the floor."""
-    film, n = made_up(kind, star=0.1, ripple=0.1)
-    errors = []
-    for piece in force.PIECES:
-        s, V = places(film, n, piece)
-        if piece == "far":  # up to the star: behind it the film is held at the lowest voltage
-            V = np.linspace(0.0, 0.95, 17)[:, None] * force.pull_in(s, n)
-        x = film.height(s)
-        own, exact = x * force.pull(piece, s, V, n).k, x * film.pull(s, V)
-        errors.append(np.abs(own - exact) / (exact + 0.1 * np.maximum(x * film.pull(s, 0.0), low(film))))
-    largest = max(map(np.max, errors))
-    assert largest < n["film_error"] < 6.0 * largest
-    assert n["film_error"] > 10.0 * made_up(kind, star=0.1)[1]["film_error"]
-
-
-def low(film):
-    """The force without voltage at the height 0.1."""
-    return 0.1 * float(film.pull(film.of_height(0.1), 0.0))
 
 
 def test_a_film_that_never_falls_slack_below_the_heights_at_which_it_localises_has_one_piece():

@@ -20,7 +20,7 @@ import numpy as np
 from gelcone.continuum import density
 from gelcone.continuum.mesh import SLACK_STIFFNESS, Film, stretches
 from gelcone.continuum.path import Ending, Point, reach, settled, step
-from gelcone.membrane.table import NEVER
+from gelcone.membrane.force import NEVER
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import ConeModel

@@ -1,1 +1,1 @@
-"""The relaxed axisymmetric membrane under voltage: states by shooting, borders, and the table that a film runs on."""
+"""The relaxed axisymmetric membrane under voltage: states by finite elements, limits, and the table of a film."""

@@ -16,23 +16,25 @@ from gelcone.membrane.elements import Chains, Elements, Measures
 from gelcone.membrane.gel import Array, Gel, root
 
 LONGEST, SHORTEST, GRID = 30.0, 0.5, 500
-"""Meridional lengths of the innermost ring, over the mounted one, between which it is searched, and the number
-of trials."""
+"""Longest and shortest meridional length over the mounted one at which the innermost ring is searched to localise, and
+the number of trials between them."""
 LIMIT_SHARE = 0.9
 """Share of the stretch limit, at the disc, up to which states are computed."""
 WEAKEST = 1e-6
-"""Of the force without voltage: a film that pulls less is slack."""
+"""Share of the force without voltage below which a film is slack."""
 LARGEST_CHANGE = 0.12
-"""Of an element's length from one state of a column to the next; a film that has localised changes more."""
+"""Largest relative change of an element's length between states of a column; a film that localises changes more."""
 LOWEST_ROUNDS, LOWEST_GRID = 5, 3000
-MOST_STEPS = 150
+STEPS, MOST_STEPS = 14, 150
+"""Equal steps that a column takes to the V it is expected to reach, and the most that it takes altogether."""
 STEP_ROUNDS = 14
+"""Newton iterations for a state of a column, which begin near it."""
 GOLDEN = 0.6180339887498949
 
 
 def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
-    """The meridional length of the innermost ring at which it localises, (voltages,); NaN where it does not below its
-    stretch limit."""
+    """The meridional length of the innermost ring at which it localises, (voltages,); NaN where it does not localise
+    below the stretch limit."""
     lengths = np.geomspace(SHORTEST, LONGEST, grid)[:, None] * np.ones(V.size)
     one = np.ones_like(lengths)
     with np.errstate(all="ignore"):
@@ -61,17 +63,20 @@ def lowest_localisation(gel: Gel, highest: float) -> float:
 
 
 LONG = 0.99
-"""Share of the length at which the ring at an edge localises that it has at least at the end of a column that does."""
+"""Least share of the length of localisation that the ring at an edge has where a column ends by localisation."""
 FINEST = 1e-3
-"""Share of the V up to which a column may go: an end that near to it is not counted as one."""
+"""Share of the V up to which a column may go: a column that ends this close to it did not end by itself."""
 NEXT = 0.01
-"""Share of the lowest voltage at which a ring localises by which the end of a column may lie below it."""
+"""Share of V by which the end of a column may lie below the lowest voltage at which a ring localises."""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """States in columns: the ``column`` of each, its V and `Measures`; of each column its height, how it ended, the V
-    at which it did, the ``top`` where it would have been left, and its ``last`` state."""
+    """States in columns.
+
+    Of each state the index of its ``column``, its V and `Measures`. Of each column its height, whether it ended
+    ``slack``, the V of its ``end``, the ``top``, where it stops in any case, and its ``last`` state.
+    """
 
     column: Array
     V: Array
@@ -109,7 +114,7 @@ class Columns:
 
 
 def localised(gel: Gel, found: Columns) -> Array:
-    """Which columns end because the ring at the disc or the one at the rim localises."""
+    """Mask of the columns that end because the ring at the disc or the one at the rim localises."""
     V, edge = np.zeros((2, found.heights.size))
     for k in map(int, np.flatnonzero(np.isfinite(found.first))):
         own, edges = found.along(k, found.measures.edge)
@@ -120,12 +125,12 @@ def localised(gel: Gel, found: Columns) -> Array:
 
 
 def columns(
-    film: Elements, heights: Array, first: Array, top: Array, steps: int = 14, finest: float = 0.0003
+    film: Elements, heights: Array, first: Array, top: Array, steps: int = STEPS, finest: float = 0.0003
 ) -> Columns:
     """Columns at ``heights`` > 0, up to V = ``top``; ``first`` is the V that a column is expected to reach.
 
-    A column rises by equal steps of that over ``steps``, after a shorter one, halved where no near state is found, and
-    ends where they are less than ``finest`` of it. Columns without a state at V = 0 are empty.
+    A column rises by steps of ``first`` / ``steps`` after a shorter first one. A step is halved where no state is found
+    nearby; the column ends where steps fall below ``finest`` of ``first``. Columns without a state at V = 0 are empty.
     """
     count = heights.size
     now = film.unloaded(heights)
@@ -161,7 +166,7 @@ def columns(
         V.append(after.V[good])
         kept.append(Measures(*(values[good] for values in measured)))
         slack[off] = weak[~good]
-        # an extrapolated fold may lead to a state under compression: tried again from the last state itself
+        # extrapolation from a folded state may lead to one under compression: try again from the last state itself
         folded = rate_z[off].any(axis=1) & film.gel.has_rims
         failed[off[~folded]] = after.V[~good][~folded]
         rate_r[off[folded]], rate_z[off[folded]] = 0.0, 0.0
@@ -181,4 +186,5 @@ def columns(
 
 
 def _lengths(r: Array, z: Array) -> Array:
+    """Lengths of the elements, (states, elements)."""
     return np.hypot(np.diff(r, axis=1), np.diff(z, axis=1))

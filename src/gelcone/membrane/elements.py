@@ -9,10 +9,9 @@ minimises
 at a held height of the disc, by Newton's method, many states at once. The force is dE/dx, the mean square of the
 deformed over the mounted area -2 dE/dV. Elements are shortest next to the disc, where the stretches vary most.
 
-An element without tension turns freely, so that the tension at the present place says little of how it will withstand
-turning where it hardly pulls. Near a state whose tensions are known they are therefore unknowns of their own for that
-purpose, which follow the linearised ones from round to round (a mixed method; Magisano, Leonetti, Garcea, Int. J.
-Numer. Meth. Engng 109, 2017).
+An element resists turning by its tension alone, and where that is small, the value at the present iterate is a poor
+estimate. Tensions are therefore unknowns of their own in this term once they are known, and follow the linearised ones
+from iteration to iteration (a mixed method; Magisano, Leonetti, Garcea, Int. J. Numer. Meth. Engng 109, 2017).
 """
 
 from __future__ import annotations
@@ -26,31 +25,32 @@ import numpy as np
 from gelcone.membrane.gel import ENOUGH, Array, Gel
 
 GRADING = 1.6
-"""Exponent of the elements' places over ln R."""
+"""Exponent of the grading of the nodes over ln R."""
 ROUNDS = 60
+"""Most Newton iterations for a state."""
 ACCURATE = 1e-9
-"""Largest change of an element in the last round, over its length, of a state that was found."""
+"""Largest relative change of an element in the last iteration of a state that was found."""
 LARGEST_STEP = 0.35
-"""Of the change of an element in one round, over its length."""
+"""Largest relative change of an element in one iteration."""
 LEAST_TENSION = 1e-9
-"""Tension with which a slack element withstands turning, so that a state without tension is a single one."""
+"""Tension with which a slack element resists turning, so that a state without tension is unique."""
 LOST = 1e14
-"""A rigidity of elements that no state has."""
+"""Entry of the stiffness matrix at which a state is given up."""
 LONGEST_STEP, SHORTEST_STEP = 0.7, 0.01
-"""Of ln x, by which a state is raised or lowered."""
+"""Longest and shortest step of ln x by which a state is raised or lowered."""
 LEAST_KEPT = 0.1
-"""Share of its tension that an element keeps at least from one round to the next."""
+"""Least share of its tension that an element retains from one iteration to the next."""
 BETWEEN = 6
-"""Rings between the middles of two elements at which their firmness is computed, too."""
+"""Parts of the distance between the middles of two elements, at whose ends firmness is computed."""
 WARM = 4
-"""Newton steps that find a natural width from that of the round before."""
+"""Newton iterations for a natural width from that of the iteration before."""
 BAND = 3
 """Unknowns r and z of neighbouring nodes are at most three places apart."""
 
 
 class Chains(NamedTuple):
     """States: squared voltage, radius and height of the nodes (states, nodes), tension T1 of the elements (states,
-    elements; NaN where it is not known), whether each was found."""
+    elements; NaN where unknown), and the mask of those that were found."""
 
     V: Array
     r: Array
@@ -59,14 +59,14 @@ class Chains(NamedTuple):
     found: Array
 
     def where(self, which: Array | int) -> Chains:
-        """Those of an index or mask."""
+        """The states of an index or mask."""
         return Chains(*(values[which] for values in self))
 
 
 class Measures(NamedTuple):
-    """Of states: height, force, area (charge over voltage), squared meridional length at the disc and the longer one
-    at the disc or the rim, the true field over v where it is largest, least firmness of any ring, and of the hoop (see
-    `Gel.hoop`) the least tension and the largest."""
+    """Height, force and area (charge over voltage) of each state, the squared meridional length at the disc and the
+    larger one of disc and rim, the largest true field over v, the least firmness of its rings, and the least and the
+    largest tension of its hoops (see `Gel.hoop`)."""
 
     x: Array
     force: Array
@@ -89,12 +89,12 @@ class Elements:
 
     @property
     def disc(self) -> float:
-        """a."""
+        """a, the radius of the disc."""
         return self.ratio / (1.0 - self.ratio)
 
     @property
     def mounted(self) -> float:
-        """b^2 - a^2."""
+        """b^2 - a^2, the mounted area over pi."""
         return 1.0 + 2.0 * self.disc
 
     @cached_property
@@ -119,14 +119,16 @@ class Elements:
         return 2.0 * self.middles * self.lengths / self.mounted
 
     def cones(self, x: Array, V: Array) -> Chains:
-        """Straight cones of those heights, to start from; the disc is at the height x, the rim at 0."""
+        """Straight cones to start from; the disc is at the height x, the rim at 0."""
         share = (self.nodes - self.nodes[0]) / (self.nodes[-1] - self.nodes[0])
         unknown = np.full((x.size, self.count), np.nan)
         return Chains(V, np.tile(self.nodes, (x.size, 1)), x[:, None] * (1.0 - share), unknown, np.zeros(x.shape, bool))
 
     def unloaded(self, x: Array, until_lost: bool = False) -> Chains:
-        """The states without voltage at heights x > 0; ``until_lost``, none behind the first that is hard to find and
-        has no state. Each is computed once."""
+        """The states without voltage at heights x > 0, each computed once.
+
+        With ``until_lost``, heights after the first at which stepping from a neighbour fails are not stepped to.
+        """
         if not x.size:
             return self.cones(x, x)
         new = np.array([height for height in x.tolist() if height not in self._unloaded])
@@ -137,10 +139,11 @@ class Elements:
 
     @cached_property
     def _unloaded(self) -> dict[float, Chains]:
+        """Height -> state without voltage, as far as they are known."""
         return {}
 
     def _without_voltage(self, x: Array, until_lost: bool) -> Chains:
-        """From straight cones, and where none is found so from the state of the nearest height, by steps."""
+        """Finds states without voltage from straight cones, or else by steps from the state of the nearest height."""
         at = self.found(self.cones(x, np.zeros(x.size)))
         known = np.flatnonzero(at.found)
         for k in np.flatnonzero(~at.found) if known.size else []:
@@ -153,7 +156,7 @@ class Elements:
         return at
 
     def _moved(self, at: Chains, x: float) -> Chains:
-        """A state raised or lowered to a height."""
+        """The state of ``at`` raised or lowered in steps to the height x."""
         now, step = float(at.z[0, 0]), LONGEST_STEP
         while now != x and step > SHORTEST_STEP:
             way = np.log(x / now)
@@ -166,14 +169,14 @@ class Elements:
         return at._replace(found=at.found & (now == x))
 
     def stretches(self, at: Chains) -> tuple[Array, Array, Array, Array]:
-        """l1, l2, and the direction of each element (states, elements)."""
+        """l1, l2, and the cosine and sine of the direction of each element, (states, elements)."""
         along, down = np.diff(at.r, axis=1), np.diff(at.z, axis=1)
         length = np.hypot(along, down)
         l2 = 0.5 * (at.r[:, 1:] + at.r[:, :-1]) / self.middles
         return length / self.lengths, l2, along / length, down / length
 
     def found(self, start: Chains, rounds: int = ROUNDS) -> Chains:
-        """The states near chains whose ends are held."""
+        """The states near ``start``, with the ends held, by Newton's method."""
         r, z, tension, done = start.r.copy(), start.z.copy(), start.tension.copy(), np.zeros(start.V.shape, bool)
         live = np.arange(start.V.size)
         width = np.full((start.V.size, self.count), np.nan)
@@ -196,8 +199,8 @@ class Elements:
         return Chains(start.V, r, z, tension, done)
 
     def _step(self, at: Chains, width: Array) -> tuple[Array, Array, Array]:
-        """Newton's step of the nodes, (states, nodes, 2), the tensions after it by linearisation, and the rings'
-        widths."""
+        """Newton's step of the nodes, (states, nodes, 2), the linearised tensions after it, and the widths of the
+        rings."""
         l1, l2, cosine, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):
@@ -207,8 +210,8 @@ class Elements:
             n = self.gel.width_of(l1, l2, V, slack, guess, ENOUGH if np.isnan(width).any() else WARM)
             ring = self.gel.ring(l1, l2, V, slack, n)
         w, dR, R2 = self.weights, self.lengths, 2.0 * self.middles
-        withstands = np.where(np.isnan(at.tension), ring.meridional, at.tension)
-        turn = np.maximum(withstands, LEAST_TENSION) / (l1 * dR * dR)
+        tension = np.where(np.isnan(at.tension), ring.meridional, at.tension)
+        turn = np.maximum(tension, LEAST_TENSION) / (l1 * dR * dR)
         firm = np.maximum(ring.firmness, 1e-6) / (dR * dR)
         # gradients of l1 by (r, z) of the outer node, of l2 by r of either
         gr, gz = w * ring.meridional * cosine / dR, w * ring.meridional * sine / dR
@@ -249,7 +252,7 @@ class Elements:
         return moves, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
 
     def least_firmness(self, at: Chains) -> Array:
-        """Of any ring of states, (states,), also between the middles of elements."""
+        """The least firmness of the rings of each state, (states,), also between the middles of elements."""
         l1, l2, _, _ = self.stretches(at)
         share = np.linspace(0.0, 1.0, BETWEEN + 1)[:-1]
         fine = [values[:, :-1, None] + np.diff(values, axis=1)[:, :, None] * share for values in (l1, l2)]
@@ -259,7 +262,7 @@ class Elements:
         return found
 
     def measures(self, at: Chains) -> Measures:
-        """The measures of states; NaN where none was found."""
+        """The measures of states; NaN for those that were not found."""
         l1, l2, _, sine = self.stretches(at)
         V = np.broadcast_to(at.V[:, None], l1.shape)
         with np.errstate(all="ignore"):
@@ -289,10 +292,10 @@ class Elements:
 
 
 def _solved(band: Array, right: Array, known: Array) -> Array:
-    """Solutions of one banded system a state, (states, unknowns); NaN where the system is not ``known`` or singular.
+    """Solutions of one banded system per state, (states, unknowns); NaN where it is not ``known`` or singular.
 
-    ``band`` is (diagonals, states, unknowns). All are solved as one, so that one of which rounding leaves a singular
-    matrix is taken out and the others are solved again.
+    ``band`` is (diagonals, states, unknowns). All systems are solved as one; where one is singular, it is taken out and
+    the others are solved again.
     """
     from scipy.linalg.lapack import dgbsv  # importing it takes as long as starting gelcone
 

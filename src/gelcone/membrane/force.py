@@ -1,19 +1,20 @@
-"""The force of a film as formulas: of numbers, arrays or the expressions of a program.
+"""Formulas of the force of a film, for numbers, arrays or the expressions of a program.
 
 With s = x^2, the squared voltage V, p = -(s + c)^e and u, p scaled to run from -1 to 1, a film pulls the disc back with
 x k,
 
     k = base [P(u, q) + rim^2 P1(u, q) + whole^2 P2(u, q)],
 
-in two pieces. The ``near`` one is of heights at which the film falls slack as the voltage rises, at V = W(u): q = V/W
-and base = W - V. The ``far`` one is of heights at which a ring at its edge localises before, where q = V W(u) is about
-1: base = 1. ``rim`` = q - (the q at which the first hoop falls slack) and ``whole`` = q - (that of the last hoop) count
-where they are positive: the second derivative of the force has a kink there. The film held at s localises above
+in two pieces. The ``near`` piece covers heights at which the film falls slack as the voltage rises, at V = W(u): there
+q = V/W and base = W - V. The ``far`` piece covers heights at which a ring at an edge localises first, where q = V W(u)
+is about 1: there base = 1. ``rim`` = q - (the q at which the first hoop falls slack) and ``whole`` = q - (that of the
+last hoop) count where they are positive: the force has kinks there in its second derivative. A film held at s localises
+above
 
     V = lowest + d E(t),    d = p(star) - p where that is positive, else 0,
 
-with t, (p - p0)^(1/2) scaled to run from -1 to 1. Before the star its innermost ring localises; behind it another one
-does, whose hoop is slack, at the lowest V of all.
+with t, (p - p0)^(1/2) scaled to run from -1 to 1. Before the star the innermost ring localises; behind it another ring,
+whose hoop is slack, localises at the lowest V of all.
 
 The numbers are those of `gelcone.membrane.table.table`.
 """
@@ -31,18 +32,22 @@ PIECES = ("near", "far")
 MAIN, KINK = {"near": (8, 8), "far": (9, 5)}, (3, 2)
 """Degrees in u and q of P, and of P1 and P2."""
 ALONE = {"near": 8, "far": 11}
-"""Degree in u of what does not depend on V."""
+"""Degree in u of the terms that do not depend on V."""
 SCALE = {"near": 8, "far": 3}
-"""Degree of W, which is exact only where it is the voltage of a slack film."""
+"""Degree of W, which is exact only in the near piece."""
 CURVE, END = 3, 8
 """Degrees of the curves in u at which hoops fall slack, and of E."""
 END_NAMES = [f"end_{i}" for i in range(END + 1)]
 LENGTH = (10, 6)
 """Degrees in u and q of the innermost ring's length and of the largest field."""
+FLAT = 6
+"""Degree in V of the flat film's area."""
+NEVER = 1e30
+"""A squared voltage that is never reached."""
 TINY = 1e-12
 """Added to the near W, so that a flat film without tension has a q."""
 ROUNDED = 1e-3
-"""Of p: within this distance d turns into 0."""
+"""Distance of p over which d turns into 0."""
 
 
 class Pull(NamedTuple):
@@ -77,8 +82,11 @@ class Ends(NamedTuple):
 
 @cache
 def shapes(piece: str) -> dict[str, tuple[int, ...]]:
-    """Of the numbers of a piece, by name: c = ``shift``, e = ``exponent``, u = ``scale`` p + ``offset``, W = ``start``
-    + (u + 1) times the sum with ``rise``; sums are by powers of u, or of u and q, from the constant on."""
+    """Shapes of the numbers of a piece, by name.
+
+    c = ``shift``, e = ``exponent``, u = ``scale`` p + ``offset``, W = ``start`` + (u + 1) times the sum with ``rise``.
+    Sums run over rising powers of u, or of u and q.
+    """
     main = (max(MAIN[piece][0], ALONE[piece]) + 1, MAIN[piece][1] + 1)
     kink, length = (KINK[0] + 1, KINK[1] + 1), (LENGTH[0] + 1, LENGTH[1] + 1)
     curve = (CURVE + 1,)
@@ -90,7 +98,7 @@ def shapes(piece: str) -> dict[str, tuple[int, ...]]:
 
 @cache
 def names(piece: str, what: str) -> np.ndarray[Any, np.dtype[Any]]:
-    """The names of the numbers of one kind, in their shape."""
+    """Names of the numbers of one kind, in their shape."""
     shape = shapes(piece)[what]
     found = np.empty(shape, dtype=object)
     for place in np.ndindex(shape):
@@ -106,8 +114,8 @@ def place(piece: str, s: Any, n: Numbers) -> tuple[Any, Any]:
 
 
 def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None = None) -> Pull:
-    """The force of one piece. ``behind`` is 1 or 0: whether ``rim`` and ``whole`` count; None: where they are
-    positive."""
+    """The force of one piece. ``behind`` states with 1 or 0 whether ``rim`` and ``whole`` count; by default they count
+    where they are positive."""
     p, p_slope = place(piece, s, n)
     scale = n[f"{piece}_scale"]
     u, u_slope = scale * p + n[f"{piece}_offset"], scale * p_slope
@@ -139,7 +147,7 @@ def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None 
 
 
 def spot(piece: str, s: Any, V: Any, n: Numbers) -> Spot:
-    """Where a state of one piece lies."""
+    """The place of a state in one piece."""
     W, power = _scale(piece, s, n)
     q = share(piece, V, W)[0]
     rim, whole = (q - _line(piece, f"{kink}_at", n, power)[0] for kink in ("rim", "whole"))
@@ -156,7 +164,7 @@ def share(piece: str, V: Any, W: Any) -> tuple[Any, Any, Any]:
 
 
 def tension(s: Any, V: Any, n: Numbers) -> Any:
-    """Positive where a film below the cut is in tension: W - V."""
+    """W - V: positive where a film below the cut is in tension."""
     return _scale("near", s, n)[0] - V
 
 
@@ -195,7 +203,7 @@ def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> t
 
 
 def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
-    """Lengths and fields of one piece, of numbers."""
+    """Lengths and fields of one piece, for numbers and arrays."""
     power, found = powers(u, LENGTH[0]), []
     for what in Ends._fields:
         columns = _sum(_rows(piece, what, n, q), power)
@@ -207,7 +215,7 @@ def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
 
 
 def ends_of(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
-    """Report `ends` of the expressions of a program."""
+    """Lengths and fields of one piece, for the expressions of a program."""
     power, found = powers(u, LENGTH[0]), []
     for what in Ends._fields:
         value: Any = 0.0
@@ -218,7 +226,7 @@ def ends_of(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
 
 
 def _columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
-    """The sums over i of c_ij u^i and their derivatives by u, for each j; of numbers all j at once."""
+    """The sums over i of c_ij u^i and their derivatives by u, for each j; numbers and arrays take all j at once."""
     most = MAIN[piece][0] if what == "main" else shapes(piece)[what][0] - 1
     if isinstance(q, float | np.ndarray | np.generic):
         rows = _rows(piece, what, n, q)
@@ -234,7 +242,7 @@ def _columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) ->
 
 
 def _rows(piece: str, what: str, n: Numbers, like: Any) -> Any:
-    """The c_ij as an array, with axes that spread over the values of ``like``."""
+    """The c_ij as an array that broadcasts against ``like``."""
     named = names(piece, what)
     own = np.array([n[name] for name in named.ravel()])
     return own.reshape(named.shape + (1,) * (np.ndim(like) - own.ndim + 1) + own.shape[1:])
@@ -255,6 +263,7 @@ def _line(piece: str, what: str, n: Numbers, power: Sequence[Any]) -> tuple[Any,
 
 
 def _line_of(own: Sequence[Any], power: Sequence[Any]) -> tuple[Any, Any]:
+    """The sum of the ``own`` coefficients times powers, and its derivative."""
     return _sum(own, power), _sum([float(i) * c for i, c in enumerate(own)][1:], power)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
 ENOUGH = 25
-"""Newton steps that find a natural width from anywhere."""
+"""Newton iterations that find a natural width from any start."""
 MOST_STRETCHED = 1e4
 """Largest squared stretch up to which the hump of the crumpling voltage is searched."""
 
@@ -62,8 +62,8 @@ class Gel:
 
     @property
     def has_rims(self) -> bool:
-        """Whether the flat film, when it is raised, falls slack between rims whose hoop is taut: of films whose hoop is
-        stretched, and more than their meridian."""
+        """True for a film whose hoop is stretched, and more than its meridian: when raised from the plane it falls
+        slack between rims whose hoop is taut."""
         return self.A < self.B and self.B > 1.0
 
     @property
@@ -80,7 +80,7 @@ class Gel:
         """The squared width n of zero hoop stress, B - r/n = V m K with r = G/(m n) and the compliance K.
 
         The left side less the right one rises and is concave (Gent, neo-Hookean), so that Newton's method converges
-        from below. Further steps are taken for those alone that neither stay nor swing between two widths.
+        from below. Iterations continue only for widths that neither stay nor alternate between two values.
         """
         found, places = np.array(guess, dtype=float), np.arange(np.size(guess))
         gel, n, Am, Vm = self, found.copy(), self.A * m, V * m
@@ -104,7 +104,7 @@ class Gel:
         return found
 
     def _of(self, places: Array) -> Gel:
-        """The gel of the places of a mask, where its numbers differ between places."""
+        """The gel at the places of a mask, if its numbers are arrays over places."""
         own = {name: _of(value, places) for name, value in self.numbers.items()}
         return Gel(self.law, own, _of(self.A, places), _of(self.B, places))
 
@@ -115,7 +115,7 @@ class Gel:
     def width_of(
         self, l1: Array, l2: Array, V: Array, slack: Array, guess: Array | None = None, steps: int = ENOUGH
     ) -> Array:
-        """The squared width of rings, natural where ``slack``: near a ``guess``, or from wherever it may be."""
+        """The squared width of rings, natural where ``slack``: near ``guess``, or by default from a width below it."""
         m, n = l1 * l1, l2 * l2
         if not slack.any():
             return n
@@ -134,7 +134,7 @@ class Gel:
         return found
 
     def ring(self, l1: Array, l2: Array, V: Array, slack: Array, n: Array) -> Ring:
-        """Tensions of rings of the squared widths n; ``slack`` says whose hoop is."""
+        """Tensions of rings of the squared widths n; ``slack`` is the mask of those whose hoop is slack."""
         m = l1 * l1
         r = self.G / (m * n)
         strain, along, across = self.A * m + self.B * n + r - 3.0, self.A - r / m, self.B - r / n
@@ -157,7 +157,7 @@ class Gel:
         )
 
     def at(self, l1: Array, l2: Array, V: Array) -> Ring:
-        """Tensions of rings of which nothing is known before."""
+        """Tensions of rings, after finding which hoops are slack and the natural widths of these."""
         l1, l2, V = np.broadcast_arrays(l1, l2, V)
         slack = self.hoop(l1, l2, V) < 0.0
         return self.ring(l1, l2, V, slack, self.width_of(l1, l2, V, slack))
@@ -165,7 +165,7 @@ class Gel:
     # --- an equibiaxially stretched film without stress ---------------------------------------------------------------
 
     def crumpling(self, t: Any) -> Any:
-        """Vb(t) = R (1 - t^-3)/t, the V G that takes the stress of a film stretched equibiaxially by t^(1/2)."""
+        """Vb(t) = R (1 - t^-3)/t, the V G that cancels the stress of a film stretched equibiaxially by t^(1/2)."""
         t = np.asarray(t, dtype=float)
         strain = 2.0 * t + t**-2.0 - 3.0
         with np.errstate(all="ignore"):
@@ -173,7 +173,7 @@ class Gel:
         return np.where(strain < self.strain_limit, found, np.inf)[()]
 
     def natural_stretch(self, V: Array) -> Array:
-        """The t >= 1 with Vb(t) = V G; that of the hump of Vb at higher voltages."""
+        """The t >= 1 with Vb(t) = V G; at voltages above the hump of Vb the t of the hump."""
         highest = np.full_like(V, min(self.hump(), MOST_STRETCHED))
         found = root(lambda t, V: V * self.G - self.crumpling(t), (np.ones_like(V), highest), V)
         return np.where(np.isnan(found), highest, found)
@@ -192,6 +192,7 @@ class Gel:
 
 
 def _of(value: Any, places: Array) -> Any:
+    """An array at the places of a mask; a number unchanged."""
     return np.broadcast_to(value, places.shape)[places] if np.ndim(value) else value
 
 

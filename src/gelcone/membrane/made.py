@@ -17,12 +17,12 @@ from gelcone.membrane.table import names, table
 
 KIND = disk_cache.MEMBRANES
 DIGITS, MOST = 13, 4096
-"""Of what tables are made for; and tables held in memory."""
+"""Digits of the numbers that tables are made for, and number of tables held in memory."""
 
 
 def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> dict[str, Any]:
     """The numbers of the tables of films, each an array of the shape that the arguments broadcast to, or one number
-    where all share a film. NaN for those among several of which there is no table.
+    where all share a film; among several films NaN for those without a table.
 
     ``law`` is the strain-energy law, ``law_numbers`` are its numbers by name, ``ratio`` is a/b, A and B are the squared
     pre-stretches. Raises `InputError` for a ratio that is not below 1, and for a single film without a table.
@@ -45,27 +45,27 @@ def numbers_of(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: 
 
 
 def refusal(law: Any, law_numbers: Mapping[str, Any], ratio: Any, A: Any, B: Any) -> str:
-    """Why there is no table of one film, in words; empty where there is one."""
+    """The reason why one film has no table; empty where it has one."""
     row = np.concatenate([rounded(value) for value in (ratio, A, B, *law_numbers.values())])
     found = _made(law, tuple(law_numbers), tuple(row.tolist()))
     return found if isinstance(found, str) else ""
 
 
 def rounded(values: Any) -> Array:
-    """To `DIGITS`: devices that differ in rounding alone, such as in their units, share a table."""
+    """Values rounded to `DIGITS`, so that devices that differ in rounding alone, such as in units, share a table."""
     return np.array([float(f"{value:.{DIGITS}g}") for value in np.ravel(np.asarray(values, dtype=float))])
 
 
 @lru_cache(maxsize=MOST)
 def _made(law: Any, law_names: tuple[str, ...], row: tuple[float, ...]) -> tuple[float, ...] | str:
-    """The numbers of one table, in the order of their names; or in words why there is none."""
+    """The numbers of one table, in the order of their names, or the reason why there is none."""
     ratio, A, B, *own = row
 
     def make() -> bytes:
         try:
             with np.errstate(all="ignore"):
                 found = table(Gel(law, dict(zip(law_names, own, strict=True)), A, B), ratio)
-        except InputError as refusal:  # found out in seconds, too
+        except InputError as refusal:  # stored like a table, since finding it takes seconds, too
             return str(refusal).encode()
         return np.array([found[name] for name in names()]).tobytes()
 

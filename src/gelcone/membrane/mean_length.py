@@ -1,13 +1,13 @@
-"""The mean length of a film: the one squared length M of a homogeneous cone that stores as much in a soft branch.
+"""The mean length of a film: the squared length M of the homogeneous cone whose soft branches store as much energy.
 
-With m and n the squared lengths of the rings over those of the film that begins to be raised, and w the mean over the
+With m and n the squared lengths of the rings over those of the film as it begins to pull, and w the mean over the
 film's volume of m + n + 1/(m n) - 3, a homogeneous cone whose meridian has the squared length M stores as much where
-M + 1/M - 2 = w. Branches that relax are taken to be stretched so: their energy at M is the first order of that of the
-film's own rings, so that the force M' dpsi/dM and what they store agree with one another.
+M + 1/M - 2 = w. Branches that relax are stretched by M: their energy is that of the film's own rings to first order,
+and their force M' dpsi/dM is consistent with it.
 
     M = 1 + (s - s0) P(t),    t = (s - s0 - c)/(s - s0 + c),
 
-with s = x^2, s0 where the film without voltage begins to pull, and the numbers that `fitted` gives.
+with s = x^2, s0 where the film without voltage begins to pull, and the numbers that `fitted` returns.
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ from gelcone.membrane.gel import Array
 
 Numbers = Mapping[str, Any]
 DEGREE = 6
-"""Of P."""
+"""Degree of P."""
 NAMES = ("mean_begin", "mean_scale", *(f"mean_length_{i}" for i in range(DEGREE + 1)))
 LOWEST, NEXT, HEIGHTS = 0.01, 0.03, 40
-"""Heights over that at which the film begins to pull: of the reference, the next one, and their number."""
+"""Rise of the reference and of the next height above the height at which the film begins to pull, and the number of
+heights after the reference."""
 SCALE, FALLING = 0.5, 0.1
-"""c; that of films whose hoop is the stronger, whose lengths change most near the flat film."""
+"""c, and c of films whose hoop is the stronger, whose lengths change most near the flat film."""
 TOO_FEW = "film = membrane: its states without voltage are not found; take film = wrinkling"
 
 
@@ -52,7 +53,7 @@ def fitted(film: Elements, begin: float, reach: float) -> dict[str, float]:
 
 
 def mean_lengths(film: Elements, heights: Array) -> Array:
-    """M without voltage over rising heights, relative to the first of them; NaN where no state is found."""
+    """M without voltage at rising heights, relative to the first of them; NaN where no state is found."""
     at = film.unloaded(heights)
     l1, l2, _, _ = film.stretches(at)
     with np.errstate(all="ignore"):

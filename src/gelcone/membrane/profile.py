@@ -14,16 +14,16 @@ LOWEST = 1e-3
 """Height at which a flat film is computed, since Newton's method needs a direction out of the plane; the error is its
 square."""
 NEARLY = 1e-3
-"""Share of its voltage that a column may fall short of, since its last step is not shorter."""
+"""Share of its voltage by which a column may fall short, since it takes no shorter step."""
 
 
 class Profile(NamedTuple):
-    """States ring by ring from the disc to the rim, (states, rings), NaN where none was found.
+    """States ring by ring from the disc to the rim, (states, rings); NaN for states that were not found.
 
     Mounted ``radius`` R in b - a, (rings,); deformed radius ``r`` and height ``z`` above the plane of the rim;
-    meridional length ``l1`` over the mounted one, ``width``, the hoop length of the material over the mounted one, and
+    meridional length ``l1`` over the mounted one; ``width``, the hoop length of the material over the mounted one, and
     ``span``, the circumference over the mounted one, which is less where the hoop is wrinkled; the true ``field`` over
-    v; (I1 - 3) over the stretch limit; and ``firmness``, the slope of the meridional tension by l1.
+    v; ``limit_share``, (I1 - 3) over the stretch limit; and ``firmness``, the slope of the meridional tension by l1.
     """
 
     radius: Array
@@ -43,13 +43,13 @@ class Profile(NamedTuple):
 
     @property
     def excess(self) -> Array:
-        """Share of the hoop's length that lies in wrinkles."""
+        """Share of the hoop length that lies in wrinkles."""
         return np.maximum(1.0 - self.span / self.width, 0.0)
 
 
 def held(film: Elements, x: Array, V: Array) -> Chains:
-    """The states of a film raised in voltage to V at the heights x >= 0; not found where it falls slack, localises or
-    has no tension before."""
+    """The states of a film at the heights x >= 0 after the voltage has risen to V; not found where the film falls slack
+    or localises before, or has no tension without voltage."""
     lowest = np.maximum(x, LOWEST)
     risen = columns(film, lowest, V, V)
     there = risen.last.found & (risen.last.V >= (1.0 - NEARLY) * V)
@@ -62,7 +62,7 @@ def held(film: Elements, x: Array, V: Array) -> Chains:
 
 
 def profile(film: Elements, at: Chains) -> Profile:
-    """The rings of states: the disc, the middles of the elements, and the rim."""
+    """The profile of states, at the disc, at the middles of the elements and at the rim."""
     R = np.concatenate([film.nodes[:1], film.middles, film.nodes[-1:]])
     l1, span, _, _ = film.stretches(at)
     l1 = np.concatenate(
@@ -80,7 +80,7 @@ def profile(film: Elements, at: Chains) -> Profile:
 
 
 def _before(place: float, places: Array, values: Array) -> Array:
-    """Values at a place next to the first of ``places``, from the straight line through the first two."""
+    """Values extrapolated to a ``place`` before the first of ``places``, on the line through the first two."""
     rate = (place - places[0]) / (places[1] - places[0])
     found: Array = values[:, :1] + rate * (values[:, 1:2] - values[:, :1])
     return found

@@ -1,10 +1,13 @@
-"""Where a film is slack: without tension in a part that spans its height, so that it does not pull.
+"""The voltages and heights at which a film is slack: without tension in a part that spans its height, so that it does
+not pull.
 
-While no hoop is stretched more than its meridian, all rings fall slack at once, each stretched evenly by t^(1/2), where
-the voltage takes the stress of such a film. A film whose hoop is stretched more hangs, as it falls slack, between two
-flat rims whose hoop is still taut, at the disc turned over; each ends where its hoop falls slack, too.
+While no hoop is stretched more than its meridian, all rings fall slack at once, each stretched evenly by t^(1/2), at
+the voltage that cancels the stress of such a film. A film whose hoop is stretched more hangs, as it falls slack,
+between two flat rims whose hoop is still taut, the one at the disc turned over; each rim ends where its hoop falls
+slack, too.
 
-A slack film pulls in at the maximum of the voltage that takes the stress over t, or where the edge of a rim localises.
+A slack film pulls in at the maximum over t of the voltage that cancels the stress, or where the edge of a rim
+localises.
 """
 
 from __future__ import annotations
@@ -17,13 +20,14 @@ from gelcone.membrane.columns import longest
 from gelcone.membrane.gel import Array, Gel
 
 STEP, LONGEST_RIM = 0.02, 6.0
-"""Of ln R, across a rim; and the longest rim that is searched for."""
+"""Step of ln R across a rim, and length in ln R up to which a rim is followed."""
 VOLTAGES = 240
-"""At which the heights of a film with rims are computed; between them they are interpolated."""
+"""Number of voltages at which the heights of a film with rims are computed; between them they are interpolated."""
 
 
 def slack_voltage(gel: Gel, ratio: float, x: Array) -> Array:
-    """The V above which a film held at x >= 0 is slack; infinite where none takes its tension. ``ratio`` is a/b."""
+    """The V above which a film held at x >= 0 is slack; infinite where no voltage cancels its tension. ``ratio`` is
+    a/b."""
     evenly: Array = np.maximum(gel.crumpling(gel.A * (1.0 + x * x)) / gel.G, 0.0)
     if not gel.has_rims:
         return evenly
@@ -89,7 +93,7 @@ def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
     held = np.zeros(V.shape, bool)
 
     def rates(place: Array) -> Array:
-        """Of s, l1 and l2, from the end without tension to the edge."""
+        """Rates of s, l1 and l2 over the distance from the end without tension to the edge."""
         _, l1, l2 = place
         ring = gel.ring(l1, l2, V, held, l2 * l2)
         turn = direction * l1 - l2
@@ -97,6 +101,7 @@ def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
         return direction * np.array([np.ones_like(l1), along, turn])
 
     def by_hoop(place: Array) -> Array:
+        """Rates over l2."""
         found = rates(place)
         return np.asarray(found / found[2])
 
@@ -115,7 +120,7 @@ def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
 
 
 def _stepped(rates: Callable[[Array], Array], place: Array, h: Array) -> Array:
-    """After a step of the fourth-order Runge-Kutta rule."""
+    """The place after a step of the fourth-order Runge-Kutta method."""
     first = rates(place)
     second = rates(place + 0.5 * h * first)
     third = rates(place + 0.5 * h * second)

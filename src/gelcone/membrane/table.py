@@ -1,122 +1,39 @@
-"""The numbers of a film's force, fitted to its states; see `gelcone.membrane.force` for the formulas."""
+"""The table of a film: all numbers of its force, fitted to its states; the formulas stand in `force.py`."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
 
-from gelcone.errors import InputError
 from gelcone.membrane import force
-from gelcone.membrane.columns import LIMIT_SHARE, LOWEST_GRID, Columns, columns, localised, longest, lowest_localisation
+from gelcone.membrane.columns import LIMIT_SHARE, columns, localised, lowest_localisation
 from gelcone.membrane.elements import Elements
-from gelcone.membrane.force import ALONE, CURVE, END, KINK, LENGTH, MAIN, SCALE
-from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.force import FLAT, NEVER
+from gelcone.membrane.gel import Gel
 from gelcone.membrane.mean_length import NAMES as MEAN_LENGTH
 from gelcone.membrane.mean_length import fitted as fitted_mean_length
-from gelcone.membrane.slack import slack_height, slack_limit, slack_voltage
+from gelcone.membrane.piece import BEFORE, FittedFilm, fit_piece, no_piece
+from gelcone.membrane.refusals import not_made, too_few
+from gelcone.membrane.slack import slack_height, slack_limit
 
-NODES, CHECKS = {"near": 16, "far": 26}, {"near": 9, "far": 11}
-"""Heights that are fitted, and others, which take no part in it."""
-NEAR_USUAL, FALLING_NODES = (5, 6), 24
-"""Degrees of the near piece of films whose hoop is not the stronger; and heights of the others, which take all."""
-STEPS, CHECK_STEPS, CHECK_FINEST = 14, 9, 2e-3
-FLAT = 6
-"""Degree in V of the flat film's area."""
-FLOOR_FITTED, FLOOR, LOW = 0.05, 0.1, 0.1
-"""Share of the force without voltage that is added to a force before its relative error is taken, in the fit and in the
-stated error: of that at the same height or at ``LOW``, whichever is greater."""
-GAIN_WEIGHT, GAIN_FLOOR, GAIN_SHARE = 0.04, 0.1, 0.8
-"""Weight in the fit of the relative error of the slope of the force by V, on which strokes depend, next to that of the
-force; the share of the largest slope at the same height that is added to a slope before; and the share of the last V of
-a column up to which slopes take part: next to its end they are known badly."""
-SMALLEST = 1e-6
-"""Singular values below this share of the largest are left out of a fit."""
-NEVER = 1e30
-"""A squared voltage that is never reached."""
 HIGHEST = 3.0
 """Largest height, in b - a, up to which states are computed."""
 TRIALS = np.geomspace(0.05, 2.0 * HIGHEST, 48)
 TRIALS = TRIALS[: np.searchsorted(TRIALS, HIGHEST) + 1]
 """Heights at which it is tried whether a film reaches them: up to the first above the highest."""
 BRACKETS, ROUNDS, CUT_FINEST = 8, 3, 2e-3
-"""Heights in a round of the search for where films localise before they fall slack, rounds, and the share of the
-voltage to which a column's end is known there."""
+"""Search for the heights at which films localise before they fall slack: heights per round, rounds, and the share of
+the voltage to which the end of a column is computed."""
 LEAST_NEAR = 2e-3
-"""Of s: a film that falls slack below a lower height only is taken to localise there, too."""
-BEFORE = 1e-4
-"""Share of the voltage that is left when a column that falls slack ends."""
-NOT_MET, NEVER_MET = 1.03, 9.0
-"""The q at heights next to those at which a hoop falls slack; and where none does."""
-FOLDED = 1e-4
-"""Of films whose hoop is stretched more than their meridian: their force over the height falls with ln s towards the
-flat film; it is taken to be that at s plus this."""
-USUAL, FALLING_SLACK, NEVER_SLACK = (1.0, -1.0), (FOLDED, 0.2), (0.03, -0.25)
-"""c and e; those of such films at heights at which they fall slack, and where they do so at none."""
+"""Least range of s of the near piece: a film that falls slack in a smaller range is taken to localise there, too."""
 COARSE, FINE = 100, 160
-"""Elements; and of those films."""
-FAR_WEIGHT = 1e-3
-"""Of the pull-in curve behind its star."""
-DIP, LOWEST_STATES = 0.5, 50
-"""Of the end of the lowest column: below this the pull-in curve is wrong at the heights under it, of which this many
-are computed, and takes a lower degree."""
-LAST, REGULAR = 0.998, 1.1
-"""Of the voltage at which a film localises: up to here its force is checked; and it is fitted, since the force is
-regular where another ring than that at an edge localises."""
-ABOVE = 1.5
-"""Of the lowest voltage at which a ring localises: up to here at least its length is known over the voltage."""
-LEAST_RISE = 1e-3
-"""Share of the largest slope of W at which its relative error is taken."""
-NEXT = 1e-3
-"""Of p: the pull-in curve turns vertical this far below the cut."""
+"""Numbers of elements; the finer one of films whose hoop is stretched more than their meridian."""
 MARGIN, GAIN_MARGIN, ELEMENT_ERROR = 3.5, 2.0, 2e-4
-"""The stated errors of the force and of what a voltage takes from it over the largest found at the heights computed,
-since others lie between; and that of the elements."""
-TOO_CLOSE = "stretch_limit: is too close to the pre-stretch for the membrane; raise it, or take film = wrinkling"
-LOW_LIMIT = 9.0
-"""Gels with a lower stretch limit never localise, or only for some pre-stretches, and their membranes are not made."""
+"""Ratio of the stated errors of the force and of what a voltage takes from it to the largest at the heights computed,
+since others lie between; and the error of the elements."""
 LARGEST_ERROR = 1.5
-"""Of a film that is still made."""
-
-
-@dataclass
-class _Film:
-    """A film while its table is made: its ``numbers`` so far, and the largest ``errors`` of the force and of what
-    voltages take from it (``gain_errors``)."""
-
-    elements: Elements
-    numbers: dict[str, float]
-    errors: list[float] = field(default_factory=list)
-    gain_errors: list[float] = field(default_factory=list)
-
-    @property
-    def gel(self) -> Gel:
-        return self.elements.gel
-
-    def slack_at(self, x: Array) -> Array:
-        """The V at which the film loses its tension."""
-        return slack_voltage(self.gel, self.elements.ratio, x)
-
-    def squared(self, x: Array) -> Array:
-        """The s at which the force over the height is that of states of the height x."""
-        return x * x - (FOLDED if self.gel.has_rims else 0.0)
-
-    def height(self, s: Array) -> Array:
-        found: Array = np.sqrt(np.maximum(s, 0.0) + (FOLDED if self.gel.has_rims else 0.0))
-        return found
-
-    @cached_property
-    def low(self) -> float:
-        """The force without voltage at a low height."""
-        elements = self.elements
-        return float(np.nan_to_num(elements.measures(elements.unloaded(LOW * np.geomspace(1.0, 4.0, 5))).force[0]))
-
-    def scale(self, found: Columns, which: Array) -> Array:
-        """What is added, over its share, to the forces of states before their relative error is taken."""
-        taken: Array = np.maximum(found.first[found.column[which]], self.low)
-        return taken
+"""Largest stated error of the force of a film that is not refused."""
 
 
 def table(gel: Gel, ratio: float) -> dict[str, float]:
@@ -129,7 +46,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
     """
     strong = gel.has_rims
-    film = _Film(Elements(gel, ratio, FINE if strong else COARSE), {})
+    film = FittedFilm(Elements(gel, ratio, FINE if strong else COARSE), {})
     hump = gel.hump()
     limit = min(slack_limit(gel), NEVER)
     free = float(gel.crumpling(gel.B)) / gel.G
@@ -137,7 +54,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     film.numbers["slack_limit"] = limit
     reach, begin = _reach(film.elements), slack_height(gel, ratio, 0.0) ** 2
     if begin >= reach:
-        raise _not_made(gel, "without voltage this film is slack at every height", "wrinkling, or larger pre-stretches")
+        raise not_made(gel, "without voltage this film is slack at every height", "wrinkling, or larger pre-stretches")
     lowest = lowest_localisation(gel, max(limit if limit < NEVER else 0.0, flat, 1.0))
     film.numbers["lowest_pull_in"] = min(lowest, NEVER)
     slackest = slack_height(gel, ratio, limit) ** 2 if limit < NEVER else np.inf
@@ -146,7 +63,7 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     elif slackest > begin + LEAST_NEAR:
         cut = min(slackest, reach)
     else:
-        raise _too_few(gel)
+        raise too_few(gel)
     falls_slack = cut > begin + LEAST_NEAR
     cut = cut if falls_slack else -1.0
     film.numbers |= {
@@ -158,35 +75,20 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     ends = {"near": (begin, cut), "far": (max(cut, 0.0), reach)}
     for piece, (low, high) in ends.items():
         if low < high:
-            _piece(film, piece, low, high)
+            fit_piece(film, piece, low, high)
         else:
-            _no_piece(film, piece)
+            no_piece(film, piece)
     error = ELEMENT_ERROR + MARGIN * max(film.errors)
     if not error <= LARGEST_ERROR:
         why = f"the force of this film (a/b = {ratio:g}) cannot be fitted to its states"
-        raise _not_made(gel, why, "wrinkling, or other pre-stretches")
+        raise not_made(gel, why, "wrinkling, or other pre-stretches")
     stated = {"film_error": error, "gain_error": ELEMENT_ERROR + GAIN_MARGIN * max(film.gain_errors)}
     return film.numbers | fitted_mean_length(film.elements, begin, reach) | stated
 
 
-def _not_made(gel: Gel, why: str, remedy: str) -> InputError:
-    """What a film whose membrane cannot be made is refused with."""
-    if gel.strain_limit < LOW_LIMIT:
-        limit = f"stretch_limit = {gel.strain_limit:g}"
-        return InputError(f"film = membrane: {limit}: must be at least about {LOW_LIMIT:g}; take film = wrinkling")
-    return InputError(f"film = membrane: {why}; take film = {remedy}")
-
-
-def _too_few(gel: Gel) -> InputError:
-    """The refusal of a film of which too few states are found."""
-    if np.isfinite(gel.strain_limit):
-        return InputError(TOO_CLOSE)
-    return _not_made(gel, "too few states of this film are found", "wrinkling, or other pre-stretches")
-
-
 @cache
 def names() -> tuple[str, ...]:
-    """Of all numbers of a table, sorted."""
+    """Names of all numbers of a table, sorted."""
     own = ["cut_squared", "begin_squared", "reach_squared", "slack_limit", "flat_voltage"]
     own += ["lowest_pull_in", "star_place", "end_begin", "end_scale", "end_offset", "film_error", "gain_error"]
     own += [*force.END_NAMES, *MEAN_LENGTH] + [f"flat_area_{i}" for i in range(FLAT + 1)]
@@ -204,350 +106,21 @@ def _reach(film: Elements) -> float:
         inside = states.found & (gel.strain(measured.disc, np.ones(TRIALS.size)) < LIMIT_SHARE * gel.strain_limit)
     count = int(np.argmin(inside)) if not inside.all() else TRIALS.size
     if count < 2:
-        raise _too_few(gel)
+        raise too_few(gel)
     return float(min(TRIALS[count - 1], HIGHEST)) ** 2
 
 
-def _cut(film: _Film, begin: float, slackest: float, reach: float) -> float:
+def _cut(film: FittedFilm, begin: float, slackest: float, reach: float) -> float:
     """The s above which the film, raised in voltage, localises before it falls slack."""
     low, high = begin, min(slackest, reach)
     for _ in range(ROUNDS):
         s = np.linspace(low, high, BRACKETS + 2)[1:-1]
         x = film.height(s)
         top = film.slack_at(x)
-        found = columns(film.elements, x, top, top * (1.0 - BEFORE), STEPS, CUT_FINEST)
+        found = columns(film.elements, x, top, top * (1.0 - BEFORE), finest=CUT_FINEST)
         falls = found.end >= top * (1.0 - 0.03)
         if film.gel.has_rims:
             falls |= ~localised(film.gel, found)
         first = int(np.argmin(falls)) if not falls.all() else s.size
         low, high = (s[first - 1] if first else low), (s[first] if first < s.size else high)
     return float(low)
-
-
-# --- a piece ----------------------------------------------------------------------------------------------------------
-
-
-def _no_piece(film: _Film, piece: str) -> None:
-    for what, shape in force.shapes(piece).items():
-        _set(film, piece, what, np.zeros(shape))
-    film.numbers |= {f"{piece}_start": 1.0, f"{piece}_shift": 1.0, f"{piece}_exponent": -1.0}
-    if piece == "far":
-        film.numbers |= {"star_place": 0.0, "end_begin": -1.0, "end_scale": 1.0, "end_offset": 0.0}
-        film.numbers |= dict.fromkeys(force.END_NAMES, 0.0)
-
-
-def _piece(film: _Film, piece: str, begin: float, end: float) -> None:
-    """Fits the piece between two s."""
-    n = film.numbers
-    variable = USUAL
-    if film.gel.has_rims and (piece == "near" or n["cut_squared"] < 0.0):
-        variable = FALLING_SLACK if piece == "near" else NEVER_SLACK
-    n |= zip((f"{piece}_shift", f"{piece}_exponent"), variable, strict=True)
-    low, high = (float(force.place(piece, s, n)[0]) for s in (begin, end))
-    n[f"{piece}_scale"] = 2.0 / (high - low)
-    n[f"{piece}_offset"] = -1.0 - 2.0 * low / (high - low)
-    nodes = FALLING_NODES if piece == "near" and film.gel.has_rims else NODES[piece]
-    u = chebyshev.chebpts1(nodes)
-    other = np.linspace(-1.0, 1.0, CHECKS[piece] + 2)[1:-1]
-
-    def height(at: Array) -> Array:
-        p = low + (high - low) * 0.5 * (at + 1.0)
-        return film.height((-p) ** (1.0 / variable[1]) - variable[0])
-
-    u, other = (at[_pulls(film.elements, height(at))] for at in (u, other))
-    if u.size < nodes // 2 or not other.size:
-        raise _too_few(film.gel)
-    top, first = _tops(film, piece, height(u))
-    fitted = columns(film.elements, height(u), first, top, STEPS)
-    _scale(film, piece, u, fitted)
-    top, first = _tops(film, piece, height(other))
-    if piece == "far":
-        top = np.minimum(top, LAST * force.pull_in(film.squared(height(other)), n))
-    checked = columns(film.elements, height(other), first, top, CHECK_STEPS, CHECK_FINEST)
-    whole = ~_localise(film.gel, fitted), ~_localise(film.gel, checked)
-    inside = np.flatnonzero(whole[0] & _below(film, piece, fitted, REGULAR))
-    _curves(film, piece, u, fitted)
-    _force(film, piece, fitted, u, inside)
-    _lengths(film, piece, fitted, u, inside)
-    if piece == "near" or film.numbers["cut_squared"] < 0.0:
-        _flat_area(film, fitted)
-    for one, own in zip((fitted, checked), whole, strict=True):
-        below = np.flatnonzero(own & _below(film, piece, one))
-        film.errors.append(_error(film, piece, one, below))
-        film.gain_errors.append(_gain_error(film, piece, one, below))
-
-
-def _pulls(film: Elements, x: Array) -> Array:
-    """At which heights a state without voltage is found that pulls."""
-    with np.errstate(invalid="ignore"):
-        found: Array = film.measures(film.unloaded(x)).force > 0.0
-    return found
-
-
-def _tops(film: _Film, piece: str, x: Array) -> tuple[Array, Array]:
-    """Up to which V columns go, and which they are expected to reach."""
-    gel = film.gel
-    if piece == "near":
-        slack = film.slack_at(x)
-        return slack * (1.0 - BEFORE), slack
-    n = film.numbers
-    lowest = n["lowest_pull_in"]
-    limit = n["slack_limit"] if n["slack_limit"] < NEVER else 0.0
-    highest = max(limit, n["flat_voltage"], 1.0, ABOVE * lowest)
-    states = film.elements.unloaded(x)
-    own = np.sqrt(film.elements.measures(states).disc)
-    V = np.geomspace(lowest * 1.0001, highest, 60)
-    length = longest(gel, V)
-    if not np.isfinite(length).any():
-        length = longest(gel, V, LOWEST_GRID)
-    known = np.isfinite(length)
-    if not known.any():
-        raise _not_made(gel, "no voltage is found at which this film localises", "wrinkling")
-    expected = np.interp(-own, -length[known], V[known], left=lowest, right=V[known][-1])
-    return 1.3 * expected, expected
-
-
-def _scale(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
-    """W, and the pull-in curve of the far piece."""
-    n = film.numbers
-    if piece == "near":
-        start = float(film.slack_at(film.height(np.array([n["begin_squared"]])))[0])
-        rise = (film.slack_at(fitted.heights) - start) / (u + 1.0)
-        n["near_start"] = start
-        _set(film, piece, "rise", _line(u, rise, SCALE[piece], 1.0 / np.maximum(rise, LEAST_RISE * rise.max())))
-        return
-    inverse = 1.0 / _pull_in(film, u, fitted)
-    n["far_start"] = float(inverse[np.argmin(u)])
-    _set(film, piece, "rise", _line(u, (inverse - n["far_start"]) / (u + 1.0), SCALE[piece], (u + 1.0) / inverse))
-
-
-def _pull_in(film: _Film, u: Array, fitted: Columns) -> Array:
-    """The V at which each column of the far piece ends, and the curve through them."""
-    n, lowest = film.numbers, film.numbers["lowest_pull_in"]
-    limit = fitted.end.copy()
-    # where a film raised in voltage localises at the lowest V of all rings, it is another ring than the innermost
-    length = longest(film.gel, np.array([lowest * (1.0 + 1e-6)]), LOWEST_GRID)[0]
-    own = np.array([np.interp(lowest, *fitted.along(k, np.sqrt(fitted.measures.disc))) for k in range(u.size)])
-    place = force.place("far", film.squared(fitted.heights), n)[0]
-    order = np.argsort(own)
-    star = float(np.interp(length, own[order], place[order]))
-    star = star if own.max() > length else float(place.max()) + 1.0
-    cut = n["cut_squared"]
-    begin = float(force.place("far", max(cut, 0.0), n)[0]) - NEXT
-    t = np.sqrt(place - begin)
-    scale = 2.0 / (t.max() - t.min())
-    n |= {"star_place": star, "end_begin": begin, "end_scale": scale, "end_offset": -1.0 - scale * t.min()}
-    before = place < star
-    limit = np.where(before, np.maximum(limit, lowest), lowest)
-    degree = min(END, int(before.sum()) - 2)
-    values = np.zeros(1)
-    if degree >= 0:
-        below = star - place[before]
-        away = 0.5 * (below + np.hypot(below, force.ROUNDED))
-        share, weight = np.zeros(place.size), np.full(place.size, FAR_WEIGHT)
-        share[before], weight[before] = (limit[before] - lowest) / away, away / limit[before]
-        share[~before] = share[before][np.argmin(below)]  # behind the star it plays no part, and is to stay moderate
-        values = _line(scale * t + n["end_offset"], share, degree, weight)
-    _set_end(n, values)
-    under = np.linspace(float(film.height(np.array([cut]))[0]), fitted.heights.min(), LOWEST_STATES)
-    while degree > 0 and force.pull_in(film.squared(under), n).min() < DIP * limit[np.argmin(fitted.heights)]:
-        degree -= 1
-        _set_end(n, _line(scale * t + n["end_offset"], share, degree, weight))
-    return limit
-
-
-def _set_end(numbers: dict[str, float], values: Array) -> None:
-    """The polynomial E of the pull-in curve, by rising powers."""
-    numbers |= dict(zip(force.END_NAMES, np.pad(values, (0, END + 1 - values.size)).tolist(), strict=True))
-
-
-def _localise(gel: Gel, found: Columns) -> Array:
-    """In which states the ring at an edge has localised."""
-    with np.errstate(invalid="ignore"):
-        localises: Array = np.sqrt(found.measures.edge) > longest(gel, found.V)
-    return localises
-
-
-def _below(film: _Film, piece: str, found: Columns, beyond: float = 1.0) -> Array:
-    """Which states lie below the voltage at which the film falls slack, or a share of that at which it localises."""
-    x = found.heights
-    limit = film.slack_at(x) if piece == "near" else beyond * force.pull_in(film.squared(x), film.numbers)
-    below: Array = limit[found.column] >= found.V
-    return below
-
-
-def _curves(film: _Film, piece: str, u: Array, fitted: Columns) -> None:
-    """The q at which the first and the last hoop fall slack."""
-    W = _scale_at(film, piece, u)
-    for kink, hoop in (("rim_at", fitted.measures.least_hoop), ("whole_at", fitted.measures.largest_hoop)):
-        q = force.share(piece, fitted.falls(hoop), W)[0]
-        met = q < NOT_MET
-        _set(film, piece, kink, np.array([NEVER_MET]) if met.sum() < 2 else _curve(u, q, met))
-
-
-def _curve(u: Array, q: Array, met: Array) -> Array:
-    """The polynomial through the q that are ``met``, which is not met at the other u."""
-    own = met | np.roll(met, 1) | np.roll(met, -1)
-    while True:
-        degree = min(CURVE, int(own.sum()) - 1)
-        values = _line(u[own], np.where(met, q, NOT_MET)[own], degree, np.ones(int(own.sum())))
-        wrong = ~own & (polynomial.polyval(u, values) < 1.0)
-        if not wrong.any():
-            return values
-        own |= wrong
-
-
-def _scale_at(film: _Film, piece: str, u: Array) -> Array:
-    rise = [film.numbers[name] for name in force.names(piece, "rise")]
-    found: Array = film.numbers[f"{piece}_start"] + (u + 1.0) * polynomial.polyval(u, rise)
-    return found
-
-
-def _force(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
-    """P, P1 and P2 by least squares of the relative errors of the force and of its slope by V."""
-    at, x, q, base = _places(film, piece, fitted, u, inside)
-    q_by_v = force.share(piece, fitted.V[inside], _scale_at(film, piece, at))[1]
-    main, alone = MAIN[piece], ALONE[piece]
-    if piece == "near" and not film.gel.has_rims:
-        main, alone = NEAR_USUAL, NEAR_USUAL[0]
-    parts = [_with_slope(at, q, main)]
-    if alone > main[0]:
-        only_u = chebyshev.chebvander(at, alone)[:, main[0] + 1 :]
-        parts.append((only_u, np.zeros_like(only_u)))
-    for kink in ("rim_at", "whole_at"):
-        curve = [film.numbers[name] for name in force.names(piece, kink)]
-        distance = np.maximum(q - polynomial.polyval(at, curve), 0.0)[:, None]
-        value, by_q = _with_slope(at, q, KINK)
-        parts.append((value * distance**2, by_q * distance**2 + 2.0 * value * distance))
-    sizes = np.cumsum([value.shape[1] for value, _ in parts])[:-1]
-    total, by_q = (np.hstack(each) for each in zip(*parts, strict=True))
-    slope = base[:, None] * by_q * q_by_v[:, None] - (total if piece == "near" else 0.0)
-    own, (by_v, size) = fitted.measures.force[inside], _slopes(fitted, inside)
-    known = np.isfinite(by_v)
-    matrix = np.vstack([total * (base * x)[:, None], (slope * x[:, None])[known]])
-    weights = 1.0 / (own + FLOOR_FITTED * film.scale(fitted, inside)), GAIN_WEIGHT / size[known]
-    solved = _solved(matrix, np.concatenate([own, by_v[known]]), np.concatenate(weights))
-    values = np.split(solved, sizes)
-    rows = chebyshev_to_powers(values[0].reshape(main[0] + 1, main[1] + 1))
-    if alone > main[0]:
-        rows = np.pad(rows, ((0, alone - main[0]), (0, 0)))
-        rows[:, 0] += chebyshev.cheb2poly(np.concatenate([np.zeros(main[0] + 1), values[1]]))
-    _set(film, piece, "main", rows)
-    for kink, part in zip(("rim", "whole"), values[-2:], strict=True):
-        _set(film, piece, kink, chebyshev_to_powers(part.reshape(KINK[0] + 1, KINK[1] + 1)))
-
-
-def _slopes(found: Columns, which: Array) -> tuple[Array, Array]:
-    """The slope of the force by V of states, through those of its column, and the slope of which its error is taken
-    relatively; NaN in columns of fewer than four states."""
-    from scipy.interpolate import CubicSpline  # importing it takes as long as starting gelcone
-
-    slope, scale = np.full((2, found.V.size), np.nan)
-    for k in range(found.heights.size):
-        own = np.flatnonzero(found.column == k)
-        own = own[np.argsort(found.V[own])]
-        if own.size >= 4:
-            through = CubicSpline(found.V[own], found.measures.force[own])
-            own = own[found.V[own] <= GAIN_SHARE * found.V[own[-1]]]
-            slope[own] = through(found.V[own], 1)
-            scale[own] = np.abs(slope[own]) + GAIN_FLOOR * np.max(np.abs(slope[own]))
-    return slope[which], scale[which]
-
-
-def _lengths(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> None:
-    """The squared length of the innermost ring and the largest squared field over V."""
-    at, _, q, _ = _places(film, piece, fitted, u, inside)
-    for what, values in (("disc", fitted.measures.disc), ("field", fitted.measures.field**2)):
-        own = values[inside]
-        found = _solved(_products(at, q, LENGTH), own, 1.0 / own)
-        _set(film, piece, what, chebyshev_to_powers(found.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
-
-
-def _flat_area(film: _Film, fitted: Columns) -> None:
-    """The area of the flat film less 1, by powers of V, from the lowest heights, and with a strong hoop from those at
-    which it falls slack; 0 where no ring moves."""
-    values = np.zeros(FLAT + 1)
-    if film.gel.A != film.gel.B:
-        V, area = fitted.along(int(np.argmin(fitted.heights)), fitted.measures.area)
-        if film.gel.has_rims:
-            ends = [fitted.along(k, fitted.measures.area) for k in range(fitted.heights.size)]
-            near = [(own[-1], last[-1]) for own, last in ends if own.size and own[-1] > V[-1]]
-            V, area = np.append(V, [one for one, _ in near]), np.append(area, [other for _, other in near])
-        degree = min(FLAT, V.size - 1)
-        values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree)
-    film.numbers |= {f"flat_area_{i}": float(value) for i, value in enumerate(values)}
-
-
-def _places(film: _Film, piece: str, fitted: Columns, u: Array, inside: Array) -> tuple[Array, ...]:
-    """u, x, q and the base of states."""
-    column, V = fitted.column[inside], fitted.V[inside]
-    W = _scale_at(film, piece, u[column])
-    return u[column], fitted.heights[column], force.share(piece, V, W)[0], W - V if piece == "near" else np.ones_like(V)
-
-
-def _error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
-    """Largest error of the force of states, over the force and a tenth of that without voltage."""
-    column, V = found.column[inside], found.V[inside]
-    x, own = found.heights[column], found.measures.force[inside]
-    k = force.pull(piece, film.squared(x), V, film.numbers).k
-    return float(np.max(np.abs(x * k - own) / (own + FLOOR * film.scale(found, inside))))
-
-
-def _gain_error(film: _Film, piece: str, found: Columns, inside: Array) -> float:
-    """Largest relative error of what voltages take from the force of states that are not low."""
-    inside = inside[(found.V[inside] > 0.0) & (found.heights[found.column[inside]] >= LOW)]
-    column, V = found.column[inside], found.V[inside]
-    x = found.heights[column]
-    taken = found.first[column] - found.measures.force[inside]
-    without, own = (force.pull(piece, film.squared(x), at, film.numbers).k for at in (np.zeros_like(V), V))
-    return float(np.max(np.abs(x * (without - own) / taken - 1.0), initial=0.0))
-
-
-# --- least squares ----------------------------------------------------------------------------------------------------
-
-
-def _products(u: Array, q: Array, degrees: tuple[int, int]) -> Array:
-    """Products of Chebyshev polynomials of u and 2 q - 1, (places, products)."""
-    found: Array = chebyshev.chebvander2d(u, 2.0 * q - 1.0, degrees)
-    return found
-
-
-def _with_slope(u: Array, q: Array, degrees: tuple[int, int]) -> tuple[Array, Array]:
-    """`_products`, and their derivatives by q."""
-    slopes = 2.0 * chebyshev.chebval(2.0 * q - 1.0, chebyshev.chebder(np.eye(degrees[1] + 1))).T
-    by_q = chebyshev.chebvander(u, degrees[0])[:, :, None] * slopes[:, None, :]
-    return _products(u, q, degrees), by_q.reshape(u.size, -1)
-
-
-def _solved(matrix: Array, values: Array, weight: Array) -> Array:
-    found: Array = np.linalg.lstsq(matrix * weight[:, None], values * weight, rcond=SMALLEST)[0]
-    return found
-
-
-def _line(u: Array, values: Array, degree: int, weight: Array) -> Array:
-    """The polynomial of u through values, by rising powers."""
-    found: Array = chebyshev.cheb2poly(_solved(chebyshev.chebvander(u, degree), values, weight))
-    return found
-
-
-def chebyshev_to_powers(rows: Array) -> Array:
-    """From Chebyshev polynomials of u and 2 q - 1 to powers of u and q."""
-    in_u = np.apply_along_axis(_padded, 0, rows)
-    shifted = np.zeros_like(in_u)
-    for row, own in zip(shifted, in_u, strict=True):
-        total = polynomial.Polynomial(_padded(own))(polynomial.Polynomial([-1.0, 2.0])).coef
-        row[: total.size] = total
-    return shifted
-
-
-def _padded(coefficients: Array) -> Array:
-    found = chebyshev.cheb2poly(coefficients)
-    return np.pad(found, (0, coefficients.size - found.size))
-
-
-def _set(film: _Film, piece: str, what: str, values: Array) -> None:
-    """Numbers of a piece, filled up with zeros."""
-    name = force.names(piece, what)
-    own = np.zeros(name.shape)
-    own[tuple(map(slice, np.shape(values)))] = values
-    film.numbers |= {str(key): float(value) for key, value in zip(name.ravel(), np.ravel(own), strict=True)}

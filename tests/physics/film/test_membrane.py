@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 from gelcone import ConeModel, InputError
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.membrane.force import NEVER
 from gelcone.membrane.mean_length import mean_length
-from gelcone.membrane.table import NEVER
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.membrane.force import NEVER
 from gelcone.membrane.gel import MOST_STRETCHED
-from gelcone.membrane.table import NEVER
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import UNREACHED

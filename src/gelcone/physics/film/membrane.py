@@ -21,10 +21,10 @@ import numpy as np
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.membrane import force as formulas
+from gelcone.membrane.force import NEVER
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.made import numbers_of, refusal
 from gelcone.membrane.mean_length import mean_length
-from gelcone.membrane.table import NEVER
 from gelcone.membrane.table import names as table_names
 from gelcone.physics.bracket import RESOLVED
 from gelcone.physics.component import Numbers

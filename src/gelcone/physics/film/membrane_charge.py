@@ -20,7 +20,8 @@ from numpy.polynomial import chebyshev
 
 from gelcone import disk_cache
 from gelcone.membrane import force as formulas
-from gelcone.membrane import made, table
+from gelcone.membrane import made
+from gelcone.membrane.least_squares import chebyshev_to_powers
 from gelcone.physics.component import Numbers
 from gelcone.quantity import Array
 
@@ -124,7 +125,7 @@ def _fitted(piece: str, area: Area, n: Numbers) -> Array:
     values = np.linalg.lstsq(matrix, (known * weight)[there], rcond=SMALLEST)[0]
     split = np.split(values, np.cumsum([part.shape[1] for part in parts])[:-1])
     shaped = (own.reshape([d + 1 for d in PARTS[part]]) for part, own in zip(PARTS, split, strict=True))
-    return np.concatenate([table.chebyshev_to_powers(own).ravel() for own in shaped])
+    return np.concatenate([chebyshev_to_powers(own).ravel() for own in shaped])
 
 
 def _places(piece: str, n: Numbers) -> tuple[Array, Array, Array]:

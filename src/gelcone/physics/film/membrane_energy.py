@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from gelcone.membrane import force as formulas
-from gelcone.membrane.table import FLAT
+from gelcone.membrane.force import FLAT
 from gelcone.physics.bracket import halved
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_slack

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from gelcone.membrane import force as formulas
+from gelcone.membrane.force import FLAT
 from gelcone.membrane.gel import MOST_STRETCHED
-from gelcone.membrane.table import FLAT
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.crumpling import crumpling

@@ -39,7 +39,7 @@ import numpy as np
 
 from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError, check_name
-from gelcone.membrane.table import NEVER
+from gelcone.membrane.force import NEVER
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import Creeping
 from gelcone.physics.film.crumpling import ROUNDING, crumpling, turnings, within
