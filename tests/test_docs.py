@@ -13,7 +13,7 @@ import gelcone
 from gelcone.cli import COMMANDS, group
 from gelcone.lab.wish import FIRST_WISH
 from gelcone.motion.driven import DRIVEN_LIMITS
-from gelcone.motion.envelope import STATIC_LIMITS
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.register.analyses import ANALYSES
 
 ROOT = Path(__file__).parents[1]

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from gelcone.motion.section import section as section
 
     """Poincare section: the motion once every forcing period."""
-    from gelcone.motion.section import extrema as extrema
+    from gelcone.motion.extrema import extrema as extrema
 
     """The maxima and minima of the displacement."""
     from gelcone.motion.spectrum import spectrum as spectrum
@@ -98,7 +98,7 @@ if TYPE_CHECKING:
     from gelcone.motion.settled import settled as settled
 
     """The settled motion: stroke, period, harmonics, and the linear stroke."""
-    from gelcone.motion.envelope import operating_limits as operating_limits
+    from gelcone.motion.operating_limits import operating_limits as operating_limits
 
     """Peak voltages at which film slack, chaos, pull-in and so on begin."""
     from gelcone.lab.datasheet import datasheet as datasheet
@@ -142,13 +142,13 @@ if TYPE_CHECKING:
     from gelcone.analyses.ask import in_words as in_words
     from gelcone.atlas.bifurcation import thresholds_of as thresholds_of
     from gelcone.atlas.cluster import cluster as cluster
+    from gelcone.atlas.distribution import Normal as Normal
+    from gelcone.atlas.distribution import Uniform as Uniform
     from gelcone.atlas.drawn import over_draws as over_draws
     from gelcone.atlas.plan import Plan as Plan
+    from gelcone.atlas.probability import probability as probability
     from gelcone.atlas.tolerances import tolerances as tolerances
-    from gelcone.atlas.uncertain import Normal as Normal
-    from gelcone.atlas.uncertain import Uniform as Uniform
     from gelcone.atlas.uncertain import draw as draw
-    from gelcone.atlas.uncertain import probability as probability
     from gelcone.codes import Outcome as Outcome
     from gelcone.codes import Regime as Regime
     from gelcone.dataset import load as load
@@ -179,19 +179,19 @@ if TYPE_CHECKING:
     from gelcone.lab.page import compare_measured as compare_measured
     from gelcone.lab.wish import read_wish as read_wish
     from gelcone.learn.environment import environment as environment
-    from gelcone.motion.control import follow as follow
-    from gelcone.motion.control import sense as sense
-    from gelcone.motion.equilibrium import fold_voltages as fold_voltages
-    from gelcone.motion.equilibrium import pitchfork_voltage as pitchfork_voltage
-    from gelcone.motion.equilibrium import pull_in_voltage as pull_in_voltage
-    from gelcone.motion.equilibrium import stroke_and_blocked_force as stroke_and_blocked_force
+    from gelcone.motion.feed_forward import follow as follow
     from gelcone.motion.floquet import Onset as Onset
     from gelcone.motion.floquet import floquet_multipliers as floquet_multipliers
     from gelcone.motion.floquet import onset_voltage as onset_voltage
     from gelcone.motion.flow import integrate as integrate
+    from gelcone.motion.ramp import stroke_and_blocked_force as stroke_and_blocked_force
     from gelcone.motion.rates import rates as rates
+    from gelcone.motion.self_sensing import sense as sense
     from gelcone.motion.state_space import small_signal_response as small_signal_response
     from gelcone.motion.state_space import state_space as state_space
+    from gelcone.motion.static_bifurcations import fold_voltages as fold_voltages
+    from gelcone.motion.static_bifurcations import pitchfork_voltage as pitchfork_voltage
+    from gelcone.motion.static_bifurcations import pull_in_voltage as pull_in_voltage
     from gelcone.physics.balance import PullIn as PullIn
     from gelcone.physics.bias import Bias as Bias
     from gelcone.physics.bias import BuckledBeam as BuckledBeam

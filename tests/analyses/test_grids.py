@@ -11,8 +11,8 @@ from gelcone.analyses import (
     answer,
     grids,
 )  # fmt: skip
+from gelcone.atlas import probability as probability_module
 from gelcone.atlas import tolerances as tolerances_module
-from gelcone.atlas import uncertain as uncertain_module
 from gelcone.codes import Outcome, Regime
 from tests.analyses.said import INF, NAN, SUBJECT, said
 from tests.analyses.test_motions import HOLDS
@@ -323,7 +323,7 @@ def test_draws_that_stand_for_sobol_indices_alone_are_left_out_of_spreads_and_pr
     lines = after_heading(grids.sweep_words, shown, ["prestretch"])
     assert "2 draws of prestretch, and 2 for Sobol indices" in lines
     assert lines[-1] == "stroke: 2 mm, 95 % within 2 mm to 2 mm"
-    given = record(monkeypatch, uncertain_module, probability="the probability")
+    given = record(monkeypatch, probability_module, probability="the probability")
     monkeypatch.setattr(grids, "result_json", lambda result: {"of": result} if isinstance(result, str) else {})
     kinds = shown.assign(regime=("draw", [1, 2, 3, 3]))
     found = grids.sweep_json(kinds)

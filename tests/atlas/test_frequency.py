@@ -300,7 +300,7 @@ def test_a_sweep_leaves_a_rest_that_has_become_unstable():
 
 def test_what_differs_from_a_peak_by_less_than_is_resolved_may_be_the_peak():
     places, nearly = np.array([[1.0, 2.0, 3.0, 4.0, 5.0]]), 1.0 - 0.5 * module.RESOLVED
-    low, high = module._beside(places, np.array([[0.5, nearly, 1.0, nearly, 0.9]]), np.array([3.0]), np.array([1.0]))
+    low, high = module._bracket(places, np.array([[0.5, nearly, 1.0, nearly, 0.9]]), np.array([3.0]), np.array([1.0]))
     assert (low.tolist(), high.tolist()) == ([1.0], [5.0])
 
 
@@ -364,7 +364,7 @@ def test_a_peak_lies_between_the_next_places_that_are_certainly_lower():
         np.array([[1.0, 2.0, 3.0, 4.0, 5.0]] * 2),
         np.array([[0.2, 0.9, 1.0, np.nan, 0.5], [1, 2, 3, 4, 5.0]]),
     )
-    low, high = module._beside(places, heights, np.array([3.0, 5.0]), np.array([1.0, 5.0]))
+    low, high = module._bracket(places, heights, np.array([3.0, 5.0]), np.array([1.0, 5.0]))
     assert (low.tolist(), high.tolist()) == ([2.0, 4.0], [5.0, 5.0])
 
 
@@ -406,7 +406,7 @@ def made_up(monkeypatch):
     monkeypatch.setattr(
         module, "carried", lambda model, before, height, search: seen(model, before.final, before.period)
     )
-    monkeypatch.setattr(module, "_look_at_all", lambda model, grids, swept, search: looked.append(grids))
+    monkeypatch.setattr(module, "_complete", lambda model, grids, swept, search: looked.append(grids))
     return looked
 
 
@@ -635,7 +635,7 @@ def test_harmonics_and_validity_are_those_of_motions_that_ran_at_their_own_frequ
     before = swept.take(...)
     seen = {2: numbered(2, at=40.0), 1: numbered(1, at=70.0)}
     asked = record(monkeypatch, module, swing=lambda members, states, period, **options: seen[members.size])
-    module._look_at_all(ConeModel(damping_ratio=[0.1, 0.2]).members(), grids, swept, SEARCH)
+    module._complete(ConeModel(damping_ratio=[0.1, 0.2]).members(), grids, swept, SEARCH)
     for call, rows, columns in zip(asked["swing"], ([0, 1], [1]), ([0, 0], [1]), strict=True):
         np.testing.assert_array_equal(call["members"].number("drive_frequency"), grids[rows, columns])
         np.testing.assert_array_equal(call["members"].damping_ratio, np.array([0.1, 0.2])[rows])

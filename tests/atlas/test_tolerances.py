@@ -7,10 +7,11 @@ from scipy.stats import binom, binomtest
 
 from gelcone import dataset
 from gelcone.atlas import tolerances as module
+from gelcone.atlas.distribution import Normal, Uniform
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.atlas.tolerances import arranged, base_draws, sobol, stroke_quantiles, strokes_of, tolerances
-from gelcone.atlas.uncertain import Normal, Uniform, draw
+from gelcone.atlas.uncertain import draw
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel

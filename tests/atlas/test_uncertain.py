@@ -1,14 +1,10 @@
-import json
-
 import numpy as np
 import pytest
-import xarray as xr
-from scipy.stats import binomtest
 
+from gelcone.atlas.distribution import Normal, Uniform
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
-from gelcone.atlas.uncertain import Normal, Uniform, draw, probability
-from gelcone.codes import Outcome, Regime
+from gelcone.atlas.uncertain import draw
 from gelcone.errors import InputError
 from gelcone.motion.regime import regime
 from gelcone.physics.model import ConeModel
@@ -65,57 +61,6 @@ def test_draws_are_cells_like_others():
         sweep(plan, coarsest=2)
 
 
-def test_draws_without_a_grid():
-    result = sweep(Plan(FAST, {}, draws=draw({"voltage": Uniform(0.1, 0.4)}, 4), options=QUICK))
-    assert result["regime"].dims == ("draw",)
-    assert float(probability(result, Regime.REST)["probability"]) == 1.0
-
-
-def made_up(regimes, outcomes=None):
-    regimes = np.asarray(regimes, dtype=np.int8)
-    outcomes = np.zeros(regimes.shape, dtype=np.int8) if outcomes is None else np.asarray(outcomes, dtype=np.int8)
-    return xr.Dataset(
-        {"regime": (("voltage", "draw"), regimes), "outcome": (("voltage", "draw"), outcomes)},
-        coords={"voltage": np.arange(len(regimes))},
-        attrs={"model": json.dumps(FAST.parameters())},
-    )
-
-
-def test_probability_and_its_interval_are_those_of_the_binomial():
-    chaos, rest, open_, left = Regime.CHAOTIC, Regime.REST, Regime.TRANSIENT, Regime.LEFT_THE_DOMAIN
-    rows = [[chaos] * 3 + [rest] * 5, [rest] * 8, [chaos] * 8, [chaos, rest, left, open_] * 2, [open_] * 8]
-    chance = probability(made_up(rows))
-    for row, (k, n) in zip(range(4), [(3, 8), (0, 8), (8, 8), (2, 6)], strict=True):
-        interval = binomtest(k, n).proportion_ci(0.95, method="exact")
-        assert float(chance["probability"][row]) == k / n
-        assert float(chance["low"][row]) == pytest.approx(interval.low, abs=1e-12)
-        assert float(chance["high"][row]) == pytest.approx(interval.high, abs=1e-12)
-    assert np.isnan(chance["probability"][4])
-    assert (float(chance["low"][4]), float(chance["high"][4]), int(chance["decided"][4])) == (0.0, 1.0, 0)
-    for outcome in (Outcome.ERROR, Outcome.STEP_LIMIT):
-        failed = probability(made_up([[chaos, rest]], [[outcome, Outcome.OK]]))
-        assert (float(failed["probability"][0]), int(failed["decided"][0])) == (0.0, 1)
-
-
-def test_the_interval_covers_as_often_as_it_says():
-    rng, truth = np.random.default_rng(2), 0.3
-    rows = np.where(rng.random((2000, 20)) < truth, Regime.CHAOTIC, Regime.REST)
-    chance = probability(made_up(rows), confidence=0.9)
-    assert ((chance["low"] <= truth) & (truth <= chance["high"])).mean() > 0.9
-
-
-def test_a_probability_needs_draws():
-    with pytest.raises(InputError, match="no draws of the regime"):
-        probability(made_up([[0]]).isel(draw=0))
-    with pytest.raises(InputError, match="confidence = 1"):
-        probability(made_up([[0]]), confidence=1.0)
-
-
-def test_cells_that_are_missing_are_not_counted():
-    chance = probability(made_up([[Regime.CHAOTIC, -1, Regime.REST, -1]]))
-    assert (float(chance["probability"][0]), int(chance["decided"][0])) == (0.5, 2)
-
-
 @pytest.mark.parametrize("method", ["sobol", "latin-hypercube"])
 def test_another_seed_gives_other_draws(method):
     one, other, again = (draw({"voltage": Uniform(0.0, 1.0)}, 8, method=method, seed=s)["voltage"] for s in (1, 2, 1))
@@ -130,29 +75,6 @@ def test_a_device_is_uncertain_in_texts_with_units():
     in_numbers |= {"displacement": Uniform(1e-3, 2e-3), "velocity": Normal(0.02, 1e-3)}
     for name, values in draw(in_numbers, 16).items():
         np.testing.assert_array_equal(draw(spread, 16)[name], values)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: Normal("0.25 mm", 1e-5), "mixes a number and a text"),
-        (
-            lambda: draw({"film_thickness": 3}, 8),
-            r"film_thickness = 3: must be a distribution, such as gelcone\.Uniform",
-        ),
-        (lambda: Uniform(0.1, None), "None must be a number, or a text such as '0.25 mm'"),
-        (lambda: draw({"film_thickness": Normal("0.25 V", "1 V")}, 4), "V is a unit of voltage, not of length"),
-        (lambda: draw({"film_thickness": Normal("0.25 mm", "-1 um")}, 4), "must be positive"),
-        (lambda: draw({"voltage": Normal("0.25 V", "1 V")}, 4), "voltage is not a device's field with one"),
-    ],
-)
-def test_texts_that_are_no_distribution_are_refused(make, message):
-    with pytest.raises(InputError, match=message):
-        make()
-
-
-def test_shares_of_a_normal_distribution_lie_below_its_values():
-    np.testing.assert_allclose(Normal(1.0, 2.0).at(np.array([0.5, 0.8413447460685429])), [1.0, 3.0], rtol=1e-12)
 
 
 THREE = {"a": Uniform(0.0, 1.0), "b": Normal(0.0, 1.0), "c": Uniform(0.0, 1.0)}

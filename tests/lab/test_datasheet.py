@@ -6,7 +6,7 @@ import pytest
 import gelcone
 from gelcone.errors import InputError
 from gelcone.lab.datasheet import datasheet
-from gelcone.motion.envelope import operating_limits
+from gelcone.motion.operating_limits import operating_limits
 
 FIELDS = {
     "disc_radius": 0.008, "film_radius": 0.03, "film_thickness": 2e-4, "meridional_prestretch": 1.1,

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 import gelcone
-from gelcone.motion.equilibrium import Ramp
-from gelcone.motion.plane import YIELDS, DriveShape, Plane
+from gelcone.motion.plane import DRIVEN_LIMITS, YIELDS, DriveShape, Plane
+from gelcone.motion.ramp import Ramp
 from gelcone.physics.model import ConeModel
 
 TAUT = ConeModel(
@@ -64,3 +64,9 @@ def straight(model, **changes):
 def passes(excess, low, high):
     """Where a function passes zero."""
     return brentq(excess, low, high, xtol=1e-12)
+
+
+OMEGAS, VOLTS = np.array([0.5, 0.6, 0.7, 0.9]), np.array([0.3, 0.9, 1.4])
+LOW = np.full((4, len(DRIVEN_LIMITS)), np.inf)
+LOW[0, [1, 3]], LOW[1, [0, 2]], LOW[3, 4] = (0.8, 0.5), (np.nan, 1.3), 0.0
+"""Frequencies whose first limit is meridional slack, hoop slack, none, and the stretch limit from the start."""

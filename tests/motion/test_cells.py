@@ -6,9 +6,9 @@ import pytest
 import gelcone
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
-from gelcone.motion.envelope import operating_limits, operating_limits_cells
 from gelcone.motion.limits import limits, limits_cells
 from gelcone.motion.lyapunov import lyapunov, lyapunov_cells
+from gelcone.motion.operating_limits import operating_limits, operating_limits_cells
 from gelcone.motion.regime import regime, regime_cells
 from gelcone.motion.section import section, section_cells
 from gelcone.motion.settled import settled, settled_cells

@@ -26,7 +26,7 @@ from gelcone.motion.response import simulate
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.motion.validity import unknown
 from gelcone.physics.model import ConeModel
-from tests.motion.planes import BEAM, FLAT, TAUT, WRINKLING, Curve, straight
+from tests.motion.planes import BEAM, FLAT, LOW, OMEGAS, TAUT, VOLTS, WRINKLING, Curve, straight
 from tests.recorded import numbers, record
 from tests.toys import FilteredVoltage, ThreeHarmonics
 
@@ -182,9 +182,6 @@ def test_without_a_dielectric_strength_breakdown_is_unknown_not_skipped(flat):
 def test_bad_input_is_refused(model, options, message):
     with pytest.raises(InputError, match=message):
         envelope(model, **options)
-
-
-# --- the driven half --------------------------------------------------------------------------------------------------
 
 
 def test_under_a_sine_the_natural_frequency_is_that_of_its_root_mean_square():
@@ -505,20 +502,11 @@ def test_an_excess_between_samples_is_seen():
     assert (excess[0] < 0.0).all()
 
 
-# --- made-up planes: every number is known by a formula ---------------------------------------------------------------
-
-
 def test_the_recommended_peak_is_below_the_lowest_known_limit_and_the_peaks_examined():
     low = np.array([[0.8, np.nan], [np.nan, np.nan], [np.inf, 5.0], [0.0, 2.0]])
     found = envelope_module.recommended_peaks(low, 1.5, np.array([0.1, 9.0]), 0.25)
     np.testing.assert_allclose(found, 0.75 * np.array([0.8, 1.5, 1.5, 0.0]))
     np.testing.assert_allclose(envelope_module.recommended_peaks(low, 9.0, np.array([0.1, 0.4])), [0.32] * 3 + [0.0])
-
-
-OMEGAS, VOLTS = np.array([0.5, 0.6, 0.7, 0.9]), np.array([0.3, 0.9, 1.4])
-LOW = np.full((4, len(DRIVEN_LIMITS)), np.inf)
-LOW[0, [1, 3]], LOW[1, [0, 2]], LOW[3, 4] = (0.8, 0.5), (np.nan, 1.3), 0.0
-"""Frequencies whose first limit is meridional slack, hoop slack, none, and the stretch limit from the start."""
 
 
 @pytest.fixture
@@ -586,30 +574,6 @@ def test_coexisting_motions_are_sought_at_given_frequencies_with_a_window_alone(
         np.testing.assert_array_equal(found[f"motion_{name}"], each + 10.0 * k, err_msg=name)
     for k, name in enumerate(("coexisting", "kick_low", "kick_high", "kick_tried")):
         np.testing.assert_array_equal(found[name], each[:, 0] + k, err_msg=name)
-
-
-def test_the_limits_of_each_member_are_those_of_its_own_drive(made_up, monkeypatch):
-    """The safe peak lies below the lower ends, a limit is named by its upper one; the widest interval is the error."""
-    high = np.where(np.isfinite(LOW[:1]), LOW[:1] + 0.01 * np.arange(len(DRIVEN_LIMITS)), LOW[:1])
-    monkeypatch.setattr(envelope_module, "driven", lambda plane, omegas, volts, **options: {
-        "low": omegas[0] * LOW[:1], "high": omegas[0] * high, "asked": made_up.setdefault("volts", []).append(volts),
-    })  # fmt: skip
-    model = TAUT.replace(drive_frequency=np.array([1.0, 2.0, 3.0]), voltage=np.array([0.3, 0.0, 0.3]))
-    found = gelcone.operating_limits(model.replace(voltage_bias=np.array([0.3, 0.0, 0.3])))
-    assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OK]
-    for k, omega in ((0, 1.0), (2, 3.0)):
-        own = found.isel(member=k) if "member" in found.dims else found.isel({found["outcome"].dims[0]: k})
-        static = [float(own[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in STATIC_LIMITS]
-        assert static[-1] == 1.2
-        safe = min(omega * 0.5, *(value for value in static if value == value), 1.2)
-        assert float(own["safe_peak_voltage"]) == pytest.approx(safe)
-        assert float(own["driven_error_voltage"]) == pytest.approx(omega * 0.03)
-        assert float(own["driven_meridional_slack_voltage"]) == pytest.approx(omega * 0.53)
-        assert float(own["driven_chaos_voltage"]) == np.inf
-        assert float(own["examined_voltage"]) == 1.212
-        assert float(own["examined_step_voltage"]) == pytest.approx(1.212 / 20.0)
-    np.testing.assert_allclose(made_up["volts"][0], 1.212 * np.arange(1.0, 21.0) / 20.0)
-    assert np.isnan(found["safe_peak_voltage"].values[1])
 
 
 @pytest.mark.parametrize("duration", [None, 30.0])

@@ -12,42 +12,17 @@ from gelcone import (
     InputError,
     PullIn,
     fold_voltages,
-    integrate,
     load,
     model_of,
-    pitchfork_voltage,
     pull_in_voltage,
     save,
     static,
     stroke_and_blocked_force,
 )
 from gelcone.motion import equilibrium as module
-from gelcone.physics.balance import Equilibrium, Loss
 from gelcone.plots.equilibrium import static_figure
+from tests.motion.balances import MODEL, SOFTENING, TABLE1, Balance, random_model
 from tests.recorded import record
-
-TABLE1 = ConeModel(spring_stiffness=1.5, stretch_limit=50.0)
-# Softens and then stiffens: folds on both sides, and a jump on the ramp.
-SOFTENING = ConeModel(law="yeoh", **{"yeoh_c2": -0.2, "yeoh_c3": 0.02}, spring_stiffness=1.5, rest_height=0.1)
-
-
-def random_model(rng):
-    law = rng.choice(["gent", "yeoh", "neo-hookean"])
-    own = {
-        "gent": {"stretch_limit": 10.0 ** rng.uniform(-0.3, 2.0)},
-        "yeoh": {"yeoh_c2": rng.normal(0.0, 0.5), "yeoh_c3": rng.normal(0.0, 0.1)},
-        "neo-hookean": {},
-    }[law]
-    return ConeModel.from_parameters(
-        {
-            "law": law,
-            "spring_stiffness": rng.uniform(0.0, 3.0),
-            "rest_height": rng.choice([0.0, rng.normal(0.0, 0.3)]),
-            "prestretch": rng.uniform(0.7, 1.4),
-            "prestretch_mode": rng.choice(["radial", "equibiaxial"]),
-            **own,
-        }
-    )
 
 
 def sign_changes(model, voltage, x):
@@ -55,9 +30,6 @@ def sign_changes(model, voltage, x):
     force = model.force(x, voltage)
     i = np.flatnonzero((np.sign(force[:-1]) * np.sign(force[1:]) < 0) & np.isfinite(force[:-1] + force[1:]))
     return x[i], force[i] < 0.0
-
-
-# --- equilibria ---------------------------------------------------------------------------------------------------
 
 
 def test_the_papers_static_case_is_bistable_at_the_highest_voltage():
@@ -135,9 +107,6 @@ def test_a_film_that_is_only_within_its_limit_when_lifted_has_no_flat_equilibriu
     assert np.isnan(result.force.sel(displacement=0.0, method="nearest")).all()
 
 
-# --- force, branches ----------------------------------------------------------------------------------------------
-
-
 def test_forces_are_the_models_and_nan_beyond_the_limit():
     x = np.array([-8.0, -1.0, 0.0, 0.5, 8.0])
     result = static(TABLE1, [0.0, 1.2], x)
@@ -185,130 +154,6 @@ def test_a_lifted_wrinkling_film_has_its_equilibrium_at_every_voltage_up_to_pull
     assert 0.98 * lost < voltage[on].max() < lost
     film = model.system.film.force(x[on], voltage[on] ** 2, [], model.own_numbers)[0]
     np.testing.assert_allclose(film + 1.68 * (x[on] - 0.91), 0.0, atol=1e-14)
-
-
-# --- pitchfork and folds ------------------------------------------------------------------------------------------
-
-
-def test_the_pitchfork_is_the_root_of_the_small_signal_stiffness():
-    assert pitchfork_voltage(TABLE1) == np.sqrt(1.5)
-    model = ConeModel(prestretch=[0.9, 1.0, 1.3], spring_stiffness=1.0, prestretch_mode="equibiaxial")
-    A = B = np.array([0.9, 1.0, 1.3]) ** 2
-    G = 1.0 / (A * B)
-    expected = np.sqrt(1.0 + (A - G) / (1.0 - (A + B + G - 3.0) / 50.0))
-    np.testing.assert_allclose(pitchfork_voltage(model), expected, rtol=1e-14)
-    np.testing.assert_allclose(static(model, [0.0]).pitchfork_voltage, expected, rtol=1e-14)
-
-
-@pytest.mark.parametrize(
-    "changes", [{"rest_height": 0.1}, {"prestretch": 0.6, "spring_stiffness": 0.1}, {"stretch_limit": 0.1}]
-)
-def test_there_is_no_pitchfork_without_a_stable_flat_film(changes):
-    model = ConeModel(prestretch=1.3).replace(**changes) if "stretch_limit" in changes else TABLE1.replace(**changes)
-    assert np.isnan(pitchfork_voltage(model))
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_folds_are_the_extrema_of_the_voltage_along_the_equilibria(seed):
-    """v^2 = force without voltage over displacement: its extrema on a fine grid, by brute force."""
-    model = random_model(np.random.default_rng(100 + seed))
-    model = model.replace(rest_height=0.2) if seed % 2 else model
-    folds = fold_voltages(model)
-    found = np.sort(folds.fold_displacement.values[np.abs(folds.fold_displacement.values) < 20.0])
-    expected = []
-    for side in (-1.0, 1.0):
-        x = side * np.linspace(0.02, 20.0, 400_001)
-        w = model.force(x) / x
-        rising = np.sign(np.diff(w))
-        turn = 1 + np.flatnonzero(rising[:-1] * rising[1:] < 0)
-        expected += [a for a, v in zip(x[turn], w[turn], strict=True) if v >= 0.0]
-    np.testing.assert_allclose(found[np.abs(found) > 0.02], np.sort(expected), atol=2e-3)
-    np.testing.assert_allclose(
-        folds.fold_voltage**2, model.force(folds.fold_displacement.values) / folds.fold_displacement, atol=1e-10
-    )
-
-
-# --- pull-in ------------------------------------------------------------------------------------------------------
-
-
-def settled(model, voltages, start):
-    """A slow ramp by the equation of motion: let come to rest at each constant voltage, from the last state."""
-    states = [np.array([start, 0.0])]
-    for voltage in voltages:
-        held = model.replace(voltage=0.0, voltage_bias=voltage, damping_ratio=0.7, drive_frequency=1.0)
-        states.append(integrate(held, states[-1] + [1e-7, 0.0], [500.0]).states[0, -1])
-    return np.array(states[1:])[:, 0]
-
-
-def test_pull_in_in_a_fold_is_where_a_slow_ramp_jumps_and_to_where():
-    result = pull_in_voltage(SOFTENING)
-    assert PullIn(int(result.pull_in_kind)) == PullIn.FOLD
-    voltage = float(result.pull_in_voltage)
-    ramp = np.append(np.linspace(0.5, 0.99, 4), 1.01) * voltage
-    place = settled(SOFTENING, ramp, float(result.rest_displacement))
-    expected = stroke_and_blocked_force(SOFTENING, ramp)
-    np.testing.assert_allclose(place, expected.displacement, atol=1e-6)
-    assert expected.losses.values.tolist() == [0, 0, 0, 0, 1]
-    assert place[-2] < float(result.pull_in_from) < float(result.pull_in_to) < place[-1]
-    assert SOFTENING.force(float(result.pull_in_to), voltage) == pytest.approx(0.0, abs=1e-10)
-
-
-def test_a_slow_ramp_leaves_the_flat_film_gradually_in_a_pitchfork_which_is_no_pull_in():
-    result, voltage = pull_in_voltage(TABLE1), float(pitchfork_voltage(TABLE1))
-    assert PullIn(int(result.pull_in_kind)) == PullIn.NEVER
-    assert (voltage, float(result.pull_in_voltage)) == (np.sqrt(1.5), np.inf)
-    ramp = np.array([0.9, 0.99, 1.06, 1.2]) * voltage
-    place = settled(TABLE1, ramp, 0.0)
-    np.testing.assert_allclose(place, stroke_and_blocked_force(TABLE1, ramp).displacement, atol=1e-6)
-    assert (np.abs(place[:2]) < 1e-6).all()
-    assert (place[2:] > 0.1).all()
-
-
-def test_a_subcritical_pitchfork_jumps():
-    model = SOFTENING.replace(
-        rest_height=0.0, yeoh_c2=-0.25, yeoh_c3=0.03, prestretch=1.5, prestretch_mode="equibiaxial"
-    )
-    result = pull_in_voltage(model)
-    assert PullIn(int(result.pull_in_kind)) == PullIn.PITCHFORK
-    assert float(result.pull_in_voltage) == pitchfork_voltage(model)
-    voltage = float(result.pull_in_voltage)
-    assert float(result.pull_in_to) > 0.9
-    jumped = settled(model, [1.03 * voltage], 0.0)
-    np.testing.assert_allclose(jumped, stroke_and_blocked_force(model, 1.03 * voltage).displacement, atol=1e-6)
-    assert model.force(float(result.pull_in_to), float(result.pull_in_voltage)) == pytest.approx(0.0, abs=1e-10)
-
-
-def test_a_lifted_gent_film_never_pulls_in_and_an_unlimited_one_runs_away():
-    lifted = pull_in_voltage(TABLE1.replace(rest_height=0.1))
-    assert PullIn(int(lifted.pull_in_kind)) == PullIn.NEVER
-    assert float(lifted.pull_in_voltage) == np.inf
-    away = pull_in_voltage(ConeModel(law="neo-hookean", spring_stiffness=1.5, rest_height=0.1))
-    assert PullIn(int(away.pull_in_kind)) == PullIn.SEARCH_RANGE
-    assert float(away.pull_in_voltage) == pytest.approx(np.sqrt(2.5), rel=1e-4)
-    assert float(away.pull_in_to) == np.inf
-
-
-def test_a_film_that_is_unstable_when_flat_starts_from_the_side_asked_for():
-    buckled = TABLE1.replace(prestretch=0.6, spring_stiffness=0.1)
-    up, down = (pull_in_voltage(buckled, start=side) for side in (0.5, -0.5))
-    assert float(up.rest_displacement) == -float(down.rest_displacement) > 0.0
-    assert float(pull_in_voltage(buckled).rest_displacement) == float(up.rest_displacement)
-
-
-def test_stroke_and_blocked_force_are_those_of_the_rest_position():
-    model = TABLE1.replace(rest_height=0.1)
-    voltages = np.array([0.0, 0.5, 1.0])
-    result = stroke_and_blocked_force(model, voltages)
-    rest = float(result.rest_displacement)
-    assert model.force(rest) == pytest.approx(0.0, abs=1e-15)
-    np.testing.assert_allclose(result.blocked_force, [-model.force(rest, v) for v in voltages], atol=1e-15)
-    assert float(result.stroke[0]) == 0.0
-    np.testing.assert_allclose(
-        [model.force(x, v) for x, v in zip(result.displacement.values, voltages, strict=True)], 0.0, atol=1e-14
-    )
-
-
-# --- ensembles, files, figures, bad input -------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("analysis", [static, stroke_and_blocked_force])
@@ -385,27 +230,6 @@ def test_by_default_the_voltages_are_the_offset_and_the_peak_of_the_drive():
     assert static(model.replace(voltage_bias=0.0))["constant_voltage"].values.tolist() == [0.3]
 
 
-@pytest.mark.parametrize("film", ["taut", "wrinkling"])
-def test_the_work_of_a_cycle_is_the_area_between_the_forces(film):
-    model = ConeModel(rest_height=0.4, spring_stiffness=0.8, hoop_prestretch=1.4, film=film)
-    levels = [0.0, 0.2, 0.4]
-    wide = static(model, levels)
-    rest = float(wide["rest_displacement"])
-    for k, level in enumerate(levels):
-        end = rest + float(wide["stroke"][k])
-        x = np.linspace(rest, end, 2001)
-        force = static(model, [0.0, level], x)["force"] if end > rest else np.zeros((2, 2001))
-        area = float(np.trapezoid(force[0] - force[-1], x))
-        assert float(wide["cycle_work"][k]) == pytest.approx(area, rel=1e-6, abs=1e-15)
-        if film == "taut":  # the field pushes by v^2 x
-            assert area == pytest.approx(level**2 * (end**2 - rest**2) / 2.0, rel=1e-6)
-
-
-def test_beyond_pull_in_there_is_no_work_of_a_cycle():
-    result = static(ConeModel(film="wrinkling", rest_height=0.4), [0.1, 5.0])
-    assert np.isnan(result["cycle_work"].values).tolist() == [False, True]
-
-
 def test_forces_and_branches_reach_past_all_that_happens():
     """Forces are sampled beyond the height at which the spring is free, branches reach beyond pitchforks and folds."""
     for height in (2.0, -2.0):
@@ -414,8 +238,6 @@ def test_forces_and_branches_reach_past_all_that_happens():
     flat = static(ConeModel(), 0.1)
     assert float(flat["branch_voltage"].max()) > 1.2 * float(flat["pitchfork_voltage"])
 
-
-# --- at once ----------------------------------------------------------------------------------------------------------
 
 CREEPING = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
 
@@ -478,67 +300,6 @@ def test_each_equilibrium_has_the_state_of_its_film_and_one_that_is_not_there_ha
         np.testing.assert_array_equal(states[k][there], model.film.state(place[k][there], v, [], n).kind)
 
 
-# --- what is handed on ------------------------------------------------------------------------------------------------
-
-
-class Balance:
-    """A made-up balance, all of whose numbers are its own."""
-
-    reachable, flat, free_height, highest, highest_squared = True, True, 0.25, 2.0, 9.0
-    system, n = ConeModel().system, {}
-
-    def __init__(self, at):
-        self.at = at
-
-    def equilibria(self, squared):
-        return [[Equilibrium(self.at + w + k, 1.0 + k, k == 0) for k in range(1 + (w > 0.5))] for w in squared]
-
-    def whole(self, x, squared):
-        return np.broadcast_to(np.asarray(x) < 1.5, np.broadcast_shapes(np.shape(x), np.shape(squared)))
-
-    def inside(self, x):
-        return x < 1.5
-
-    def force(self, x, squared):
-        return self.at + 3.0 * x + squared
-
-    def slope(self, x, squared):
-        return self.at + 4.0 * x - squared
-
-    def folds(self):
-        return [(0.3 * self.at, 5.0 + self.at)]
-
-    def curves(self, highest):
-        return [np.array([[self.at], [highest], [7.0 + self.at]])]
-
-    def pitchfork(self):
-        return 0.25 * self.at**2
-
-    def along_ramp(self, rest, squared):
-        return rest + squared, np.arange(squared.size) + self.at
-
-    def voltage_force(self, x, squared):
-        return x * squared
-
-    flat_height = 1.5
-
-    def jump(self, rest):
-        return Loss(0.625 * self.at, PullIn.FOLD, 8.0 + rest, 9.0 + rest)
-
-
-MODEL = ConeModel(damping_ratio=[0.1, 0.2])
-
-
-@pytest.fixture
-def balances(monkeypatch):
-    """Two balances in the place of any model's, which rest at 0.5 and at where they are started from."""
-    own, asked = [Balance(1.0), Balance(2.0)], []
-    for name in ("balances_of", "every_balance"):
-        monkeypatch.setattr(module, name, lambda model, *more: asked.append((model, *more)) or own[: model.size])
-    monkeypatch.setattr(module, "rest_of", lambda balance, start: 0.5 * balance.at if start is None else start)
-    return asked
-
-
 @pytest.mark.parametrize("at_once", [False, True])
 def test_the_statics_hold_what_the_balances_give(monkeypatch, balances, at_once):
     """At once they are those of the films before they creep, whose states decide on validity, too."""
@@ -594,35 +355,6 @@ def test_branches_reach_a_fifth_beyond_the_highest_voltage_and_half_beyond_the_l
     assert module._branch_limit(balances, levels[:1], folds, np.array([0.5, np.nan])) == pytest.approx(1.5 * 1.0)
     assert module._branch_limit(balances, levels[:1], [[(7.0, 0.0)], []], np.array([0.5])) == pytest.approx(10.5)
     assert module._branch_limit([Balance(0.0)], 0.0 * levels, [[]], np.array([0.0])) == 1e-3
-
-
-def test_a_ramp_starts_where_it_is_asked_to(balances):
-    """For all members, or for each its own."""
-    found = module.pull_in_voltage(MODEL, start=[0.25, 0.75])
-    assert found["rest_displacement"].values.tolist() == [0.25, 0.75]
-    assert found["pull_in_from"].values.tolist() == [8.25, 8.75]
-    assert json.loads(found.attrs["options"])["start"] == [0.25, 0.75]
-    found = module.stroke_and_blocked_force(MODEL, [0.5, 1.0], start=0.25)
-    assert found["rest_displacement"].values.tolist() == [0.25] * 2
-    assert found["displacement"].values.tolist() == [[0.5, 1.25]] * 2
-    assert found["blocked_force"].values.tolist() == [[0.0625, 0.25]] * 2
-    assert found["losses"].values.tolist() == [[1.0, 2.0], [2.0, 3.0]]
-    voltage, kind = module.jump_voltages(MODEL)
-    assert (voltage.tolist(), kind.tolist()) == ([0.625, 1.25], [PullIn.FOLD] * 2)
-
-
-def test_the_ramp_of_a_drive_is_that_of_its_balance(balances):
-    """The blocked force is that at rest; beyond the film there is no stiffness."""
-    levels = np.array([0.5, 1.0])
-    (balance,) = module.every_balance(ConeModel())
-    found = module.drive_ramp(balance, levels)
-    assert found.rest == 0.5
-    assert found.displacement.tolist() == [0.75, 1.5]
-    assert found.stroke.tolist() == [0.25, 1.0]
-    assert found.blocked_force.tolist() == [0.125, 0.5]
-    np.testing.assert_array_equal(found.stiffness, [3.75, np.nan])
-    np.testing.assert_allclose(found.voltages, [levels])
-    assert (found.pitchfork, found.pull_in) == (0.5, 0.625)
 
 
 def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):

@@ -9,8 +9,9 @@ from matplotlib.container import ErrorbarContainer
 
 from gelcone.analyses.grids import sweep_words
 from gelcone.analyses.request import read_subject
+from gelcone.atlas.distribution import Uniform
 from gelcone.atlas.tolerances import tolerances
-from gelcone.atlas.uncertain import Uniform, draw
+from gelcone.atlas.uncertain import draw
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import InputError
 from gelcone.plots.sweep import any_figure, sweep_figure

@@ -132,8 +132,8 @@ def sweep_json(result: xr.Dataset) -> dict[str, Any]:
     """The JSON object of a sweep, with probabilities and tolerances where parameters were drawn."""
     if "draw" not in result.dims or "regime" not in result:
         return result_json(result)
+    from gelcone.atlas.probability import probability
     from gelcone.atlas.tolerances import base_draws, tolerances
-    from gelcone.atlas.uncertain import probability
 
     found = {"probability": probability(base_draws(result)), "tolerances": tolerances(result)}
     return result_json(result) | {name: result_json(own) for name, own in found.items()}

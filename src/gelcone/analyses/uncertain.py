@@ -13,7 +13,7 @@ from gelcone.errors import InputError
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:
-    from gelcone.atlas.uncertain import Distribution
+    from gelcone.atlas.distribution import Distribution
     from gelcone.devices.device import Device
 
 
@@ -21,7 +21,7 @@ def read_uncertain(texts: Iterable[str], subject: Subject) -> dict[str, Distribu
     """``name=low:high`` and ``name=mean~deviation`` as distributions, and names alone whose range the material states.
 
     A deviation may be a share of the mean, ``3%``. Raises `InputError` for anything else."""
-    from gelcone.atlas.uncertain import Normal, Uniform
+    from gelcone.atlas.distribution import Normal, Uniform
 
     device, system = subject.device, subject.model.system
     spread: dict[str, Distribution] = {}

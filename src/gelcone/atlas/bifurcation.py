@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: what the motion is along one parameter, swept up, down and from fixed states."""
+"""Bifurcation diagrams: the motion along one parameter, swept up, down and from fixed states."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ CHUNK = 256
 """Members computed together: enough to fill lanes and threads, few enough for progress and interrupts."""
 BISECTIONS = 8
 WALK = 0.25
-"""About the share of a sweep's work that is serial: each value needs the state of the one before."""
+"""Share of the progress of a sweep for its serial part, in which each value needs the state of the one before."""
 BRANCHES_SHARE = 0.9
-"""Share of the progress that goes to the branches; the rest is for the thresholds."""
+"""Share of the progress for the branches; the rest is for the thresholds."""
 
 
 @analysis(
@@ -70,7 +70,7 @@ def bifurcation(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Section points, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
+    """Compute section, extent, exponents and regime at each value of a parameter, by sweeps and from fixed states.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def _states(model: ConeModel | Device, initial: Any) -> list[Any]:
 
 
 def _options(plan: Plan) -> dict[str, Any]:
-    """What is recorded of a branch."""
+    """The options that are recorded with a branch."""
     return {"initial": plan.initial, **plan.options}
 
 
@@ -180,9 +180,10 @@ def _name(state: Sequence[float] | None) -> str:
 def _sweep(
     plan: Plan, sweeps: Sequence[str], threads: int | None, progress: Callable[[float], None]
 ) -> dict[str, Evidence]:
-    """One branch a sweep: a walk over the values that only settles, then all points from where the walk met them.
+    """One branch per sweep: a walk over the values that only settles, then the evidence of all points from the states
+    that the walk reached.
 
-    The shares that ``progress`` is called with add up to the number of sweeps.
+    The shares with which ``progress`` is called add up to the number of sweeps.
     """
     if not sweeps:
         return {}
@@ -235,7 +236,7 @@ def _thresholds(
     threads: int | None,
     progress: Callable[[float], None],
 ) -> dict[str, Any]:
-    """Every change of regime between neighbours, narrowed down from the state on the side from which it is reached."""
+    """Every change of regime between neighbours, narrowed down from the state on the side where it began."""
     plan = next(iter(plans.values()))
     (name, values) = next(iter(plan.over.items()))
     found = [change for branch, evidence in branches.items() for change in changes(branch, values, evidence)]
@@ -300,7 +301,7 @@ def thresholds_of(diagram: xr.Dataset) -> list[dict[str, Any]]:
     if "threshold_branch" not in diagram:
         raise InputError("thresholds_of: was given another result; give one of gelcone.bifurcation")
     columns = [diagram[f"threshold_{n}"].values for n in ("branch", "from", "to", "low", "high")]
-    # files of earlier versions do not say
+    # files of earlier versions lack this variable
     columns.append(diagram["threshold_cascade"].values if "threshold_cascade" in diagram else np.zeros(len(columns[0])))
     rows = [
         {

@@ -34,7 +34,7 @@ def cluster(workers: int | None = None, scheduler: str | None = None) -> Workers
 
     Returns
     -------
-    What `gelcone.sweep` takes as ``workers``. Nothing starts before the sweep does.
+    The ``workers`` of `gelcone.sweep`. They start with the sweep.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def _of_scheduler(scheduler: str) -> Workers:
 
 
 def _address(scheduler: str) -> str:
-    """The address of a scheduler, read from a scheduler file where it is not an address; waits for one that comes."""
+    """The address of a scheduler, read from its scheduler file where a file is named; waits until that is written."""
     path = Path(scheduler)
     if "://" in scheduler or not (path.suffix == ".json" or path.is_file()):
         return scheduler
@@ -103,7 +103,7 @@ def _address(scheduler: str) -> str:
 
 
 class _Watched:
-    """Takes what a scheduler reports of its workers, and warns of those that are lost."""
+    """Receives events of the workers of a scheduler, and warns of lost workers."""
 
     def __init__(self, workers: Iterable[str]) -> None:
         self._workers = set(workers)

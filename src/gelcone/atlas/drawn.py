@@ -1,6 +1,7 @@
-"""An analysis of every draw of uncertain parameters: what a fit leaves unknown, carried through to what is asked.
+"""Analyses of every draw of uncertain parameters, which propagate the uncertainty of a fit to results.
 
-Draws whose films differ share the membranes of a few of them, see `gelcone.physics.film.interpolated_pull_in`.
+Where films differ between draws, membranes are made of a few of them alone, see
+`gelcone.physics.film.interpolated_pull_in`.
 """
 
 from __future__ import annotations
@@ -45,12 +46,12 @@ if TYPE_CHECKING:
     from gelcone.devices.device import Device
 
 ALONE = ("envelope", "frequency")
-"""Analyses over an axis of their own, of which every draw is one run."""
+"""Analyses over an axis of their own, which run once per draw."""
 SHEET = "datasheet"
 AT_ONCE = 16
 """Draws whose frequency responses are computed together."""
 DRAWN_SHARE = 0.95
-"""Share of the progress that goes to the draws, behind the axis that they share."""
+"""Share of the progress for the draws, after the axis that they share."""
 
 
 def over_draws(
@@ -65,9 +66,9 @@ def over_draws(
 ) -> xr.Dataset:
     """Run an analysis of every draw of uncertain parameters, correlated as they are drawn.
 
-    Membranes are made of some of the films alone, where many differ, and pull-in voltages interpolated between them;
-    the attribute ``membranes`` says of how many, and to what error. `gelcone.sweep` of a plan with draws makes one for
-    each.
+    Where many films differ, membranes are made of some of them alone, and pull-in voltages are interpolated between
+    these; the attribute ``membranes`` states of how many, and the error. `gelcone.sweep` of a plan with draws makes one
+    membrane for each draw.
 
     Parameters
     ----------
@@ -135,13 +136,13 @@ class _Drawn:
     plan: Plan
 
     def size(self, quantity: str) -> Array:
-        """What one unit of a quantity is in SI, of every draw; 1 without a device."""
+        """The unit of a quantity in SI, (draws,); 1 without a device."""
         device = self.plan.device
         scale: Any = 1.0 if device is None else at(device, self.plan.grid).scales.size(quantity)
         return np.broadcast_to(np.asarray(scale, dtype=float), (self.plan.size,))
 
     def axis(self, name: str, quantity: str, given: Any, default: Any) -> tuple[Array, Array]:
-        """An axis that all draws share, in SI, and dimensionless for each; ``default`` gives that of the model."""
+        """An axis that all draws share, in SI, and dimensionless for each draw; ``default`` gives that of the model."""
         device = self.plan.device
         own = 1.0 if device is None else float(device.scales.size(quantity))
         if given is None:
@@ -156,7 +157,7 @@ class _Drawn:
 def _labelled(
     plan: Plan, analysis: str, variables: Mapping[str, Variable], outcome: Array, options: Mapping[str, Any]
 ) -> xr.Dataset:
-    """The result of all draws: variables (draws, ...) whose dims behind the draws are given, or of all alike."""
+    """The result of all draws. Variables are (draws, ...) with the dims after the draws given, or common to all."""
     result = dataset.label(plan.cone, {}, options=options, title=f"draws: {analysis}")
     scales = None if plan.device is None else at(plan.device, plan.grid).scales
     columns: dict[str, Any] = {}
@@ -175,7 +176,7 @@ def _labelled(
 
 
 def _shown_axis(name: str, values: Array, meaning: str, quantity: str, device: Device | None) -> dict[str, Variable]:
-    """An axis in SI, in the unit that it is read in."""
+    """An axis as a variable, in the unit in which it is read."""
     if device is None:
         return {name: ((name,), values, meaning, quantity)}
     measure = MEASURES[quantity]
@@ -256,7 +257,7 @@ def _window(
 
 
 def _options(analysis: str, given: Mapping[str, Any], taken: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of an analysis of draws; `InputError` for one that it does not take."""
+    """The options of an analysis of draws with defaults ``taken``; raises `InputError` for one not among these."""
     for name in given:
         if name not in taken:
             known = find_analysis(analysis).signature.parameters
@@ -310,9 +311,9 @@ def _responses(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, p
 
 
 def _parts(of: Callable[..., xr.Dataset], count: int, progress: Progress) -> list[xr.Dataset]:
-    """What is found ``of`` all draws, some at once; of a draw that is refused NaN, with `Outcome.ERROR`.
+    """Results of the function ``of`` for all draws, some at once; NaN with `Outcome.ERROR` for a draw that it refuses.
 
-    Raises the `InputError` of the last draw where all are refused.
+    Raises the `InputError` of the last draw if all are refused.
     """
     found: list[xr.Dataset | None] = []
     for rows in np.split(np.arange(count), range(AT_ONCE, count, AT_ONCE)):
@@ -337,7 +338,7 @@ def _parts(of: Callable[..., xr.Dataset], count: int, progress: Progress) -> lis
 
 
 def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Budgets of time, dimensionless and at least as long in each draw."""
+    """Budgets of time, dimensionless; for each draw at least as long as given."""
     return dict(Plan(plan.model, {}, None, plan.draws, given).options) if given else {}
 
 
@@ -345,7 +346,7 @@ def _times(plan: Plan, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress: Progress) -> xr.Dataset:
-    """The data sheet of the model, with the ends of the intervals of its figures."""
+    """The data sheet of the model, with the ends of the intervals of its figures over the draws."""
     own, made = _options(SHEET, options, {"voltages": None}), find_analysis(SHEET).call
     sheet = made(plan.model, own["voltages"], threads=threads)
     volts = sheet["constant_voltage"].values[1:]
@@ -374,6 +375,6 @@ def _sheet(plan: Plan, options: Mapping[str, Any], threads: int | None, progress
 
 
 def _spread(drawn: Array) -> float | list[float]:
-    """The standard deviation over the mean; where the mean is the smaller one, both."""
+    """The standard deviation over the mean; both of them where the mean is the smaller one."""
     mean, deviation = float(np.mean(drawn)), float(np.std(drawn))
     return deviation / abs(mean) if abs(mean) > deviation else [mean, deviation]

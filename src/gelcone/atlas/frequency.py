@@ -1,7 +1,7 @@
-"""Frequency response at full drive, by sweeps up and down: resonances, jumps and what is not periodic.
+"""Frequency response at full drive, by sweeps up and down: resonances, jumps and motions that are not periodic.
 
-The linear response to the same drive is given along with it: all there is as long as the drive is small. Branches of
-periodic orbits show what no sweep does: the unstable part between two jumps, and motions that lie apart from both.
+The linear response to the same drive is reported, too; it is exact in the limit of small drives. Branches of periodic
+orbits complete the sweeps by the unstable part between two jumps, and by motions that lie apart from both sweeps.
 """
 
 from __future__ import annotations
@@ -41,28 +41,28 @@ if TYPE_CHECKING:
 
 BRANCHES = ("up", "down")
 SPAN = (0.1, 3.0, 81)
-"""Frequencies over the natural one where none are given: from, to, how many."""
+"""Default frequencies over the natural one: first, last, number."""
 FILLED = 7
 """Frequencies that are added in an interval next to a bend."""
 BENT = 0.01
-"""The stroke bends where it is off the line between its neighbours by this share of the largest one."""
+"""Distance of a stroke from the line between its neighbours, over the largest stroke, at which the response bends."""
 DIFFERENT = 0.02
-"""Sweeps differ where their strokes do by this share of the larger one, or more."""
+"""Difference of the strokes of the sweeps, over the larger one, at which the sweeps differ."""
 RESOLVED = 1e-5
-"""Share of a height within which settled motions are not distinguished: ten times what their returns leave."""
+"""Relative difference within which heights are equal: ten times the error of settled motions."""
 NARROWINGS = 3
 NARROWED_AT = 7
 """Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
 NARROWINGS_OF_JUMPS = 12
 """Steps towards the frequency at which a motion jumps; one that is too long is halved."""
 AT_ONCE = 512
-"""Motions whose samples are held at a time."""
+"""Motions whose samples are in memory at a time."""
 STARTS = (1.0, 0.05, -1.0)
-"""Multiples of the initial state from which motions settle that may start branches: those that no sweep meets."""
+"""Multiples of the initial state from which motions settle that start further branches."""
 SWEEPS_SHARE = 0.6
-"""Share of the progress that goes to the sweeps where branches follow."""
+"""Share of the progress for the sweeps where branches follow."""
 FILLED_SHARE = 0.4
-"""That which goes to the frequencies added where the response bends."""
+"""Share of the progress for the frequencies added where the response bends."""
 
 
 @analysis(
@@ -173,6 +173,7 @@ def frequency(
 
 
 def _around_resonance(model: ConeModel) -> Array:
+    """The default frequencies of one actuator."""
     if model.shape:
         raise InputError("frequencies: an ensemble has no default; give them")
     bias = float(model.voltage_bias)
@@ -208,23 +209,25 @@ def _grid(model: ConeModel, frequencies: npt.ArrayLike) -> Array:
 def _sweep(
     model: Members, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Swing, Falls, Trail]:
-    """Swings (members, steps) at the frequencies ``grids``, odd members swept down; their falls on the way to each; and
-    all that is met on the way."""
+    """Swings (members, steps) at the frequencies ``grids``, with odd members swept down; their falls before each step;
+    and the trail of all motions on the way."""
     down = np.arange(model.size) % len(BRANCHES) == 1
     order = np.where(down[:, None], np.arange(grids.shape[1])[::-1], np.arange(grids.shape[1]))
     walked = walk(model, np.take_along_axis(grids, order, axis=1), initial, progress, search)
     by_frequency = np.arange(model.size)[:, None], order
     swept = walked.reached.take(by_frequency)
-    _look_at_all(model, grids, swept, search)
+    _complete(model, grids, swept, search)
     return swept, walked.falls.take(by_frequency), walked.trail
 
 
 def _bends_filled(
     model: Members, grids: Array, swept: Swing, initial: Array, progress: Progress, search: dict[str, Any]
 ) -> tuple[Array, Swing]:
-    """Frequencies and swings of an actuator's two sweeps with `FILLED` more in each interval next to a bend of either,
-    which begin on the motion that the sweep has on the side where it comes from. The frequencies are even on a log
-    scale, as `_around_resonance` gives them."""
+    """Frequencies and swings of an actuator's two sweeps with `FILLED` more in each interval next to a bend of either.
+
+    They start from the motion at the end of the interval where the sweep comes from. The frequencies are evenly spaced
+    on a log scale, as those of `_around_resonance`.
+    """
     amplitude, log = np.nan_to_num(swept.amplitude), np.log(grids[0])
     off = np.abs(amplitude[:, 1:-1] - 0.5 * (amplitude[:, :-2] + amplitude[:, 2:]))
     bent = (off > BENT * max(amplitude.max(), REST_TOLERANCE)).any(axis=0)
@@ -242,7 +245,7 @@ def _bends_filled(
     step = np.where(down[:, None], np.arange(FILLED)[::-1], np.arange(FILLED))
     walked = walk(model.take(branch), ways, start, progress, search).reached
     found = walked.take((np.arange(branch.size)[:, None], step))
-    _look_at_all(model.take(branch), inner[interval], found, search)
+    _complete(model.take(branch), inner[interval], found, search)
     every = np.concatenate([grids[0], inner.ravel()])
     order = np.argsort(every)
 
@@ -254,8 +257,8 @@ def _bends_filled(
     return np.tile(every[order], (len(BRANCHES), 1)), Swing(**parts)
 
 
-def _look_at_all(model: Members, grids: Array, swept: Swing, search: dict[str, Any]) -> None:
-    """Harmonics and validity of what was swept: once, and not at each try on the way."""
+def _complete(model: Members, grids: Array, swept: Swing, search: dict[str, Any]) -> None:
+    """Sets harmonics and validity of the swings, which are not computed for each try on the way."""
     member, step = np.nonzero(swept.outcome == Outcome.OK)
     for first in range(0, member.size, AT_ONCE):
         at = member[first : first + AT_ONCE], step[first : first + AT_ONCE]
@@ -265,7 +268,7 @@ def _look_at_all(model: Members, grids: Array, swept: Swing, search: dict[str, A
 
 
 def _by_branch(swept: Swing) -> Swing:
-    """(members * branches, ...) as (members, branches, ...)."""
+    """The swings (members * branches, ...) with the shape (members, branches, ...)."""
     return Swing(**{n: v.reshape(-1, len(BRANCHES), *v.shape[1:]) for n, v in vars(swept).items()})
 
 
@@ -284,9 +287,9 @@ class _Peaks:
 
 
 def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, search: dict[str, Any]) -> _Peaks:
-    """Narrows down the highest point that each sweep met between its neighbours, starting from the motion there.
+    """Narrows down the highest point of each sweep between its neighbours, starting from the motion there.
 
-    A peak next to a jump may be the jump: its place does not show in a motion that stays on one branch.
+    A peak may lie at a jump. A motion that stays on one branch does not show it, so that the bracket includes the jump.
     """
     met, amplitudes, periods, finals = trail.sorted()
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
@@ -294,7 +297,7 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
     at, height = met[members, best], amplitude[members, best]
     there = model.replace(drive_frequency=at)
     peak = swing(there, finals[members, best], periods[members, best], only_extent=True, **integration(search))
-    low, high = _beside(met, _certain(amplitude, periods), at, height)
+    low, high = _bracket(met, _certain(amplitude, periods), at, height)
     ends = np.stack([falls.start, falls.end])
     touching = (ends.max(axis=0) >= low[:, None]) & (ends.min(axis=0) <= high[:, None])
     low_fall = np.where(touching, ends.min(axis=0), np.inf).min(axis=1)
@@ -318,20 +321,20 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
         error = 0.5 * (height - heights[members, fourth]) + RESOLVED * np.abs(height)
         lowest = np.full((model.size, 1), -1.0)
         edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
-        low, high = _beside(edges, known, at, height)
+        low, high = _bracket(edges, known, at, height)
         advance(progress, 1.0 / NARROWINGS)
     return _Peaks(at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error)
 
 
 def _certain(heights: Array, period: npt.NDArray[np.int64]) -> Array:
-    """The heights, NaN where the motion is not periodic: over a few periods it need not have reached its own."""
+    """The heights, NaN where the motion is not periodic and may not have reached its extremes yet."""
     return np.where((period > 0) | (heights < 0.0), heights, np.nan)
 
 
-def _beside(places: Array, heights: Array, at: Array, height: Array) -> tuple[Array, Array]:
-    """The next places (members, steps) on either side of the peak that are certainly lower, or the ends.
+def _bracket(places: Array, heights: Array, at: Array, height: Array) -> tuple[Array, Array]:
+    """The nearest of the places (members, steps) on either side of the peak that are lower, or the ends.
 
-    What differs from the peak by less than is resolved may be the peak as well.
+    A height that differs from that of the peak by less than `RESOLVED` is not lower.
     """
     lower = heights < (height * (1.0 - RESOLVED))[:, None]
     first, last = np.nanmin(places, axis=1), np.nanmax(places, axis=1)
@@ -345,8 +348,8 @@ def _beside(places: Array, heights: Array, at: Array, height: Array) -> tuple[Ar
 
 @dataclass(frozen=True)
 class _Jumps:
-    """Ends of the ranges in which the sweeps differ, arrays (jumps,): ``member``, ``branch`` that jumps there (index),
-    the frequencies between which it does, and its amplitude ``before`` and ``after``."""
+    """Jumps of the sweeps at the ends of the ranges in which they differ, arrays (jumps,): ``member``, index of the
+    ``branch`` that jumps, the frequencies between which it does, and its amplitude ``before`` and ``after``."""
 
     member: npt.NDArray[np.intp]
     branch: npt.NDArray[np.intp]
@@ -357,7 +360,8 @@ class _Jumps:
 
 
 def differing(swept: Swing) -> npt.NDArray[np.bool_]:
-    """Where the sweeps (members, branches, steps) differ; not where both are chaotic, whose strokes always do."""
+    """Mask (members, steps) of different motions on the two sweeps (members, branches, steps). Two chaotic motions do
+    not count, since their strokes always differ."""
     largest = np.nanmax(swept.amplitude, initial=0.0)
     return _differ(swept.take((slice(None), 0)), swept.take((slice(None), 1)), largest)
 
@@ -372,11 +376,11 @@ def _differ(up: Swing, down: Swing, largest: float = 0.0) -> npt.NDArray[np.bool
 def _jumps(
     model: Members, grid: Array, swept: Swing, falls: Falls, progress: Progress, search: dict[str, Any]
 ) -> _Jumps:
-    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards from where
-    the one that jumps was met last.
+    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards from the
+    last place before the jump.
 
-    The sweep down jumps at the lower end of the range, the one up at its upper end. An end that is an end of the
-    frequencies is none.
+    The sweep down jumps at the lower end of the range, the sweep up at its upper end. The ends of all frequencies do
+    not count.
     """
     differ = differing(swept)
     change = np.diff(differ.astype(int), axis=1)
@@ -392,20 +396,20 @@ def _jumps(
     fell = np.flatnonzero(~np.isnan(fall.start))
     if fell.size:
         there = ensemble.take(fell).replace(drive_frequency=fall.start[fell])
-        now, goes_on = continued(there, fall.before.take(fell), largest[fell], search)
-        fell, now = fell[goes_on], now.take(goes_on)
+        now, persists = continued(there, fall.before.take(fell), largest[fell], search)
+        fell, now = fell[persists], now.take(persists)
         inner[fell], outer[fell] = fall.start[fell], fall.end[fell]
         jumping.put(fell, now)
     step = 0.5 * (outer - inner)
     before, after = jumping.amplitude, other.amplitude
     for _ in range(NARROWINGS_OF_JUMPS if member.size else 0):
         tried = ensemble.replace(drive_frequency=inner + step)
-        now, goes_on = continued(tried, jumping, largest, search)
-        beside = settled_swing(tried, other.final, only_extent=True, **search)
-        apart = goes_on & _differ(now, beside)
+        now, persists = continued(tried, jumping, largest, search)
+        opposite = settled_swing(tried, other.final, only_extent=True, **search)
+        apart = persists & _differ(now, opposite)
         inner, step = np.where(apart, inner + step, inner), np.where(apart, step, 0.5 * step)
         jumping.put(apart, now.take(apart))
-        other.put(apart, beside.take(apart))
+        other.put(apart, opposite.take(apart))
         before, after = jumping.amplitude, other.amplitude
     outer = np.where(np.abs(SURE * step) < np.abs(last - inner), inner + SURE * step, last)
     advance(progress, 1.0)
@@ -446,7 +450,7 @@ def _with_branches(
 
 
 def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
-    """The bifurcation at which each sweep jumps: the one in its bracket, or as close to it as that is wide."""
+    """The bifurcation at which each sweep jumps: in the bracket of the jump, or at most its width away from it."""
     low, high = result["jump_low"].values, result["jump_high"].values
     at, kinds = followed["event_value"].values, followed["event_kind"].values
     events, codes = np.full(low.size, np.nan), np.full(low.size, -1, dtype=np.int8)

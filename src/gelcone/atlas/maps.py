@@ -18,9 +18,9 @@ from gelcone.devices.analysis import analysis, plain
 from gelcone.devices.device import Device
 from gelcone.devices.si import in_words
 from gelcone.errors import unknown_name
-from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.start import inside
+from gelcone.motion.static_bifurcations import jump_voltages
 from gelcone.physics.model import ConeModel
 from gelcone.progress import weighted
 from gelcone.quantity import Time
@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAME_ATTRACTOR = 1e-3
-"""Two cycles are one when their highest turning points agree to this share of the size of the larger one."""
+"""Largest difference between the extents of equal cycles, as a share of the size of the larger one."""
 
 
 TITLE = "parameter map"
 ALSO = ("power", "margin")
-"""What a map may hold besides the regimes."""
+"""Quantities that a map may hold in addition to the regimes."""
 
 
 @analysis(
@@ -66,7 +66,7 @@ def map(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Regime, exponents with errors, amplitude and outcome over a grid of parameters (usually two).
+    """Compute regime, exponents with errors, amplitude and outcome over a grid of parameters (usually two).
 
     `gelcone.sweep` does the same for any analysis, on a cluster too, and resumes a store.
 
@@ -116,7 +116,7 @@ def map(
 
 
 def with_quantity(result: xr.Dataset, plan: Plan, also: str | None, **options: Any) -> xr.Dataset:
-    """The map of a ``plan`` with what is asked for ``also``, see `map`; ``options`` are those of `gelcone.sweep`."""
+    """The map of a ``plan`` with the quantity ``also``, see `map`; ``options`` are those of `gelcone.sweep`."""
     if also is None or also in result:
         return result
     if also == "power":
@@ -193,7 +193,7 @@ def basin(
     plan = Plan(model, over, (0.0, 0.0), options=options)
     result = plain(sweep)(plan, threads=threads, progress=progress).drop_vars(["status", "source"])
     result = result.assign_attrs(title="basins of attraction")
-    flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _TELLING}
+    flat = {name: result[name].values.reshape(plan.size, -1)[:, 0] for name in _DESCRIBING}
     ends = np.where(flat["period"] > 0, Regime.PERIODIC, Regime.REST)
     flat["regime"] = np.where(flat["regime"] == Regime.TRANSIENT_CHAOS, ends, flat["regime"])
     width = 1.0 if plan.device is None else plan.device.scales.shown("length")
@@ -202,27 +202,27 @@ def basin(
     table: dict[str, tuple[Any, str, dataset.Of]] = {
         "attractor_share": (shares, "share of the initial states", "share")
     }
-    # the cells of a device are in its units already, and the table holds some of them
-    for name, meaning in _TELLING.items():
+    # the cells of a device are in its units already, so that their attributes are copied
+    for name, meaning in _DESCRIBING.items():
         own = result[name].attrs
         table[f"attractor_{name}"] = flat[name][first], meaning if own.get("units") == "1" else in_words(meaning), own
     result["attractor"] = tuple(plan.over), numbers.reshape(plan.shape), dataset.attributes(*_NUMBER)
     return result.assign(dataset.columns("attractor_number", table))
 
 
-_TELLING = {
+_DESCRIBING = {
     "regime": "kind of motion",
     "period": "period in forcing periods, 0 if none",
     "lowest": "lowest displacement",
     "highest": "highest displacement",
     "lyapunov": "largest Lyapunov exponent per unit time",
 }
-"""Variables of a cell that describe its attractor, and what each is."""
+"""Variables of a cell that describe its attractor -> meaning."""
 _NUMBER = ("number of the attractor, -1 if none", "code")
 
 
 def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.intp]]:
-    """Number of the attractor of each cell (-1 for none), the most frequent first, and one cell of each attractor.
+    """Number of the attractor of each cell, -1 for none, in order of falling frequency, and one cell of each attractor.
 
     ``cells`` holds ``regime``, ``period``, ``lowest`` and ``highest`` of each cell, dimensionless.
     """
@@ -242,9 +242,9 @@ def attractors(cells: Mapping[str, npt.NDArray[Any]]) -> tuple[npt.NDArray[np.in
 
 
 def _same(cells: Mapping[str, npt.NDArray[Any]], one: int, other: int) -> bool:
-    """Whether two settled motions are on one attractor: the same regime and, for rests and cycles, the same extent.
+    """True if two settled motions are on one attractor: of the same regime and, for rests and cycles, the same extent.
 
-    Chaotic and quasi-periodic motions cover their extent too slowly for that, and count as one a regime.
+    Chaotic and quasi-periodic motions reach their extent too slowly; each of these regimes counts as one attractor.
     """
     regime, period = cells["regime"], cells["period"]
     if regime[one] != regime[other] or period[one] != period[other]:

@@ -1,4 +1,4 @@
-"""The cells of a sweep: which model and initial state belong to each, and with which options it is analysed.
+"""The plan of a sweep: the model, initial state and options of each cell.
 
 A cell's numbers depend on the plan and its own index alone, so that cells can be computed in any order, in any
 grouping and by any worker, with the same result to the last bit.
@@ -92,7 +92,7 @@ class Plan:
 
     @cached_property
     def cone(self) -> ConeModel:
-        """The model without what is swept."""
+        """The model before anything is swept."""
         return self.model.to_model() if isinstance(self.model, Device) else self.model
 
     @property
@@ -101,7 +101,7 @@ class Plan:
         return [] if self.device is not None else [state.name for state in self.cone.system.states[len(STATES) :]]
 
     def _options(self) -> dict[str, Any]:
-        """The options, of a device those in SI scaled to the model."""
+        """The options, for a device scaled from SI to the model."""
         if self.device is None:
             return dict(self.options)
         if not self.options:
@@ -120,7 +120,7 @@ class Plan:
         return tuple(map(float, self.initial))
 
     def _swept(self, name: str, values: npt.ArrayLike) -> Array:
-        """The checked values of what is swept."""
+        """The checked values of a swept name."""
         if self.device is not None and name == GELS:
             gels: Array = read_swept(self.device, name, values)
             if gels.size < 2 or np.unique(gels).size < gels.size:
@@ -165,7 +165,7 @@ class Plan:
         return checked
 
     def check_order(self, command: str) -> None:
-        """`InputError` for a plan over gels, which have no order."""
+        """Raises `InputError` for a plan over gels, which have no order."""
         if GELS in self.over:
             raise InputError(f"material: gels have no order; {command} takes numbers, such as material.shear_modulus")
 
@@ -220,7 +220,7 @@ class Plan:
 
 
 def about(plan: Plan, name: str) -> dict[str, str]:
-    """The attributes of a swept coordinate: what it is, its unit, and how it turns into SI units."""
+    """The attributes of a swept coordinate: its meaning, its unit, and its scale in SI units."""
     if plan.device is not None:
         return field_attributes(plan.device, name)
     own = {state.name: state.meaning for state in plan.cone.system.states[len(STATES) :]}

@@ -1,8 +1,8 @@
 """Processes of this machine, each a Python of its own that answers tasks over its standard input and output.
 
-They are started by a command and not by `multiprocessing`, which would run the caller's script once more in each of
-them: a script without ``if __name__ == "__main__"`` works. They end when the other end of their input does, also when
-this process is killed. Interrupts reach this process alone, which then ends them.
+They are started by a command and not by `multiprocessing`, which would run the caller's script again in each of them,
+so that a script without ``if __name__ == "__main__"`` works. They end when their input is closed, also when this
+process is killed. Interrupts reach this process alone, which then ends the others.
 """
 
 from __future__ import annotations
@@ -31,12 +31,11 @@ from gelcone.progress import Stopped
 from gelcone.quantity import ALL_CORES, check_count
 
 LARGE = 1024
-"""Cells from which on processes are worth their start, about a second of work each."""
+"""Number of cells from which processes are worth the time of their start, about a second each."""
 DEATHS = 2
-"""Processes that a task may end before it is given up."""
-
+"""Number of processes that a task may end before it is given up."""
 PATIENCE = 5.0
-"""Seconds that a process has to clean up when it is asked to end."""
+"""Seconds that a process has to end after the request."""
 REPORT_EVERY = 0.1
 """Seconds between two reports of progress."""
 
@@ -47,13 +46,13 @@ _pending, _reported = 0.0, 0.0
 
 
 class ProcessesEnded(InputError):
-    """A task has ended the processes that were to do it."""
+    """Raised for a task that ended each process that worked on it."""
 
 
 def usual_workers(cells: int, count: int | None = None) -> Workers:
-    """The workers for a number of cells when none are chosen: one process a core where that is worth it, else threads.
+    """The default workers for a number of cells: one process per core for `LARGE` ones, else threads.
 
-    ``count`` asks for that number of threads.
+    With ``count`` they are that number of threads.
     """
     alone = _serving or multiprocessing.parent_process() is not None
     able = bool(sys.executable) and not getattr(sys, "frozen", False)
@@ -63,9 +62,9 @@ def usual_workers(cells: int, count: int | None = None) -> Workers:
 
 
 def processes(count: int | None = None) -> Workers:
-    """Processes of this machine; by default one a core. Leaving the context ends them.
+    """Processes of this machine; by default one per core. Leaving the context ends them.
 
-    What a component of the running script itself needs they do not find; threads of this process do those tasks.
+    Components that the running script itself defines are unknown to them; threads of this process do those tasks.
 
     Raises
     ------
@@ -99,7 +98,7 @@ def processes(count: int | None = None) -> Workers:
 
 
 class Pool:
-    """Processes of this machine, and as many ``threads`` of this process, which hand tasks to them and wait."""
+    """Processes of this machine, and as many ``threads`` of this process, which send them tasks and wait."""
 
     def __init__(self, size: int) -> None:
         self.size, self.threads = size, ThreadPoolExecutor(size)
@@ -128,7 +127,7 @@ class Pool:
 
 
 def portable(function: Callable[[Any], Any]) -> bytes | None:
-    """The function as another process can read it; None for one that needs what the running script defines."""
+    """The function pickled for another process; None for one that needs definitions of the running script."""
     try:
         content = pickle.dumps(function)
     except (pickle.PicklingError, AttributeError, TypeError):
@@ -137,15 +136,18 @@ def portable(function: Callable[[Any], Any]) -> bytes | None:
 
 
 class Process:
-    """A process that does one task at a time, and another in its place where it ends by itself."""
+    """A process that does one task at a time. If it ends by itself, another one replaces it."""
 
     def __init__(self) -> None:
         self._lock, self._ended = threading.Lock(), False
         self._process = _start()
 
     def do(self, function: bytes, task: Any, report: Callable[[float], None]) -> Any:
-        """The answer to a task; raises what it raised. The shares of the work that it reports go to ``report``, and
-        what it makes is heard as if it were made here, see `gelcone.disk_cache.heard`."""
+        """The answer to a task; raises the error that the task raised.
+
+        The shares of the work that the process reports are passed to ``report``, and content that it makes to the
+        listeners of this process, see `gelcone.disk_cache.heard`.
+        """
         for _ in range(DEATHS):
             try:
                 pickle.dump(pickle.dumps((function, task)), _pipe(self._process.stdin))
@@ -164,8 +166,8 @@ class Process:
         )
 
     def _heard(self, report: Callable[[float], None]) -> Any:
-        """The answer of the process; before it come shares of the work, and texts: kinds of content of which it begins
-        to make one, and empty ones where it ends the last one begun."""
+        """The answer of the process. Messages before it are shares of the work (numbers), the kind of a content that it
+        begins to make (a text), and the end of the last one begun (an empty text)."""
         begun: list[ExitStack] = []
         with ExitStack() as making:
             while not isinstance(message := pickle.load(_pipe(self._process.stdout)), tuple):
@@ -198,7 +200,7 @@ class Process:
             self._process.terminate()
 
     def end(self, patience: float) -> None:
-        """Ends the process, which has ``patience`` seconds left to clean up since it was asked to."""
+        """Waits ``patience`` seconds for the process to end, then kills it."""
         try:
             self._process.wait(max(patience, 0.0))
         except subprocess.TimeoutExpired:
@@ -210,7 +212,7 @@ def _start() -> subprocess.Popen[bytes]:
     path = [str(entry) for entry in sys.path]
     code = f"import sys; sys.path[:] = {path!r}; from gelcone.atlas.processes import serve; serve()"
     command, pipe = [sys.executable, "-c", code], subprocess.PIPE
-    own = {"OPENBLAS_NUM_THREADS": "1"} | os.environ  # threads of all would wait for one another
+    own = {"OPENBLAS_NUM_THREADS": "1"} | os.environ  # threads of several processes would wait for one another
     if sys.platform == "win32":
         group = subprocess.CREATE_NEW_PROCESS_GROUP
         return subprocess.Popen(command, stdin=pipe, stdout=pipe, env=own, creationflags=group)
@@ -220,7 +222,7 @@ def _start() -> subprocess.Popen[bytes]:
 def _close(process: subprocess.Popen[bytes]) -> None:
     process.wait()
     for stream in (process.stdin, process.stdout):
-        with suppress(OSError):  # what was not yet written has no reader any more
+        with suppress(OSError):  # buffered bytes have no reader any more
             _pipe(stream).close()
 
 
@@ -233,7 +235,7 @@ def _pipe(stream: IO[bytes] | None) -> IO[bytes]:
 
 
 def serve() -> None:
-    """Answers tasks until the standard input ends. What else is printed goes to the standard error."""
+    """Answers tasks until the standard input ends. Anything that is printed goes to the standard error."""
     global _serving, _answers
     _serving = True
     given, _answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
@@ -250,8 +252,8 @@ def serve() -> None:
 
 
 def report(share: float, *, last: bool = False) -> None:
-    """Passes on a share of the task's work that is done, from any thread, but not more often than a progress bar can
-    show, and the ``last`` one."""
+    """Sends the share of the task's work that is done, from any thread: at most once in `REPORT_EVERY` seconds, and
+    the ``last`` one in any case."""
     global _pending, _reported
     with _reporting:
         _pending += share
@@ -262,7 +264,7 @@ def report(share: float, *, last: bool = False) -> None:
 
 @contextmanager
 def _passed_on(kind: str) -> Iterator[None]:
-    """Says when content of a kind begins to be made, and when it is there."""
+    """Sends a message when content of a kind begins to be made, and another when it is complete."""
     with _reporting:
         _send(pickle.dumps(kind))
     try:
@@ -286,7 +288,7 @@ def _listen(given: IO[bytes], tasks: queue.SimpleQueue[bytes]) -> None:
 
 
 def _answer(content: bytes) -> bytes:
-    """The pickled error, or None, and answer of a pickled task."""
+    """The error, or None, and the answer of a pickled task, pickled."""
     try:
         function, task = pickle.loads(content)
         return pickle.dumps((None, watched(pickle.loads(function), task)))

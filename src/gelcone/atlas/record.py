@@ -28,10 +28,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Tally:
-    """The progress of a sweep. ``asked`` counts the cells asked for up to now, of which ``computed`` are there
-    (``found`` of them from before, in the store), and ``chaotic`` are that, where kinds of motion are asked for. Known
-    at the end: ``inferred``; ``checked`` and ``missed`` as in `Refined`; and ``border``, the dimension of the borders
-    between kinds with its error."""
+    """Counts of cells, and the progress of a sweep.
+
+    ``asked`` counts the cells requested up to now, ``computed`` those of them that are computed, ``found`` those that
+    were in the store before, and ``chaotic`` the chaotic ones, None without kinds of motion. Known at the end:
+    ``inferred``; ``checked`` and ``missed`` as in `Refined`; and ``border``, the dimension of the borders between kinds
+    with its error.
+    """
 
     cells: int
     asked: int = 0
@@ -63,7 +66,7 @@ class Tally:
 
 
 def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequence[str] = ()) -> dict[str, Any]:
-    """All that decides the numbers, as plain data; the options in full, also those left at their defaults."""
+    """All that determines the numbers, as plain data; with all options, also those left at their defaults."""
     record = {
         "gelcone_version": __version__,
         "analysis": analysis.name,
@@ -82,7 +85,7 @@ def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequ
 
 @dataclass(frozen=True)
 class StoredSweep:
-    """The purpose of a store: the arguments of `gelcone.sweep` with which it can be resumed."""
+    """The arguments of `gelcone.sweep` with which a store can be resumed."""
 
     plan: Plan
     analysis: str
@@ -91,7 +94,7 @@ class StoredSweep:
 
 
 def stored_sweep(path: str | Path) -> StoredSweep:
-    """Read what a store was made for; `InputError` as `read_plan`, and for a store of another version."""
+    """The sweep of a store. Raises `InputError` as `read_plan`, and for a store of another version."""
     record = read_plan(Path(path))
     import xarray as xr
 

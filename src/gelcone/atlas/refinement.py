@@ -1,16 +1,18 @@
-"""Which cells of a grid to compute, and which to infer: from a coarse lattice to every cell near a change of kind.
+"""Refinement of a grid from a coarse lattice: cells near a change of kind are computed, the others inferred.
 
-A lattice holds every s-th value of each axis, and the last; s halves from level to level down to 1. Between the points
-of a lattice lie blocks. A block whose corners are of different kinds is computed, on its own lattice and on the next;
-elsewhere the kind of the corners is taken over. Each level is repeated until no such block is left that was inferred,
-so that a border is followed to its end, and at the end every cell next to one of another kind is computed. What is
-computed depends on the kinds found alone, not on the order of the work. An island that lies between the points of the
-coarsest lattice is missed: that lattice says how small a feature may be. A check estimates how much is missed: some of
-the inferred cells, drawn at random, are computed too, and borders that they find are followed.
+A lattice holds every s-th value of each axis, and the last; s halves from level to level down to 1. The points of a
+lattice are the corners of blocks. A block whose corners are of different kinds is computed, on its own lattice and on
+the next; elsewhere the kind of the corners is taken over. Each level is repeated until no inferred point of such a
+block is left, so that a border is followed to its end. At the end every cell next to one of another kind is computed.
+The cells that are computed depend on the kinds alone, not on the order of the work.
 
-What is saved depends on the borders: the cells at them grow with the power of the grid's fineness that is the borders'
-dimension (`border_dimension`), 1 for smooth ones in the plane. Chaos and periodic windows lie interleaved so that it is
-near 2, and then little can be inferred at any fineness.
+An island between the points of the coarsest lattice is missed: that lattice determines the smallest feature that is
+found. A check estimates how much is missed: some of the inferred cells, drawn at random, are computed, too, and borders
+that they reveal are followed.
+
+The number of cells at the borders grows as a power of the grid's fineness. The power is the dimension of the borders
+(`border_dimension`), 1 for smooth ones in the plane. It is near 2 where chaos and periodic windows are interleaved, so
+that few cells can be inferred at any fineness.
 """
 
 from __future__ import annotations
@@ -27,17 +29,18 @@ from gelcone.errors import InputError
 Cells = npt.NDArray[np.intp]
 Kinds = npt.NDArray[np.int64]
 UNKNOWN = -(2**31)
-"""No kind of a cell."""
+"""Marks a cell whose kind is unknown."""
 MOST_CHECKED, CHECKED_SHARE = 512, 0.05
-"""Inferred cells that are computed as a check: at most this number, and no more than this share of them."""
+"""Largest number and largest share of the inferred cells that are computed as a check."""
 FEWEST_BOXES = 8
 """Boxes along the shorter axis, of the largest that are counted for the dimension of borders."""
 
 
 @dataclass(frozen=True)
 class Refined:
-    """The result of a refinement: ``sources``, for every cell the cell it takes its values from, itself where it was
-    computed; and of how many inferred cells the kind was ``checked``, and was another one, ``missed``."""
+    """The result of a refinement: ``sources``, the index of the cell whose values each cell takes, its own where it was
+    computed; and the number of inferred cells whose kind was ``checked``, and of those among them with another kind,
+    ``missed``."""
 
     sources: Cells
     checked: int = 0
@@ -45,15 +48,14 @@ class Refined:
 
 
 def refine(shape: tuple[int, ...], coarsest: int) -> Generator[Cells, Kinds, Refined]:
-    """Asks for cells level by level, and says in the end where each cell's values come from.
+    """Requests cells level by level, and returns the cell from which each cell takes its values.
 
-    Yields flattened indices of cells to compute, increasing, none twice; is sent their kinds, any integers; returns
-    what it comes to.
+    Yields flattened indices of cells to compute, increasing, none twice; is sent their kinds, any integers.
 
     Parameters
     ----------
     shape : of the grid, at least 2 along each axis.
-    coarsest : points along an axis that the coarsest lattice has at least (where the grid has as many).
+    coarsest : least number of points along an axis of the coarsest lattice (where the grid has as many).
 
     Raises
     ------
@@ -86,7 +88,7 @@ def refine(shape: tuple[int, ...], coarsest: int) -> Generator[Cells, Kinds, Ref
 def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
     """Box-counting dimension of the borders between kinds, and the standard error of its fit.
 
-    The number of boxes that hold cells of several kinds grows with this power as the boxes are halved, from some
+    The number of boxes that hold cells of several kinds grows with this power as the boxes are halved, from about
     `FEWEST_BOXES` along the shorter axis down to two cells a side (Falconer, Fractal Geometry (2014), chapter 2). None
     where there are fewer than three sizes of boxes, or no borders in one of them.
     """
@@ -94,7 +96,7 @@ def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
     counts: list[float] = []
     smallest = np.prod(low.shape)
     while min(low.shape) >= FEWEST_BOXES:
-        # As many boxes as fit with fractions of boxes, which the whole ones stand for.
+        # The share of mixed boxes times the number of boxes that fit, fractions included.
         counts.append((low != high).mean() * smallest / 2.0 ** (len(counts) * kinds.ndim))
         low, high = _blocks(low, high, apart=2)
     if len(counts) < 3 or min(counts) == 0:
@@ -108,9 +110,9 @@ def border_dimension(kinds: Kinds) -> tuple[float, float] | None:
 
 
 def _blocks(low: Kinds, high: Kinds, apart: int = 1) -> tuple[Kinds, Kinds]:
-    """Lowest and highest kind of each block of two neighbours a side; each belongs to one block where they are 2 apart.
+    """Lowest and highest kind of each block of two neighbours a side, from those of the neighbours.
 
-    ``low`` and ``high`` are those of the neighbours.
+    Blocks begin ``apart`` cells from one another; at 2 they do not overlap.
     """
     for axis in range(low.ndim):
         first = np.arange(0, low.shape[axis] - 1, apart)
@@ -125,7 +127,7 @@ def _lattice(shape: tuple[int, ...], strides: list[int]) -> list[Cells]:
 
 
 def _inferred(axes: list[Cells], sources: Cells) -> npt.NDArray[np.bool_]:
-    """Lattice points that are not computed."""
+    """Mask of the lattice points that are not computed."""
     own = np.arange(sources.size).reshape(sources.shape)
     inferred: npt.NDArray[np.bool_] = sources[np.ix_(*axes)] != own[np.ix_(*axes)]
     return inferred
@@ -134,7 +136,7 @@ def _inferred(axes: list[Cells], sources: Cells) -> npt.NDArray[np.bool_]:
 def _compute(
     axes: list[Cells], wanted: npt.NDArray[np.bool_], kinds: Kinds, sources: Cells
 ) -> Generator[Cells, Kinds, None]:
-    """Asks for the wanted ones of the lattice points that are not computed yet."""
+    """Requests the wanted lattice points that are not computed yet."""
     own = np.arange(kinds.size).reshape(kinds.shape)
     cells = own[np.ix_(*axes)][wanted & _inferred(axes, sources)]
     if cells.size:
@@ -143,13 +145,13 @@ def _compute(
 
 
 def _follow_borders(axes: list[Cells], kinds: Kinds, sources: Cells) -> Generator[Cells, Kinds, None]:
-    """Asks for cells next to others of another kind, until all of them are computed."""
-    while (beside := _beside_others(kinds))[_inferred(axes, sources)].any():
-        yield from _compute(axes, beside, kinds, sources)
+    """Requests cells next to others of another kind, until all of them are computed."""
+    while (border := _at_borders(kinds))[_inferred(axes, sources)].any():
+        yield from _compute(axes, border, kinds, sources)
 
 
 def _drawn(inferred: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Some of the inferred cells, the same in every run (NumPy keeps the numbers of `RandomState` as they are)."""
+    """Mask of some of the inferred cells, the same in every run and with every NumPy, whose `RandomState` is frozen."""
     cells, drawn = np.flatnonzero(inferred), np.zeros(inferred.shape, dtype=bool)
     count = min(MOST_CHECKED, int(CHECKED_SHARE * cells.size))
     drawn.flat[np.random.RandomState(0).permutation(cells)[:count]] = True
@@ -157,13 +159,13 @@ def _drawn(inferred: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
 
 
 def _mixed_blocks(kinds: Kinds) -> npt.NDArray[np.bool_]:
-    """Blocks between lattice points (one fewer along each axis) whose corners are of different kinds."""
+    """Mask of the blocks between lattice points (one fewer along each axis) whose corners are of different kinds."""
     low, high = _blocks(kinds, kinds)
     return low != high
 
 
 def _infer(coarse: list[Cells], fine: list[Cells], kinds: Kinds, sources: Cells) -> None:
-    """Gives the new points of the finer lattice what the nearest point of the coarser one has."""
+    """Sets kind and source of the new points of the finer lattice to those of the nearest point of the coarser one."""
     places, nearest = np.ix_(*fine), np.ix_(*(_nearest(c, f) for c, f in zip(coarse, fine, strict=True)))
     unknown = kinds[places] == UNKNOWN
     kinds[places] = np.where(unknown, kinds[nearest], kinds[places])
@@ -171,14 +173,14 @@ def _infer(coarse: list[Cells], fine: list[Cells], kinds: Kinds, sources: Cells)
 
 
 def _nearest(coarse: Cells, fine: Cells) -> Cells:
-    """For each index of the finer lattice the nearest one of the coarser; of two the lower."""
+    """The nearest index of the coarser lattice for each index of the finer one; the lower of two that are as near."""
     above = np.searchsorted(coarse, fine)
     below = np.maximum(above - 1, 0)
     return np.where(fine - coarse[below] <= coarse[above] - fine, coarse[below], coarse[above])
 
 
 def _points_of(blocks: npt.NDArray[np.bool_], coarse: list[Cells], fine: list[Cells]) -> npt.NDArray[np.bool_]:
-    """Points of the lattice ``fine`` in some of the blocks between points of ``coarse``, or on their border."""
+    """Mask of the points of the lattice ``fine`` in or at the border of marked ``blocks`` of ``coarse``."""
     result = np.zeros([len(axis) for axis in fine], dtype=bool)
     sides = [
         (np.maximum(np.searchsorted(c, f) - 1, 0), np.minimum(np.searchsorted(c, f, side="right") - 1, len(c) - 2))
@@ -189,9 +191,9 @@ def _points_of(blocks: npt.NDArray[np.bool_], coarse: list[Cells], fine: list[Ce
     return result
 
 
-def _beside_others(kinds: Kinds) -> npt.NDArray[np.bool_]:
-    """Cells with a neighbour (also across corners) of another kind."""
+def _at_borders(kinds: Kinds) -> npt.NDArray[np.bool_]:
+    """Mask of the cells with a neighbour (also across corners) of another kind."""
     from scipy.ndimage import maximum_filter, minimum_filter
 
-    beside: npt.NDArray[np.bool_] = maximum_filter(kinds, 3) != minimum_filter(kinds, 3)
-    return beside
+    border: npt.NDArray[np.bool_] = maximum_filter(kinds, 3) != minimum_filter(kinds, 3)
+    return border

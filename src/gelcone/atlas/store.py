@@ -1,9 +1,8 @@
-"""Results of a sweep on disk while it runs: a Zarr group that is never half written, so that a run can be resumed.
+"""Store of the results of a sweep on disk while it runs: a Zarr group from which the run can be resumed at any time.
 
-The group's attributes hold the plan. Each variable is an array over the plan's axes, cut into tiles; ``status`` states
-for every cell whether its values are there, and is written after the rest of a tile. Whatever ``status`` lists as
-computed is therefore complete, whenever the run ends; a tile that is all NaN is written like any other. Every tile
-carries a checksum.
+The group's attributes hold the plan. Each variable is an array over the plan's axes, cut into tiles. ``status`` states
+for every cell whether its values are computed, and is written after the rest of a tile, so that cells with that status
+are complete whenever the run ends. A tile that is all NaN is written like any other. Every tile has a checksum.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ import numpy.typing as npt
 from gelcone.errors import InputError
 
 TILE_CELLS = 16384
-"""Cells of a tile at most; a tile is as wide along each axis."""
+"""Largest number of cells of a tile, which is equally wide along each axis."""
 PLAN = "gelcone_plan"
 VERSION = "gelcone_version"
 """The entry of a plan that names the version which wrote it."""
 COMPRESSION = 3
 LOCK = "gelcone.lock"
-"""Name of the empty file in a store that the one run holds which writes there."""
+"""Name of the empty file in a store that is locked by the run that writes to it."""
 
 
 class Status(IntEnum):
-    """Whether the values of a cell are there, and where they come from."""
+    """Origin of the values of a cell."""
 
     MISSING = 0
     COMPUTED = 1
@@ -60,7 +59,7 @@ class Field:
 
 
 class Store:
-    """A sweep's results in a folder; `open_store` makes one and keeps other runs out."""
+    """A sweep's results in a folder; `open_store` makes one and locks it."""
 
     def __init__(self, path: Path, plan: dict[str, Any], dims: tuple[str, ...], shape: tuple[int, ...]) -> None:
         self.path, self.plan, self.dims, self.shape = path, plan, dims, shape
@@ -110,7 +109,7 @@ class Store:
             raise _damaged(self.path, f"a tile of {name} cannot be read: {_line(error)}") from None
 
     def begin(self, fields: Mapping[str, Field], coordinates: Mapping[str, Field]) -> None:
-        """Creates the arrays, ``status`` last: where it exists, so do the others."""
+        """Creates the arrays, ``status`` last, so that the others exist if it does."""
         group = _open_group(self.path, mode="r+")
         for name, field in coordinates.items():
             _create(group, name, field.values.shape, field.values.shape, field, field.dims)[...] = field.values
@@ -121,14 +120,14 @@ class Store:
         _consolidate(self.path)
 
     def write(self, fields: Mapping[str, Field], cells: npt.NDArray[np.intp]) -> None:
-        """Writes the tiles that contain the cells, of all fields, ``status`` last.
+        """Writes the tiles of all fields that contain the cells, ``status`` last.
 
-        Raises `InputError` where the disk is full or not writable; what was written before stays intact.
+        Raises `InputError` where the disk is full or not writable; earlier tiles stay intact.
         """
         places = np.unravel_index(cells, self.shape)
         tiles = np.unique([place // width for place, width in zip(places, self.tile, strict=True)], axis=1).T
         names = sorted(fields, key=lambda name: name == "status")
-        # Otherwise a tile of fill values would not be written, and look like one that was lost.
+        # Otherwise a tile of fill values would not be written, and could not be distinguished from a lost one.
         import zarr
 
         with zarr.config.set({"array.write_empty_chunks": True}):
@@ -163,7 +162,7 @@ def open_store(
     *,
     resume: bool,
 ) -> Iterator[Store]:
-    """The store at ``path`` for this run alone: created for ``plan`` or, to ``resume``, found there with the same plan.
+    """The store at ``path``, locked for this run: created for ``plan`` or, to ``resume``, opened with the same plan.
 
     Raises
     ------
@@ -193,7 +192,7 @@ def open_store(
 
 
 def read_plan(path: Path) -> dict[str, Any]:
-    """The plan that a store was created for; `InputError` for what is not a store of gelcone."""
+    """The plan of a store. Raises `InputError` for a folder that is not a store of gelcone."""
     text = _open_group(path).attrs.get(PLAN)
     if text is None:
         raise InputError(f"{path}: is a Zarr group, but not one that gelcone wrote; name a store of gelcone")
@@ -226,7 +225,7 @@ def _shortly(value: Any) -> str:
 
 
 def _another(path: Path, found: Mapping[str, Any], plan: Mapping[str, Any]) -> InputError:
-    """What is wrong with a store whose plan is not the one that was asked for."""
+    """The refusal of a store with another plan than the requested one."""
     theirs, ours = found.get(VERSION), plan.get(VERSION)
     if theirs != ours:
         return InputError(
@@ -238,7 +237,7 @@ def _another(path: Path, found: Mapping[str, Any], plan: Mapping[str, Any]) -> I
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Keeps other runs out of the folder, on this machine and on those that share its locks.
+    """Locks the folder for this run, on this machine and on those that share its locks.
 
     The operating system releases the lock when the process ends, however it ends; the file that carries it may stay.
     """
@@ -262,7 +261,7 @@ def _locked(path: Path) -> Iterator[None]:
 
 @contextmanager
 def _explained(path: Path) -> Iterator[None]:
-    """Explains a write that failed: what is safe, and what to do."""
+    """Turns errors of writing into an `InputError` with the remedy."""
     try:
         yield
     except OSError as error:
@@ -274,7 +273,7 @@ def _explained(path: Path) -> Iterator[None]:
 
 
 def _consolidate(path: Path) -> None:
-    """Collects all metadata in one file, which readers open first."""
+    """Collects all metadata in the one file that readers open first."""
     import zarr
 
     with warnings.catch_warnings():

@@ -41,12 +41,12 @@ if TYPE_CHECKING:
 TASK_CELLS = 256
 """Most cells of a task: some seconds of work that keep the integrator's lanes full."""
 FEWEST_CELLS = 32
-"""Fewest cells of a task, where there are as many: with fewer the lanes stay empty, and a cell costs a half more."""
+"""Fewest cells of a task, where there are as many: with fewer, lanes are empty and a cell costs a half more."""
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 FLUSH_SECONDS, LONGEST_FLUSH_SECONDS = 2.0, 10.0
-"""Time between two writes to the store; the longer writing takes, as for a large map, the longer."""
+"""Shortest and longest time between two writes to the store."""
 FLUSH_SHARE = 0.05
-"""Share of the time that writing takes, within these bounds."""
+"""Share of the time that is spent on writing, within these bounds."""
 LARGEST_KIND = 64
 """Values of the variables that distinguish kinds of cells lie between -1 and this."""
 
@@ -75,10 +75,10 @@ def sweep(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """An analysis in every cell of a plan.
+    """Compute an analysis in every cell of a plan.
 
-    A cell's numbers are those that the analysis itself gives of the cell's model and initial state, under the same
-    names, to the last bit, whoever computes it.
+    A cell's numbers are those of the analysis for the cell's model and initial state, under the same names, to the last
+    bit, on any worker.
 
     Parameters
     ----------
@@ -101,8 +101,7 @@ def sweep(
     -------
     Dataset over the plan's axes, in SI units for a device, with the variables of the analysis, ``status`` (of `Status`)
     and ``source``, the flattened index of the cell whose values a cell carries: its own where it was computed.
-    ``attrs["totals"]`` holds
-    the `Tally`.
+    ``attrs["totals"]`` holds the `Tally`.
 
     Raises
     ------
@@ -154,9 +153,9 @@ def sweep(
 
 
 def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: Sequence[str]) -> dict[str, Any]:
-    """The options of all cells, those not given by the plan at their defaults.
+    """The options of all cells, with defaults for those that the plan does not give.
 
-    Raises `InputError` where the analysis cannot be swept, or not like this.
+    Raises `InputError` where the analysis cannot be swept, or not with these arguments.
     """
     if not analysis.swept:
         more = "" if analysis.single else f"; {analysis.command} itself takes lists, which make an ensemble"
@@ -173,7 +172,7 @@ def check_sweepable(analysis: Analysis, plan: Plan, coarsest: int | None, keep: 
 
 
 def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Callable[[Tally], None]:
-    """Passes a tally on, and what it adds to the share of the cells that are done."""
+    """A function that passes a tally to ``watch``, and the share of the cells that it adds to ``progress``."""
     done = 0.0
 
     def report(tally: Tally) -> None:
@@ -191,8 +190,7 @@ def _reporter(watch: Callable[[Tally], None] | None, progress: Progress) -> Call
 def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = ()) -> dict[str, Field]:
     """Compute an analysis of some cells of the flattened grid, in the order given; the plan has all options.
 
-    The fields of a device are in its units. They are plain arrays, so that a process that computes cells never loads
-    xarray.
+    The fields of a device are in its units. They are plain arrays, so that processes do not load xarray.
     """
     model, states = plan.at(plan.values(cells))
     members = model.members()
@@ -215,13 +213,13 @@ def compute(plan: Plan, analysis: Analysis, cells: Cells, keep: Sequence[str] = 
 
 
 def _all(size: int) -> Generator[Cells, Kinds, Refined]:
-    """Asks for every cell."""
+    """Requests every cell at once."""
     yield np.arange(size)
     return Refined(np.arange(size))
 
 
 def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], Kinds]) -> Refined:
-    """Answers what is asked for until nothing more is; what the asking comes to."""
+    """Sends the kinds of the requested cells to a refinement until it ends, and returns its result."""
     try:
         asked = next(wanted)
         while True:
@@ -232,12 +230,12 @@ def _follow(wanted: Generator[Cells, Kinds, Refined], answer: Callable[[Cells], 
 
 
 Part = tuple[Cells, dict[str, Field] | None]
-"""Some cells and their fields; none for a cell whose analysis raised an error."""
+"""Some cells and their fields; None for a cell whose analysis raised an error."""
 Task = Callable[[Cells], list[Part]]
 
 
 def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], None], asked: Cells) -> Kinds:
-    """Has those of the cells computed that are not there yet; the kinds of all."""
+    """Lets the workers compute the cells that are missing, and returns the kinds of all."""
     cells.ask(asked)
     tasks = _tasks(asked[~cells.computed[asked]], team.size)
     for parts, steps in team.run(task, tasks):
@@ -249,9 +247,9 @@ def _work(cells: _Cells, team: Team, task: Task, progress: Callable[[Tally], Non
 
 
 def _spread(cells: Cells) -> Cells:
-    """Cells in an order whose every part holds cells from all over the grid, in runs of neighbours.
+    """Cells in an order of which every part samples the whole grid, in runs of neighbours.
 
-    What a cell costs changes over the grid, so that only such parts say how long the rest will take. The runs follow
+    The cost of cells varies over the grid, so that only such parts predict how long the rest will take. The runs follow
     multiples of the golden ratio, which fill the grid evenly.
     """
     runs = np.split(cells, np.arange(FEWEST_CELLS, cells.size, FEWEST_CELLS))
@@ -262,8 +260,8 @@ def _spread(cells: Cells) -> Cells:
 
 
 def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
-    """Cuts cells into tasks, for several workers the smaller the fewer cells are left, so that none is busy long after
-    the others."""
+    """Cuts cells into tasks. For several workers tasks get smaller as fewer cells are left, so that all workers end at
+    about the same time."""
     cells, first = _spread(cells), 0
     while left := cells.size - first:
         parts = max(math.ceil(left / TASK_CELLS), 2 * team if team > 1 else 1)
@@ -273,7 +271,7 @@ def _tasks(cells: Cells, team: int) -> Iterator[Cells]:
 
 
 def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -> list[Part]:
-    """Computes some cells. Where that raises an error they are tried one by one; those that raise it have no result."""
+    """Computes some cells. After an error they are computed one by one; those that raise an error have no result."""
     try:
         return [(cells, compute(plan, analysis, cells, keep))]
     except (Stopped, InputError, MemoryError):
@@ -285,7 +283,7 @@ def _task(plan: Plan, analysis: Analysis, keep: tuple[str, ...], cells: Cells) -
 
 
 class _Cells:
-    """What is known of the cells of a plan, in memory and - with a store - on disk."""
+    """The computed cells of a plan, in memory and - with a store - on disk."""
 
     def __init__(self, plan: Plan, kinds: tuple[str, ...]) -> None:
         self.plan = plan
@@ -299,7 +297,7 @@ class _Cells:
         self._write_at = time.monotonic() + FLUSH_SECONDS
 
     def keep_in(self, store: Store) -> None:
-        """Takes over what a store holds, and keeps there what comes."""
+        """Reads the cells of a store, to which further ones are written from now on."""
         self._store, self.fields = store, store.read()
         if self.fields:
             self.computed = self.fields["status"].values == Status.COMPUTED
@@ -312,7 +310,7 @@ class _Cells:
         self._count(cells[self.computed[cells]])
 
     def take(self, parts: list[Part], steps: int) -> None:
-        """Puts the results of a task in their places; cells without one carry that in their outcome."""
+        """Stores the results of a task; cells without a result get the outcome `Outcome.ERROR`."""
         self.tally = replace(self.tally, steps=self.tally.steps + steps)
         known = [result for _, result in parts if result is not None]
         if not self.fields and known:
@@ -355,7 +353,7 @@ class _Cells:
             self._store.begin(self.fields, coordinates(self.plan))
 
     def flush(self) -> None:
-        """Brings the store up to date."""
+        """Writes the cells to the store that are not there yet."""
         begun = time.monotonic()
         if self._store is not None and self._unwritten:
             self._store.write(self.fields, np.concatenate(self._unwritten))
@@ -365,14 +363,14 @@ class _Cells:
 
     @contextmanager
     def flushed_at_the_end(self) -> Iterator[None]:
-        """Writes what is done also when the work is interrupted."""
+        """Flushes at the end of the context, also after an interrupt."""
         try:
             yield
         finally:
             self.flush()
 
     def infer(self, refined: Refined) -> None:
-        """Gives the cells that were not computed the values of those they were inferred from."""
+        """Copies to the cells that were not computed the values of their sources."""
         inferred = np.flatnonzero(~self.computed)
         for field in self.fields.values():
             field.values[inferred] = field.values[refined.sources[inferred]]
@@ -385,7 +383,7 @@ class _Cells:
         self._unwritten.append(inferred)
 
     def kinds(self, cells: Cells) -> Kinds:
-        """A number for each kind of cell; 0 for an analysis without kinds."""
+        """A number for the kind of each cell; 0 for an analysis without kinds."""
         kinds = np.zeros(cells.size, dtype=np.int64)
         for name in self._kinds if self.fields else ():
             kinds = (LARGEST_KIND + 2) * kinds + self.fields[name].values[cells].astype(np.int64) + 1

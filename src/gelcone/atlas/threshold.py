@@ -1,9 +1,9 @@
 """Thresholds: the range of a parameter over which one kind of motion gives way to another.
 
-Where chaos takes part, kinds of motion do not change at a point: starts that no measurement distinguishes end
-differently, and periodic windows lie in between. A threshold is therefore a range: from the last value up to which all
-nearby starts are of the one kind, to the first from which on none is. Each round tries the quarters of the range, and
-it ends once that no longer changes it.
+Changes to or from chaos are not sharp: starts that no measurement distinguishes settle on different motions, and there
+are periodic windows in between. A threshold is therefore a range, from the last value up to which all nearby starts are
+of the one kind to the first from which on none is. Each round tries the quarters of the range; the search ends when
+these no longer change it.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from gelcone.quantity import Array
 
 QUARTERS = (0.25, 0.5, 0.75)
 STABLE = 0.9
-"""A range that a round leaves longer than this share of what it was has not changed; twice so, and it is stable."""
+"""Share of its width above which a range has not changed in a round; after two such rounds it is stable."""
 DOUBLINGS = 2
-"""Doublings of the period, one after the other towards chaos, that make a cascade."""
+"""Number of successive doublings of the period towards chaos that make a cascade."""
 
 
 @dataclass
 class Threshold:
     """A change of regime between ``low`` and ``high``, from ``below`` to ``above``, on a branch.
 
-    ``tried`` holds the values examined, each with the share of the nearby starts of kind ``below`` and the period.
+    ``tried`` maps the values examined to the share of the nearby starts of kind ``below`` and the period.
     """
 
     branch: str
@@ -67,7 +67,7 @@ class Threshold:
 
     @property
     def cascade(self) -> bool:
-        """Whether chaos begins by doublings of the period: towards it the periods double at least twice in a row."""
+        """True if chaos begins by doublings: towards it the period doubles at least `DOUBLINGS` times in a row."""
         if Regime.CHAOTIC not in (self.below, self.above):
             return False
         order = sorted(self.tried, reverse=self.below is Regime.CHAOTIC)
@@ -95,7 +95,7 @@ def share_of(evidence: Evidence, kind: Regime) -> Array:
 def changes(branch: str, values: Array, evidence: Evidence) -> list[Threshold]:
     """The changes of regime between neighbouring values of a branch, each over the values whose starts disagree.
 
-    Ranges that come out the same are one, from the kind below to the kind above.
+    Equal ranges are merged into one, from the kind below to the kind above.
     """
     found: dict[tuple[int, int], Threshold] = {}
     for at in np.flatnonzero(evidence.regime[1:] != evidence.regime[:-1]):
@@ -125,7 +125,7 @@ def refine(
 ) -> None:
     """Narrows the thresholds down to 2^-``halvings`` of their ranges, or until these no longer change.
 
-    ``classified`` gives the evidence at some values, each that of its own threshold.
+    ``classified`` takes a threshold for each value and returns the evidence at the values.
     """
     least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
     rounds = halvings

@@ -1,4 +1,4 @@
-"""Tolerances: what draws of uncertain parameters say about risks and stroke, and which parameter matters."""
+"""Tolerances: risks, quantiles of the stroke and Sobol indices from draws of uncertain parameters."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 RESAMPLES = 400
 """Bootstrapped samples behind the ends of Sobol indices (Archer et al., J. Stat. Comput. Simul. 58 (1997) 99)."""
 AT_ONCE = 2**20
-"""Strokes of all samples that are computed at once."""
+"""Strokes of all samples in memory at a time."""
 UNDECIDED = (Outcome.STEP_LIMIT, Outcome.ERROR)
 Kinds = npt.NDArray[np.bool_]
 
@@ -106,7 +106,7 @@ def _named(dim: str, values: Iterable[Any], meaning: str) -> dict[str, Any]:
 
 
 def base_draws(cells: xr.Dataset) -> xr.Dataset:
-    """The independent draws of a sweep, without those that stand only for Sobol indices."""
+    """The independent draws of a sweep, without those that serve only for Sobol indices."""
     drawn = {str(name): cells[name].values for name in cells.coords if str(name).startswith("drawn_")}
     count = arranged(drawn)
     return cells.isel(draw=slice(2 * count)) if count else cells
@@ -128,7 +128,7 @@ def arranged(drawn: Mapping[str, Array]) -> int:
 
 
 def _risks(own: xr.Dataset) -> tuple[Kinds, Kinds]:
-    """Which draws meet each risk, and of which that is known, (grid..., risk, draws)."""
+    """Masks of the draws that meet each risk, and of those for which it is known, (grid..., risk, draws)."""
     outcome, regime = own["outcome"].values, own["regime"].values
     decided = ~np.isin(outcome, UNDECIDED) & (regime >= 0)
     field = own["validity_breakdown"].values if "validity_breakdown" in own else np.full(outcome.shape, np.nan)
@@ -159,7 +159,7 @@ def stroke_quantiles(strokes: Array) -> Array:
     if there.size < 2:
         return np.full((3, len(QUANTILES)), np.nan)
     ends = [quantile_test(there, p=p).confidence_interval(CONFIDENCE) for p in QUANTILES]
-    # with few draws an end lies beyond them all, at an unknown place
+    # with few draws an end lies beyond all of them, at an unknown value
     return np.array([np.quantile(there, QUANTILES), [e.low for e in ends], [e.high for e in ends]])
 
 
@@ -176,7 +176,7 @@ def sobol(strokes: Array, parameters: int) -> Array:
         """First-order and total indices (2, parameters, samples) of samples (samples, draws)."""
         first, second, *mixed = blocks[:, rows]
         known = {"f_A": first, "f_B": second, "f_AB": np.array(mixed)}
-        with np.errstate(invalid="ignore", divide="ignore"):  # rows that are all the same have no variance
+        with np.errstate(invalid="ignore", divide="ignore"):  # samples of equal strokes have no variance
             found = sobol_indices(func=known, n=count)
         return np.stack([np.atleast_2d(found.first_order).T, np.atleast_2d(found.total_order).T])
 

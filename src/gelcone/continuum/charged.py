@@ -2,13 +2,13 @@
 
 A film that bears no compression pulls in where one of its rings does: where the ring's tension no longer grows with its
 length (loss of strong ellipticity of the relaxed energy along the meridian, the criterion of Greaney, Meere and Zurlo,
-J. Mech. Phys. Solids 122 (2019) 84). Rings stand in series, and the strain runs into that one. With the relaxed energy
-phi_r over the squared meridional length m, a ring is firm while
+J. Mech. Phys. Solids 122 (2019) 84). Rings are in series, so that the strain concentrates in the soft one. With the
+relaxed energy phi_r over the squared meridional length m, a ring is firm while
 
     d^2 phi_r/d(sqrt m)^2 = 2 phi_m + 4 m phi_mm > 0.
 
-Lengths change steadily along the film: where those of two neighbouring nodes lie on both sides of lengths that are not
-firm, a ring between them has pulled in. A film that has fallen slack pulls in at the voltage at which a free film does.
+Lengths change continuously along the film: if the lengths of two neighbouring nodes lie on either side of a length that
+is not firm, a ring between them has pulled in. A slack film pulls in at the voltage at which a free film does.
 """
 
 from __future__ import annotations
@@ -27,29 +27,32 @@ from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 TOLERANCE = 1e-3
-"""Width of the bracket of the V at which a film pulls in, over it."""
+"""Relative width of the bracket of the V at which a film pulls in."""
 SHORTEST = 0.3
-"""Share of a whole step below which a film that cannot be followed any more has ended."""
+"""Share of a whole step below which a film that cannot be followed further has ended."""
 SLACK_SHARE = 2e-3
-"""A force below this share of that without voltage, and that of the net, counts as none."""
+"""Share of the force without voltage that, added to the force of the net, counts as no force."""
 FIRST, FIRST_STEPS = 0.25, 4
-"""The first steps are this share of the others, and how many: there hoops begin to fall slack."""
+"""Length of the first steps over that of the others, and their number: there hoops begin to fall slack."""
 NEARLY_SLACK = 0.02
 """Share of the force without voltage below which a film that cannot be followed further is falling slack."""
 NEARLY_SOFT = 0.05
 """Share of the firmness without voltage below which a film that cannot be followed further is pulling in."""
 BETWEEN = 5
-"""Lengths between those of neighbouring nodes at which firmness is evaluated, counted with one of the nodes."""
+"""Intervals between the lengths of neighbouring nodes, at whose ends firmness is evaluated."""
 NEAR = 0.3
 """Largest displacement, in b - a, between two voltages."""
 LARGEST_JUMP = 0.1
-"""Largest change of a squared length between two voltages, over it, of a film that was not followed by its tangent."""
+"""Largest relative change of a squared length between two voltages of a film that was not followed by its tangent."""
 
 
 class Charged(NamedTuple):
-    """States in tension at one height, from none to the highest voltage; the V at which they end, half the width of
-    its bracket, and how: `Ending.SLACK`, `Ending.PULLED_IN`, `Ending.NOT_CONVERGED` where they could not be followed
-    further, or `Ending.CONVERGED` where they continue."""
+    """States in tension at one height, in order of rising voltage.
+
+    ``end`` is the V at which they end, ``error`` half the width of its bracket. ``ending`` is `Ending.SLACK`,
+    `Ending.PULLED_IN`, `Ending.NOT_CONVERGED` where they could not be followed further, or `Ending.CONVERGED` where
+    they continue beyond the highest voltage.
+    """
 
     points: list[Point]
     end: float
@@ -90,15 +93,15 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
 
 
 def _why_lost(film: Film, start: Point, last: Point, beyond: float) -> Ending:
-    """Why no state was found at a V between that of ``last`` and ``beyond``: a ring is all but soft there, or the film
-    all but slack."""
+    """The ending of a film of which no state was found between the V of ``last`` and ``beyond``: pulled in where a ring
+    is nearly soft, slack where the film nearly is."""
     if firmness(film, last, beyond) < NEARLY_SOFT * firmness(film, start, start.squared):
         return Ending.PULLED_IN
     return Ending.SLACK if last.force < NEARLY_SLACK * start.force else Ending.NOT_CONVERGED
 
 
 def follow(film: Film, point: Point, target: float) -> Point | None:
-    """The state at a nearby V = ``target``; None where none is found without a jump of a ring in tension."""
+    """The state at a nearby V = ``target``; None where none is found, or only after a jump of a ring in tension."""
     found = step(film, point, "squared", target)
     if found is None:
         found = settled(film, point.position, target, NEAR)
@@ -121,7 +124,7 @@ def _lengths(film: Film, point: Point) -> tuple[Array, Array]:
 
 def firmness(film: Film, point: Point, squared: float) -> float:
     """The smallest slope of the tension over the length of all rings in tension, at nodes and between them, at the
-    V ``squared``; not positive: the film pulls in."""
+    V ``squared``. The film pulls in where it is not positive."""
     places = np.arange(len(film.unknowns) * 3)
     fine = np.linspace(0.0, places[-1], BETWEEN * places[-1] + 1)
     m, n = (np.interp(fine, places, lengths) for lengths in _lengths(film, point))
@@ -131,12 +134,12 @@ def firmness(film: Film, point: Point, squared: float) -> float:
 
 
 def slack_limit(model: ConeModel) -> float:
-    """The V above which a slack film has pulled in, `NEVER` where it does not."""
+    """The V above which a slack film has pulled in; `NEVER` where it does not pull in."""
     return min(float(_numbers(model)["limit_squared"]), NEVER)
 
 
 def _numbers(model: ConeModel) -> Numbers:
-    """Those of the wrinkling cone of the same film."""
+    """Numbers of the wrinkling cone of the same film."""
     cone = WrinklingCone(law=model.gel_law())
     lm, lh = model.stretches
     own = {name: model.values[name] for name in model.gel_law().parameters}

@@ -48,7 +48,7 @@ MESH_VARIABLES = {
     "shape_error": ("root mean square distance of the rings from those of that finer mesh", "length"),
     "shape_order": (f"observed order of the shape; {SHAPE_ORDER} is expected", "count"),
 }
-"""What a mesh-convergence table holds -> its meaning and scale."""
+"""Variables of a mesh-convergence table -> meaning and scale."""
 
 
 @analysis(
@@ -185,8 +185,8 @@ def compare(
 def _of_wrinkling(
     result: xr.Dataset, members: list[ConeModel], ratios: list[float], held: Array
 ) -> dict[str, dataset.Variable]:
-    """Voltages above which continuum, cone and membrane have pulled in, over the displacements - the continuum's where
-    one of the given voltages was that high - and the force of the membrane next to the one that is ``held``."""
+    """Voltages above which continuum, cone and membrane have pulled in, over the displacements, and the force of the
+    membrane compared with ``held``. The voltage of the continuum is NaN where no given voltage was that high."""
     x, levels = result["displacement"].values, result["constant_voltage"].values
     force, limit = np.full(held.shape, np.nan), np.full((len(members), x.size), np.nan)
     for i, (member, ratio) in enumerate(zip(members, ratios, strict=True)):
@@ -253,7 +253,7 @@ def _crossing(film: Film, below: Point, highest: float, share: float) -> float:
 
 
 def _raised_to(film: Film, below: Point | None, height: float) -> Point | None:
-    """The film without voltage, in tension, at a height; from a lower one, or else from the cone."""
+    """The film without voltage at a height, started from a lower one, or else from the cone; None without tension."""
     if below is not None:
         return reach(film, below, "height", height)[0]
     point = newton(film, cone(film, height, flat(film, 0.0)), 0.0)
@@ -328,6 +328,7 @@ def mesh_convergence(
 
 
 def _point(film: Film, x: float, voltage: float) -> Point:
+    """The film in tension at a displacement and voltage; raises `InputError` where there is none."""
     state = solve(film, np.array([x]), np.array([voltage]))[0][0]
     if state.ending != Ending.CONVERGED or state.point is None or x == 0.0:
         raise InputError(
@@ -347,9 +348,9 @@ def _distance(film: Film, point: Point, fine: Film, exact: Point) -> float:
 def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RADIUS_RATIO) -> xr.Dataset:
     """Add to the Dataset of `compare` for each member `mesh_convergence` at one of its points.
 
-    That point is the middle one of those in tension, at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
-    state it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``; NaN for a member
-    that is in tension nowhere, or not on all meshes.
+    The point is the middle one of those in tension at the lowest voltage; ``mesh_displacement`` and ``mesh_voltage``
+    state it. The table's variables have ``mesh_`` before their names and run over ``mesh_elements``. They are NaN for a
+    member that is in tension nowhere, or not on all meshes.
     """
     model, ratios = ensemble(dataset.model_of(result), radius_ratio)
     shape = (model.size, result.sizes["constant_voltage"], result.sizes["displacement"])

@@ -10,10 +10,10 @@ The relaxed energy (tension field) gives a compressed direction the width that i
     phi_r(m, n) = min of phi over m* >= m and n* >= n,
 
 so that its stresses are never negative.
-A weak net of elastic threads with the energy net (m + n)/2 is added, which determines the position of slack rings.
 Pipkin, IMA J. Appl. Math. 36 (1986) 85; with a voltage, De Tommasi, Puglisi and Zurlo, J. Phys. D: Appl. Phys. 44
-(2011) 345303. Under a voltage a free direction may have no such width: it thins without end, or to the stretch limit.
-The derivatives are NaN there.
+(2011) 345303. Under a voltage a free direction may have no such width: the film thins without end, or to the stretch
+limit. The derivatives are NaN there. A weak net of elastic threads with the energy net (m + n)/2 is added, which
+determines the position of slack rings.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from gelcone.physics.component import Numbers
 from gelcone.physics.laws import StrainEnergyLaw
 
 ROUNDING = 1e-12
-"""Share of a squared stretch: what Newton's method leaves of a width that was found by it."""
+"""Relative error that Newton's method leaves in a squared stretch."""
 MOST_ITERATIONS = 60
 
 
@@ -70,13 +70,13 @@ def derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float
 
 
 def relaxed_value(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float, net: float) -> Any:
-    """phi_r(m, n) and the net's energy."""
+    """The sum of phi_r(m, n) and the energy of the net."""
     free_m, free_n = natural(law, c, m, n, squared)
     return value(law, c, free_m, free_n, squared) + 0.5 * net * (m + n)
 
 
 def relaxed_derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float, net: float) -> Derivatives:
-    """Derivatives of `relaxed_value`: no force along a wrinkled direction, and less stiffness across it."""
+    """Derivatives of `relaxed_value`: zero force along a wrinkled direction, and less stiffness across it."""
     free_m, free_n = natural(law, c, m, n, squared)
     d = derivatives(law, c, free_m, free_n, squared)
     bears_m, bears_n = free_m == m, free_n == n
@@ -94,9 +94,9 @@ def relaxed_derivatives(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, square
 
 
 def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) -> tuple[Any, Any]:
-    """The squared stretches that the film takes when it may wrinkle: the given ones where they pull, wider ones where
-    they would push; NaN where a free direction has no width at which it rests, or only one that is too narrow: there
-    it has pulled in."""
+    """The squared stretches that the film takes when it may wrinkle: the given ones where the film is in tension, wider
+    ones where it would be compressed. NaN where it has pulled in: where a free direction has no width without stress,
+    or only one that is too narrow."""
     m, n = np.broadcast_arrays(np.asarray(m, dtype=float), np.asarray(n, dtype=float))
     free_m, free_n = m.copy(), n.copy()
     d = derivatives(law, c, m, n, squared)
@@ -124,15 +124,15 @@ def natural(law: StrainEnergyLaw, c: Numbers, m: Any, n: Any, squared: float) ->
 
 
 def _no_shorter(free: Any, than: Any) -> Any:
-    """A film may be longer than the gap that it spans, never shorter: what rests only below it has pulled in; NaN."""
+    """Free lengths, NaN where they are shorter than the gap that the film spans: there it has pulled in."""
     return np.where((free >= than * (1.0 - ROUNDING)) & (free < np.inf), free, np.nan)
 
 
 def _free(law: StrainEnergyLaw, c: Numbers, held: Any, squared: float, *, hoop: bool) -> Any:
     """The squared stretch of a direction without stress, while the other one is held; NaN if there is none.
 
-    Newton's method from the width without voltage, below the one sought: phi_n is concave there, so that it rises to
-    the first root.
+    Newton's method starts from the width without voltage, below the root. phi_n is concave there, so that the iterates
+    rise to the first root.
     """
     own, other = (c["B"], c["A"]) if hoop else (c["A"], c["B"])
     limit, loss, ratio = law.strain_limit(c), 0.5 * squared * held, c["G"] / held

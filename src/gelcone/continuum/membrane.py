@@ -1,12 +1,13 @@
 """The film as a continuum: force on the disc, shape of the film, stretches and stresses along it.
 
-The disc is first raised at zero voltage, then the voltage raised at that height; where the path of equilibria turns
+The disc is first raised at zero voltage, then the voltage is raised at that height. Where the path of equilibria turns
 back in a fold (the film pulls in: it thins and bulges sideways), it is followed along its arc to the wanted voltage. A
 film that wrinkles is followed until it falls slack or pulls in, see `gelcone.continuum.charged`.
-A membrane in equilibrium has one sign of meridional force along its whole length, that of the force on the disc, so
-that a film in tension never pushes the disc. Where the voltage has removed the tension, a film
-without bending stiffness has no state; only the compressed, unstable film remains that was flat under that voltage
-and then raised. It is reported where it exists, and marked.
+
+In equilibrium the meridional force of a membrane has the sign of the force on the disc along the whole length, so that
+a film in tension never pushes the disc. Where the voltage has removed the tension, a film without bending stiffness has
+no state. Only the compressed, unstable film remains that was flat under that voltage and then raised; it is reported
+where it exists, and marked.
 """
 
 from __future__ import annotations
@@ -49,9 +50,9 @@ COMPRESSION = -1e-9
 MOST_TO_FOLD = 12
 """Steps along the arc within which a path that cannot be followed by its load must turn."""
 RESOLVED = 1e-3
-"""Largest error of the force by the mesh, over the force, of a point that is reported."""
+"""Largest relative error of the force by the mesh, of a point that is reported."""
 NEAR = 0.2
-"""Largest displacement, in b - a, of a mesh half as fine from the state it confirms."""
+"""Largest distance, in b - a, between a state and that of a mesh half as fine by which it is confirmed."""
 SMALLEST_HEIGHT = 0.02
 """Height at which the compressed branch leaves the flat film, unless less is wanted."""
 
@@ -78,7 +79,7 @@ def membrane(
     elements: int = DEFAULT_ELEMENTS,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Force over displacement of the film alone as an axisymmetric membrane, and its state along the radius.
+    """Compute the force over displacement of the film alone as an axisymmetric membrane, and its state along it.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def membrane(
 
 
 def solve(film: Film, x: Array, levels: Array, progress: Callable[[float], None] = lambda _: None) -> list[list[State]]:
-    """The states at every voltage and displacement, those of a lowered disc by the raised one that mirrors it."""
+    """The states at every voltage and displacement; a lowered disc has the mirrored state of a raised one."""
     heights, squares = np.unique(np.abs(x)).tolist(), np.unique(levels**2).tolist()
     raised = raised_film(film, heights)
     rows: list[list[State]] = []
@@ -197,7 +198,8 @@ def _charged(
 ) -> list[State]:
     """The film at one height under rising voltage, up to the first fold.
 
-    Where a step leads there from the next lower height at the same voltage (``below``), it is the same film, sooner.
+    A step from the next lower height at the same voltage (``below``) leads to the same state, and is tried first since
+    it is faster.
     """
     if height == 0.0:
         return [_flat_state(film, square) for square in squares]
@@ -216,8 +218,8 @@ def _charged(
 
 
 def _relaxed_states(film: Film, start: Point, squares: list[float]) -> list[State]:
-    """A film that wrinkles: in tension, then slack or pulled in, and a slack one pulled in at the voltage of a free
-    film. ``reached`` is then the middle of the bracket of the V at which it ended."""
+    """States of a film that wrinkles: in tension, then slack or pulled in; a slack film pulls in at the voltage of a
+    free film. ``reached`` is then the middle of the bracket of the V at which the tension ended."""
     state, limit, states = State(start, Ending.CONVERGED, 0, 0.0), slack_limit(film.model), []
     for square in squares:
         if state.ending == Ending.CONVERGED and state.point is not None and square > state.reached:
@@ -231,7 +233,7 @@ def _relaxed_states(film: Film, start: Point, squares: list[float]) -> list[Stat
 
 
 def _charged_to(film: Film, start: Point, square: float, lower: State | None) -> State:
-    """From one voltage to a higher one, or from a lower height at that voltage."""
+    """The state at the V ``square``, reached from the ``lower`` height at that voltage, or else from a lower one."""
     if lower is not None and lower.point is not None and lower.ending == Ending.CONVERGED and square > start.squared:
         point = reach(film, lower.point, "height", start.height)[0] if lower.point.height > 0.0 else None
         if point is not None:
@@ -241,6 +243,7 @@ def _charged_to(film: Film, start: Point, square: float, lower: State | None) ->
 
 
 def _flat_state(film: Film, square: float) -> State:
+    """The state of the film with the disc at height 0."""
     point = flat(film, square)
     if point is None:
         return State(None, Ending.NOT_CONVERGED, 0, 0.0)
@@ -249,6 +252,7 @@ def _flat_state(film: Film, square: float) -> State:
 
 
 def _why_not_raised(film: Film, height: float) -> Ending:
+    """The ending of a film of which no state in tension without voltage was found at a height."""
     if height >= highest_span(film):
         return Ending.BEYOND_LIMIT
     start = flat(film, 0.0)
@@ -256,7 +260,8 @@ def _why_not_raised(film: Film, height: float) -> Ending:
 
 
 def _ended(film: Film, last: Point) -> State:
-    """Why the voltage could not be raised further, by a few steps along the arc; the state holds the last point."""
+    """The state that holds the last point before the voltage could not be raised further; a few steps along the arc
+    determine its ending."""
     reached = last.squared
     for here in itertools.islice(arc(film, last), MOST_TO_FOLD):
         reached = max(reached, here.point.squared)
@@ -270,7 +275,8 @@ def _ended(film: Film, last: Point) -> State:
 def _pulled_in(film: Film, states: dict[float, State], square: float) -> dict[float, State]:
     """The states past the fold of the voltage, from the highest disc down: along the arc, then by lowering the disc.
 
-    The lower the disc, the sooner a film that has pulled in loses its tension: none is sought below the first that has.
+    The lower the disc, the sooner a film that has pulled in loses its tension, so that the search ends at the first
+    height at which it has.
     """
     found: dict[float, State] = {}
     above: Point | None = None
@@ -321,9 +327,10 @@ def _compressed(film: Film, states: dict[float, State], square: float) -> dict[f
 
 
 def highest_span(film: Film) -> float:
-    """A height that no film of this law spans: somewhere it is stretched at least by the slant, lm sqrt(1 + x^2).
+    """A height that no film of this law spans within its stretch limit; infinite without one.
 
-    With the hoop free to narrow, I1 - 3 = s + 2/sqrt(s) - 3 at the squared stretch s.
+    Somewhere the film is stretched at least by the slant, lm sqrt(1 + x^2). With the hoop free to narrow,
+    I1 - 3 = s + 2/sqrt(s) - 3 at the squared stretch s.
     """
     from scipy.optimize import brentq
 
@@ -334,7 +341,7 @@ def highest_span(film: Film) -> float:
     return float(np.sqrt(max(most / (lm * lm) - 1.0, 0.0)))
 
 
-# --- what the Dataset holds ------------------------------------------------------------------------------------------
+# --- variables of the Dataset ----------------------------------------------------------------------------------------
 
 
 def _fields(film: Film, coarse: Film, x: Array, states: list[list[State]]) -> dict[str, Array]:
@@ -385,9 +392,9 @@ _PROFILES = ("radius", "height", "meridional_stretch", "hoop_stretch", "meridion
 
 
 def force_error(film: Film, point: Point, coarse: Film) -> float:
-    """The error of the force by comparison with a mesh half as fine: for the order 4, a 15th of their difference.
+    """The error of the force, by comparison with a mesh half as fine: at order 4, a 15th of the difference.
 
-    Infinite where the coarse mesh finds no such state nearby.
+    Infinite where the coarse mesh has no such state nearby.
     """
     if point.height == 0.0:
         return 0.0
@@ -416,7 +423,7 @@ def stress_state(film: Film, position: Array, squared: float) -> tuple[Array, ..
 
 
 def _slack(film: Film, position: Array, squared: float) -> tuple[bool, bool]:
-    """Whether the unwrinkled film would be compressed anywhere, along the meridian and along the hoop."""
+    """True if the unwrinkled film would be compressed anywhere, along the meridian and along the hoop."""
     along, up, hoop = (_at_nodes(film, values) for values in stretches(film, position, film.at_nodes))
     m, n = along**2 + up**2, hoop**2
     phi = density.derivatives(film.model.gel_law(), film.coefficients, m, n, squared)
@@ -424,13 +431,14 @@ def _slack(film: Film, position: Array, squared: float) -> tuple[bool, bool]:
 
 
 def _at_nodes(film: Film, values: Array) -> Array:
-    """Values at the three nodes of each element, as one a node: the mean where elements meet."""
+    """One value per node from values at the three nodes of each element: the mean where elements meet."""
     nodes = film.unknowns[:, ::2] // 2
     count = np.bincount(nodes.ravel(), minlength=film.place.size)
     return np.bincount(nodes.ravel(), values.ravel(), film.place.size) / count
 
 
 def _variables(fields: dict[str, Array]) -> dict[str, dataset.Variable]:
+    """The fields with dims, long names and units."""
     at, along = ("constant_voltage", "displacement"), ("constant_voltage", "displacement", "ring")
     return {
         "force": (at, fields["force"], "static force that holds the disc against film and field", "force"),
@@ -476,10 +484,10 @@ def check_voltages(values: npt.ArrayLike) -> Array:
 
 
 def ensemble(model: ConeModel, radius_ratio: npt.ArrayLike) -> tuple[ConeModel, list[float]]:
-    """The model as an ensemble of the shape that its arrays and the radius ratios have together."""
+    """The model as an ensemble of the shape that its arrays and the radius ratios broadcast to, and the ratios."""
     shape = np.shape(radius_ratio)
     if shape and not model.shape:
-        # the spring plays no part in the film: spread over the members it makes the ensemble
+        # the film does not depend on the spring, so that broadcasting it makes the ensemble
         model = model.replace(spring_stiffness=np.full(shape, model.spring_stiffness))
     try:
         ratios = np.broadcast_to(np.asarray(radius_ratio), model.shape).ravel()
@@ -498,6 +506,7 @@ def single(model: ConeModel, index: int) -> ConeModel:
 
 
 def _check_reachable(films: list[Film], x: Array) -> None:
+    """Raises `InputError` where no film spans any displacement within its stretch limit."""
     flat_strain = [float(film.model.strain(0.0)) for film in films]
     highest = max(highest_span(film) for film in films)
     if all(flat >= float(film.model.strain_limit()) for flat, film in zip(flat_strain, films, strict=True)):

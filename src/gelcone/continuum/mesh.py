@@ -1,4 +1,4 @@
-"""The film of a conical actuator as a geometrically exact membrane, cut into rings: its energy, forces and tangent.
+"""Energy, forces and tangent of the film as a geometrically exact membrane, cut into rings.
 
 Lengths are in b - a, energies per mu Vol with Vol = pi (b^2 - a^2) H, so that forces compare with `ConeModel.force`.
 The mounted film is the flat annulus a <= R <= b under the model's pre-stretches. It moves to the radius r = R + u and
@@ -11,7 +11,7 @@ The true stretches are l1 = lm sqrt(m), l2 = lh sqrt(n), l3 = 1/(l1 l2), and wit
     energy = integral of W(I1 - 3) - v^2 m n/2 over 2 R dR/(b^2 - a^2),    I1 - 3 = A m + B n + G/(m n) - 3.
 
 The voltage enters as in the cone: v = Phi sqrt(eps/mu)/H with the mounted thickness H, and m n is the square of the
-deformed over the mounted area. A homogeneous cone has m = q and n = 1 and gives the model's energy back.
+deformed over the mounted area. A homogeneous cone has m = q and n = 1 and has the energy of the cone model.
 
 The rings are quadratic finite elements (scikit-fem's mesh, shape functions and quadrature). Unknowns are u and w of
 every node from the disc outwards, interleaved, so that the tangent is a band matrix.
@@ -33,20 +33,21 @@ from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 BAND = 5
-"""Unknowns on either side of one that it is coupled with: three nodes an element, two unknowns a node."""
+"""Half bandwidth of the tangent: three nodes per element, two unknowns per node."""
 QUADRATURE_ORDER = 6
-"""Degree of polynomials that are integrated exactly; less than 5 would cost the elements their order."""
+"""Degree of polynomials that are integrated exactly; less than 5 would lower the order of the elements."""
 SLACK_STIFFNESS = 1e-6
 """Stiffness over mu of the net that determines the position of slack rings; forces of its size count as zero."""
 VOLTAGE_STEP = 1e-7
+"""Step of v^2 for derivatives by differences."""
 NARROWEST = 1e-9
 """Smallest 1 - a/b and a/b: beyond, the radii cannot be distinguished in double precision."""
 
 
 class Forces(NamedTuple):
-    """``internal`` (unknowns,), the derivative of the energy; ``scale``, the largest force of one ring on a node;
-    ``least`` and ``most``, the extremes of the meridional force over its stretch: negative where it compresses;
-    ``density``, the derivatives of the energy density, (elements, points)."""
+    """Forces on the nodes: ``internal`` (unknowns,), the derivative of the energy; ``scale``, the largest force of one
+    ring on a node; ``least`` and ``most``, the extremes of the meridional force over its stretch, negative under
+    compression; ``density``, the derivatives of the energy density, (elements, points)."""
 
     internal: Array
     scale: float
@@ -59,8 +60,8 @@ class Forces(NamedTuple):
 class Film:
     """A film cut into rings; `mesh_film` makes one.
 
-    ``model`` is a single actuator, ``coefficients`` its numbers in the formulas; ``relaxed`` means that it
-    wrinkles rather than bear compression, on a net of that stiffness. ``place`` (nodes,) is (R - a)/(b - a).
+    ``model`` is a single actuator, ``coefficients`` its numbers in the formulas. A ``relaxed`` film wrinkles rather
+    than bear compression, on a net of stiffness ``net``. ``place`` (nodes,) is (R - a)/(b - a).
     ``gradient`` (elements, points, 3, 6) maps an element's unknowns to u', w' and u/R; ``weight`` (elements, points)
     integrates over the film's volume; ``unknowns`` (elements, 6). ``at_nodes`` is ``gradient`` at an element's nodes.
     """
@@ -93,7 +94,7 @@ class Film:
 
 
 def import_skfem() -> Any:
-    """The scikit-fem module; `MissingDependency` with the way to get it when it is absent."""
+    """The scikit-fem module; raises `MissingDependency` with the command that installs it."""
     try:
         import skfem
     except ImportError as error:
@@ -166,7 +167,7 @@ def interpolated(film: Film, values: Array, places: Array) -> Array:
     return np.asarray(first * (1 - t) * (1 - 2 * t) + middle * 4 * t * (1 - t) + last * t * (2 * t - 1))
 
 
-# --- the energy, and what follows from it ----------------------------------------------------------------------------
+# --- the energy and its derivatives ----------------------------------------------------------------------------------
 
 
 def strain(film: Film, m: Any, n: Any) -> Any:
@@ -190,7 +191,7 @@ def stretches(film: Film, position: Array, gradient: Array | None = None) -> tup
 
 
 def reachable(film: Film, position: Array) -> bool:
-    """Whether every ring is inside the stretch limit and none is turned inside out."""
+    """True if every ring is inside the stretch limit and none is turned inside out."""
     along, up, hoop = stretches(film, position)
     if not (np.isfinite(position).all() and hoop.min() > 0.0):
         return False
@@ -217,6 +218,7 @@ def forces(film: Film, position: Array, squared: float) -> Forces:
 
 
 def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Derivatives) -> Forces:
+    """Forces of the derivatives ``phi`` at the `stretches`."""
     pull = np.stack([phi.m * along, phi.m * up, phi.n * hoop], axis=-1) * (2.0 * film.weight)[..., None]
     each = np.einsum("epij,epi->ej", film.gradient, pull)
     internal: Array = np.bincount(film.unknowns.ravel(), each.ravel(), film.size).astype(float)
@@ -224,11 +226,11 @@ def _assembled(film: Film, along: Any, up: Any, hoop: Any, phi: Derivatives) -> 
 
 
 def electric_forces(film: Film, position: Array, squared: float, now: Forces) -> Array:
-    """Derivative of `forces` with respect to v^2, with the forces there."""
+    """Derivative of `forces` with respect to v^2; ``now`` are the forces at the position."""
     along, up, hoop = stretches(film, position)
     m, n, zero = along * along + up * up, hoop * hoop, np.zeros_like(hoop)
     if film.relaxed:
-        # the free widths change with the voltage, too: by difference, which serves the steps along a load only
+        # free widths change with the voltage, too; a difference is accurate enough to predict steps along a load
         near, far = now.density, derivatives(film, m, n, squared + VOLTAGE_STEP)
         phi = Derivatives((far.m - near.m) / VOLTAGE_STEP, (far.n - near.n) / VOLTAGE_STEP, zero, zero, zero)
     else:
@@ -237,10 +239,9 @@ def electric_forces(film: Film, position: Array, squared: float, now: Forces) ->
 
 
 def tangent(film: Film, position: Array, squared: float, now: Forces | None = None) -> Array:
-    """Derivative of `forces` with respect to the unknowns, as band matrix (2 BAND + 1, unknowns); ``now``, the forces
-    if they are known.
+    """Derivative of `forces` with respect to the unknowns, as band matrix (2 BAND + 1, unknowns).
 
-    The derivative of force i by unknown j stands in row BAND + i - j of column j.
+    ``now`` are the forces, if known. The derivative of force i by unknown j is in row BAND + i - j of column j.
     """
     along, up, hoop = stretches(film, position)
     phi = derivatives(film, along * along + up * up, hoop * hoop, squared) if now is None else now.density

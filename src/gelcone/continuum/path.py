@@ -1,7 +1,7 @@
 """Equilibria of a `Film` under growing loads: Newton with the consistent tangent, load steps, arc length past folds.
 
-Two loads: the height of the disc and v^2. A step follows the tangent of the path and is corrected by Newton; it is
-halved where the correction is not small compared with it, so that no step jumps to another branch.
+The loads are the height of the disc and v^2. A step follows the tangent of the path and is corrected by Newton's
+method; it is halved where the correction is not small compared with it, so that no step jumps to another branch.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from gelcone.quantity import Array
 Load = Literal["height", "squared"]
 
 DISC_HEIGHT = 1
-"""Place of the disc's height among the unknowns."""
+"""Index of the disc's height among the unknowns."""
 FREE = slice(2, -2)
 """The unknowns that are neither on the disc nor on the rim."""
 TOLERANCE = 1e-12
@@ -38,11 +38,11 @@ TOLERANCE = 1e-12
 ROUNDING = 1e-15
 """Residual forces that rounding leaves, over the largest stiffness."""
 MOST_ITERATIONS, MOST_HALVINGS = 40, 12
-"""Of Newton's method from a rough guess, and of one of its steps."""
+"""Most iterations of Newton's method from a rough guess, and most halvings of one of its steps."""
 STEP_ITERATIONS, STEP_HALVINGS = 8, 3
-"""The same from the end of a load step, where more would lead elsewhere."""
+"""As before, from the prediction of a load step, where more would lead to another branch."""
 LARGEST_CORRECTION = 0.3
-"""Of a step, over its length; a larger one may lead to another branch."""
+"""Largest correction of a step, over its length; a larger one may lead to another branch."""
 LONGEST_STEP = 0.5
 """Largest displacement of a step, in b - a."""
 SMALLEST_STEP: dict[Load, float] = {"height": 1e-3, "squared": 3e-2}
@@ -50,16 +50,16 @@ SMALLEST_STEP: dict[Load, float] = {"height": 1e-3, "squared": 3e-2}
 MOST_ARC_STEPS = 100
 MOST_ARC_ITERATIONS = 6
 ARC_LENGTH = 0.05
-"""First step along the arc: root mean square of the displacements in b - a, combined with the change of v^2."""
+"""First step along the arc, in the measure of `_size`."""
 LONGEST_ARC = 0.5
 ARC_TOLERANCE = 1e-8
 """As `TOLERANCE`, before the last Newton steps at a given voltage."""
 
 
 NETS = tuple(SLACK_STIFFNESS * 10.0**k for k in (5, 4, 3, 2, 1, 0))
-"""Stiffness of the nets on which a slack film is brought to rest, one after the other."""
+"""Stiffness of the nets on which an equilibrium of a slack film is found, one after the other."""
 FIRST_NETS = (4, 0)
-"""Places of the nets to begin with, until one leads to rest."""
+"""Indices of the net to begin with; the second is tried if the first fails."""
 
 
 class Ending(Code):
@@ -76,7 +76,7 @@ class Ending(Code):
 
 
 class Point(NamedTuple):
-    """An equilibrium: the unknowns, v^2, the forces, and whether the energy has a minimum there."""
+    """An equilibrium: the unknowns, v^2, the forces; ``stable`` if the energy has a minimum there."""
 
     position: Array
     squared: float
@@ -98,9 +98,9 @@ class Point(NamedTuple):
 
 
 def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -> Point | None:
-    """The equilibrium near a guess whose ends are in place; None if Newton's method does not find one.
+    """The equilibrium near a guess, with the ends held; None if Newton's method does not find one.
 
-    ``within``: the largest displacement from the guess, for one that should be close.
+    ``within`` bounds the displacement from the guess; it also shortens the iteration.
     """
     if not reachable(film, guess):
         return None
@@ -123,10 +123,10 @@ def newton(film: Film, guess: Array, squared: float, within: float = math.inf) -
 def _damped(
     film: Film, position: Array, step: Array, squared: float, most: float, halvings: int
 ) -> tuple[Array, Forces] | None:
-    """The longest of ever shorter steps that leaves less than ``most`` of the residual forces; None if none does.
+    """The first of successively halved steps after which the residual forces are less than ``most``; None if none is.
 
-    A film that may wrinkle rests in a minimum of its energy: there a lower energy will do, for the stiffness jumps
-    where rings tighten.
+    A film that may wrinkle rests in a minimum of its energy. A step that lowers the energy is accepted, too, since the
+    residual forces may rise where rings tighten and their stiffness jumps.
     """
     before = None
     for _ in range(halvings):
@@ -144,7 +144,7 @@ def _damped(
 
 
 def _polished(film: Film, position: Array, step: Array, squared: float, now: Forces) -> Point:
-    """The point, after one more step where that still helps: the forces are then exact to rounding."""
+    """The point after one more step, if that lowers the residual forces: they are then exact to rounding."""
     moved = position + step
     if reachable(film, moved) and _residual(then := forces(film, moved, squared)) < _residual(now):
         position, now = moved, then
@@ -152,12 +152,13 @@ def _polished(film: Film, position: Array, step: Array, squared: float, now: For
 
 
 def _residual(f: Forces) -> float:
+    """The largest force on a free node."""
     return float(np.abs(f.internal[FREE]).max())
 
 
 def _regular(film: Film, position: Array, squared: float, now: Forces) -> Array:
-    """The tangent of the free unknowns, with the forces there; for a flat film with its heights held at 0, which
-    symmetry makes an equilibrium even where no tension holds it."""
+    """The tangent of the free unknowns. A flat film has its heights held at 0: by symmetry it is an equilibrium, even
+    where no tension holds it."""
     band = tangent(film, position, squared, now)
     if not position[1::2].any():
         band[BAND, 1::2] = 1.0
@@ -165,6 +166,7 @@ def _regular(film: Film, position: Array, squared: float, now: Forces) -> Array:
 
 
 def _solved(band: Array, right: Array) -> Array:
+    """The solution of the band system; NaN where it is singular."""
     from scipy.linalg import LinAlgError, solve_banded
 
     try:
@@ -174,7 +176,7 @@ def _solved(band: Array, right: Array) -> Array:
 
 
 def _positive(band: Array) -> bool:
-    """Whether the tangent is positive definite: whether the equilibrium is stable against all axisymmetric motion."""
+    """True if the tangent is positive definite: the equilibrium is stable against all axisymmetric motion."""
     from scipy.linalg import LinAlgError, cholesky_banded
 
     try:
@@ -185,11 +187,11 @@ def _positive(band: Array) -> bool:
 
 
 def settled(film: Film, guess: Array, square: float, within: float = math.inf) -> Point | None:
-    """A film that may wrinkle, where it comes to rest from a guess, on a net that is made weaker and weaker: one that
-    falls slack or tightens in a step cannot be followed by its tangent.
+    """The equilibrium of a film that may wrinkle, from a guess, on successively weaker nets; None if none is found.
 
-    Its energy has a single minimum as long as every ring has a natural width, whichever net is the first. A weak one
-    takes the fewest steps, a strong one finds it from afar.
+    It serves where rings fall slack or tighten within a step, so that the tangent does not lead there. The energy has a
+    single minimum as long as every ring has a natural width, whichever net is the first: a weak one takes the fewest
+    steps, a strong one converges from afar.
     """
     for first in FIRST_NETS if film.relaxed else ():
         point, start = None, guess
@@ -208,7 +210,7 @@ def settled(film: Film, guess: Array, square: float, within: float = math.inf) -
 
 
 def flat(film: Film, squared: float) -> Point | None:
-    """The flat film under v^2, its rings where the pre-stresses balance; None where none is found.
+    """The flat film under v^2 in equilibrium in its plane; None where none is found.
 
     By symmetry it is an equilibrium even where no tension keeps it flat; ``stable`` states whether one does.
     """
@@ -227,9 +229,9 @@ def cone(film: Film, height: float, below: Point | None = None) -> Array:
 
 
 def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | None, Point]:
-    """The equilibrium at a load, reached in steps from ``start``, and the last one found on the way.
+    """The equilibrium at a load, reached in steps from ``start``, or None; and the last one found on the way.
 
-    A film that starts stable and in tension stays so: the path ends where it would not.
+    The path ends where a film that starts stable and in tension would lose either.
     """
     point, begin = start, _load(start, load)
     pace = target - begin
@@ -248,11 +250,12 @@ def reach(film: Film, start: Point, load: Load, target: float) -> tuple[Point | 
 
 
 def _load(point: Point, load: Load) -> float:
+    """The value of a load at a point."""
     return point.height if load == "height" else point.squared
 
 
 def step(film: Film, point: Point, load: Load, target: float) -> Point | None:
-    """The equilibrium at a load, by one step along the tangent; None if it is not close to what that predicts."""
+    """The equilibrium at a load, by one step along the tangent; None if it is not close to the prediction."""
     way = (target - _load(point, load)) * _rate(film, point, load)
     guess = point.position + way
     if load == "height":
@@ -264,12 +267,12 @@ def step(film: Film, point: Point, load: Load, target: float) -> Point | None:
     found = newton(film, guess, target if load == "squared" else point.squared, within)
     if found is None or (slackens(found) and not slackens(point)):
         return None
-    # flat, symmetry carries the film through any loss of stability
+    # by symmetry a flat film stays flat through any loss of stability
     return found if found.stable == point.stable or found.height == 0.0 else None
 
 
 def slackens(point: Point) -> bool:
-    """Whether the meridian of a raised film is compressed anywhere."""
+    """True if the meridian of a raised film is compressed anywhere."""
     return point.height != 0.0 and point.forces.least < 0.0
 
 
@@ -294,7 +297,7 @@ def _rate(film: Film, point: Point, load: Load) -> Array:
 
 
 class Arc(NamedTuple):
-    """A point on a path and the direction of the path there; ``folds``, the turns of the voltage passed so far."""
+    """A point on a path, the direction of the path there, and the number of ``folds`` of the voltage passed so far."""
 
     point: Point
     position: Array
@@ -305,8 +308,8 @@ class Arc(NamedTuple):
 def arc(film: Film, start: Point) -> Iterator[Arc]:
     """Points at equal arc length along the equilibria of a held disc, from ``start`` towards higher voltage.
 
-    Ends after `MOST_ARC_STEPS`, where no further point is found, where v^2 returns to 0 and where tension is lost;
-    that last point is yielded.
+    Ends after `MOST_ARC_STEPS`, where no further point is found, where v^2 returns to 0, and after the point at which
+    tension is lost.
     """
     here = _arc(film, start, None)
     length, shortest = ARC_LENGTH, 1e-6 * ARC_LENGTH
@@ -332,6 +335,7 @@ def _size(position: Array, squared: float) -> float:
 
 
 def _arc(film: Film, point: Point, before: Arc | None) -> Arc:
+    """The point with the direction in which the path leads on from ``before``; at first towards higher voltage."""
     rate = _rate(film, point, "squared")
     size = _size(rate, 1.0)
     position, squared = rate / size, 1.0 / size
@@ -343,7 +347,7 @@ def _arc(film: Film, point: Point, before: Arc | None) -> Arc:
 
 
 def _corrected(film: Film, here: Arc, length: float) -> Point | None:
-    """The equilibrium in the plane across the path at a distance; None if Newton leaves it or does not converge."""
+    """The equilibrium in the plane across the path at a distance; None if Newton's method does not converge nearby."""
     guess = here.point.position + length * here.position
     position, squared = guess.copy(), here.point.squared + length * here.squared
     for _ in range(MOST_ARC_ITERATIONS):

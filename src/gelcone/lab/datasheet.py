@@ -11,13 +11,15 @@ from gelcone import dataset
 from gelcone.devices.analysis import analysis, check_one, plain
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.electrical import MEANINGS
-from gelcone.motion.envelope import operating_limits
-from gelcone.motion.equilibrium import on_the_way, own_levels, static, stroke_and_blocked_force
+from gelcone.motion.equilibrium import static
 from gelcone.motion.natural import natural_frequency
+from gelcone.motion.operating_limits import operating_limits
 from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.ramp import on_the_way, stroke_and_blocked_force
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
 from gelcone.motion.static_limits import STATIC_LIMITS
+from gelcone.motion.static_results import own_levels
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel

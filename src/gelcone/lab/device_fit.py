@@ -16,7 +16,7 @@ import numpy as np
 from gelcone.devices.device import Device
 from gelcone.errors import InputError
 from gelcone.lab.bench import AMPLIFIER, INSTRUMENTS, DeviceTest, Variants, field_value
-from gelcone.motion.equilibrium import pull_in_voltage
+from gelcone.motion.static_bifurcations import pull_in_voltage
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.quantity import Array
 from gelcone.statistics import Z

@@ -13,7 +13,7 @@ from gelcone.devices.units import FieldError, parse
 from gelcone.errors import InputError, check_name
 from gelcone.lab.bench import Variants
 from gelcone.lab.device_fit import STEP, Problem, next_experiments
-from gelcone.motion.equilibrium import pull_in_voltage
+from gelcone.motion.static_bifurcations import pull_in_voltage
 from gelcone.quantity import Array
 
 if TYPE_CHECKING:

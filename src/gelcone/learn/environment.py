@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from gelcone.atlas.uncertain import Distribution
+from gelcone.atlas.distribution import Distribution
 from gelcone.devices.analysis import check_device
 from gelcone.devices.device import Device
 from gelcone.devices.units import parse

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.atlas.uncertain import Distribution, draw
+from gelcone.atlas.distribution import Distribution
+from gelcone.atlas.uncertain import draw
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.devices.device import Device
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.flow import smallest_step, steps
 from gelcone.motion.natural import natural_frequency
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.driven import INPUTS, DrivenSystem, driven
 from gelcone.physics.members import Members
 from gelcone.physics.statics import switched_off

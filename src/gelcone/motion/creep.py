@@ -16,11 +16,11 @@ from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.electrical import heating
-from gelcone.motion.equilibrium import constant_voltages, own_levels
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import circuits_at_rest, uncurrented
 from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members

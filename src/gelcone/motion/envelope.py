@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from gelcone import dataset
 from gelcone.codes import Outcome, Regime
-from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
@@ -25,15 +24,12 @@ from gelcone.motion.driven import driven
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, Plane
 from gelcone.motion.response import HEAT, heats
-from gelcone.motion.settle import single
-from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_limits import STATIC_LIMITS, held_limits, hold, peaks_of, static_curves, static_limits_of
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import membrane_pull_in
-from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress, advance, weighted
+from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array, Frequencies, Time, Voltages
 from gelcone.register.analysis import Axis
 
@@ -250,129 +246,6 @@ def recommended_peaks(low: Array, static: float, peaks: Array, margin: float = M
     lowest ``static`` one and the largest of the ``peaks`` examined, less the margin."""
     lowest = np.where(np.isnan(low), np.inf, low).min(axis=1)
     return np.asarray((1.0 - margin) * np.minimum(np.minimum(lowest, static), peaks[-1]))
-
-
-@analysis(swept=True, examples=("biased-pump",))
-def operating_limits(
-    model: ConeModel,
-    *,
-    threads: int | None = None,
-    progress: Progress = None,
-) -> xr.Dataset:
-    """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
-
-    As `envelope` finds them from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up to
-    ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice the
-    lowest quasi-static limit where that is less. The member's own voltages give no more than their proportion.
-
-    Parameters
-    ----------
-    model : one actuator or an ensemble; its drive gives the proportion of amplitude to bias. Without a
-        ``dielectric_strength`` breakdown is NaN and not accounted for.
-    threads : worker threads; default one a core. Does not change a bit of the result.
-    progress : called with the share of the work just done (the shares add up to 1).
-
-    Returns
-    -------
-    Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
-    `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
-    ``driven_error_voltage`` (NaN where none is met); ``examined_step_voltage``, the distance between the peaks
-    examined: a window of chaos narrower than that may be missed, and the first one met may then begin lower;
-    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error.
-
-    Raises
-    ------
-    InputError : when every member is refused, as one without voltage is, with the reason of the first; or when the flat
-        film lies beyond its stretch limit in all members.
-
-    Examples
-    --------
-    >>> import gelcone
-    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
-    >>> found = gelcone.operating_limits(model)
-    >>> f"{found.safe_peak_voltage.item():.3f} +- {found.driven_error_voltage.item():.3f}"
-    '0.901 +- 0.001'
-    """
-    start_states(model, (0.0, 0.0))
-    found, refused = _limits_of_members(model.members(), threads, progress)
-    if refused and not (found.outcome == Outcome.OK).any():
-        raise refused[0]
-    return dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
-
-
-def operating_limits_cells(
-    members: Members,
-    states: Array,
-    *,
-    threads: int | None = None,
-    progress: Progress = None,
-) -> Findings:
-    """Compute `operating_limits` for every member of a flattened ensemble, whose ``states`` play no part; options as
-    there."""
-    return _limits_of_members(members, threads, progress)[0]
-
-
-def _limits_of_members(members: Members, threads: int | None, progress: Progress) -> tuple[Findings, list[InputError]]:
-    """The limits of all members, and why those are refused that are."""
-    found, refused = {name: np.full(members.size, np.nan) for name in _LIMITS}, list[InputError]()
-    outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
-    for row in range(members.size):
-        if inside(members, 0.0)[row]:
-            try:
-                values = _limits_of(single(members, row), threads)
-                outcome[row] = Outcome.OK
-            except InputError as error:
-                values, outcome[row] = {}, Outcome.ERROR
-                refused.append(error)
-            for name, value in values.items():
-                found[name][row] = value
-        advance(progress, 1.0 / members.size)
-    variables: dict[str, dataset.Variable] = {
-        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))
-        for name, values in found.items()
-    }
-    return Findings(variables, outcome), refused
-
-
-def _limit(name: str) -> dict[str, str]:
-    """What a variable with a limit holds; without a dielectric strength that of breakdown is not known."""
-    infinite = "above the voltages examined" if name.startswith("driven") else "none before pull-in"
-    return dataset.absent(
-        "voltage",
-        nan="unknown" if "breakdown" in name else "not applicable",
-        infinite="none" if name == "pull-in" else infinite,
-    )
-
-
-_LIMITS = (
-    {
-        "safe peak": "peak voltage below every limit",
-        "examined": "peak voltage up to which the driven motion was examined",
-        "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
-        "driven error": "width to which the driven limits are known",
-    }
-    | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
-    | {f"driven {name}": f"limit of the drive that is switched on from rest: {name}" for name in DRIVEN_LIMITS}
-)
-
-
-def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
-    """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
-    plane = plane_of(model, threads)
-    static = static_limits_of(plane)
-    volts = peaks_of(static)
-    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=None)
-    low, high = found["low"][0], found["high"][0]
-    with np.errstate(invalid="ignore"):
-        error = np.fmax.reduce(np.where(np.isfinite(high), high - low, np.nan))
-    safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
-    examined = np.fmin(high[DRIVEN_LIMITS.index("pull-in")], volts[-1])
-    return (
-        {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}
-        | {"driven error": float(error)}
-        | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
-        | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
-    )
 
 
 _VOLTAGE = dataset.absent("voltage", nan="unknown or not applicable")

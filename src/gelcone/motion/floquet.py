@@ -19,11 +19,11 @@ from gelcone import dataset
 from gelcone.codes import Code
 from gelcone.devices.analysis import analysis, check_one, for_devices
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import pitchfork_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.monodromy import STILL_STABLE, Monodromy, Options, monodromy
 from gelcone.motion.settle import next_power_of_two
 from gelcone.motion.start import start_states
+from gelcone.motion.static_bifurcations import pitchfork_voltage
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel

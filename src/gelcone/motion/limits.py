@@ -10,10 +10,10 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
-from gelcone.motion.equilibrium import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.start import inside, start_states
+from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltage
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members

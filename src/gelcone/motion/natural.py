@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.motion.equilibrium import stroke_and_blocked_force
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 

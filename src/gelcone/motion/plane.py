@@ -17,13 +17,13 @@ from gelcone.motion.attractor.search import PATIENCE, Search, Starts, are_slow, 
 from gelcone.motion.corners import between_corners, sampled_evenly
 from gelcone.motion.delivery import lost_in_jumps
 from gelcone.motion.electrical import apparent_power, charge_of, field_of
-from gelcone.motion.equilibrium import Ramp, drive_ramp
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Keep, Trajectories
 from gelcone.motion.linear import stiffness_under
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.peaks import Value, largest
+from gelcone.motion.ramp import Ramp, drive_ramp
 from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two
 from gelcone.motion.start import start_states

@@ -14,7 +14,8 @@ from gelcone.errors import InputError
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
 from gelcone.membrane.profile import Profile, held, profile
-from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
+from gelcone.motion.ramp import stroke_and_blocked_force
+from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

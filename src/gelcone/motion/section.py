@@ -1,4 +1,4 @@
-"""Poincare sections: the motion seen once every forcing period, or at its turning points."""
+"""Poincare section: the states once every forcing period."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import Piece, blocks, pieces, samples_per_repeat, settle
+from gelcone.motion.settle import pieces, settle
 from gelcone.motion.start import start_states
-from gelcone.motion.turning import acceleration_at, turning_points, turning_share
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
@@ -22,10 +21,6 @@ from gelcone.quantity import Array, check_count
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SAMPLES_PER_OSCILLATION = 26
-STILL = 1e-12
-"""Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
 
 
 @analysis(
@@ -129,128 +124,6 @@ def section_cells(
         },
         outcome,
     )
-
-
-@analysis(answers="trajectories", examples=("paper-table1 --json",))
-def extrema(
-    model: ConeModel,
-    initial: npt.ArrayLike = (1.0, 0.0),
-    *,
-    repeats: int = 200,
-    discard: int = 200,
-    tolerance: float = DEFAULT_TOLERANCE,
-    threads: int | None = None,
-    progress: Progress = None,
-) -> xr.Dataset:
-    """Section at zero velocity: the maxima and minima of the displacement, with their times.
-
-    The velocity's sign changes are bracketed by at least `SAMPLES_PER_OSCILLATION` samples an oscillation at the
-    fastest rate (at most 65,536 a forcing period), and each is refined by integrating to it anew until the velocity
-    left is below 1e-11 or the time's rounding. Two extrema closer together than the samples may be missed as a pair.
-
-    Parameters
-    ----------
-    model, initial, tolerance, threads, progress : as in `section`.
-    repeats : length of the run in forcing periods. Default 200.
-    discard : forcing periods that pass before it. Default 200.
-
-    Returns
-    -------
-    Dataset over the ensemble's dims and ``extremum``, in the order of time and padded with NaN where members differ in
-    number: ``displacement``, ``velocity`` (what the refinement left of it), ``time`` since the start, ``phase`` within
-    the forcing period (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding); and
-    ``count``.
-
-    Raises
-    ------
-    InputError : for no repeats, a negative discard, or an initial state of which no member lies inside its stretch
-        limit.
-
-    Examples
-    --------
-    >>> import gelcone
-    >>> model = gelcone.ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4)
-    >>> found = gelcone.extrema(model, repeats=1)
-    >>> found.displacement.values.round(5).tolist(), found.maximum.values.tolist()
-    ([0.83547, 0.42499], [1, -1])
-    """
-    check_count("repeats", repeats, 1)
-    check_count("discard", discard, 0)
-    states0 = start_states(model, initial)
-    members = model.members()
-    outcome = np.zeros(members.size, dtype=np.int8)
-    found = []
-    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
-    for (samples,), rows in blocks(samples_per_repeat(members, SAMPLES_PER_OSCILLATION)):
-        part = members.take(rows)
-        settling, sampling = split_progress(progress, discard, repeats, share=rows.size / members.size)
-        states, settled = settle(part, states0[rows], discard, progress=settling, **flow)
-        shares = np.arange(samples) / samples
-        for piece in pieces(part, states, repeats, shares, outcome=settled, progress=sampling, **flow):
-            which, turns = _turning_points(part, piece, flow)
-            turns[:, 0] += discard + piece.first
-            found.append((rows[which], turns))
-            outcome[rows] = piece.outcome
-    table, count = _padded(found, members.size)
-    repeat = members.forcing_period[:, None]
-    result = dataset.label(
-        model,
-        {
-            "displacement": (("extremum",), table[..., 1], "displacement x = h/(b-a) at a turning point", "length"),
-            "velocity": (("extremum",), table[..., 2], "velocity left at the turning point", "velocity"),
-            "phase": (("extremum",), table[..., 0] % 1.0, "phase within the forcing period", "share"),
-            "maximum": (
-                ("extremum",),
-                np.nan_to_num(table[..., 3]).astype(np.int8),
-                "1: a maximum, -1: a minimum, 0: padding",
-                "flag",
-            ),
-            "count": ((), count, "number of extrema", "count"),
-        },
-        coords={"time": (("extremum",), table[..., 0] * repeat, "time", "time")},
-        outcome=outcome,
-        options={"repeats": repeats, "discard": discard, "tolerance": tolerance},
-        title="extrema",
-    )
-    return with_initial(result, model, states0)
-
-
-# --- turning points ---------------------------------------------------------------------------------------------------
-
-
-def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
-    """Member and (time, displacement, velocity, kind) of each, in the order of time.
-
-    The time is in forcing periods since the piece began. A turning point belongs to the samples between which the
-    velocity changes its sign, the later sample included.
-    """
-    x, u = piece.states[..., 0], piece.states[..., 1]
-    a = acceleration_at(members, piece.times, piece.states)
-    # The sign just after the sample: that of the acceleration where the velocity is exactly zero.
-    rising = np.where(u == 0.0, a, u) > 0.0
-    moving = np.maximum(np.abs(a[:, :-1]), np.abs(a[:, 1:])) > STILL  # false for NaN
-    which, sample = np.nonzero((rising[:, 1:] != rising[:, :-1]) & moving)
-    if not which.size:
-        return which, np.empty((0, 4))
-    both = which[:, None], sample[:, None] + np.arange(2)
-    begin, end = piece.times[both].T
-    guess = begin + (end - begin) * turning_share(end - begin, x[both], u[both], a[both])
-    kind = np.where(rising[which, sample], 1.0, -1.0)
-    turning = members.take(which)
-    times, states = turning_points(turning, piece.states[which, sample], begin, end, guess, kind, **flow)
-    return which, np.column_stack([times / turning.forcing_period, states, kind])
-
-
-def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Rows of all members as (members, most rows but at least 1, columns), NaN beyond each own; and their numbers."""
-    which = np.concatenate([members for members, _ in found])
-    rows = np.concatenate([rows for _, rows in found])
-    order = np.argsort(which, kind="stable")
-    numbers = np.bincount(which, minlength=count)
-    place = np.arange(which.size) - np.repeat(np.cumsum(numbers) - numbers, numbers)
-    table = np.full((count, int(numbers.max(initial=1)), rows.shape[1]), np.nan)
-    table[which[order], place] = rows[order]
-    return table, numbers
 
 
 def _checked_phase(phase: Any) -> float:

@@ -38,6 +38,8 @@ LONG_STRETCH = 64.0
 """The same where a few digits of the largest growth suffice; the volume may be lost to rounding."""
 BLOCK = 64.0
 """Shortest block of an average, longer than the correlation time of chaotic motions."""
+STILL = 1e-12
+"""Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
 LONGEST_TIME = 1e12
 """No run could end that is longer."""
 

@@ -23,8 +23,7 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.section import STILL
-from gelcone.motion.settle import MOST_PER_REPEAT, blocks, next_power_of_two, pieces, samples_per_repeat, settle
+from gelcone.motion.settle import MOST_PER_REPEAT, STILL, blocks, next_power_of_two, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

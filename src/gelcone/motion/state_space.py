@@ -13,8 +13,8 @@ from gelcone.devices.analysis import check_model, check_one, device_words, dimen
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, check_names
-from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.linear import all_ideal, at_rest, uncurrented
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.model import ConeModel

@@ -9,9 +9,9 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.motion.creep import Holding, holding
 from gelcone.motion.driven import WITHIN
-from gelcone.motion.equilibrium import Ramp
 from gelcone.motion.natural import frequency_of
 from gelcone.motion.plane import Plane, is_flat
+from gelcone.motion.ramp import Ramp
 from gelcone.motion.validity import NEAR_LIMIT, excesses
 from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.film import FilmState

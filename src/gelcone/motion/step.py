@@ -10,9 +10,10 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import constant_voltages, own_levels, stroke_and_blocked_force
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress

@@ -242,7 +242,7 @@ def _maps(shown: dict[str, xr.DataArray], result: xr.Dataset) -> Figure:
 def any_figure(cells: xr.Dataset, lines: Lines | None = None, colour: str = "exponent") -> Figure:
     """The figure of a sweep: a probability, a map with the options of `map_figure`, or `sweep_figure`."""
     if "regime" in cells and "draw" in cells.dims and cells["regime"].ndim <= 3:
-        from gelcone.atlas.uncertain import probability
+        from gelcone.atlas.probability import probability
         from gelcone.plots.tolerances import tolerances_figure
 
         if cells["regime"].ndim < 3:

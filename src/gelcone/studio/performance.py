@@ -12,9 +12,9 @@ from gelcone.codes import Regime
 from gelcone.devices.scales import MEASURES
 from gelcone.devices.units import format_si
 from gelcone.motion.electrical import electrical
-from gelcone.motion.equilibrium import jump_voltages
 from gelcone.motion.extent import extent
 from gelcone.motion.job import Trajectories
+from gelcone.motion.static_bifurcations import jump_voltages
 from gelcone.motion.swing import HARMONICS, harmonics_of
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel

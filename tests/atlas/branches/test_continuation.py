@@ -237,6 +237,15 @@ def test_a_diagram_seeds_branches_that_rest_does_not_reach():
     assert result.sizes["flag"] == 0
 
 
+def test_branches_start_from_a_result_in_which_the_disc_only_rests():
+    model = gelcone.ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.5)
+    rest = gelcone.continue_branch(model, "voltage", 0.1, 0.2, checks=2)
+    assert rest.resting.values.tolist() == [1]
+    again = gelcone.continue_branch(model, "voltage", 0.1, 0.2, checks=2, start=rest)
+    assert again.resting.values.tolist() == [1]
+    assert not again.flag_kind.size
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

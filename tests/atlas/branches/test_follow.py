@@ -347,7 +347,7 @@ def test_steps_are_made_so_long_that_the_next_guess_is_as_far_off_as_it_should_b
     world, correct = maps.Maps(maps.s_curve), follow.correct
     way = Checkpoint([maps.orbit_at(world, maps.value_of(1.5), maps.AWAY + 1.5)], 0.01)
     monkeypatch.setattr(follow, "correct", lambda *given: replace(correct(*given), step=off * follow.AIM))
-    follow._go_on(world, way, Walk(-3.0, 3.0), False)
+    follow._take_step(world, way, Walk(-3.0, 3.0), False)
     assert (len(way.points), way.step) == (2, pytest.approx(0.01 * longer))
 
 

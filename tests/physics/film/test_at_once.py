@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel
-from gelcone.motion.equilibrium import jump_voltages
+from gelcone.motion.static_bifurcations import jump_voltages
 from gelcone.physics.film.at_once import FilmAtOnce, films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone

@@ -8,8 +8,8 @@ import pytest
 
 from gelcone.codes import FilmPullIn
 from gelcone.errors import InputError
-from gelcone.motion.equilibrium import stroke_and_blocked_force
 from gelcone.motion.flow import integrate
+from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.film import elastic
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw

@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PREFIX = "followed_"
-"""Put before the names of all variables and dims of the branches."""
+"""Prefix of the names of all variables and dims of the branches."""
 KEPT = ("mirror", "parameter")
-"""Attributes that go along."""
+"""Attributes that are attached, too."""
 
 
 def attach(diagram: xr.Dataset, followed: xr.Dataset) -> xr.Dataset:
@@ -34,6 +34,6 @@ def attached_branches(diagram: xr.Dataset) -> xr.Dataset | None:
     for variable in followed.variables.values():
         if "along" in variable.attrs:
             variable.attrs["along"] = variable.attrs["along"].replace(f"={PREFIX}", "=")
-    # files of earlier versions do not say along which parameter: it is the diagram's
+    # files of earlier versions lack the parameter: it is that of the diagram
     kept = {name: diagram.attrs.get(PREFIX + name, diagram.attrs.get(name)) for name in KEPT}
     return followed.assign_attrs(kept)

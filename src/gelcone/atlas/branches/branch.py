@@ -1,4 +1,4 @@
-"""Branches: their points, their events, and why they end."""
+"""Branches: their points, their events, and how they end."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gelcone.quantity import Array
 
 
 class Ending(Code):
-    """Why a branch ended."""
+    """Reasons for which a branch ends."""
 
     LIMIT = 0, "reached an end of the interval"
     REST = 1, "shrank to rest"
@@ -52,10 +52,10 @@ class EventKind(IntEnum):
 class Event:
     """An event on a branch.
 
-    ``orbit``, singular; ``born``, how the branch leaves that is born (of a fold: the branch itself); ``unstable``, the
-    side of the value on which the branch is less stable, 1 above, -1 below, 0 for a fold; ``after``, the index of the
-    point before it; ``kind_of_orbit``, its map; ``branch`` and ``born_branch``, numbers once they are given;
-    ``resolved``, whether Newton's method found it (else the value is a bracket).
+    ``orbit`` is singular; ``born`` the branch that is born there (for a fold the branch itself); ``unstable`` the side
+    of the value on which the branch is less stable, 1 above, -1 below, 0 for a fold; ``after`` the index of the point
+    before it; ``map`` the map of the orbit; ``branch`` and ``born_branch`` numbers once they are known; ``resolved`` is
+    False where Newton's method did not find it, so that the value is the middle of a bracket.
     """
 
     kind: EventKind
@@ -75,7 +75,7 @@ class Event:
 
     @property
     def supercritical(self) -> bool | None:
-        """Whether the branch that is born lies on the side where this one is unstable; None where none is born."""
+        """True if the branch that is born lies on the side where this one is unstable; None where none is born."""
         if self.born is None or self.unstable == 0.0:
             return None
         return bool(self.born.curvature * self.unstable > 0.0)
@@ -83,9 +83,10 @@ class Event:
 
 @dataclass(eq=False)
 class Branch:
-    """A branch: its map, its points in order, its events, what ended it at either end, and where it comes from.
+    """A branch: its points in order, its events, and how it ``ended`` at either end.
 
-    ``merges``: the orbits of half its period at which it ends, and their maps.
+    ``merges`` are the orbits of half its period at which it ends, and their maps; ``parent`` is the event at which it
+    is born, ``level`` the number of switches before it.
     """
 
     shooting: Shooting

@@ -1,6 +1,6 @@
-"""Branches against brute force, both ways: every settled cycle lies on a branch, every stable orbit is returned to.
+"""Check of branches against brute force: every settled cycle lies on a branch, and motions return to stable orbits.
 
-What does not agree is a flag of the result. A settled cycle that no branch holds starts one; it is a contradiction only
+Each contradiction is reported as a flag. A settled cycle that lies on no branch starts one; it is a contradiction only
 where Newton's method finds no orbit at it.
 """
 
@@ -29,23 +29,24 @@ from gelcone.quantity import Array
 DISTANCE = 1e-5
 """Distance from an orbit at which a run starts, as a share of its size."""
 CLOSER = (1e-6, 1e-8, 1e-10)
-"""And how far where it leaves from there: some basins are narrower."""
+"""Distances of further runs where the motion leaves from the first: some basins are narrower."""
 ROUNDING = 1e-7
-"""A run that is not further from its orbit than this share of its size has reached it, as far as rounding allows:
-deviations can grow a millionfold within a period before they decay."""
+"""Distance from an orbit, as a share of its size, at which a run has reached it as far as rounding allows: deviations
+can grow a millionfold within a period before they decay."""
 DECAYED = 1e-2
-"""A run lasts until its multiplier has brought the distance down to this share."""
+"""Share to which the multiplier reduces the distance during a run."""
 MOST_PERIODS = 400
-"""Longest such run, in periods; orbits that take longer are left out: their multipliers are too close to 1."""
+"""Longest run in periods; orbits that need a longer one are left out, since their multipliers are too close to 1."""
 RETURNED = 0.5
-"""A run that is not further from its orbit than this share of where it began has returned."""
+"""Share of the distance at the start below which a run has returned."""
 ORBITS = 24
-"""Stable orbits of each branch that are checked."""
+"""Number of stable orbits of each branch that are checked."""
 RESTING = 1e-7
-"""Smaller motions are rest."""
+"""Size of motions below which they are rest."""
 SETTLED = 1e-6
+"""Largest difference between equal orbits, over their size."""
 FARTHEST = 0.2
-"""A cycle further away than this share of the motion's size is not the one that the motion is on."""
+"""Largest distance, over the size of the motion, of the cycle that the motion is on."""
 
 LEAVES = "stable branch that the motion leaves"
 NO_ORBIT = "attractor without orbit"
@@ -56,8 +57,8 @@ FLAGS = (LEAVES, NO_ORBIT, OTHER_PERIOD, NOT_BRACKETED)
 
 @dataclass(frozen=True)
 class Flag:
-    """A contradiction: its kind, one of `FLAGS`, the branch (-1: none), the value of the parameter, and what explains
-    it, if anything does."""
+    """A contradiction: its kind, one of `FLAGS`, the branch (-1: none), the value of the parameter, and an explanation
+    if there is one."""
 
     kind: str
     branch: int
@@ -67,9 +68,10 @@ class Flag:
 
 @dataclass(frozen=True)
 class Runs:
-    """Settled motions: ``values`` (runs,) of the parameter, ``section`` (runs, repeats, N), the states once every
-    repeat, ``period`` (runs,), 0 where a motion is not periodic, ``symmetric`` and ``arrived`` (runs,), whether it has
-    come so close to its cycle that one has to be there. All are ``attracting`` but orbits of earlier branches."""
+    """Settled motions: ``values`` (runs,) of the parameter; ``section`` (runs, repeats, N), the states once every
+    repeat; ``period`` (runs,), 0 where a motion is not periodic; ``symmetric`` (runs,); and ``arrived`` (runs,), true
+    if the motion is so close to its cycle that an orbit must be there. ``attracting`` is False for orbits of earlier
+    branches."""
 
     values: Array
     section: Array
@@ -81,8 +83,8 @@ class Runs:
 
 @dataclass(frozen=True)
 class Checked:
-    """Numbers of settled cycles that were searched for on the branches, of those that ``seeded`` a branch, and of
-    stable orbits near which runs started; and the flags."""
+    """Number of settled ``cycles`` that were compared with the branches, of those that ``seeded`` a branch, and of
+    stable ``orbits`` near which runs started; and the flags."""
 
     cycles: int
     seeded: int
@@ -91,7 +93,7 @@ class Checked:
 
 
 def brute_force(walk: Walk, shooting: Shooting, values: Array, starts: Array, **flow: Any) -> Runs:
-    """The motions that those from each of the ``starts`` (starts, N) settle on at each value."""
+    """The settled motions from each of the ``starts`` (starts, N) at each value of the parameter."""
     return Runs(**walk.journal.entry(lambda: vars(_settled(shooting, values, starts, **flow))))
 
 
@@ -111,7 +113,7 @@ def _settled(shooting: Shooting, values: Array, starts: Array, **flow: Any) -> R
 
 
 def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
-    """Searches the branches for the cycle of every run; a miss starts a branch, which grows like the others."""
+    """Searches the branches for the cycle of every run; one that is missing starts a branch, and the tree grows."""
     flags: list[Flag] = []
     seeded = cycles = 0
     for k in np.flatnonzero(runs.period > 0):
@@ -137,7 +139,7 @@ def cover(tree: Tree, shooting: Shooting, runs: Runs, **flow: Any) -> Checked:
 
 
 def polished(shooting: Shooting, state: Array, value: float, scale: float, **flow: Any) -> Point | None:
-    """The orbit at which a motion is that is at ``state`` at phase 0, or None."""
+    """The orbit near the motion that is at ``state`` at phase 0; None where there is none."""
     members = shooting.members_at((value,))
     times = members.forcing_period[:, None] * (np.arange(shooting.count) / shooting.segments)
     nodes = integrate(members, state, times, **flow).states[0]
@@ -149,7 +151,7 @@ def polished(shooting: Shooting, state: Array, value: float, scale: float, **flo
 
 
 def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, Point]:
-    """The orbit as a fixed point of the shortest map it is one of: the cycle may repeat itself sooner."""
+    """The orbit as a fixed point of the shortest map: its cycle may have a shorter period than ``shooting``."""
     kind = shooting.kind
     candidates = [Kind(d) for d in range(1, kind.repeats) if kind.repeats % d == 0]
     if shooting.symmetric and not kind.reflected:
@@ -171,7 +173,7 @@ def shortest(shooting: Shooting, point: Point, scale: float) -> tuple[Shooting, 
 
 @dataclass(frozen=True)
 class _Perturbed:
-    """A run that starts near an orbit: of which branch, at which point, for which event, and for how many periods."""
+    """A run that starts near an orbit: number and branch of the orbit, its point, its event, and its periods."""
 
     number: int
     branch: Branch
@@ -181,30 +183,30 @@ class _Perturbed:
 
 
 def run_perturbed(tree: Tree, **flow: Any) -> Checked:
-    """Runs from a distance of 1e-5 to stable orbits, which have to return, and to the unstable orbits behind every
-    event at which a branch loses stability, which have to leave."""
-    stable = [b for number, branch in enumerate(tree.branches) for b in _stable(number, branch)]
-    lost = [b for number, branch in enumerate(tree.branches) for b in _lost(number, branch)]
+    """Runs motions that start at a distance of 1e-5 from orbits. They must return to stable orbits, and leave the
+    unstable orbits next to events at which a branch loses stability."""
+    stable = [run for number, branch in enumerate(tree.branches) for run in _stable(number, branch)]
+    lost = [run for number, branch in enumerate(tree.branches) for run in _lost(number, branch)]
     flags, journal = [], tree.walk.journal
     left = _apart(journal, stable, DISTANCE, **flow) >= RETURNED
-    away = [beside for beside, leaves in zip(stable, left, strict=True) if leaves]
+    away = [run for run, leaves in zip(stable, left, strict=True) if leaves]
     nearer = np.array(
         [_apart(journal, away, start, **flow) * start < np.maximum(RETURNED * start, ROUNDING) for start in CLOSER]
     )
-    for beside, returns in zip(away, nearer.T, strict=True):
-        named = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
-        flags.append(Flag(LEAVES, beside.number, beside.point.value, named))
-    for beside, leaves in zip(stable, left, strict=True):
-        if not leaves and _repeats_sooner(beside):
-            flags.append(Flag(OTHER_PERIOD, beside.number, beside.point.value))
-    for beside in _staying(journal, lost, **flow):
-        assert beside.event is not None
-        flags.append(Flag(NOT_BRACKETED, beside.number, beside.event.value))
+    for run, returns in zip(away, nearer.T, strict=True):
+        explanation = _narrow(CLOSER[int(returns.argmax())]) if returns.any() else ""
+        flags.append(Flag(LEAVES, run.number, run.point.value, explanation))
+    for run, leaves in zip(stable, left, strict=True):
+        if not leaves and _repeats_sooner(run):
+            flags.append(Flag(OTHER_PERIOD, run.number, run.point.value))
+    for run in _staying(journal, lost, **flow):
+        assert run.event is not None
+        flags.append(Flag(NOT_BRACKETED, run.number, run.event.value))
     return Checked(0, 0, len(stable), flags)
 
 
 def _stable(number: int, branch: Branch) -> Iterator[_Perturbed]:
-    """Stable orbits of a branch, evenly chosen, that take no too long to return to."""
+    """Runs near stable orbits of a branch, evenly chosen among those to which return is not too slow."""
     inner = [k for k, point in enumerate(branch.points) if point.stable and not _at_end(branch, k)]
     for k in [inner[int(i)] for i in np.linspace(0, len(inner) - 1, min(ORBITS, len(inner)))]:
         periods = _periods(branch, branch.points[k])
@@ -213,7 +215,7 @@ def _stable(number: int, branch: Branch) -> Iterator[_Perturbed]:
 
 
 def _lost(number: int, branch: Branch) -> Iterator[_Perturbed]:
-    """The unstable orbit next to every event at which a branch loses or gains its stability."""
+    """Runs near the unstable orbit next to every event at which a branch loses or gains stability."""
     for event in branch.events:
         before, after = branch.points[event.after], branch.points[event.after + 1]
         if event.kind == EventKind.TORUS or before.stable == after.stable:
@@ -225,15 +227,15 @@ def _lost(number: int, branch: Branch) -> Iterator[_Perturbed]:
 
 
 def _at_end(branch: Branch, k: int) -> bool:
-    """Whether a point is where the branch begins or ends, and may be another branch's orbit."""
+    """True for the first and last point of a branch, which may be an orbit of another branch."""
     return k in (0, len(branch.points) - 1) and len(branch.points) > 2
 
 
 def _periods(branch: Branch, point: Point) -> int:
-    """Periods after which every deviation has decayed as far as `DECAYED` says, or the largest has grown as far.
+    """Periods after which every deviation has decayed to `DECAYED`, or the largest has grown by its inverse.
 
-    Deviations can grow in the first periods although all multipliers lie inside the unit circle, so that the map's
-    powers count, not those of its multipliers.
+    Deviations can grow in the first periods although all multipliers lie inside the unit circle. Therefore powers of
+    the map are computed, not of its multipliers.
     """
     shooting = branch.shooting
     product, scale = scaled_product(shooting.run(point.nodes, (point.value,)).tangents)
@@ -243,7 +245,7 @@ def _periods(branch: Branch, point: Point) -> int:
         rate = np.log(max(float(np.abs(point.multipliers[0])), 1.0 + 1e-12))
         return int(np.ceil(min(-2.0 * np.log(DECAYED) / rate, 10.0 * MOST_PERIODS))) + 1
     power, periods = once, 1
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows has not decayed
+    with np.errstate(over="ignore", invalid="ignore"):  # a map that overflows has not decayed
         while not np.abs(power).max() <= DECAYED and periods <= MOST_PERIODS:
             power, periods = power @ once, periods + 1
     return max(periods, 2)
@@ -270,8 +272,8 @@ def _ran(runs: list[_Perturbed], distance: float, **flow: Any) -> Array:
 
 
 def _staying(journal: Journal, runs: list[_Perturbed], **flow: Any) -> list[_Perturbed]:
-    """The runs that do not leave their unstable orbits. Chaos next to one comes back now and then: what is near it has
-    to be so half as many periods later, too."""
+    """The runs that do not leave their unstable orbits. Chaos returns to one now and then, so that a run must be close
+    to it at two times, the second one half as many periods later."""
     for longer in (1.0, 1.5):
         runs = [replace(run, periods=int(longer * run.periods)) for run in runs]
         apart = _apart(journal, runs, DISTANCE, **flow)
@@ -283,10 +285,10 @@ def _narrow(returns_from: float) -> str:
     return f"its basin is narrower than {DISTANCE:.0e} there: from {returns_from:.0e} away the motion returns"
 
 
-def _repeats_sooner(beside: _Perturbed) -> bool:
-    """Whether an orbit has a shorter period than its branch."""
-    shooting = beside.branch.shooting
-    kind, nodes = shooting.kind, beside.point.nodes
+def _repeats_sooner(run: _Perturbed) -> bool:
+    """True if the orbit of a run has a shorter period than its branch."""
+    shooting = run.branch.shooting
+    kind, nodes = shooting.kind, run.point.nodes
     for d in range(1, kind.repeats):
         if kind.repeats % d == 0:
             apart = np.abs(np.roll(nodes, d * shooting.segments, axis=0) - nodes).max()

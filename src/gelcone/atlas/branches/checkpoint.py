@@ -1,4 +1,4 @@
-"""The state of a continuation one way along a branch: points and events so far, and their arrays in a journal."""
+"""Checkpoints of a continuation in one direction along a branch, and their arrays in a journal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BORN = ("curvature", "bend", "coefficient")
 
 @dataclass
 class Checkpoint:
-    """Points and events so far, the length of the next ``step``, why the branch ``ended`` (None: it has not), and the
+    """Points and events so far, the length of the next ``step``, how the branch ``ended`` (None: it has not), and the
     orbit of half the period with which it merged."""
 
     points: list[Point]
@@ -33,13 +33,13 @@ class Checkpoint:
     merge: tuple[Kind, Singular] | None = None
 
     def finish(self, ended: Ending, *last: Point) -> Checkpoint:
-        """The branch at its end, behind which a last point may lie."""
+        """Ends the branch, after a last point if one is given."""
         self.points += last
         self.ended = ended
         return self
 
     def arrays(self) -> dict[str, Array]:
-        """All of it as arrays by name."""
+        """Arrays by name from which `of` makes the checkpoint again."""
         entry = {"step": np.array(self.step), "ended": np.array(-1 if self.ended is None else self.ended)}
         entry |= _columns("point", self.points, POINT)
         if self.events:
@@ -54,7 +54,7 @@ class Checkpoint:
 
     @classmethod
     def of(cls, entry: Mapping[str, Any], kind: Kind) -> Checkpoint:
-        """The checkpoint of a branch of orbits of one kind whose `arrays` these are."""
+        """The checkpoint with these `arrays`, of a branch of orbits of one kind."""
         points = [
             Point(nodes, value, multipliers, Direction(*tangent))
             for nodes, value, multipliers, *tangent in _rows(entry, "point", POINT)
@@ -79,6 +79,6 @@ def _columns(prefix: str, items: Sequence[Any], names: Sequence[str]) -> dict[st
 
 
 def _rows(entry: Mapping[str, Any], prefix: str, names: Sequence[str]) -> list[tuple[Any, ...]]:
-    """The rows of the columns with these names, single numbers as Python's own."""
+    """The rows of the columns with these names; scalars as Python numbers."""
     columns = (entry[f"{prefix} {name}"] for name in names)
     return list(zip(*(c.tolist() if c.ndim == 1 else c for c in columns), strict=True))

@@ -1,4 +1,4 @@
-"""Branches of periodic orbits along one parameter: followed, switched at their bifurcations, checked and labelled."""
+"""Continuation of periodic orbits along one parameter, with branch switching and a check by brute force."""
 
 from __future__ import annotations
 
@@ -85,9 +85,9 @@ def continue_branch(
 ) -> xr.Dataset:
     """Branches of periodic orbits along one parameter, stable and unstable, with their bifurcations.
 
-    Orbits are followed by pseudo-arclength continuation; folds, period doublings, symmetry breakings and where rest
-    loses its stability are located on the branch, and the branches born there are followed in turn. Brute force runs
-    them: a settled cycle on no branch starts one, and whatever the two disagree in is a flag.
+    Orbits are followed by pseudo-arclength continuation. Folds, period doublings, symmetry breakings and losses of
+    stability of rest are located, and the branches born there are followed in turn. Brute force checks the branches: a
+    settled cycle on no branch starts one, and each disagreement is reported as a flag.
 
     Parameters
     ----------
@@ -162,20 +162,20 @@ def continue_branch(
         counted(0.2)
         covered = cover(tree, shooting, runs, **flow)
         counted(0.2)
-        beside = run_perturbed(tree, **flow)
+        perturbed = run_perturbed(tree, **flow)
     if not tree.branches:
         raise InputError(
             f"start = {start!r}: is not an orbit: neither the motion at {parameter} = {varied.said(bottom)} nor any "
             "other is periodic; take another interval or start"
         )
-    checked = Checked(covered.cycles, covered.seeded, beside.orbits, covered.flags + beside.flags)
+    checked = Checked(covered.cycles, covered.seeded, perturbed.orbits, covered.flags + perturbed.flags)
     result = _label(varied, tree, runs, checked, options)
     counted.finish()
     return result
 
 
 def _plan(varied: Varied, options: Mapping[str, Any], start: Any) -> dict[str, Any]:
-    """All that decides the numbers, as plain data; a start that is a result stands there by its digest."""
+    """All that determines the numbers, as plain data; a start that is a result is represented by its digest."""
     begin = {} if isinstance(start, str) else {"start": f"result {_digest(start)}"}
     return {
         "gelcone_version": __version__,
@@ -187,7 +187,7 @@ def _plan(varied: Varied, options: Mapping[str, Any], start: Any) -> dict[str, A
 
 
 def _digest(start: Any) -> str:
-    """Stands for the orbits or motions that a run begins with."""
+    """A digest of the orbits or motions that a run begins with."""
     values = vars(start) if isinstance(start, Runs) else {str(name): start[name].values for name in start.variables}
     whole = sha256()
     for name in sorted(values):
@@ -197,8 +197,8 @@ def _digest(start: Any) -> str:
 
 
 def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:
-    """Takes points as they are found, whose number nobody knows: each is a five-hundredth of what is left of a share of
-    the work."""
+    """A function that counts points for the progress. Their number is unknown, so that each counts as a five-hundredth
+    of what is left of the ``share`` of the work."""
     left = share
 
     def tick(point: Point) -> None:
@@ -212,7 +212,7 @@ def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:
 def grown(
     shooting: Shooting, varied: Varied, walk: Walk, start: Any, states: Array, switch: int, flow: dict[str, Any]
 ) -> Tree:
-    """The branches that begin at ``start``, and those born from them."""
+    """The tree of the branches that begin at ``start`` and of those born from them."""
     tree = Tree(walk, switch)
     for branch in _roots(shooting, varied, walk, start, states, flow):
         tree.add(branch, 0)
@@ -220,13 +220,13 @@ def grown(
     return tree
 
 
-# --- where branches begin ---------------------------------------------------------------------------------------------
+# --- first branches ---------------------------------------------------------------------------------------------------
 
 
 def _roots(
     shooting: Shooting, varied: Varied, walk: Walk, start: Any, states: Array, flow: dict[str, Any]
 ) -> list[Branch]:
-    """The branches that the others grow from."""
+    """The branches from which the others grow."""
     if isinstance(start, str) and start not in STARTS:
         raise unknown_name("start of branches", start, STARTS)
     named = isinstance(start, str)
@@ -265,7 +265,7 @@ def _roots(
 
 
 def _resting(shooting: Shooting, value: float) -> Array:
-    """Nodes of rest: the disc on the flat film, other states as periodic as the drive."""
+    """Nodes of rest: the disc on the flat film, other states with the period of the drive."""
     members = shooting.members_at((value,))
     states = members.start_states((0.0, 0.0))
     if shooting.size > 2:
@@ -277,7 +277,8 @@ def _resting(shooting: Shooting, value: float) -> Array:
 
 
 def _runs(start: Any, varied: Varied) -> Runs | None:
-    """The settled motions of a bifurcation diagram, or the orbits of earlier branches; None for a start by name."""
+    """The settled motions of a bifurcation diagram, or the orbits of earlier branches; None for a start by name, and
+    for a result in which the disc only rests."""
     if isinstance(start, str):
         return None
     if isinstance(start, Runs):
@@ -303,8 +304,8 @@ def _runs(start: Any, varied: Varied) -> Runs | None:
     )
 
 
-def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
-    """The middle orbits of earlier branches."""
+def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs | None:
+    """The middle orbit of each earlier branch on which the disc moves; None without such a branch."""
     values, states, periods, symmetric = [], [], [], []
     along = in_field_units(start["value"]).values
     for k in range(start.sizes["branch"]):
@@ -316,6 +317,8 @@ def _orbits_of(start: xr.Dataset, varied: Varied) -> Runs:
         states.append(start["orbit"].values[k, middle, :1])
         periods.append(int(start["period"][k]))
         symmetric.append(bool(start["symmetric"][k]))
+    if not values:
+        return None
     at = np.array(values)
     section = varied.without_units(np.stack(states), start["orbit"].attrs, at)
     cyclic = np.ones(at.size, dtype=bool)
@@ -374,7 +377,7 @@ def _of(items: Sequence[Any], field: str, kind: Any) -> Any:
 def _point_variables(
     branches: Sequence[Branch], nodes: int, scale: float, along: Mapping[str, Any]
 ) -> dict[str, dataset.Variable]:
-    """Variables over the points of the branches, of whose orbits up to ``nodes`` nodes are stored."""
+    """Variables over the points of the branches; up to ``nodes`` nodes of each orbit are stored."""
     size, system = branches[0].shooting.size, branches[0].shooting.system
     each = len(branches), max(len(branch.points) for branch in branches)
     value, lowest, highest, growth = (np.full(each, np.nan) for _ in range(4))
@@ -455,7 +458,7 @@ def _kept_nodes(shooting: Shooting, nodes: Array) -> Array:
 
 
 def _kept(shooting: Shooting) -> tuple[int, int]:
-    """The stride of the nodes that are stored, and their number."""
+    """Stride and number of the nodes that are stored."""
     count, stride = shooting.segments * shooting.kind.period, 1
     while count // stride > MOST_NODES and stride < shooting.segments:
         stride *= 2

@@ -1,4 +1,4 @@
-"""Events between two neighbouring points of a branch: found by the signs of test functions, located, and named."""
+"""Events between two neighbouring points of a branch: detected by signs of test functions, located and classified."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from gelcone.atlas.branches.point import Direction, Metric, Point, at_value, bet
 from gelcone.motion.orbit import Shooting
 
 SECTIONS = 30
-"""How often the interval of an event is cut before it counts as unresolved."""
+"""Most bisections of the interval of an event before it counts as unresolved."""
 TORUS_WIDTH = 1e-11
-"""The interval of a torus bifurcation is cut down to this share of the parameter's."""
+"""Width of the interval of a torus bifurcation, over that of the parameter, at which its bisection ends."""
 ROUNDING_AT_TORUS = 1e-12
+"""Error by rounding of the value at a torus bifurcation, over the interval of the parameter."""
 
 
 def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk, resting: bool) -> list[Event]:
-    """The events between two neighbouring points, in the order in which the branch meets them."""
+    """The events between two neighbouring points, in their order along the branch."""
     crossed = []
     if (a.fold < 0.0) != (b.fold < 0.0):
         crossed.append((FOLD, a.fold / (a.fold - b.fold)))
@@ -42,7 +43,7 @@ def events_between(shooting: Shooting, a: Point, b: Point, after: int, walk: Wal
 def _event(
     shooting: Shooting, a: Point, b: Point, at: float, share: float, after: int, walk: Walk, resting: bool
 ) -> Event | None:
-    """One event between two points: Newton's method from the interpolated guess, or from ever narrower brackets."""
+    """One event between two points, by Newton's method from a guess in a bracket that narrows until it converges."""
     side = _unstable_side(a, b, at)
     metric = Metric.of(a.nodes, walk.scale)
     width = metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
@@ -67,7 +68,7 @@ def _event(
         else:
             a, one = middle, here
         before, width = width, metric.length(Direction(b.nodes - a.nodes, b.value - a.value))
-        # linear interpolation alone leaves one end where it is
+        # linear interpolation alone would move only one end
         share = min(max(one / (one - other), 0.1), 0.9) if width < 0.5 * before else 0.5
         if width < 1e-10:
             break
@@ -84,7 +85,7 @@ def _event(
 
 
 def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting: bool, resolved: bool) -> Event:
-    """The event at a singular orbit, with the branch that is born there."""
+    """The event at a singular orbit, with its kind and the branch that is born there."""
     doubling = EventKind.SYMMETRY_BREAKING if shooting.kind.reflected else EventKind.PERIOD_DOUBLING
     kind = EventKind.LOSS_OF_REST if resting else EventKind.FOLD if orbit.at == FOLD else doubling
     leaves = None
@@ -97,14 +98,14 @@ def _named(shooting: Shooting, orbit: Singular, side: float, after: int, resting
 
 
 def _unstable_side(a: Point, b: Point, at: float) -> float:
-    """On which side of the event, in the parameter, a multiplier is beyond ``at``: 1 above, -1 below."""
+    """The side of the event, in the parameter, on which a multiplier is beyond ``at``: 1 above, -1 below."""
     one = a.fold if at == FOLD else a.double
     inner, outer = (b, a) if one < 0.0 else (a, b)
     return float(np.sign(outer.value - inner.value))
 
 
 def _at_rest(shooting: Shooting, a: Point, b: Point, at: float) -> Singular | None:
-    """Where rest loses stability between two values: bisection and secants on the test function."""
+    """The orbit of rest at which it loses stability between two points, by Brent's method on the test function."""
     from scipy.optimize import brentq
 
     def resting(value: float) -> Point:
@@ -131,7 +132,7 @@ def _at_rest(shooting: Shooting, a: Point, b: Point, at: float) -> Singular | No
 
 
 def _pairs_outside(point: Point) -> int:
-    """Complex multipliers outside the unit circle."""
+    """Number of complex multipliers outside the unit circle."""
     return int(((np.abs(point.multipliers) > 1.0) & _complex(point)).sum())
 
 
@@ -140,8 +141,8 @@ def _complex(point: Point) -> npt.NDArray[np.bool_]:
 
 
 def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Event:
-    """A pair of multipliers that leaves the unit circle between two points (Neimark-Sacker bifurcation): the interval
-    is cut until the value is known to `TORUS_WIDTH`. What is born there is no periodic orbit, and not followed."""
+    """The Neimark-Sacker bifurcation between two points, where a pair of multipliers leaves the unit circle. The
+    interval is cut down to `TORUS_WIDTH`. The torus that is born there is not followed."""
     outside = a if _pairs_outside(a) > _pairs_outside(b) else b
     side = float(np.sign(outside.value - (b if outside is a else a).value))
     pairs, low, high = _pairs_outside(a), a, b
@@ -159,8 +160,8 @@ def _torus(shooting: Shooting, a: Point, b: Point, after: int, walk: Walk) -> Ev
 
 
 def _crossing(a: Point, b: Point) -> float:
-    """Where between two points a pair passes the unit circle, by the modulus of the pair that is nearest to it, a
-    little beyond so that the intervals shrink from both ends; the middle where no pair is known on both sides."""
+    """The share of the way between two points at which a pair passes the unit circle, by the modulus of the nearest
+    pair, a little beyond so that both ends of the interval move; 0.5 where not both points have a pair."""
     if not (_complex(a).any() and _complex(b).any()):
         return 0.5
     one, other = (min(np.log(np.abs(p.multipliers[_complex(p)])), key=abs) for p in (a, b))

@@ -1,4 +1,4 @@
-"""One curve of singular orbits in two parameters, followed both ways, and the points of codimension two on it."""
+"""A curve of singular orbits in two parameters, followed in both directions, with its points of codimension two."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from gelcone.motion.orbit import Shooting
 from gelcone.quantity import Array
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.01, 0.04, 1e-7
-"""Steps along a curve; each costs several times one along a branch, hence a longer first and a longer shortest one."""
+"""Steps along a curve. Each costs several times one along a branch, hence the longer first and shortest ones."""
 SECANTS = 40
+"""Most iterations for a zero of the coefficient."""
 AT_REST = 1e-4
 """Orbits smaller than this, as a share of the largest on their curve, are rest."""
 OTHER_SIDE = 0.25 * FAR_SIDE
-"""For the error of a point of codimension two its coefficient is taken over this distance, too, where rounding counts
-sixteen times as much."""
+"""Second distance of the differences for the coefficient, for the error of a point of codimension two; rounding counts
+sixteen times as much there."""
 WIDTH = 1e-14
-"""Points of codimension two are located to this share of the rectangle."""
+"""Share of the rectangle to which points of codimension two are located."""
 
 
 @dataclass
 class Curve:
-    """A curve of singular orbits: the ``points`` in order, the points of codimension two, what ended it."""
+    """A curve of singular orbits: the ``points`` in order with the coefficient ``tests`` at each, the ``special``
+    points, those of codimension two, each with the index of the point before it, and how the curve ``ended``."""
 
     shooting: Shooting
     kind: EventKind
@@ -51,7 +53,7 @@ class Window:
         return self.high - self.low
 
     def holds(self, values: Array) -> bool:
-        """Whether values lie in the intervals."""
+        """True if values lie in the intervals."""
         slack = 1e-9 * self.scale
         return bool((values >= self.low - slack).all() and (values <= self.high + slack).all())
 
@@ -82,7 +84,7 @@ def _scaled(point: Singular, window: Window) -> tuple[Array, Array]:
 
 
 def _walk(shooting: Shooting, first: Singular, window: Window, way: float) -> tuple[list[Singular], Ending]:
-    """The curve from its first point one way."""
+    """The points of a curve from its first one in one direction, and how it ended there."""
     points, step = [first], FIRST_STEP
     assert first.ahead is not None
     direction = way * first.ahead[0], way * first.ahead[1]
@@ -155,7 +157,7 @@ def _at_border(shooting: Shooting, here: Singular, beyond: Singular, window: Win
 
 
 def _tests(shooting: Shooting, points: list[Singular]) -> list[float]:
-    """The coefficient that passes 0 at a point of codimension two, with one orientation along the curve."""
+    """The coefficient whose zeros are points of codimension two, with one orientation along the curve."""
     tests, sign = [], 1.0
     for k, point in enumerate(points):
         if k:
@@ -165,16 +167,16 @@ def _tests(shooting: Shooting, points: list[Singular]) -> list[float]:
 
 
 def _turned(one: Singular, other: Singular) -> float:
-    """Sign by which the coefficient changes because null vector or weights turned round: the fold's is even in the null
-    vector, the others' odd."""
+    """The sign by which the coefficient changes with the signs of null vector and weights; that of a fold is even in
+    the null vector, the others are odd."""
     left = np.sign(np.sum(one.left * other.left))
     null = np.sign(np.sum(one.null * other.null))
     return float(left if one.at == FOLD else left * null)
 
 
 def _coefficient(shooting: Shooting, point: Singular, over: float | None = None) -> float:
-    """The quadratic coefficient of a fold, the cubic one of the others, by differences over a distance. Without one, it
-    is what the point was located with."""
+    """The quadratic coefficient of a fold, the cubic one of the others, by differences ``over`` a distance. By default
+    that of a fold is the one with which the point was located."""
     scale = float(np.linalg.norm(point.left)) or 1.0
     if point.at == FOLD and over is None:
         return point.quadratic / scale
@@ -203,8 +205,8 @@ def _find_special(curve: Curve, window: Window) -> None:
 
 
 def _errors(curve: Curve, k: int, window: Window, found: Singular) -> Array:
-    """Errors of the values at a zero of the coefficient: how far it moves when the differences are taken over another
-    distance, and rounding. Where that has no zero it is somewhere between the two points."""
+    """Errors of the values at a zero of the coefficient: its change when differences are taken over another distance,
+    and rounding. Without a zero there, the error is the distance of the two points."""
     other = _zero(curve, k, window, OTHER_SIDE)
     if other is None:
         return np.abs(curve.points[k + 1].values - curve.points[k].values)
@@ -212,7 +214,7 @@ def _errors(curve: Curve, k: int, window: Window, found: Singular) -> Array:
 
 
 def _reverses(curve: Curve, k: int, window: Window) -> bool:
-    """Whether the curve turns back between two points, as it does at a cusp."""
+    """True if the curve turns back between two points, as it does at a cusp."""
     values = np.array([point.values for point in curve.points[max(k - 1, 0) : k + 3]]) / window.scale
     steps = np.diff(values, axis=0)
     return bool(np.sum(steps[0] * steps[-1]) < 0.0)
@@ -246,6 +248,6 @@ def _zero(curve: Curve, k: int, window: Window, over: float) -> Singular | None:
             low, below, above, side = share, test, above * (0.5 if side == -1 else 1.0), -1
         else:
             high, above, below, side = share, test, below * (0.5 if side == 1 else 1.0), 1
-    # at a pole, or where a vector turned round, the coefficient changes its sign without getting small
+    # at a pole, or where a vector changes its sign, the coefficient changes its sign without getting small
     least = min(abs(curve.tests[k]), abs(curve.tests[k + 1]))
     return point if abs(_coefficient(shooting, point, over)) < 1e-3 * least else None

@@ -1,11 +1,11 @@
-"""Events on a branch: where its orbits fold or lose stability, located by Newton's method on the extended system.
+"""Events on a branch, at which orbits fold or lose stability, located by Newton's method on the extended system.
 
-An event is where the ring of tangent maps, closed with the multiplier +1 (fold) or -1 (period doubling, or symmetry
-breaking for a symmetric orbit), becomes singular. The bordered system of the ring measures how singular it is by one
-number g (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapter 4), whose derivatives need
-nothing but the tangent maps a little way along the null vector to either side, because second derivatives are
-symmetric. The next order there gives the curvature of the branch that is born, and with it whether it is super- or
-subcritical (Kuznetsov, Elements of Applied Bifurcation Theory, 2004, section 5.4).
+At an event the ring of tangent maps, closed with the multiplier +1 (fold) or -1 (period doubling, or symmetry breaking
+for a symmetric orbit), is singular. The bordered system of the ring measures the singularity by one number g (Govaerts,
+Numerical Methods for Bifurcations of Dynamical Equilibria, 2000, chapter 4). Since second derivatives are symmetric,
+derivatives of g follow from the tangent maps at two orbits displaced along the null vector. Third derivatives give the
+curvature of the branch that is born, and whether it is super- or subcritical (Kuznetsov, Elements of Applied
+Bifurcation Theory, 2004, section 5.4).
 """
 
 from __future__ import annotations
@@ -22,26 +22,27 @@ from gelcone.quantity import Array
 FOLD, DOUBLE = 1.0, -1.0
 """The multiplier at which an event happens."""
 SIDE = 1e-5
-"""How far to either side the tangent maps are compared, as a share of the orbit's size."""
+"""Displacement for second derivatives by differences of tangent maps, as a share of the orbit's size."""
 FAR_SIDE = 5e-4
-"""The same for the third derivatives."""
+"""Displacement for third derivatives."""
 LOCATING = 12
+"""Most iterations of Newton's method."""
 LOCATED = 1e-10
 """Newton's method ends with a step smaller than this, as a share of states and of values."""
 SMALLEST_VALUE = 1e-3
-"""Steps of values are measured by these, and at least by this."""
+"""Least scale of steps of values, which are otherwise relative to the values."""
 ROUNDING = 2e-15
 """Error of the end of a segment and of its tangent map, relative to their size."""
 
 
 @dataclass(frozen=True)
 class Singular:
-    """A singular orbit: ``nodes`` (n, N) at ``values`` of the free parameters, each with an ``error``.
+    """A singular orbit: ``nodes`` (n, N) at ``values`` of the free parameters, with their ``errors``.
 
-    ``null`` (n, N), the direction that the ring leaves (largest entry 1); ``left`` (n, N), the weights of the equations
-    that it misses; ``multipliers`` (N,) of the map; ``at``, the multiplier that makes it singular. With two free
-    parameters ``ahead``, how nodes and values continue along the curve of such orbits; ``quadratic``, the coefficient
-    that passes 0 at a cusp.
+    ``null`` and ``left`` (n, N), the right and left null vectors of the ring (largest entry of ``null`` 1);
+    ``multipliers`` (N,) of the map; ``at``, the multiplier at which the ring is singular. With two free parameters
+    ``ahead`` is the tangent (nodes, values) of the curve of such orbits; ``quadratic`` is the coefficient that passes 0
+    at a cusp.
     """
 
     nodes: Array
@@ -59,8 +60,8 @@ class Singular:
 class Bordered:
     """The singularity of the ring at an orbit.
 
-    ``g`` passes 0 at the event; its derivatives ``by_nodes`` (n, N) and ``by_values`` (P,); ``null`` and ``left``;
-    ``here``, the pass over the orbit.
+    ``g`` passes 0 at the event; ``by_nodes`` (n, N) and ``by_values`` (P,) are its derivatives; ``null`` and ``left``
+    the null vectors; ``here`` the pass over the orbit.
     """
 
     g: float
@@ -79,7 +80,7 @@ def copied(found: Pass) -> Pass:
 def bordered(
     shooting: Shooting, nodes: Array, values: Array, at: float, null: Array | None, left: Array | None
 ) -> Bordered | None:
-    """The bordered system at an orbit; None where it cannot be computed. ``null`` and ``left`` are those nearby."""
+    """The bordered system at an orbit; None where it cannot be computed. ``null`` and ``left`` are guesses."""
     here = shooting.run(nodes, tuple(values))
     if not here.arrived:
         return None
@@ -136,9 +137,9 @@ def locate(
     shooting : with one free parameter, or with two and a ``plane``.
     nodes, values : the guess.
     at : the multiplier of the event.
-    reach : how far the first step may lead, as a share of the size of states.
-    plane : row (n, N) and corner (P,) of a further condition: steps have no part along it.
-    near : a singular orbit nearby, whose vectors are taken to begin with.
+    reach : longest step, as a share of the size of states.
+    plane : row (n, N) and corner (P,) of a further condition: steps are orthogonal to it.
+    near : a singular orbit nearby, whose null vectors are the first guess.
     """
     null, left = (None, None) if near is None else (near.null, near.left)
     before = np.inf
@@ -161,7 +162,7 @@ def locate(
             return None
         x, ahead = x[..., 0], (x[..., -1], change[:, -1])
         off = float(np.abs(x).max()) / size
-        # orbits may not depend on the values
+        # the step in the values counts, too: orbits may not depend on them
         step = max(off, float((np.abs(change[:, 0]) / np.maximum(np.abs(values), SMALLEST_VALUE)).max()))
         if not (off < reach and np.isfinite(change).all()) or (before < 1e-3 and step > before):
             if not (before < 1e3 * LOCATED):
@@ -180,7 +181,7 @@ def locate(
 
 
 def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> npt.NDArray[np.complex128]:
-    """Multipliers of the map; of a planar system one is that of the event, and the determinant gives the other."""
+    """Multipliers of the map. A planar system has that of the event, and the other one follows from the determinant."""
     if not shooting.system.planar:
         return shooting.multipliers(here.tangents, tuple(values))
     other = np.exp(shooting.log_determinant(here.tangents, tuple(values))) / at
@@ -188,8 +189,8 @@ def _multipliers(shooting: Shooting, here: Pass, values: Array, at: float) -> np
 
 
 def _errors(shooting: Shooting, system: Bordered, rows: Array, corner: Array) -> Array:
-    """What rounding in the ends and tangent maps of the segments does to the values, (P,)."""
-    if len(corner) > 1:  # the error along a curve of events means nothing; that across it is of this size
+    """Errors of the values, (P,), by rounding in the ends and tangent maps of the segments."""
+    if len(corner) > 1:  # the error across a curve of events is of this size; along it there is none
         return np.full(corner.shape[1], ROUNDING * 1e2)
     weights, share = left_weights(system.here.tangents, shooting.signs, system.here.slopes, rows, corner)
     ends = ROUNDING * (np.abs(system.here.ends) + np.abs(system.here.tangents).max(axis=2))
@@ -199,10 +200,10 @@ def _errors(shooting: Shooting, system: Bordered, rows: Array, corner: Array) ->
 
 @dataclass(frozen=True)
 class Born:
-    """The branch that is born at an event, as it leaves: at the amplitude a of the null vector it is at
-    value + ``curvature`` a^2, its nodes ``bend`` a^2 (n, N) off. For a fold the branch itself. ``coefficient``
-    is the one whose zero is a point of codimension two: quadratic for a fold (a cusp), else cubic (where super- and
-    subcritical meet)."""
+    """The branch that is born at an event, to second order in the amplitude a of the null vector: the value changes by
+    ``curvature`` a^2, the nodes by a times the null vector and ``bend`` a^2 (n, N). For a fold it is the branch itself.
+    The zeros of ``coefficient`` are points of codimension two: it is quadratic for a fold (a cusp), else cubic (where
+    super- and subcritical meet)."""
 
     curvature: float
     bend: Array
@@ -210,9 +211,9 @@ class Born:
 
 
 def born(shooting: Shooting, event: Singular, side: float = FAR_SIDE) -> Born:
-    """Curvature of the branch that is born (or, at a fold, of the branch itself).
+    """The branch that is born (at a fold, the branch itself), to second order.
 
-    ``side``: how far to either side the tangent maps are compared, as a share of the orbit's size. Default 5e-4.
+    ``side`` is the displacement for differences of tangent maps, as a share of the orbit's size. Default 5e-4.
     """
     nodes, null, left, values = event.nodes, event.null, event.left, tuple(event.values)
     by = side * max(float(np.abs(nodes).max()), float(np.abs(null).max()))
@@ -241,7 +242,7 @@ def born(shooting: Shooting, event: Singular, side: float = FAR_SIDE) -> Born:
 
 
 def _at_rest(nodes: Array) -> bool:
-    """Whether the disc rests."""
+    """True if the disc rests."""
     return not np.abs(nodes[:, :2]).any()
 
 

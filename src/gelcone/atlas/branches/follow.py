@@ -1,4 +1,4 @@
-"""One branch: orbits followed in a parameter from a start until something ends it, with the events on the way."""
+"""Continuation of one branch of orbits in a parameter from a start to its ends, with the events on the way."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from gelcone.quantity import Array
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.005, 0.04, 1e-9
 """Steps along a branch, in units of the orbit's size and of the parameter's interval."""
 AIM = 2e-3
-"""How far a guess should be off; the steps are made so long."""
+"""Error of a guess at which the length of steps aims."""
 FARTHEST = 0.05
-"""A guess that is off by more than this is not trusted: it may have led to another branch."""
+"""Largest error of a guess that is trusted; a larger one may have led to another branch."""
 COLLAPSED = 1e-6
-"""An orbit, or the difference between its halves, that is this much smaller than before has collapsed."""
+"""Ratio to its value before at which an orbit, or the difference between its halves, has collapsed."""
 SAME_WAY = 0.8
 """Cosine of the largest turn from one point to the next."""
 LONGEST_STEP_AT_REST = 0.005
 CLOSE = 0.3
-"""A test function that a parabola takes below this share of its values at both points may have passed zero twice."""
+"""Share of its values at both points below which a parabola through a test function suggests two zeros in between."""
 
 
 def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = True, resting: bool = False) -> Branch:
-    """The branch through ``start``, whose tangent says which way is forward."""
+    """The branch through ``start``, whose tangent points forward."""
     forward = _follow(shooting, start, walk, resting)
     assert forward.ended is not None
     if forward.ended == Ending.CLOSED or not both_ways:
@@ -63,7 +63,7 @@ def follow(shooting: Shooting, start: Point, walk: Walk, *, both_ways: bool = Tr
 
 
 def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Checkpoint:
-    """The branch from ``start`` onwards; what the journal holds of it is taken from there."""
+    """The branch from ``start`` in the direction of its tangent, continued from the entry of the journal if any."""
     entry, whole = walk.journal.begin()
     way = Checkpoint.of(entry, shooting.kind) if entry else Checkpoint([start], FIRST_STEP)
     if whole:
@@ -71,14 +71,14 @@ def _follow(shooting: Shooting, start: Point, walk: Walk, resting: bool) -> Chec
     if not walk.low <= start.value + 1e-12 * walk.scale * np.sign(start.tangent.value) <= walk.high:
         way.finish(Ending.LIMIT)
     while way.ended is None:
-        _go_on(shooting, way, walk, resting)
+        _take_step(shooting, way, walk, resting)
         walk.journal.note(way.arrays)
     walk.journal.end(way.arrays)
     return way
 
 
-def _go_on(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -> None:
-    """Takes a step: to the next point, to the end, or none but a shorter one next time."""
+def _take_step(shooting: Shooting, way: Checkpoint, walk: Walk, resting: bool) -> None:
+    """Takes a step to the next point or to an end; where neither is found, only shortens the step."""
     points, here = way.points, way.points[-1]
     metric = Metric.of(here.nodes, walk.scale)
     tangent = metric.unit(here.tangent)
@@ -134,7 +134,7 @@ def _trusted(
     step: float,
     resting: bool,
 ) -> bool:
-    """Whether the next point lies on the same branch."""
+    """True if the next point lies on the same branch."""
     point = found.point
     if point is None or not found.step < FARTHEST * min(1.0, 20.0 * step):
         return False
@@ -144,9 +144,9 @@ def _trusted(
 
 
 def _turned_back(shooting: Shooting, points: list[Point], point: Point, metric: Metric) -> Point | None:
-    """An orbit between the last point and the next at which a multiplier is beyond 1 or -1, though at both it is not:
-    it has passed there and back. Asked for where the parabola of the test function through the last three points comes
-    close to zero in between; None where there is none."""
+    """An orbit between the last point and the next at which a multiplier is beyond 1 or -1 although it is not at both:
+    it has passed twice. Computed only where the parabola through the last three values of the test function comes close
+    to zero in between; None where there is none."""
     if len(points) < 2:
         return None
     before, here = points[-2], points[-1]
@@ -197,14 +197,14 @@ def _at_border(shooting: Shooting, here: Point, beyond: Point, walk: Walk, metri
 
 
 def _passes_rest(shooting: Shooting, here: Point, point: Point) -> bool:
-    """Whether the branch passes rest between two points, where it would continue as its own mirror image."""
+    """True if the branch passes rest between two points, where it would continue as its own mirror image."""
     if not shooting.symmetric:
         return False
     return bool((here.nodes[:, :2] * point.nodes[:, :2]).sum() < 0.0)
 
 
 def _collapsed(shooting: Shooting, here: Point, point: Point) -> bool:
-    """Whether a step fell from a branch onto one that it comes from: rest, or half its period."""
+    """True if a step led from a branch to one from which it was born: rest, or orbits of half the period."""
     size = float(np.abs(here.nodes).max())
     if shooting.symmetric and size > COLLAPSED and np.abs(point.nodes[:, :2]).max() < COLLAPSED * size:
         return True
@@ -213,7 +213,8 @@ def _collapsed(shooting: Shooting, here: Point, point: Point) -> bool:
 
 
 def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
-    """For each map of half the repeats that the orbit may become a fixed point of, how far its halves are apart."""
+    """Differences between the halves of an orbit, for each map of half the repeats of which it may become a fixed
+    point."""
     kind, half = shooting.kind, len(nodes) // 2
     if kind.repeats % 2 or kind.reflected:
         return []
@@ -222,7 +223,8 @@ def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
 
 
 def _merge(shooting: Shooting, here: Point, point: Point, scale: float) -> tuple[Kind, Singular] | None:
-    """Where the branch merges with one of half its period, and that one's map, if it does between two points."""
+    """The map and the orbit of half the period with which the branch merges between two points; None where it does
+    not."""
     for (kind, before), (_, after) in zip(
         halves_apart(shooting, here.nodes), halves_apart(shooting, point.nodes), strict=True
     ):
@@ -240,13 +242,13 @@ def _merge(shooting: Shooting, here: Point, point: Point, scale: float) -> tuple
 
 
 def _merged(shooting: Shooting, kind: Kind, merge: Singular, beyond: Point) -> Point:
-    """The last point of a branch that merges: the orbit of half the period, gone through twice."""
+    """The last point of a branch that merges: the orbit of half the period, repeated."""
     nodes = np.concatenate([merge.nodes, shooting.of_kind(kind).signs * merge.nodes])
     return Point(nodes, float(merge.values[0]), beyond.multipliers, beyond.tangent)
 
 
 def _closes(points: list[Point], metric: Metric, step: float) -> bool:
-    """Whether the last step passed the start, going the same way."""
+    """True if the last step passed the start in the direction of its tangent."""
     start, here, before = points[0], points[-1], points[-2]
     if min(abs(here.value - start.value), abs(before.value - start.value)) > 2.0 * step * metric.value:
         return False

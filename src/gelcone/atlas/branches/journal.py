@@ -1,8 +1,8 @@
-"""The findings of a run along branches, stored in a folder, so that the same run continues where it was stopped.
+"""The journal of a run along branches, stored in a folder, with which the same run continues where it was stopped.
 
-Following branches is one chain of steps, each of which depends on nothing but the model and the steps before. A run
-that starts again therefore asks for the same entries in the same order: those that are there are taken, bit for bit,
-and the one that was under way continues from its last state.
+Following branches is one chain of steps, each of which depends only on the model and the steps before. A run that
+starts again therefore asks for the same entries in the same order. Entries that are complete are read, with the same
+bits, and the one that was under way continues from its last state.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Entry = Mapping[str, Any]
 
 
 class Journal:
-    """The entries of one run, in the order in which they are asked for; without a folder none is stored."""
+    """The entries of one run, in the order in which they are requested; without a folder none is stored."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder, self._number, self._written = folder, 0, time.monotonic()
 
     def entry(self, compute: Callable[[], Entry]) -> Entry:
-        """The next entry: as it was found before, or computed now."""
+        """The next entry, read from the folder or computed now."""
         found, whole = self.begin()
         if not whole:
             found = compute()
@@ -42,7 +42,7 @@ class Journal:
         return found
 
     def begin(self) -> tuple[Entry, bool]:
-        """The stored part of the next entry, and whether that is all."""
+        """The stored part of the next entry; and True if it is complete."""
         if self._folder is None:
             return {}, False
         for name, whole in ((self._name, True), (self._partial, False)):
@@ -52,12 +52,12 @@ class Journal:
         return {}, False
 
     def note(self, state: Callable[[], Entry]) -> None:
-        """Writes the state of the entry under way, now and then."""
+        """Writes the state of the entry under way, at most once in `EVERY` seconds."""
         if self._folder is not None and time.monotonic() > self._written + EVERY:
             self._write(self._partial, state())
 
     def end(self, entry: Callable[[], Entry]) -> None:
-        """Writes the entry under way, which is found whole next time."""
+        """Writes the complete entry."""
         if self._folder is not None:
             self._write(self._name, entry())
             (self._folder / self._partial).unlink(missing_ok=True)
@@ -88,7 +88,7 @@ def _read(path: Path) -> Entry:
 
 @contextmanager
 def journal_in(folder: str | Path | None, plan: Mapping[str, Any]) -> Iterator[Journal]:
-    """The journal of a run in a folder, for this run alone: a new one, or that of an earlier run of the same plan.
+    """The journal of a run in a folder, locked for this run: a new one, or that of an earlier run of the same plan.
 
     Raises `InputError` for what `gelcone.atlas.store.open_store` refuses.
     """

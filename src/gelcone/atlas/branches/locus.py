@@ -1,7 +1,7 @@
 """Curves of bifurcations in two parameters, with the points of codimension two on them.
 
-A singular orbit has one condition more than an orbit, and with one parameter more it is followed like one: the extended
-system of `gelcone.atlas.branches.event` with the pseudo-arclength condition. On a curve of folds the quadratic
+A singular orbit meets one condition more than an orbit. With a second parameter it is followed like an orbit, by the
+extended system of `gelcone.atlas.branches.event` with the pseudo-arclength condition. On a curve of folds the quadratic
 coefficient passes 0 at a cusp; on curves of period doublings and symmetry breakings the cubic one passes 0 where super-
 and subcritical meet. Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapters 8 and 9.
 """
@@ -19,7 +19,6 @@ from gelcone.atlas.branches.check import brute_force, cover
 from gelcone.atlas.branches.continuation import CHECKS, FOLLOWING, grown, point_by_point
 from gelcone.atlas.branches.curve import SPECIAL, Curve, Window, follow_curve
 from gelcone.atlas.branches.event import Singular, born
-from gelcone.atlas.branches.tree import distance
 from gelcone.atlas.branches.varied import Varied, vary
 from gelcone.atlas.plan import DEFAULT_INITIAL
 from gelcone.codes import Outcome
@@ -40,7 +39,7 @@ FOLLOWED = {
     "period doubling": EventKind.PERIOD_DOUBLING,
     "symmetry breaking": EventKind.SYMMETRY_BREAKING,
 }
-"""Events that can be followed; rest's own curves are the tongues."""
+"""Events that can be followed; `tongues` computes the curves at which rest loses stability."""
 SHORT_NAMES = {"doubling": "period doubling", "breaking": "symmetry breaking"}
 CURVES = 60
 """Most curves that are followed."""
@@ -185,7 +184,7 @@ def find_kind(event: str) -> EventKind:
 
 
 def _own_value(varied: Varied) -> float:
-    """The actuator's own value of the second parameter, at which events are searched for."""
+    """The actuator's own value of the second parameter, at which events are searched."""
     name, low, high = varied.names[1], float(varied.low[1]), float(varied.high[1])
     target = varied.target
     own = target.get(name) if isinstance(target, Device) else target.values[name]
@@ -200,7 +199,7 @@ def _own_value(varied: Varied) -> float:
 
 
 def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
-    """The nodes of an orbit for another number of segments."""
+    """The nodes of an orbit for the number of segments of another shooting."""
     from gelcone.motion.flow import integrate
 
     if old.segments == new.segments:
@@ -216,7 +215,7 @@ def _renoded(old: Shooting, new: Shooting, nodes: Array, value: float) -> Array:
 
 
 def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: float, second: float) -> bool:
-    """Whether an event lies on a curve that has been followed."""
+    """True if an event lies on a curve that has been followed."""
     for curve in curves:
         if curve.shooting.kind != shooting.kind or curve.points[0].at != orbit.at:
             continue
@@ -230,9 +229,9 @@ def _known(curves: list[Curve], shooting: Shooting, orbit: Singular, first: floa
             stride = max(len(nodes) // len(orbit.nodes), 1)
             same = nodes[::stride].shape == orbit.nodes.shape
             if abs(value - first) < 0.2 * width and same:
-                close = distance(curve.shooting, nodes, nodes) == 0.0 and np.abs(nodes[::stride] - orbit.nodes).max()
+                apart = np.abs(nodes[::stride] - orbit.nodes).max()
                 mirrored = np.abs(curve.shooting.system.mirror * nodes[::stride] - orbit.nodes).max()
-                if min(float(close), float(mirrored)) < 0.1 * np.abs(orbit.nodes).max():
+                if min(float(apart), float(mirrored)) < 0.1 * np.abs(orbit.nodes).max():
                     return True
     return False
 
@@ -290,7 +289,7 @@ def _label(varied: Varied, curves: list[Curve], options: dict[str, Any]) -> xr.D
 
 
 def _curvature(shooting: Shooting, point: Singular) -> float:
-    """The curvature of the branch born there."""
+    """The curvature of the branch that is born at a singular orbit; NaN where it cannot be computed."""
     try:
         return born(shooting, point).curvature
     except np.linalg.LinAlgError:

@@ -1,7 +1,7 @@
 """Points of a branch: an orbit at a value of the parameter, and the corrector that finds it.
 
-An orbit that is guessed is corrected in a plane through the guess, so that a branch can be followed around its folds:
-the pseudo-arclength method of Keller (1977), with Newton's method on all shooting nodes at once.
+A guess is corrected in a plane through it, so that a branch can be followed around its folds: the pseudo-arclength
+method of Keller (1977), with Newton's method on all shooting nodes at once.
 """
 
 from __future__ import annotations
@@ -21,15 +21,16 @@ from gelcone.quantity import Array
 CLOSE = 1e-7
 """Newton's method ends with a step smaller than this, after which the error is about its square."""
 CORRECTIONS = 7
+"""Most iterations of Newton's method."""
 CONTRACTION = 0.5
-"""Each step of Newton's method has to be this much smaller than the one before, or the guess was too far."""
+"""Largest ratio of a step of Newton's method to the one before; beyond it the guess was too far."""
 SMALLEST = 1e-3
-"""States are measured by the largest on the orbit, and at least by this."""
+"""Least scale of a state, which is otherwise its largest value on the orbit."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction along a branch: how the ``nodes`` (n, N) and the ``value`` change."""
+    """A direction along a branch: changes of the ``nodes`` (n, N) and of the ``value``."""
 
     nodes: Array
     value: float
@@ -66,7 +67,7 @@ class Metric:
         return Direction(by * a.nodes, by * a.value)
 
     def row(self, a: Direction) -> tuple[Array, Array]:
-        """The condition that a step has no part along ``a``: row (1, n, N) and corner (1, 1)."""
+        """Row (1, n, N) and corner (1, 1) of the condition that a step is orthogonal to ``a``."""
         return (a.nodes * self.states)[None], np.array([[a.value / self.value**2]])
 
 
@@ -85,12 +86,12 @@ class Point:
 
     @cached_property
     def fold(self) -> float:
-        """Passes 0 where a multiplier passes 1: the product of 1 - mu, over 1 + |mu| for scale."""
+        """Test function that passes 0 where a multiplier passes 1: the product of (1 - mu)/(1 + |mu|)."""
         return self._test(1.0)
 
     @cached_property
     def double(self) -> float:
-        """Passes 0 where a multiplier passes -1."""
+        """Test function that passes 0 where a multiplier passes -1."""
         return self._test(-1.0)
 
     def _test(self, at: float) -> float:
@@ -98,14 +99,14 @@ class Point:
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers lie inside the unit circle."""
+        """True if all multipliers lie inside the unit circle."""
         return bool(np.abs(self.multipliers[0]) < 1.0)
 
 
 @dataclass(frozen=True)
 class Corrected:
-    """The result of a correction: the ``point``, or None and whether the orbit ``left`` where the film has a state; the
-    length of the first ``step``, how far the guess was off."""
+    """The result of a correction: the ``point``, or None; ``left``, true if the orbit left the domain of the film; and
+    the length of the first ``step``, the error of the guess."""
 
     point: Point | None
     left: bool = False
@@ -113,7 +114,7 @@ class Corrected:
 
 
 def along(start: Point, direction: Direction, by: float) -> Direction:
-    """The guess (nodes and value) so far along a direction."""
+    """The guess (nodes and value) at the distance ``by`` along a direction."""
     return Direction(start.nodes + by * direction.nodes, start.value + by * direction.value)
 
 
@@ -146,7 +147,7 @@ def correct(shooting: Shooting, guess: Direction, plane: Direction, metric: Metr
 def _newton(
     shooting: Shooting, found: Pass, nodes: Array, rows: Array, corner: Array, top: Array
 ) -> tuple[Direction | None, Direction | None]:
-    """Newton's step in the plane, and the direction in which the orbits continue; None where there is none."""
+    """Newton's step in the plane, and the tangent of the branch; None where the system is singular."""
     gaps = shooting.gaps(nodes, found.ends)
     right = np.zeros((*gaps.shape, 2))
     right[..., 0] = gaps
@@ -158,31 +159,32 @@ def _newton(
 
 
 def at_value(shooting: Shooting, nodes: Array, value: float, metric: Metric) -> Corrected:
-    """The orbit near ``nodes`` at a fixed value of the parameter; its tangent goes up in the parameter."""
+    """The orbit near ``nodes`` at a fixed value of the parameter; its tangent points to larger values."""
     return correct(shooting, Direction(nodes, value), Direction(np.zeros_like(nodes), metric.value), metric)
 
 
 def between(a: Point, b: Point, share: float, scale: float) -> Direction:
-    """The cubic through two points with the tangents there, at a share of the way; ``scale`` is the parameter's."""
+    """The cubic through two points with the tangents there, at a share of the way; ``scale`` is that of the
+    parameter."""
     weights = _cubic(a, b, np.array(share), scale)
     nodes = weights[0] * a.nodes + weights[1] * b.nodes + weights[2] * a.tangent.nodes + weights[3] * b.tangent.nodes
     return Direction(np.asarray(nodes), float(_values(a, b, weights)))
 
 
 def facing(point: Point, way: Direction, metric: Metric) -> Point:
-    """A point with the one of its two tangents that does not point against a way."""
+    """A point with its tangent turned so that it does not point against a direction."""
     return replace(point, tangent=-point.tangent) if metric.inner(point.tangent, way) < 0.0 else point
 
 
 def point_between(shooting: Shooting, a: Point, b: Point, share: float, metric: Metric) -> Point | None:
-    """The point of a branch between two of it, at about a ``share`` of the way; None where none is found."""
+    """The point of a branch between two others, at about a ``share`` of the way; None where none is found."""
     chord = metric.unit(Direction(b.nodes - a.nodes, b.value - a.value))
     found = correct(shooting, between(a, b, share, metric.value), chord, metric).point
     return None if found is None else facing(found, a.tangent, metric)
 
 
 def shares_at(a: Point, b: Point, value: float, scale: float) -> list[float]:
-    """Where the cubic between two points passes a value of the parameter; a branch that turns can pass it twice."""
+    """Shares of the way at which the cubic between two points passes a value of the parameter; two where it turns."""
     share = np.linspace(0.0, 1.0, 65)
     off = _values(a, b, _cubic(a, b, share, scale)) - value
     at = np.flatnonzero(off[1:] * off[:-1] <= 0.0)
@@ -200,8 +202,8 @@ def _cubic(a: Point, b: Point, s: Array, scale: float) -> Array:
 
 
 def cubic_weights(s: Any) -> Array:
-    """Weights (4, ...) of two points and of the tangents there in the cubic through them, at shares of the way; beyond
-    1 it continues ahead."""
+    """Weights (4, ...) of two points and of the tangents there in the cubic through them, at shares of the way; shares
+    above 1 extrapolate."""
     t = 1.0 - s
     return np.array([t * t * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * t * t, -s * s * t])
 

@@ -10,15 +10,15 @@ from gelcone.motion.orbit import Shooting
 
 SMALLEST_AMPLITUDE = 1e-5
 LARGEST_AMPLITUDE = 0.05
-"""Amplitude of the first point of a branch that is born, as a share of the orbit's size."""
+"""Amplitudes of the first point of a branch that is born, as a share of the orbit's size."""
 LARGEST_SHIFT = 0.01
-"""And how far the parameter may move to it, as a share of its interval."""
+"""Largest change of the parameter to the first point, as a share of its interval."""
 
 
 def first_points(shooting: Shooting, event: Event, walk: Walk) -> tuple[Shooting, Point, Point] | None:
     """The first two points of the branch that is born at an event: the event, and an orbit next to it.
 
-    The amplitude is taken smaller until the orbit lies before its own doubling; None where none is found.
+    The amplitude is reduced until the orbit lies before its own doubling; None where none is found.
     """
     if event.born is None:
         return None

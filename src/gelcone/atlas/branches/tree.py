@@ -1,5 +1,4 @@
-"""Branches that are born from branches: every event is switched at, to a number of levels, and no branch comes
-twice."""
+"""The tree of branches: every event is switched at, to a number of levels, and no branch is followed twice."""
 
 from __future__ import annotations
 
@@ -18,9 +17,9 @@ from gelcone.motion.orbit import Kind, Shooting
 from gelcone.quantity import Array
 
 SAME_ORBIT = 1e-6
-"""Orbits whose nodes are closer than this share of their size are one."""
+"""Largest distance between the nodes of equal orbits, as a share of their size."""
 SAME_EVENT = 1e-7
-"""Events whose values are closer than this share of the interval, on orbits that are close, are one."""
+"""Largest difference between the values of equal events, as a share of the interval."""
 MOST_BRANCHES = 200
 
 
@@ -34,7 +33,7 @@ class Tree:
     waiting: deque[tuple[Event, int]] = field(default_factory=deque)
 
     def add(self, branch: Branch, level: int, parent: Event | None = None) -> int:
-        """Takes a branch in; the number that it gets."""
+        """Adds a branch and returns its number."""
         number = len(self.branches)
         branch.level, branch.parent = level, parent
         self.branches.append(branch)
@@ -52,7 +51,7 @@ class Tree:
         return number
 
     def _parent(self, branch: Branch, kind: Kind, merge: Singular) -> Event | None:
-        """The event at which a branch ends on one that nothing else led to: that one is followed from there."""
+        """The event at which a branch ends on one that is not in the tree yet: follows that one, and adds it."""
         shooting = branch.shooting.of_kind(kind)
         start = at_value(shooting, merge.nodes, float(merge.values[0]), Metric.of(merge.nodes, self.walk.scale)).point
         if start is None or len(self.branches) >= MOST_BRANCHES or self.holds(shooting, start):
@@ -61,7 +60,7 @@ class Tree:
         return self._met(merge, branch)
 
     def grow(self) -> None:
-        """Switches at what waits."""
+        """Switches at the waiting events, and adds the branches that are born there."""
         while self.waiting and len(self.branches) < MOST_BRANCHES:
             event, level = self.waiting.popleft()
             deep = event.kind != EventKind.LOSS_OF_REST
@@ -81,11 +80,11 @@ class Tree:
             event.born_branch = self.add(branch, level + deep, event)
 
     def holds(self, shooting: Shooting, point: Point) -> bool:
-        """Whether an orbit lies on a branch that is there."""
+        """True if an orbit lies on a branch of the tree."""
         return self.find(shooting, point.nodes, point.value) is not None
 
     def find(self, shooting: Shooting, nodes: Array, value: float) -> tuple[int, int] | None:
-        """The branch with an orbit, and the point before it; None where no branch holds it."""
+        """Numbers of the branch on which an orbit lies and of the point before it; None where it lies on none."""
         for number, branch in enumerate(self.branches):
             if branch.map != shooting.kind:
                 continue
@@ -102,7 +101,7 @@ class Tree:
         return None
 
     def _met(self, merge: Singular, branch: Branch) -> Event | None:
-        """The known event at which a branch ends that merges."""
+        """The known event at which a merging branch ends."""
         value = float(merge.values[0])
         for other in self.branches:
             for event in other.events:
@@ -116,7 +115,7 @@ class Tree:
         return None
 
     def _ends_at_rest(self, branch: Branch, number: int) -> None:
-        """Ends a branch that shrinks to rest where rest loses its stability."""
+        """Lets a branch that shrinks to rest end at the event at which rest loses its stability."""
         if branch.ended[1] != Ending.REST or not branch.points:
             return
         last = branch.points[-1]
@@ -143,9 +142,9 @@ class Tree:
 
 
 def _passing(branch: Branch, value: float, scale: float) -> list[tuple[int, float]]:
-    """Where a branch passes a value of the parameter: the point before, and the share of the way to the next one.
+    """Passages of a branch through a value of the parameter: the point before, and the share of the way to the next.
 
-    Between points at which it goes opposite ways it turns, beyond the values of both.
+    Between points with opposite directions the branch turns, beyond the values of both.
     """
     values = branch.values
     low, high = np.minimum(values[1:], values[:-1]), np.maximum(values[1:], values[:-1])
@@ -171,10 +170,10 @@ def distance(shooting: Shooting, nodes: Array, other: Array) -> float:
 
 
 def whole_period(shooting: Shooting, nodes: Array) -> Array:
-    """Nodes over a whole period: those of a symmetric orbit and of its mirror image."""
+    """Nodes over a whole period; for a symmetric orbit its own and those of its mirror image."""
     return np.concatenate([nodes, shooting.signs * nodes]) if shooting.kind.reflected else nodes
 
 
 def kind_of(period: int, symmetric: bool) -> Kind:
-    """The map of an orbit of that period."""
+    """The map of which an orbit of that period is a fixed point."""
     return Kind(period // 2, True) if symmetric and period % 2 == 0 else Kind(period)

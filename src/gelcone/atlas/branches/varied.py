@@ -1,7 +1,7 @@
 """The quantities that vary along branches: parameters of a model, or fields of a device, over an interval each.
 
-A field that moves one parameter of the model in proportion is followed as that parameter. Any other one, such as the
-film's thickness, moves several at once: the device itself says which model its values make.
+A field to which one parameter of the model is proportional is followed as that parameter. Any other field, such as the
+film's thickness, changes several parameters at once: the device then computes the model of each value.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ PROPORTIONAL = 1e-12
 
 @dataclass(frozen=True)
 class Varied:
-    """Names and intervals of what varies, of a model or a device. Use `vary`, which checks them.
+    """Names and intervals of the quantities that vary, of a model or a device. Use `vary`, which checks them.
 
-    Along branches each is followed over its ``scale``, so that values are of order 1 in any unit: a value of a branch
-    times the scale is one of the parameter, or of the field in SI. ``parameters`` are those of the model that stand for
-    the fields; empty where a field moves several.
+    Branches are followed in values over the ``scales``, which are of order 1 in any unit: a value of a branch times the
+    scale is that of the parameter, or of the field in SI. ``parameters`` are those of the model that represent the
+    fields; empty where a field changes several.
     """
 
     target: ConeModel | Device
@@ -54,7 +54,7 @@ class Varied:
 
     @cached_property
     def plan(self) -> Plan:
-        """The corners of the intervals as a sweep, which knows the model and the start at any values."""
+        """The corners of the intervals as a plan, which gives the model and the start at any values."""
         ends = {name: [low, high] for name, low, high in zip(self.names, self.low, self.high, strict=True)}
         return Plan(self.target, ends, self.initial)
 
@@ -64,7 +64,8 @@ class Varied:
         return self.plan.at(named)[0] if self.device is None else at(self.device, named).to_model()
 
     def starts(self, values: Sequence[float]) -> Array:
-        """States (1, N) from which brute force settles: the initial ones, moved where the disc would stay at rest."""
+        """States (1, N) from which brute force settles: the initial ones, displaced where the disc would stay at
+        rest."""
         if self.device is None:
             members, states = self.plan.cone.members(), start_states(self.plan.cone, self.plan.initial).copy()
         else:
@@ -98,7 +99,7 @@ class Varied:
         return made
 
     def shooting(self, tolerance: float = DEFAULT_TOLERANCE) -> Shooting:
-        """Shooting for all orbits in the intervals: as many segments as the stiffest and slowest corner needs."""
+        """Shooting for all orbits in the intervals, with the number of segments that the fastest corner needs."""
         spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(*self.ends, strict=True)))
         corners = self.ensemble([axis.ravel() for axis in spread]).members()
         phase = max(repeat_phase(corners.take(slice(k, k + 1))) for k in range(corners.size))
@@ -118,7 +119,7 @@ class Varied:
         return self.low / self.scales, self.high / self.scales
 
     def attributes(self, k: int = 0) -> dict[str, str]:
-        """The attributes of a variable with values of the k-th."""
+        """The attributes of a variable with values of the k-th quantity."""
         name = self.names[k]
         if self.device is not None:
             return field_attributes(self.device, name)
@@ -127,11 +128,11 @@ class Varied:
 
     @property
     def about(self) -> dict[str, str]:
-        """The attributes of a result: of which device it is."""
+        """The attributes of a result that describe its device."""
         return {} if self.device is None else device_attributes(self.device)
 
     def along(self, *variables: str) -> dict[str, str]:
-        """The attribute of variables whose units follow from fields that vary: which variables hold these."""
+        """The attribute of variables whose units depend on fields that vary: the variables that hold these fields."""
         if self.device is None:
             return {}
         return {"along": ",".join(f"{n}={v}" for n, v in zip(self.names, variables, strict=True))}
@@ -187,8 +188,8 @@ def _named(varied: Varied, values: Sequence[Any]) -> dict[str, Array]:
 
 
 def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
-    """The parameters of the model that are proportional to the fields and all that moves with them, and the field of
-    one unit of each; without parameters the larger end of each field."""
+    """The parameters of the model that are proportional to the fields, and the field of one unit of each. Without
+    parameters, where others change with the fields, too, the larger end of each field."""
     spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(varied.low, varied.high, strict=True)))
     fields = [axis.ravel() for axis in spread]
     model = varied.ensemble(fields)

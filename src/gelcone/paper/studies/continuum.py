@@ -12,8 +12,8 @@ from gelcone import dataset
 from gelcone.codes import Outcome, Regime
 from gelcone.errors import MissingDependency
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
+from gelcone.motion.static_bifurcations import pitchfork_voltage, pull_in_voltage
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study

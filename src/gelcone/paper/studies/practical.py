@@ -10,11 +10,11 @@ from gelcone import dataset
 from gelcone.devices.device import Device
 from gelcone.devices.si import to_si
 from gelcone.motion.attractor.classification import classify
-from gelcone.motion.equilibrium import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
+from gelcone.motion.static_bifurcations import pitchfork_voltage, pull_in_voltage
 from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import OTHER_FILMS, film_of_device

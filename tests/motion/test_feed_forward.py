@@ -1,26 +1,16 @@
-"""Feed-forward and self-sensing: the voltage of a known motion is found again, and the height of a capacitance."""
+"""Feed-forward: the voltage of a known motion is found again."""
 
 from __future__ import annotations
-
-import json
 
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.motion import control as module
+from gelcone.motion import feed_forward as module
+from tests.motion.pumps import FILMS, device
 from tests.recorded import record
 from tests.toys import VoltageBehindResistor
-
-FILMS = {
-    "taut": {"film": "taut"},
-    "wrinkling": {"film": "wrinkling", "meridional_prestretch": 1.0, "hoop_prestretch": 1.05, "voltage_offset": 800.0},
-}
-
-
-def device(kind="taut"):
-    return gelcone.find_device("biased-pump").replace(FILMS[kind])
 
 
 @pytest.mark.parametrize("kind", FILMS)
@@ -81,46 +71,6 @@ def test_what_cannot_be_followed_is_refused(changes, times, match):
         gelcone.follow(device().replace(changes), times, 0.012 + 0.0 * times)
 
 
-@pytest.mark.parametrize("kind", [*FILMS, "membrane"])
-def test_a_capacitance_tells_the_height(kind):
-    own = gelcone.find_device("biased-pump") if kind == "membrane" else device(kind)
-    model, s, volts = own.to_model(), own.scales, 600.0
-    heights = np.array([5e-3, 12e-3, 18e-3])
-    x = heights / s.length
-    known = np.asarray(model.film.capacitance(x, (volts / s.voltage) ** 2 + 0.0 * x, [], model.numbers()))
-    farads = known * s.size("capacitance")
-    found = gelcone.sense(own, farads, voltage=volts, uncertainty=1e-12)
-    np.testing.assert_allclose(found.displacement.values, 1e3 * heights, rtol=1e-7)
-    again = gelcone.sense(own, farads + 1e-12, voltage=volts)
-    np.testing.assert_allclose(
-        np.abs(again.displacement.values - found.displacement.values), found.displacement_error.values, rtol=1e-2
-    )
-    assert found.displacement_error.attrs["units"] == "mm"
-
-
-def test_a_capacitance_that_no_height_has_gives_none():
-    found = gelcone.sense(device(), ["1 pF", "1 mF"])
-    assert np.isnan(found.displacement.values).all()
-    with pytest.raises(InputError, match="at least 0"):
-        gelcone.sense(device(), ["1 nF"], uncertainty=-1e-12)
-
-
-@pytest.mark.parametrize("kind", FILMS)
-def test_heights_are_found_wherever_the_film_has_a_state(kind):
-    """From just above its plane to the largest height that is searched, in the model's own units."""
-    model = device(kind).to_model()
-    high = min(2.99, model.film.reach(model.numbers())[1] - 1e-3)
-    x = np.array([1e-3, 0.2, 1.0, 2.0, high])
-    known = np.asarray(model.film.capacitance(x, 0.0 * x, [], model.numbers()))
-    found = gelcone.sense(model, known, uncertainty=1e-3)
-    np.testing.assert_allclose(found.displacement.values, x, rtol=1e-6)
-    slope = np.gradient(np.asarray(model.film.capacitance(np.linspace(0.9, 1.1, 3), np.zeros(3), [], model.numbers())))
-    assert float(found.displacement_error[2]) == pytest.approx(1e-3 / (slope[1] / 0.1), rel=1e-2)
-    beyond = gelcone.sense(model, [known[0] - 0.1, known[-1] * 1.5])
-    assert np.isnan(beyond.displacement.values).all()
-    assert np.isnan(beyond.displacement_error.values).all()
-
-
 def test_a_motion_is_followed_from_its_own_start_and_the_largest_error_is_that_of_all_samples(monkeypatch):
     """The disc moves from the first sample on; the film pulls against damping, acceleration and bias."""
     model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2)
@@ -138,13 +88,3 @@ def test_a_motion_is_followed_from_its_own_start_and_the_largest_error_is_that_o
     v, x, u, a = found["voltage"].values, wanted, 0.05 * np.cos(times), -0.05 * np.sin(times)
     left = a + 2.0 * 0.2 * u + film.force(x, v * v, [], n)[0] + model.system.bias.force(x, [], n)[0]
     assert np.abs(left[10:-10]).max() < 1e-6
-
-
-def test_a_sense_of_height_says_with_which_error():
-    model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
-    found = gelcone.sense(model, [1.3, 1.5], voltage=0.2, uncertainty=0.01)
-    x = found["displacement"].values
-    np.testing.assert_allclose(1.0 + x * x, [1.3, 1.5], rtol=1e-9)  # of the cone
-    np.testing.assert_allclose(found["displacement_error"], 0.01 / (2.0 * x), rtol=1e-6)
-    assert json.loads(found.attrs["options"]) == {"voltage": 0.2, "uncertainty": 0.01}
-    assert (gelcone.sense(model, [1.3])["displacement_error"] == 0.0).all()

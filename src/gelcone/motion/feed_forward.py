@@ -1,4 +1,4 @@
-"""Feed-forward and self-sensing: the voltage that follows a wanted motion, and the height that a capacitance means."""
+"""Feed-forward: the voltage under which the disc follows a wanted motion."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
 from gelcone import dataset
-from gelcone.devices.analysis import check_one, for_devices
+from gelcone.devices.analysis import for_devices
 from gelcone.errors import InputError
-from gelcone.physics.bracket import halved
+from gelcone.motion.single_film import single_film
 from gelcone.physics.driven import INPUTS, driven
 from gelcone.physics.model import ConeModel
-from gelcone.quantity import Array, Capacitance, Capacitances, Lengths, Times, Voltage
+from gelcone.quantity import Array, Lengths, Times, Voltage
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,9 +24,6 @@ DEGREE = 5
 TOP = 1.0 - 1e-9
 """Share of the squared voltage at which the film ends, up to which it is used."""
 TOLERANCE = 1e-9
-HALVINGS = 60
-STEP = 1e-5
-"""Relative difference of a height for the slope of the capacitance."""
 
 
 @for_devices
@@ -65,7 +62,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
     >>> bool(found.reachable.values.all()), f"{found.voltage.values.max():.3f}, error {found.largest_error.item():.0e}"
     (True, '0.371, error 2e-05')
     """
-    system = _plain_system(model, "follow")
+    system = single_film(model, "follow")
     tau, x = _samples(times, displacement)
     wanted = make_interp_spline(tau, x, k=DEGREE)
     n, film = model.numbers(), system.films[0]
@@ -98,20 +95,6 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
     )
 
 
-def _plain_system(model: ConeModel, name: str) -> Any:
-    """The system, of one film without states and an ideal source."""
-    system = model.system
-    check_one(model, name)
-    if len(system.films) > 1:
-        raise InputError(f"{name}: takes one film, and here are two; leave second_film out")
-    if not system.planar or system.circuit.borders or system.circuit.name != "ideal":
-        own = ", ".join(state.name for state in system.states[2:]) or system.circuit.name
-        raise InputError(
-            f"{name}: film, bias and circuit must have no states of their own, and have {own}; leave them out"
-        )
-    return system
-
-
 def _samples(times: Any, displacement: Any) -> tuple[Array, Array]:
     """Times and wanted displacements; `InputError` for what is not a motion."""
     tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
@@ -139,74 +122,3 @@ def _integrated(model: ConeModel, tau: Array, voltage: Array, start: tuple[float
         run = solve_ivp(rates, (0.0, tau[-1]), start, t_eval=tau, **options)
     found[: run.t.size] = run.y[0]
     return np.where(np.logical_or.accumulate(np.isnan(found)), np.nan, found)
-
-
-@for_devices
-def sense(
-    model: ConeModel, capacitance: Capacitances, *, voltage: Voltage = 0.0, uncertainty: Capacitance = 0.0
-) -> xr.Dataset:
-    """Compute the displacement of the disc from a measured capacitance of its film, with its error.
-
-    Parameters
-    ----------
-    model : a single model or device with one film.
-    capacitance : measured, shape (samples,).
-    voltage : constant voltage on the film, which widens a film that wrinkles. Default 0.
-    uncertainty : of the measured capacitance. Default 0.
-
-    Returns
-    -------
-    Dataset over ``sample``: ``capacitance``, and the ``displacement``, above the film's plane, with its
-    ``displacement_error``: what the uncertainty leaves. NaN for a capacitance that the film does not reach.
-
-    Raises
-    ------
-    InputError : for an ensemble, two films, a film that creeps, and a negative uncertainty.
-
-    Examples
-    --------
-    >>> import gelcone
-    >>> model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
-    >>> found = gelcone.sense(model, [1.3], uncertainty=0.01)
-    >>> f"{found.displacement.item():.4f} +- {found.displacement_error.item():.4f}"
-    '0.5477 +- 0.0091'
-    """
-    system = _plain_system(model, "sense")
-    measured = np.atleast_1d(np.asarray(capacitance, dtype=float))
-    if measured.ndim != 1 or not float(uncertainty) >= 0.0:
-        raise InputError(f"capacitance, uncertainty = {uncertainty:g}: must be a list and a number of at least 0")
-    n, film, squared = model.numbers(), system.films[0], float(voltage) ** 2
-
-    def known(x: Array) -> Array:
-        with np.errstate(all="ignore"):
-            return np.asarray(film.capacitance(x, squared + 0.0 * x, [], n), dtype=float)
-
-    x = _inverted(known, measured, film.film.reach(n))
-    step = STEP * np.maximum(np.abs(x), STEP)
-    with np.errstate(all="ignore"):
-        slope = (known(x + step) - known(x - step)) / (2.0 * step)
-        error = np.where(uncertainty > 0.0, uncertainty / np.abs(slope), 0.0)
-    dims = ("sample",)
-    return dataset.label(
-        model,
-        {
-            "capacitance": (dims, measured, "measured capacitance", "capacitance"),
-            "displacement": (dims, x, "displacement x = h/(b-a)", "length"),
-            "displacement_error": (dims, np.where(np.isnan(x), np.nan, error), "error of the displacement", "length"),
-        },
-        options={"voltage": voltage, "uncertainty": uncertainty},
-        title="self-sensing",
-    )
-
-
-def _inverted(known: Any, wanted: Array, reach: tuple[float, float]) -> Array:
-    """The x at which an increasing function of the places where it is finite has some values."""
-    grid = np.linspace(reach[0], min(reach[1], 3.0), 601)
-    values = known(grid)
-    there = grid[np.isfinite(values)]
-    if not there.size:
-        return np.full(wanted.shape, np.nan)
-    ends = known(there[[0, -1]])
-    low, high = np.full(wanted.shape, there[0]), np.full(wanted.shape, there[-1])
-    low, high = halved(lambda x: known(x) < wanted, low, high, HALVINGS)
-    return np.where((wanted >= ends[0]) & (wanted <= ends[1]), 0.5 * (low + high), np.nan)

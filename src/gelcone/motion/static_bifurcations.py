@@ -1,0 +1,172 @@
+"""Static bifurcations: pitchforks, folds and pull-in under constant voltages."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gelcone import dataset
+from gelcone.devices.analysis import for_devices
+from gelcone.motion.static_results import PLACE, label_static, padded, rests_near
+from gelcone.physics.balance import ROUNDING, PullIn, StaticBalance, rest_of
+from gelcone.physics.members import Ensemble
+from gelcone.physics.statics import balances_of, each, every_balance
+from gelcone.quantity import Array, Lengths, VoltageArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FOLD: dataset.Of = dataset.absent("voltage", nan="none")
+_FROM = dataset.absent("length")
+_TO = dataset.absent("length", infinite="no other equilibrium")
+PITCHFORK = "constant voltage at which the flat film, or the middle of two equal ones, loses stability"
+PULL_IN = "constant voltage at which the disc jumps or the film pulls in"
+PULL_IN_KIND = "how the disc jumps or pulls in"
+
+
+@for_devices
+def pitchfork_voltage(model: Ensemble) -> VoltageArray:
+    """Constant voltage at which the flat film, or a raised pair of equal films in its middle, loses its stability.
+
+    Of a single film it is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another
+    film.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+
+    Returns
+    -------
+    Voltages of the ensemble's shape; of a device in volts. NaN where x = 0 is not an equilibrium (``rest_height`` with
+    a spring; of two films where they do not rest in their middle), cannot be reached or is unstable without voltage
+    already, or where the film pulls in before.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> gelcone.pitchfork_voltage(gelcone.ConeModel(spring_stiffness=[0.5, 1.5])).round(4).tolist()
+    [0.7071, 1.2247]
+    """
+    return pitchfork_voltages(every_balance(model)).reshape(model.shape)
+
+
+def pitchfork_voltages(balances: list[StaticBalance]) -> Array:
+    squared = np.array(each(lambda balance: balance.pitchfork(), balances))
+    highest = np.array([balance.highest_squared if balance.flat else np.inf for balance in balances])
+    with np.errstate(invalid="ignore"):
+        exists = (squared >= -ROUNDING) & (squared < highest)
+        return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan)
+
+
+@for_devices
+def fold_voltages(model: Ensemble) -> xr.Dataset:
+    """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+
+    Returns
+    -------
+    Dataset with ``fold_voltage`` and ``fold_displacement`` over the ensemble's dims and ``fold``, in the order of the
+    voltage, NaN-padded. Displacements up to the stretch limit are searched, at most 1000.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(hoop_prestretch=1.4, rest_height=0.3, spring_stiffness=0.5)
+    >>> found = gelcone.fold_voltages(model)
+    >>> found.fold_voltage.values.round(4).tolist(), found.fold_displacement.values.round(4).tolist()
+    ([1.217], [-0.5313])
+    """
+    balances = balances_of(model)
+    folds = each(lambda balance: balance.folds(), balances)
+    return label_static(model, balances, fold_variables(folds), title="folds of the equilibria")
+
+
+@for_devices
+def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset:
+    """Compute where the disc jumps or a film pulls in on a slow (quasi-static) voltage ramp from 0.
+
+    A pitchfork from which the disc rises gradually is neither: the ramp follows it (`pitchfork_voltage`).
+
+    Parameters
+    ----------
+    model : one actuator or an ensemble; its own drive plays no part.
+    start : the ramp starts from the stable equilibrium at v = 0 nearest to this displacement; default the model's
+        ``rest_height`` (of two equally near ones the higher).
+
+    Returns
+    -------
+    Dataset over the ensemble's dims: ``pull_in_voltage`` (infinity if never, NaN where nothing is stable at v = 0);
+    ``pull_in_kind``, a `PullIn`; ``pull_in_from``, the displacement there; ``pull_in_to``, where the disc goes: to the
+    next stable equilibrium that the force leads to, infinity when there is none, NaN if never. ``rest_displacement`` is
+    where the ramp starts.
+
+    Raises
+    ------
+    InputError : for what is neither a model nor a device.
+
+    Examples
+    --------
+    >>> import gelcone
+    >>> model = gelcone.ConeModel(film="wrinkling", law="neo-hookean", hoop_prestretch=1.4, rest_height=0.8)
+    >>> found = gelcone.pull_in_voltage(model)
+    >>> gelcone.PullIn(found.pull_in_kind.item()).name, round(found.pull_in_voltage.item(), 4)
+    ('FILM', 0.9312)
+    """
+    balances = balances_of(model)
+    variables = pull_in_variables(balances, rests_near(model, balances, start))
+    return label_static(model, balances, variables, start=start, title="pull-in")
+
+
+def fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.Variable]:
+    rows = [np.array(own).reshape(-1, 2) for own in folds]
+    voltage, place = (padded([row[:, k] for row in rows]) for k in range(2))
+    return {
+        "fold_voltage": (("fold",), voltage, "voltage at which two equilibria meet in a fold", _FOLD),
+        "fold_displacement": (("fold",), place, "displacement of the fold", PLACE),
+    }
+
+
+def pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
+    voltage = pitchfork_voltages(balances)
+    place = np.array([0.5 * balance.flat_height for balance in balances])
+    return {
+        "pitchfork_voltage": ((), voltage, PITCHFORK, dataset.absent("voltage")),
+        "pitchfork_displacement": (
+            (),
+            np.where(np.isnan(voltage), np.nan, place),
+            "displacement that is left in the pitchfork",
+            dataset.absent("length"),
+        ),
+    }
+
+
+def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
+    """Constant voltage at which each member jumps or pulls in on a slow ramp from rest, (members,), infinite if never;
+    and how, a `PullIn`. A pitchfork that continues smoothly is neither."""
+    balances = balances_of(model)
+    lost = each(lambda balance, rest: balance.jump(rest), balances, each(rest_of, balances, [None] * len(balances)))
+    return np.array([loss.voltage for loss in lost]), np.array([loss.kind for loss in lost], dtype=np.int8)
+
+
+def pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
+    lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
+    voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
+    return {
+        "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
+        "pull_in_voltage": ((), voltage, PULL_IN, dataset.absent("voltage")),
+        "pull_in_kind": ((), kind.astype(np.int8), PULL_IN_KIND, PullIn),
+        "pull_in_from": ((), before, "displacement at which the disc jumps or the film pulls in", _FROM),
+        "pull_in_to": ((), after, "displacement that the disc jumps to", _TO),
+    }

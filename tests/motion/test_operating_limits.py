@@ -1,0 +1,41 @@
+"""Operating limits: the ends of the envelope at the own drive frequency of each member."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.codes import Outcome
+from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.static_limits import STATIC_LIMITS
+from tests.motion.planes import LOW, TAUT, straight
+
+operating_limits_module = importlib.import_module("gelcone.motion.operating_limits")
+
+
+def test_the_limits_of_each_member_are_those_of_its_own_drive(monkeypatch):
+    """The safe peak lies below the lower ends, a limit is named by its upper one; the widest interval is the error."""
+    high = np.where(np.isfinite(LOW[:1]), LOW[:1] + 0.01 * np.arange(len(DRIVEN_LIMITS)), LOW[:1])
+    examined = []
+    monkeypatch.setattr(operating_limits_module, "plane_of", lambda model, threads: straight(model, jump=1.2))
+    monkeypatch.setattr(operating_limits_module, "driven", lambda plane, omegas, volts, **options: {
+        "low": omegas[0] * LOW[:1], "high": omegas[0] * high, "asked": examined.append(volts),
+    })  # fmt: skip
+    model = TAUT.replace(drive_frequency=np.array([1.0, 2.0, 3.0]), voltage=np.array([0.3, 0.0, 0.3]))
+    found = gelcone.operating_limits(model.replace(voltage_bias=np.array([0.3, 0.0, 0.3])))
+    assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.ERROR, Outcome.OK]
+    for k, omega in ((0, 1.0), (2, 3.0)):
+        own = found.isel(member=k) if "member" in found.dims else found.isel({found["outcome"].dims[0]: k})
+        static = [float(own[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in STATIC_LIMITS]
+        assert static[-1] == 1.2
+        safe = min(omega * 0.5, *(value for value in static if value == value), 1.2)
+        assert float(own["safe_peak_voltage"]) == pytest.approx(safe)
+        assert float(own["driven_error_voltage"]) == pytest.approx(omega * 0.03)
+        assert float(own["driven_meridional_slack_voltage"]) == pytest.approx(omega * 0.53)
+        assert float(own["driven_chaos_voltage"]) == np.inf
+        assert float(own["examined_voltage"]) == 1.212
+    np.testing.assert_allclose(examined[0], 1.212 * np.arange(1.0, 21.0) / 20.0)
+    assert np.isnan(found["safe_peak_voltage"].values[1])
