@@ -1,7 +1,7 @@
-"""Creep: what a film does while a voltage is held, and how long it bears a voltage between its two thresholds.
+"""Creep of a film while a voltage is held, and the time for which it bears a voltage between its two thresholds.
 
-A film whose branches carry a part of the load withstands more at once than in the long run. Between the two pull-in
-voltages, that of the film at once and that of the film that has relaxed, it pulls in late.
+A film whose branches carry a part of the load bears more at once than in the long run. Between its two pull-in
+voltages, that at once and that of the relaxed film, it pulls in late.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ DECAYS = 8.0
 SAMPLES, DECADES = 120, 4.0
 """Samples of the holding time, and the decades over which they are spread."""
 CURVE, FINER, FINE = 12, 2, 6
-"""Voltages between the thresholds at which the time to pull-in is computed, and how often, and by how many, the gap in
-which the time exceeds the holding time is divided again."""
+"""Number of voltages between the thresholds at which the time to pull-in is computed; how often the interval in which
+that time begins to exceed the holding time is divided again, and by how many voltages."""
 TURNS = 4
-"""Turns in which the voltage behind a circuit and the film's place find each other."""
+"""Fixed-point iterations for the voltage behind a circuit and the displacement of the film."""
 ZOOMS, ZOOMED = 3, 65
-"""How often the stretch in which the disc jumps is sampled more finely, and by how many samples."""
+"""How often the interval in which the disc jumps is sampled more finely, and the number of samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
-"""Largest step of the voltage, as a share, with which pull-in is searched, the largest rise searched, and halvings of
-the step in which it lies."""
+"""Relative step of the voltage in the search for pull-in, the largest relative rise searched, and the halvings of the
+step in which pull-in lies."""
 NEWTON_STEPS, CONVERGED = 12, 1e-9
 
 
@@ -70,7 +70,7 @@ def creep(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Stroke, current and margin while constant voltages are held, and the time to pull-in over voltage.
+    """Compute stroke, current and margin while constant voltages are held, and the time to pull-in over voltage.
 
     The voltage comes slowly for the disc and fast for the branches of the film: the disc begins where the film at once
     rests, circuits charged. (A step that is fast for the disc, too, is `step`; it overshoots.)
@@ -151,7 +151,7 @@ def creep(
 
 
 def _check_creeps(model: ConeModel, name: str, remedy: str) -> None:
-    """`InputError` for a film without branches, and for a commanded charge."""
+    """Raises `InputError` for a film without branches, and for a commanded charge."""
     if not any(film.states for film in model.system.films):
         raise InputError(
             f"{name}: the film has no branch that relaxes; give viscous_modulus_1 and relaxation_time_1 (of a device: "
@@ -177,7 +177,8 @@ _MARGIN = ("share by which the voltage is below that of pull-in at once", datase
 
 
 class _Ramp:
-    """A slow voltage ramp: where the disc ``rest``s, and how it is first ``lost``, smooth pitchforks aside."""
+    """A slow voltage ramp: the displacement at ``rest``, and the first loss of stability, ``lost``, that is not a
+    smooth pitchfork."""
 
     def __init__(self, model: ConeModel | Members) -> None:
         self.balance: StaticBalance
@@ -199,9 +200,9 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
 
 
 class Holding(NamedTuple):
-    """Constant voltages that a film bears for a duration: the ``highest`` of them, in what is commanded and as it is on
-    the film; at the ``levels`` up to it, on the film, the ``members`` and their ``run``; and the ``variables`` that
-    `creep` has of the same names, of the voltage on the film."""
+    """Constant voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to it, both on
+    the film; the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`, of
+    the voltage on the film."""
 
     highest: float
     levels: Array
@@ -213,8 +214,8 @@ class Holding(NamedTuple):
 def holding(
     model: ConeModel, duration: float, up_to: float, *, count: int, threads: int | None, progress: Progress = None
 ) -> Holding:
-    """The highest voltage that a film bears for a ``duration``, and what it does at ``count`` levels up to that, or to
-    ``up_to`` of a film that never pulls in; `InputError` as `creep`."""
+    """The highest voltage that a film bears for a ``duration``, and its runs at ``count`` levels up to that, or up to
+    ``up_to`` for a film that never pulls in. Raises `InputError` as `creep`."""
     _check_creeps(model, "duration", "or leave it out")
     films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), _checked(duration)
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
@@ -226,6 +227,7 @@ def holding(
 
 
 def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
+    """The two thresholds as variables."""
     return {
         "long_time_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
         "instant_voltage": ((), at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
@@ -244,7 +246,7 @@ class _Held:
 
     @classmethod
     def of(cls, model: ConeModel, tolerance: float, threads: int | None) -> _Held:
-        """With the ramps of the model's films."""
+        """Makes both ramps of a model."""
         return cls(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance, threads)
 
     @property
@@ -257,14 +259,15 @@ class _Held:
         return self.model.replace(voltage=0.0, voltage_bias=levels).members()
 
     def starts(self, levels: Array) -> tuple[Array, Array]:
-        """States (levels, N) in which the film at once rests, behind circuits that are charged, and its voltages; the
-        displacement is NaN where it pulls in at once."""
+        """Equilibria (levels, N) of the film at once, behind charged circuits, and its voltages; the displacement is
+        NaN where it pulls in at once."""
         found = [self._start(members, k) for members in [self.members(levels)] for k in range(levels.size)]
         states, volts = zip(*found, strict=True)
         return np.array(states), np.array(volts)
 
     def _start(self, members: Members, k: int) -> tuple[list[float], float]:
-        """The start of one level: numbers, since films at different levels have different laws."""
+        """The start of one level. Levels are computed one by one, since films at different levels have different
+        laws."""
         system, n = members.system, members.numbers_at(k)
         command = np.float64(n["voltage_bias"])
         z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)
@@ -279,7 +282,8 @@ class _Held:
         return [float(value) for value in z], float(volts)
 
     def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
-        """The runs, and when each film pulls in or its disc jumps: 0 at once, infinite if not, NaN if unknown."""
+        """The runs, and the time at which each film pulls in or its disc jumps: 0 at once, infinite if it does not, NaN
+        if unknown."""
         members, states = self.members(levels), self.starts(levels)[0]
         options: dict[str, Any] = {"tolerance": self.tolerance, "threads": self.threads}
         run = integrate(members, states, times, **options, progress=progress)
@@ -332,7 +336,8 @@ def _times(lasts: float) -> Array:
 
 
 def _passes(member: Members, times: Array, states: Array, middle: float, way: float, options: dict[str, Any]) -> float:
-    """When the displacement of a run comes past a place, sampled ever more finely."""
+    """The time at which the displacement of a run passes ``middle`` in the direction of ``way``, by sampling the
+    interval more finely `ZOOMS` times."""
     for _ in range(ZOOMS):
         k = int(np.argmax((states[:, 0] - middle) * way > 0.0))
         if k == 0:
@@ -356,7 +361,7 @@ def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
 
 
 def _margin(held: Members, x: Array, volts: Array) -> Array:
-    """The share by which voltages are below pull-in or a jump of films at once, whose discs are near ``x``."""
+    """The share by which voltages are below pull-in or a jump of films at once, with equilibria near ``x``."""
     n = dict(held.numbers()) | {BIAS_SHARE: np.ones(held.size)}
     system = held.system
 

@@ -1,10 +1,10 @@
-"""Linear equations of shooting: a ring of nodes, each mapped to the next, with a few unknowns and conditions more.
+"""Linear equations of shooting: a ring of nodes, each mapped to the next, bordered by a few unknowns and conditions.
 
     X[k+1] - A[k] X[k] - sum_q C[q, k] L[q] = R[k],  k = 0 ... n-1,  X[n] = S X[0]
     sum_k rows[q, k] . X[k] + sum_p corner[q, p] L[p] = top[q]
 
-with diagonal signs S. Neighbouring segments are merged in pairs, which eliminates every second node, as long as their
-product does not grow until digits are lost; what remains is solved as one dense system. Merging all is the
+with diagonal signs S. Neighbouring segments are merged in pairs, which eliminates every second node, until their
+products would grow so large that digits are lost; the rest is solved as one dense system. Merging all is the
 "condensing" of Bock and Plitt, IFAC Proceedings 17 (1984) 1603, which for strongly unstable orbits fails like single
 shooting.
 """
@@ -22,9 +22,9 @@ from gelcone.quantity import Array
 DENSE = 36
 """Largest number of node unknowns that are solved without merging segments."""
 GROWTH = 1e5
-"""Segments are merged as long as no product has larger entries."""
+"""Largest entry of the products of merged segments."""
 SCALED_AFTER = 8
-"""Maps after which planar products are scaled."""
+"""Number of maps after which planar products are scaled."""
 
 
 def solve_ring(
@@ -56,9 +56,9 @@ def solve_ring(
 
 
 def left_weights(tangents: Array, signs: Array, columns: Array, rows: Array, corner: Array) -> tuple[Array, float]:
-    """Weights (n, N) of the equations of one ring and the weight g of its one condition, with which all sums over the
-    nodes vanish while the sum over the column is -1 - g corner. Where the ring is singular g = 0, and the weights are
-    its left null vector."""
+    """Weights (n, N) of the equations of a ring and the weight g of its condition: the solution of the transposed
+    bordered system with right-hand side 1 in its last row. Where the ring is singular g = 0, and the weights are its
+    left null vector."""
     n, size = tangents.shape[-3:-1]
     merged = _merged(tangents) if n * size > DENSE and n % 2 == 0 else None
     if merged is None:
@@ -89,7 +89,7 @@ def _merged(tangents: Array) -> Array | None:
 def _dense(
     tangents: Array, signs: Array, right: Array, columns: Array, rows: Array, corner: Array, top: Array
 ) -> tuple[Array, Array]:
-    from scipy.linalg.lapack import dgesv  # takes long to import, and regimes need none of it
+    from scipy.linalg.lapack import dgesv  # takes long to import, and regimes do not need it
 
     n, size, count = right.shape
     nodes = n * size
@@ -109,7 +109,7 @@ def _matrix(tangents: Array, signs: Array, columns: Array, rows: Array, corner: 
     nodes = n * size
     blank, at = _layout(n, size, extra, tuple(signs.tolist()))
     stored = blank.copy()
-    # of a ring of one segment the map and the next node share their places
+    # in a ring of one segment the map and the next node share their entries
     stored[at] -= tangents.ravel()
     matrix = stored.reshape(nodes + extra, nodes + extra).T
     if extra:
@@ -121,7 +121,7 @@ def _matrix(tangents: Array, signs: Array, columns: Array, rows: Array, corner: 
 
 @lru_cache(maxsize=64)
 def _layout(n: int, size: int, extra: int, signs: tuple[float, ...]) -> tuple[Array, npt.NDArray[np.intp]]:
-    """The flat matrix with the next nodes alone, column by column, and the places of the tangent maps in it."""
+    """The flat matrix with the entries of the next nodes, column by column, and the indices of the tangent maps."""
     k, i, j = (a.ravel() for a in np.indices((n, size, size)))
     whole, unknown = n * size + extra, np.arange(n * size)
     ahead = np.ones((n, size))
@@ -133,14 +133,14 @@ def _layout(n: int, size: int, extra: int, signs: tuple[float, ...]) -> tuple[Ar
 
 def scaled_product(tangents: Array) -> tuple[Array, Array]:
     """Product (..., N, N) of tangent maps (..., n, N, N), the first applied first, with entries of at most 1, and the
-    logarithm (...,) of the scale that it lost. Leading axes stand for members, each of which depends on itself alone.
+    logarithm (...,) of the factor removed from it. Leading axes are members, each of which depends on itself alone.
     """
     planar = tangents.shape[-1] == 2
     if planar and tangents.ndim == 3:
         return _planar_product(tangents)
     multiplied = _multiplied_in_the_plane if planar else np.matmul
     product, log_scale = _scaled(tangents)
-    while product.shape[-3] > 1:  # neighbours at once: as many products as halvings, not as many as maps
+    while product.shape[-3] > 1:  # all pairs of neighbours at once, so that few calls are made
         even = product.shape[-3] // 2 * 2
         both, scale = _scaled(multiplied(product[..., 1:even:2, :, :], product[..., :even:2, :, :]))
         scale += log_scale[..., 1:even:2] + log_scale[..., :even:2]
@@ -164,7 +164,7 @@ def _multiplied_in_the_plane(left: Array, right: Array) -> Array:
 
 
 def _planar_product(tangents: Array) -> tuple[Array, Array]:
-    """`scaled_product` of one ring with two states, on plain numbers: several times as fast."""
+    """`scaled_product` of one ring with two states, on Python numbers, which is several times as fast."""
     a, b, c, d, scale = 1.0, 0.0, 0.0, 1.0, 0.0
     for k, (p, q, r, s) in enumerate(tangents.reshape(-1, 4).tolist(), 1):
         a, b, c, d = p * a + q * c, p * b + q * d, r * a + s * c, r * b + s * d

@@ -1,4 +1,4 @@
-"""Deliveries of the source of a run: voltage, current and power that an amplifier must be built for."""
+"""Voltage, current and power that the source delivers in a run, for which an amplifier must be built."""
 
 from __future__ import annotations
 
@@ -19,16 +19,19 @@ from gelcone.quantity import Array
 
 JUMPS = "the voltage jumps"
 LIMITED = {"slew_rate": ("slew_limited", "slew rate"), "current_limit": ("current_limited", "current limit")}
-"""By the limit of an amplifier: the name of the share of time at it, and words for it."""
+"""Limit of an amplifier -> name of the share of time at it, and words for it."""
 NO_CURRENT = 1e-14
-"""A current that moves a smaller share of the charge in a unit of time is rounding, as under a charge that stays."""
+"""Share of the charge moved in a unit of time below which a current is rounding, as under a constant charge."""
 
 
 def delivered(members: Members, times: Array, states: Array, lost: Array) -> dict[str, Variable]:
-    """Root mean squares over the second half of motions at ``times`` and ``states`` (members, samples, N), between the
-    corners of a voltage that has some, peaks over all of them, also between the samples, and the shares of the time at
-    the limits of each amplifier; a source of the second film's own is ``second_``. Currents are infinite where a
-    voltage jumps, as what is ``lost`` (members, samples) in jumps shows: the charge moves at once."""
+    """Deliveries of each source in motions at ``times`` and ``states`` (members, samples, N).
+
+    These are root mean squares over the second half, computed between the corners of the voltage if it has some; peaks
+    over the whole motion, also between samples; and the shares of the time at the limits of the amplifier. The names of
+    a second film's own source begin with ``second_``. Currents are infinite where the voltage jumps, so that energy is
+    ``lost`` (members, samples).
+    """
     jumped = lost[:, -1] > 0.0
     late = lost[:, -1] > lost[:, times.shape[1] // 2]
     ran, whole, half = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0]), times.shape[1] // 2
@@ -71,11 +74,11 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
 
 
 MOST_CORNERS = 4000
-"""Of all members, between which a run is integrated again."""
+"""Most corners of all members between which runs are integrated again."""
 
 
 def _between_corners(members: Members, times: Array, states: Array, half: int) -> list[Weighted]:
-    """Both halves of runs between the corners of their voltage; none of a smooth one, and of one with too many."""
+    """Both halves of runs between the corners of their voltage; empty without corners, and with too many."""
     waveform, ends = members.system.waveform, ((0, half), (half, -1))
     if (
         not waveform.pieced
@@ -87,7 +90,7 @@ def _between_corners(members: Members, times: Array, states: Array, half: int) -
 
 def _of_source(line: Line, members: Members, times: Array, states: Array) -> Array:
     """Voltage of a source, charge on its films, current into them and rate of the voltage, (4, members, samples), at
-    ``times`` (members, samples) and ``states`` (members, samples, N); a current that is rounding is 0."""
+    ``times`` (members, samples) and ``states`` (members, samples, N). A current within rounding is 0."""
     system = members.system
     values = (system.source_voltages, system.source_charges, system.currents, system.source_rates)
     voltages, charges, currents, rates = (members.along(value, times, states) for value in values)
@@ -98,7 +101,7 @@ def _of_source(line: Line, members: Members, times: Array, states: Array) -> Arr
 
 
 def _sizes(line: Line, members: Members, times: Array, states: Array) -> Array:
-    """The sizes of the last three of `_of_source`."""
+    """Magnitudes of charge, current and rate of the voltage of a source, (3, members, samples)."""
     return np.abs(_of_source(line, members, times, states)[1:])
 
 
@@ -110,7 +113,7 @@ def _root_mean_squares(times: Array, values: Array) -> Array:
 
 
 def _limited(members: Members, line: Line, times: Array, states: Array) -> dict[str, Variable]:
-    """The shares of the time of a run at the limits of a line's amplifier, between the times at which it meets them."""
+    """The shares of the time of a run at the limits of a line's amplifier, by the times at which it meets them."""
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
         return dict(some.system.saturations(line, at, list(np.moveaxis(z, -1, 0)), some.numbers(at.ndim - 1)))
@@ -136,11 +139,11 @@ ROUNDING = 1e-9
 
 
 def switched(members: Members, states: Array, times: Array, **flow: Any) -> tuple[Array, Array]:
-    """The work of sources that jump, and what of it is lost, until ``times`` (members, samples) of motions from
-    ``states`` (members, N) at time 0.
+    """Work of sources whose voltage jumps, and the energy lost of it, until ``times`` (members, samples) of motions
+    from ``states`` (members, N) at time 0.
 
-    The charge follows at once, and v (Q+ - Q-) less what film and field store is lost in no resistance: C (v+ - v-)^2/2
-    of a film whose capacitance does not change with the voltage. Nothing behind a resistance or a filter.
+    The charge follows at once. v (Q+ - Q-) less the energy that film and field store is lost without a resistance:
+    C (v+ - v-)^2/2 for a capacitance that does not depend on the voltage. Both are 0 behind a resistance or a filter.
     """
     system = members.system
     found = np.zeros((2, *times.shape))
@@ -176,6 +179,6 @@ def switched(members: Members, states: Array, times: Array, **flow: Any) -> tupl
 
 
 def lost_in_jumps(members: Members, begin: Array, spans: Array, **flow: Any) -> Array:
-    """The energy, (members,), that is lost where voltages jump, of motions from ``begin`` (members, N) at phase 0 over
-    whole repeats that last ``spans`` (members,): the jump at their end counts, the one at their start does not."""
+    """Energy (members,) lost where voltages jump, in motions from ``begin`` (members, N) at phase 0 over whole repeats
+    that last ``spans`` (members,). The jump at the end counts, the one at the start does not."""
     return switched(members, begin, (spans * (1.0 + ROUNDING))[:, None], **flow)[1][:, 0]

@@ -1,4 +1,4 @@
-"""The driven half of an operating envelope: what the settled motion does over peak voltage and drive frequency."""
+"""The driven part of an operating envelope: the settled motion over peak voltage and drive frequency."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array
 
 NARROWINGS, PARTS = 3, 4
-"""How often the interval of a limit is narrowed, and to which part of it each time."""
+"""How often the interval of a limit is narrowed, and the factor by which it shrinks each time."""
 WITHIN = 0.01
-"""Share to which the lowest limit between two frequencies is known by the straight line from one to the other."""
+"""Relative error of the straight line between the lowest limits at two frequencies, at most."""
 NARROWEST = 1.002
-"""Frequencies over each other between which a limit that does not follow the line jumps."""
+"""Ratio of two frequencies within which a limit that does not follow the line is taken to jump."""
 REFINEMENTS = 10
-
 PROBES = (0.25, 0.5, 0.75)
-"""Places between two frequencies, as shares of their interval, at which the line between their limits is checked."""
+"""Shares of the interval between two frequencies at which the line between their limits is checked."""
 FAR = 1.05
-"""Between frequencies closer than this over each other only the middle is."""
+"""Ratio of two frequencies below which the line is checked in the middle alone."""
 AROUND = 0.8
 """Share of the neighbours' lower limit from which peaks are examined at a frequency between them."""
 
@@ -37,13 +36,13 @@ def driven(
     ceiling: float = np.inf,
     pull_in: float = np.inf,
 ) -> dict[str, Array]:
-    """All that `Plane.examine` finds, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the
-    intervals of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
+    """Results of `Plane.examine`, each (frequencies, peaks); ``low`` and ``high`` (frequencies, limits), the intervals
+    of the peak voltage in which each limit is first met; and ``frequency`` (frequencies,).
 
-    At each frequency peaks are examined up to the first few of which the film pulls in at one, or to the first above
-    the constant ``pull_in`` voltage; what is not examined is NaN. With ``refine`` frequencies are added until the
-    lowest limit, or the ``ceiling`` where that is lower, is known to `WITHIN` its share between any two; there peaks
-    are examined around the limits of the neighbours, and yields are left out.
+    At each frequency peaks are examined until the film pulls in, or up to the first above the constant ``pull_in``
+    voltage; the others are NaN. With ``refine``, frequencies are added until the lowest limit, or the ``ceiling`` where
+    that is lower, is known to `WITHIN` between any two. At these frequencies peaks are examined around the limits of
+    the neighbours, and yields are left out.
     """
     counted, confirmed = Counted(progress), set[tuple[float, float]]()
     found = rows_of(plane, omegas, volts, weighted(counted, 0.5 if refine else 1.0), pull_in=pull_in)
@@ -62,12 +61,11 @@ def driven(
 def unknown_between(
     plane: Plane, found: dict[str, Array], ceiling: float, confirmed: set[tuple[float, float]]
 ) -> tuple[Array, Array]:
-    """Frequencies between neighbours at which the lowest limit is off the straight line between them, and the lower
-    one of the neighbours' limits; pairs with a limit on it are added to the ``confirmed`` ones.
+    """Middles of the pairs of neighbouring frequencies between which the lowest limit does not follow the straight
+    line, and the lower limit of each pair. Pairs whose limit follows the line are added to ``confirmed``.
 
     ``found`` holds ``frequency``, ``low`` and ``final_below`` of `driven`. At each of `PROBES` two voltages are
-    examined: one `WITHIN` below the line, which must meet no limit, and one above, which must meet one. A pair that is
-    off gets its middle.
+    examined: one `WITHIN` below the line, which must not meet a limit, and one above, which must meet one.
     """
     known = found["frequency"]
     lowest = np.clip(np.fmin.reduce(found["low"], axis=1), 0.0, ceiling)
@@ -103,9 +101,11 @@ def rows_of(
     around: Array | None = None,
     yields: bool = True,
 ) -> dict[str, Array]:
-    """`driven` at the given frequencies: upwards from the lowest peak voltage to pull-in; or from one that is a little
-    below limits that are expected ``around`` some voltages (frequencies,), and downwards where one is met already.
-    Then, and without ``yields``, what the motions yield is left out."""
+    """`driven` at the given frequencies, upwards from the lowest peak voltage to pull-in.
+
+    With limits expected ``around`` voltages (frequencies,), peaks are examined upwards from a little below these, and
+    downwards where a limit is met there already. Yields are left out then, and without ``yields``.
+    """
     rest, yields, every = plane.limits_from == "rest", yields and around is None, len(volts)
     volts = volts[: int(np.searchsorted(volts, (1.0 + WITHIN) * pull_in)) + 1]
     first = np.zeros(len(omegas), dtype=np.intp)
@@ -115,26 +115,26 @@ def rows_of(
     met, lower = np.zeros((len(omegas), len(DRIVEN_LIMITS) - 1, len(volts))), None
     counted, step = Counted(weighted(progress, 0.6)), 4 if rest else 1
 
-    def look(rows: Rows, columns: Rows, lower: Array | None) -> None:
+    def examine(rows: Rows, columns: Rows, lower: Array | None) -> None:
         """Examines some pairs of frequency and level."""
-        seen = plane.examine(omegas[rows], volts[columns], lower=lower, yields=yields)
-        for name, values in seen.items():
+        examined = plane.examine(omegas[rows], volts[columns], lower=lower, yields=yields)
+        for name, values in examined.items():
             found.setdefault(name, np.full((*shape, *values.shape[1:]), np.nan))[rows, columns] = values
-        met[rows, :, columns] = np.stack([seen[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
+        met[rows, :, columns] = np.stack([examined[name] for name in DRIVEN_LIMITS[:-1]], axis=1)
         counted(rows.size / (shape[0] * shape[1]))
 
     rising, level = np.arange(len(omegas)), first.copy()
     while rising.size:
         rows, columns = np.repeat(rising, step), (level[rising, None] + np.arange(step)).ravel()
         inside = columns < len(volts)
-        look(rows[inside], columns[inside], lower if lower is None else lower[rows[inside]])
+        examine(rows[inside], columns[inside], lower if lower is None else lower[rows[inside]])
         lower = None if rest else found["final"][np.arange(len(omegas)), np.minimum(level, len(volts) - 1)]
         level[rising] += step
         rising = rising[(level[rising] < len(volts)) & ~(met[rising, 0] > 0.0).any(axis=1)]
     falling = np.flatnonzero(first > 0)
     while (falling := falling[(first[falling] > 0) & (met[falling, :, first[falling]] > 0.0).any(axis=1)]).size:
         first[falling] -= 1
-        look(falling, first[falling], None)
+        examine(falling, first[falling], None)
     counted.finish()
     low, high = _limits(plane, met, found["final"], omegas, volts, weighted(progress, 0.4))
     final = found.pop("final")
@@ -154,8 +154,8 @@ def _below_all(final: Array, low: Array, volts: Array) -> Array:
 def _limits(
     plane: Plane, met: Array, final: Array, omegas: Array, volts: Array, progress: Progress
 ) -> tuple[Array, Array]:
-    """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each; of ``met``
-    (frequencies, limits, peaks), and the states ``final`` (frequencies, peaks, N) on which motions settled."""
+    """Intervals of the peak voltage in which each limit is first met, (frequencies, limits) each, from ``met``
+    (frequencies, limits, peaks) and the states ``final`` (frequencies, peaks, N) on which motions settled."""
     counted = Counted(progress)
     reached, first = (met > 0.0).any(axis=2), np.argmax(met > 0.0, axis=2)
     below = np.concatenate([[0.0], volts])
@@ -168,7 +168,7 @@ def _limits(
     for _ in range(NARROWINGS if rows.size else 0):
         begin, end = low[rows, columns], high[rows, columns]
         inner = begin[:, None] + (end - begin)[:, None] * np.arange(1, PARTS) / PARTS
-        # a motion that leaves the domain meets several limits at one voltage: it is examined once
+        # a motion that leaves the domain meets several limits at one voltage, and is examined once
         pairs = np.stack([np.repeat(rows, PARTS - 1), inner.ravel()])
         points, of = np.unique(pairs, axis=1, return_inverse=True)
         at = points[0].astype(np.intp)

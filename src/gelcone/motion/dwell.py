@@ -1,9 +1,8 @@
-"""For how long along sampled motions a function of the state is positive, also where that begins and ends between two
-samples.
+"""Times for which functions of the state are positive along sampled motions.
 
 Between samples the displacement is the quintic through displacement, velocity and acceleration at both, and every other
-state the cubic through its values and rates. Crossings are found on these, so that their error is that of the
-polynomials, not the spacing of the samples.
+state the cubic through its values and rates. Zeros of the functions are found on these, so that their error is that of
+the polynomials, not the spacing of the samples.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ NODES = np.linspace(0.0, 1.0, 5)
 """Shares of an interval at which a function is evaluated for the polynomial on which it passes zero."""
 INVERSE = np.linalg.inv(np.vander(NODES))
 FINE = np.vander(np.linspace(0.0, 1.0, 65), NODES.size)
-"""Powers of the shares among which the extremum of a polynomial is."""
+"""Powers of the shares of an interval at which the extremum of a polynomial is searched."""
 Rows = npt.NDArray[np.intp]
 Places = tuple[Rows, ...]
-"""Functions, members and intervals, (points,) each."""
+"""Indices of functions, members and intervals, (points,) each."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class Path:
             return np.stack(self.members.along(self.members.system.rates, self.times, self.states), axis=-1)
 
     def at(self, rows: Rows, interval: Rows, share: Array, *, cubic: bool = False) -> tuple[Array, Array]:
-        """Times (points,) and states (points, N) at a ``share`` of intervals behind samples of members ``rows``;
-        ``cubic`` takes cubics of all states."""
+        """Times (points,) and states (points, N) at a ``share`` of the intervals of members ``rows``; with ``cubic``,
+        also the displacement is a cubic."""
         first, last = (rows, interval), (rows, interval + 1)
         step, s = (self.times[last] - self.times[first])[:, None], share[:, None]
         z, ahead, rate, later = self.states[first], self.states[last], self.rates[first], self.rates[last]
@@ -70,9 +69,9 @@ Values = Callable[[Members, Array, Array], Array]
 
 
 def dwell_times(path: Path, functions: Values, values: Array) -> tuple[Array, Array]:
-    """For how long each of the ``functions`` is positive between samples, (functions, members, samples - 1), 0 where a
-    motion has ended, and the error of the sum, (functions, members); ``values`` (functions, members, samples) are those
-    at the samples."""
+    """Times for which each of the ``functions`` is positive between samples, (functions, members, samples - 1), 0 where
+    a motion has ended; and the error of their sum, (functions, members). ``values`` (functions, members, samples) are
+    those at the samples."""
     spans = np.diff(path.times, axis=1)
     positive, known = values > 0.0, np.isfinite(values)
     found = np.where(positive[..., :-1] & positive[..., 1:], spans, 0.0)
@@ -118,14 +117,14 @@ def _horner(terms: Array, share: Array) -> Array:
 
 
 def _add_passings(values: Array, spans: Array, found: Array, polynomial: Any, cross: Any) -> None:
-    """Adds the times of passings that begin and end between samples, next to samples where the distance to zero has a
-    minimum so small that the parabola through its neighbours leaves room for one."""
+    """Adds the times between two zeros within one interval. They are searched next to samples at which the distance to
+    zero has a minimum so small that the parabola through the neighbours comes close to zero."""
     sign, size = np.where(values > 0.0, 1.0, -1.0), np.abs(values)
     before, here, after = size[..., :-2], size[..., 1:-1], size[..., 2:]
-    with np.errstate(all="ignore"):  # infinite where a film does not know an assumption
+    with np.errstate(all="ignore"):  # infinite for an assumption that a film does not make
         bend = before + after - 2.0 * here
         nearest = here - (after - before) ** 2 / (8.0 * bend)
-        close = (here < before) & (here <= after) & (nearest < 0.1 * bend)  # of two that are as near one alone
+        close = (here < before) & (here <= after) & (nearest < 0.1 * bend)  # of two equal minima one alone
     same = (sign[..., :-2] == sign[..., 1:-1]) & (sign[..., 1:-1] == sign[..., 2:])
     function, rows, sample = np.nonzero(same & close)
     own = sign[function, rows, sample + 1]

@@ -19,7 +19,7 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 ROUNDING = 1e-9
-"""A power of less than this share of what goes back and forth is rounding."""
+"""Share of the power that goes back and forth below which a mean power is rounding."""
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "current": ("largest current into a film", dataset.absent("current", infinite=JUMPS)),
     "power": ("mean power that the source gives", "power"),
@@ -35,17 +35,17 @@ MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "field": ("largest true field in a film", "field"),
     **HEAT,
 }
-"""What `electrical` finds, and the quantity of each."""
+"""Variables of `electrical` -> meaning and quantity."""
 
 
 def electrical(members: Members, times: Array, states: Array, begin: Array, **flow: Any) -> dict[str, Array]:
-    """The numbers of `MEANINGS`, (members,) each, of motions at ``times`` (members, samples) in ``states`` (members,
-    samples, N): even samples over whole periods of drive and motion, one end of which is left out, from ``begin``
-    (members, N) at phase 0. ``flow``: options of the integration.
+    """The numbers of `MEANINGS`, (members,) each; NaN for a motion that has ended.
 
-    A motion that repeats stores nothing in the mean: the source gives what is lost, which is known better than voltage
-    times current, most of which goes back and forth. Losses are integrated, as a current may peak between two samples.
-    NaN where a motion ended before.
+    ``times`` (members, samples) and ``states`` (members, samples, N) are even samples over whole periods of drive and
+    motion without the first, from ``begin`` (members, N) at phase 0; ``flow`` are options of the integration.
+
+    The mean power of a periodic motion equals its losses. These are integrated, which is more accurate than the mean of
+    voltage times current: most of that goes back and forth, and the current may peak between two samples.
     """
     lasts = (times[:, 1] - times[:, 0]) * times.shape[1]
     work = integrate(members, begin, lasts[:, None], keep="work", **flow).work
@@ -76,20 +76,20 @@ def electrical(members: Members, times: Array, states: Array, begin: Array, **fl
 
 
 def known_of(system: ConeSystem) -> list[str]:
-    """The `MEANINGS` that a system has: where power is lost, if not in the damper alone, and how films get warm."""
+    """The names in `MEANINGS` that a system has: losses, unless only the damper has some, and heat."""
     lossy = {cause for cause in LOSSES if cause in system.causes} | ({"resistor"} if jumping(system) else set())
     absent = {f"{cause}_power" for cause in LOSSES if cause not in lossy or len(lossy) == 1}
     return [name for name in MEANINGS if name not in absent and (heats(system) or name not in HEAT)]
 
 
 def heating(powers: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
-    """The power that heats the films, from those by cause (`ConeSystem.powers`)."""
+    """The power that heats the films, from the powers by cause (`ConeSystem.powers`)."""
     return np.sum([np.broadcast_to(powers[cause], shape) for cause in HEATS if cause in powers] or [np.zeros(shape)], 0)
 
 
 def path_of(members: Members, times: Array, states: Array, begin: Array, spans: Array, **flow: Any) -> Weighted:
-    """Even samples (members, samples) as they are, or, where the voltage has corners, the motions from ``begin`` at
-    phase 0 over ``spans`` between these."""
+    """The samples (members, samples), or, for a voltage with corners, the motions from ``begin`` at phase 0 over
+    ``spans`` sampled between these."""
     if members.system.waveform.pieced:
         return between_corners(members, begin, 0.0 * spans, spans, **flow)
     return sampled_evenly(times, states, begin, 0.0 * spans, spans)

@@ -1,8 +1,7 @@
-"""Operating envelope of a device: which limit comes first on the way up, at rest and at every drive frequency.
+"""Operating envelope of a device: the limit that comes first as the voltage rises, at rest and at each drive frequency.
 
 The drive is scaled as a whole; its peak is the largest absolute voltage of its waveform with the bias. Quasi-static
-limits belong to the constant peak voltage reached on a slow ramp; driven limits to the settled motion that grows out of
-rest.
+limits hold for a constant peak voltage reached on a slow ramp, driven limits for the motion that starts from rest.
 """
 
 from __future__ import annotations
@@ -37,11 +36,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MARGIN = 0.2
-"""Share of the lowest limit that the recommended voltage stays below it."""
+"""Share of the lowest limit by which the recommended voltage is below it."""
 COEXISTING_SHARE = 0.3
-"""About the share of the work that goes into coexisting motions."""
+"""Share of the progress for coexisting motions."""
 HELD_SHARE = 0.1
-"""About the share of the work that goes into constant voltages that are held."""
+"""Share of the progress for constant voltages that are held."""
 
 
 @analysis(
@@ -70,7 +69,7 @@ def envelope(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Limits over peak voltage and drive frequency, which comes first, and the window that is recommended.
+    """Compute limits over peak voltage and drive frequency, which comes first, and the recommended window.
 
     Parameters
     ----------
@@ -232,12 +231,12 @@ def envelope(
 
 
 def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -> Plane:
-    """The driven plane of an envelope, with the pull-in of the film as a membrane; `InputError` as `envelope`."""
+    """The driven plane of an envelope, with the pull-in of the film as a membrane; raises `InputError`."""
     return Plane.of(model, threads, membrane_pull_in(model), limits_from)
 
 
 def pull_in_of(plane: Plane) -> str:
-    """Whose pull-in an envelope shows: ``membrane`` or ``cone``."""
+    """The model, ``membrane`` or ``cone``, whose pull-in an envelope shows."""
     return "cone" if plane.membrane is None and not isinstance(plane.model.film, MembraneFilm) else "membrane"
 
 
@@ -283,7 +282,7 @@ _WINDOW: dict[str, tuple[str, dataset.Of]] = {
 
 
 def _of(model: ConeModel, meanings: Mapping[str, tuple[str, dataset.Of]]) -> list[str]:
-    """The names of what a model has: heat of films that get warm alone."""
+    """The names of the variables that a model has; heating only of films that get warm."""
     return [name for name, (_, of) in meanings.items() if of != "heating" or heats(model.system)]
 
 

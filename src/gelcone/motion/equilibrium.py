@@ -47,7 +47,7 @@ def static(
     at_once: bool = False,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Force over displacement, equilibria, their branches, pitchfork, folds and pull-in under constant voltages.
+    """Compute force over displacement, equilibria, branches, pitchfork, folds and pull-in under constant voltages.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def static(
 
 
 def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:
-    """The state of the films, and which assumptions fail, at the equilibria (members, voltages, equilibria)."""
+    """Adds the state of the films and the assumptions that fail at the equilibria (members, voltages, equilibria)."""
     held = np.broadcast_to(levels[:, None], place.shape)
     films, n, first = members.system.films, members.numbers(trailing=1), held.reshape(members.size, -1)
     at = place.reshape(members.size, -1, 1)
@@ -184,7 +184,7 @@ def _force_range(balances: list[StaticBalance], found: list[list[list[Equilibriu
 def _branch_limit(
     balances: list[StaticBalance], levels: Array, folds: list[list[tuple[float, float]]], pull_in: Array
 ) -> float:
-    """Highest voltage to which the branches are traced: past all that happens and all that was asked for."""
+    """Highest voltage to which branches are traced: beyond all bifurcations and all given voltages."""
     events = [float(v) for v in pull_in if np.isfinite(v)] + [v for own in folds for v, _ in own]
     events += [math.sqrt(w) for balance in balances if balance.flat and (w := balance.pitchfork()) > 0.0]
     return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
@@ -202,6 +202,6 @@ def _branches(balances: list[StaticBalance], highest: float) -> dict[str, datase
 
 
 def _with_gaps(curves: list[Array]) -> Array:
-    """Rows of curves, one behind the other, parted by NaN."""
+    """Rows of curves, one after the other, separated by NaN."""
     gap = np.full((3, 1), np.nan)
     return np.concatenate([gap, *(piece for curve in curves for piece in (curve, gap))], axis=1)

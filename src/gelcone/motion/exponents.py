@@ -1,8 +1,8 @@
 """Averages of the growth of deviations: Lyapunov exponents with their standard errors.
 
-The error is that of the mean over at least 100 blocks, each a whole number of forcing periods: the longer the blocks,
-the less of what the motion remembers from one to the next is missed, and the averaging continues until longer blocks
-give no larger errors (Flyvbjerg and Petersen, J. Chem. Phys. 91 (1989) 461).
+The error is that of the mean over at least 100 blocks, each a whole number of forcing periods. Correlations between
+blocks vanish as blocks get longer, and the averaging continues until longer blocks give no larger errors (Flyvbjerg and
+Petersen, J. Chem. Phys. 91 (1989) 461).
 """
 
 from __future__ import annotations
@@ -24,28 +24,26 @@ from gelcone.quantity import Array
 FEWEST_BLOCKS = 100
 """Fewest blocks that give an error; fewer give a sign at best."""
 GROWING = 1.15
-"""Errors grow still when those of the longest blocks exceed those of half the length by this factor, twice what chance
-makes of 100 blocks."""
+"""Ratio of the errors of the longest blocks to those of blocks half as long above which errors still grow: twice the
+scatter of errors from 100 blocks."""
 LAST_BLOCKS = 16
-"""Where they grow still and the budget is spent, the largest error of any blocks counts, as long as there is this
-number.
-"""
+"""Fewest blocks of which an error counts where errors still grow at the end of the budget."""
 BUDGET, PRECISE_BUDGET = 20_000.0, 1e7
-"""Longest averaging time by default, without and with a precision that is asked for."""
+"""Default longest averaging time, without and with a given precision."""
 SHEAR = 5.0
-"""Without damping the deviations of a regular motion grow like time, and its exponent looks like log(t)/t: only one
-that is this many times larger is positive."""
+"""Multiple of log(t)/t above which an exponent without damping is positive: deviations of a regular motion grow in
+proportion to time, so that its exponent seems to be log(t)/t."""
 STEADY = 0.05
-"""Halves of the averaging time whose exponents differ by less than this share agree, however small their errors are."""
+"""Relative difference below which the exponents of both halves of the averaging time agree, whatever their errors."""
 RUNNING_POINTS = 200
 
 
 @dataclass(frozen=True)
 class Exponents(Columns):
-    """The exponents of all members after averaging: ``values`` and ``standard_error`` (members, N), ``time`` averaged
-    over, ``divergence`` (members,), the mean trace of the Jacobian over that time, ``sign`` of the largest (-1 or 1
-    when certain, 0 when the budget did not suffice), ``outcome``; ``running`` (members, points, 2): averaged time and
-    largest exponent so far; ``states`` (members, N) at the end."""
+    """The exponents of all members after averaging: ``values`` and ``standard_error`` (members, N); the averaging
+    ``time``; ``divergence`` (members,), the mean trace of the Jacobian over that time; ``sign`` of the largest, 0 where
+    the budget did not suffice; ``outcome``; ``running`` (members, points, 2), averaged time and largest exponent so
+    far; ``states`` (members, N) at the end."""
 
     values: Array = column(np.nan, "N")
     standard_error: Array = column(np.nan, "N")
@@ -87,7 +85,7 @@ def average(
 
 @dataclass(frozen=True)
 class _Goal:
-    """When an average ends: at the latest after the time ``budget``, not before the error is down to ``precision``."""
+    """The end of an average: after the time ``budget`` at the latest, or when the error is down to ``precision``."""
 
     budget: float
     precision: float
@@ -103,7 +101,7 @@ def _average_group(
     flow_options: dict[str, Any],
 ) -> None:
     run, growth = TangentRun.at(states), np.empty((len(states), 0, states.shape[1] + 1))
-    # One block lets the frame turn into its own directions before the average begins.
+    # During the first block the frame aligns with the directions of growth; the average begins after it.
     advance(members, run, clock, clock.block, **flow_options)
     while True:
         blocks = FEWEST_BLOCKS if growth.shape[1] == 0 else growth.shape[1] // clock.block
@@ -132,16 +130,16 @@ def _average_group(
 
 
 def shear_level(time: Array) -> Array:
-    """The exponent that regular motion without damping may seem to have after so long an average."""
+    """The exponent that regular motion without damping may seem to have after an averaging time."""
     return SHEAR * np.log(np.maximum(time, math.e)) / np.maximum(time, math.e)
 
 
 def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-    """Exponents and standard errors, whether both halves of the time agree on the largest exponent, and whether longer
-    blocks give no larger errors.
+    """Exponents and standard errors, and the masks of members whose largest exponent agrees in both halves of the time,
+    and whose errors do not grow with longer blocks.
 
-    Where the halves do not agree, the motion had not settled yet, and only the later one counts; half of what they
-    differ by is an error too.
+    Where the halves do not agree, the motion had not settled yet, and only the later half counts; half of the
+    difference is an error, too.
     """
     half = growth.shape[1] // clock.block // 2 * clock.block
     means, errors, grown = grown_statistics(growth, clock)
@@ -154,8 +152,11 @@ def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.ND
 
 
 def grown_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Exponents (members, N), the standard errors of the longest blocks of which there are `FEWEST_BLOCKS`, and whether
-    these have stopped growing; where they have not, the largest errors that still longer blocks give."""
+    """Exponents (members, N), standard errors, and the mask of members whose errors have stopped growing.
+
+    The errors are those of the longest blocks of which there are `FEWEST_BLOCKS`; where they still grow, the largest
+    errors of longer blocks.
+    """
     units = growth.shape[1] // clock.per_repeat
     longest = max(units // FEWEST_BLOCKS, 1)
     means, errors = block_statistics(growth, clock, longest)
@@ -193,9 +194,10 @@ def running_estimate(growth: Array, clock: Clock) -> Array:
 
 
 def bound_shear(members: Members, result: Exponents) -> None:
-    """Regular motion without damping has the exponents 0: what was averaged is shear, and bounds what may be there.
+    """Sets the exponents of regular motions without damping to 0, with the averages as errors.
 
-    Its deviations grow like time, so that an average over T is off by log(T)/T, however small its scatter is.
+    Deviations of such a motion grow in proportion to time by shear, so that an average over T is off by log(T)/T,
+    whatever its scatter.
     """
     regular = ~members.damped & (result.sign == 0) & (result.values[:, 0] <= shear_level(result.time))
     bound = np.abs(result.values[regular]).max(axis=1, initial=0.0)

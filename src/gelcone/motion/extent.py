@@ -1,8 +1,8 @@
-"""The lowest and highest displacement of sampled motions, also where the disc turns between two samples.
+"""The lowest and highest displacement of sampled motions, including turning points between samples.
 
-There the displacement is the quintic through displacement, velocity and acceleration at both samples. Where that is
-far from the cubic through displacement and velocity, the motion is integrated to those turning points that may be
-extremes.
+At a turning point the displacement is that of the quintic through displacement, velocity and acceleration at both
+samples. Where that is far from the cubic through displacement and velocity, the motion is integrated to the turning
+points that may be extremes.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from gelcone.quantity import Array
 Index = npt.NDArray[np.intp]
 
 FAR = 1e-8
-"""Share of the motion's extent between quintic and cubic, up to which the quintic is taken. Its error is smaller: of a
-sine by far, and where the stretch limit turns the disc like a wall about as large."""
+"""Largest distance between quintic and cubic, over the motion's extent, at which the quintic is accurate enough. Its
+error is far smaller for a sine, and about as large where the disc turns at the stretch limit as at a wall."""
 UNSURE = 2.0
-"""The error of a quintic over that distance, at most."""
+"""Largest error of a quintic over its distance from the cubic."""
 
 
 def extent(members: Members, times: Array, states: Array, **flow: Any) -> tuple[Array, Array]:
     """The lowest and highest displacement, (members,) each, of motions at ``times`` (members, samples) and ``states``
-    (members, samples, N); NaN of one that is not known throughout. ``flow`` are options of `integrate`."""
+    (members, samples, N); NaN for a motion with samples that are NaN. ``flow`` are options of `integrate`."""
     x, u = states[..., 0], states[..., 1]
     lowest, highest = x.min(axis=1), x.max(axis=1)
     rows, first = np.nonzero(u[:, :-1] * u[:, 1:] < 0.0)
     if rows.size:
         found, apart = _on_quintics(members, times, states, rows, first)
         doubt, low, high = UNSURE * apart, lowest.copy(), highest.copy()
-        np.fmin.at(low, rows, found + doubt)  # the lowest displacement is below this, and the highest above the other
+        np.fmin.at(low, rows, found + doubt)  # the lowest displacement is below ``low``, the highest above ``high``
         np.fmax.at(high, rows, found - doubt)
         may = (found - doubt <= low[rows]) | (found + doubt >= high[rows])
         at = np.flatnonzero(may & (apart > FAR * (highest - lowest)[rows]))
@@ -46,8 +46,8 @@ def extent(members: Members, times: Array, states: Array, **flow: Any) -> tuple[
 
 
 def _on_quintics(members: Members, times: Array, states: Array, rows: Index, first: Index) -> tuple[Array, Array]:
-    """The displacement (points,) at the turning points of ``rows`` behind their samples ``first``, and its distance
-    from that of the cubic."""
+    """The displacement (points,) at the turning points of ``rows`` after their samples ``first``, and its distance from
+    that of the cubic."""
     t, x, u, a = _both_sides(members, times, states, rows, first)
     gap = t[:, 1] - t[:, 0]
     s = turning_share(gap, x, u, a)

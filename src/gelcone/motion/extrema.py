@@ -36,7 +36,7 @@ def extrema(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Section at zero velocity: the maxima and minima of the displacement, with their times.
+    """Compute the section at zero velocity: the maxima and minima of the displacement, with their times.
 
     The velocity's sign changes are bracketed by at least `SAMPLES_PER_OSCILLATION` samples an oscillation at the
     fastest rate (at most 65,536 a forcing period), and each is refined by integrating to it anew until the velocity
@@ -110,10 +110,10 @@ def extrema(
 
 
 def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Array]:
-    """Member and (time, displacement, velocity, kind) of each, in the order of time.
+    """Indices of members, and (time, displacement, velocity, kind) of each turning point, in the order of time.
 
     The time is in forcing periods since the piece began. A turning point belongs to the samples between which the
-    velocity changes its sign, the later sample included.
+    velocity changes its sign, including the later sample.
     """
     x, u = piece.states[..., 0], piece.states[..., 1]
     a = acceleration_at(members, piece.times, piece.states)
@@ -133,7 +133,7 @@ def _turning_points(members: Members, piece: Piece, flow: dict[str, Any]) -> tup
 
 
 def _padded(found: list[tuple[npt.NDArray[np.intp], Array]], count: int) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Rows of all members as (members, most rows but at least 1, columns), NaN beyond each own; and their numbers."""
+    """Rows of all members as (members, rows, columns), padded with NaN to at least one row; and their numbers."""
     which = np.concatenate([members for members, _ in found])
     rows = np.concatenate([rows for _, rows in found])
     order = np.argsort(which, kind="stable")

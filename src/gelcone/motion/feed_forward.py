@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DEGREE = 5
-"""Of the spline through the wanted heights: its accelerations are smooth."""
+"""Degree of the spline through the wanted heights, whose accelerations are smooth."""
 TOP = 1.0 - 1e-9
 """Share of the squared voltage at which the film ends, up to which it is used."""
 TOLERANCE = 1e-9
@@ -96,7 +96,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
 
 
 def _samples(times: Any, displacement: Any) -> tuple[Array, Array]:
-    """Times and wanted displacements; `InputError` for what is not a motion."""
+    """Times and wanted displacements. Raises `InputError` for samples that do not make a motion."""
     tau, x = np.asarray(times, dtype=float), np.asarray(displacement, dtype=float)
     if tau.ndim != 1 or tau.size <= DEGREE or tau.shape != x.shape:
         raise InputError(f"times, displacement: must be two lists of one length of at least {DEGREE + 1}")

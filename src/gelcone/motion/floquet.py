@@ -3,9 +3,9 @@
 Small motions about the flat film obey a damped Hill equation, x'' + 2 zeta x' + (k - v(tau)^2) x = 0 with the
 small-signal stiffness k. Over one forcing period T a deviation is mapped linearly; the eigenvalues of the map are
 the Floquet multipliers, and rest is stable while both lie inside the unit circle. Their product is exp(-2 zeta T), so
-that they leave it along the real axis: at +1 where the trace of the map passes 1 + exp(-2 zeta T) (a motion with the
-period of the force grows), at -1 where it passes the negative of that (a motion with twice that period). Magnus and
-Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979), chapter 5.
+that they leave the circle along the real axis: at +1 where the trace of the map passes 1 + exp(-2 zeta T) (a motion
+with the period of the force grows), at -1 where it passes the negative of that (a motion with twice that period).
+Magnus and Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillations (1979), chapter 5.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ BEFORE_PULL_IN = 1.0 - 1e-6
 FEWEST_STEPS, MOST_STEPS = 256, 4096
 STEPS_PER_LOBE = 12
 NEAR_ONSET = -0.2
-"""A peak of the margin below this is not followed up: 5 points a lobe come closer to its true height."""
+"""Margin below which a peak is not followed up, since its true height is lower: 5 points per lobe come close to it."""
 SECTIONS = 8
-"""Points inside a bracket that the root finder computes at once, one a lane of the integrator."""
+"""Points inside a bracket that are computed at once, one per lane of the integrator."""
 ROUNDS = 6
 _ONSET = dataset.absent("voltage", nan="not reached")
 PEAK_ROUNDS = 4
@@ -141,7 +141,7 @@ def onset_voltage(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Smallest voltage amplitude at which rest loses its stability under the drive.
+    """Compute the smallest voltage amplitude at which rest loses its stability under the drive.
 
     The amplitudes are scanned in even steps, peaks of the margin between them are followed up, and the first crossing
     is narrowed down. A tongue that is narrower than about a hundredth of a step can be missed; without
@@ -357,7 +357,7 @@ def _onsets(
 
 
 def _at_voltages(members: Members, voltages: Array, options: Options, progress: Progress = None) -> Monodromy:
-    """The maps of every member at its voltages, shape (members, voltages), flattened."""
+    """The maps of every member at its voltages (members, voltages), flattened."""
     rows = np.repeat(np.arange(len(voltages)), voltages.shape[1])
     return monodromy(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
 
@@ -373,7 +373,8 @@ def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], A
 def _hidden_brackets(
     members: Members, scan: Array, margin: Array, options: Options
 ) -> tuple[npt.NDArray[np.intp], Array, Array]:
-    """The same for tongues that lie between two points of the scan, found where the margin peaks; lowest first."""
+    """Members with a tongue between two points of the scan, and its brackets, lowest first; found at peaks of the
+    margin."""
     stable_so_far = np.logical_and.accumulate(~(margin > 0.0), axis=1)
     peak = (margin[:, 1:-1] >= margin[:, :-2]) & (margin[:, 1:-1] >= margin[:, 2:]) & stable_so_far[:, 1:-1]
     rows, at = np.nonzero(peak & (margin[:, 1:-1] > NEAR_ONSET))
@@ -404,9 +405,9 @@ def _boundaries(rows: Members, volts: Array, margin: Array, options: Options, pr
 
 
 def _refine(members: Members, low: Array, high: Array, rising: Array, options: Options) -> tuple[Array, Array]:
-    """Roots of the margin in brackets, one a member, where it rises (1) or falls (-1) through 0; and their widths.
+    """Roots of the margin in brackets, one per member, where it rises (1) or falls (-1) through 0; and their widths.
 
-    A bracket is cut into sections until it is so narrow that interpolation leaves no more than rounding.
+    A bracket is cut into sections until interpolation inside it is exact to rounding.
     """
     each = np.arange(low.size)
     ends = rising[:, None] * _at_voltages(members, np.stack([low, high], axis=1), options).margin().reshape(-1, 2)
@@ -430,7 +431,7 @@ def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
         members = model.members()
         film = BEFORE_PULL_IN * np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
         bias = np.abs(members.number("voltage_bias"))
-        free = np.where(film > bias, film - bias, film)  # a film that the bias alone pulls in says so
+        free = np.where(film > bias, film - bias, film)  # a film that the bias alone pulls in is refused elsewhere
         return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), free)
     ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():

@@ -1,4 +1,4 @@
-"""Trajectories of an ensemble: what is asked for is checked here, and a back end integrates it."""
+"""Trajectories of an ensemble: arguments are checked here, and a back end integrates."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def integrate(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectories:
-    """Trajectories of all members of a flattened ensemble, sampled at given times.
+    """Integrate all members of a flattened ensemble, sampled at given times.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def integrate(
 
 
 def check_flow(tolerance: float, threads: int | None) -> None:
-    """`InputError` for what the integrator cannot use."""
+    """Raises `InputError` for a tolerance or a number of threads that the integrator cannot use."""
     if not (isinstance(tolerance, float | int) and 0.0 < tolerance < 1.0):
         raise InputError(
             f"tolerance = {tolerance!r}: must be a number above 0 and below 1, for example {DEFAULT_TOLERANCE:g}"
@@ -136,7 +136,7 @@ def check_flow(tolerance: float, threads: int | None) -> None:
 
 
 def _states(name: str, value: npt.ArrayLike, members: Members) -> Array:
-    """States (members, N), of which displacement and velocity will do."""
+    """States (members, N), which may be given as displacement and velocity alone."""
     count = len(members.system.states)
     if count > 2 and np.shape(value)[-1:] == (2,):
         return members.start_states(_fit(name, value, (members.size, 2)))
@@ -144,7 +144,8 @@ def _states(name: str, value: npt.ArrayLike, members: Members) -> Array:
 
 
 def _fit(name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
-    """``value`` spread to ``shape``, of which the last axis is not spread; `InputError` when it does not fit."""
+    """``value`` broadcast to ``shape`` except for the last axis of several; raises `InputError` where it does not
+    fit."""
     try:
         array = np.asarray(value, dtype=float)
         if len(shape) > 1 and np.atleast_1d(array).shape[-1] != shape[-1]:

@@ -20,16 +20,15 @@ KEEPS: tuple[Keep, ...] = get_args(Keep)
 
 @dataclass(frozen=True)
 class Trajectories:
-    """Samples of every member; NaN from where a member failed.
+    """Samples of every member; NaN after a member failed.
 
     ``times`` (members, samples); ``states`` (members, samples, N) with displacement, velocity and what components add;
     ``tangents`` (members, samples, N, N), each the linear map of a small deviation from the previous sample (the first
     from the start) to this one, and ``divergence`` (members, samples), the integral of the Jacobian's trace between
     them, unless the system is planar; ``work`` (members, samples, causes), the integrals of the powers since the start
     (`gelcone.physics.system.ConeSystem.causes`); ``outcome`` and ``steps`` (members,). ``end_times`` (members,) and
-    ``end_states`` (members, N) are the last that is known of each, and of each film ``pull_in``
-    (members, films), how it pulled in (`FilmPullIn`), and ``film_times`` (members, films, kinds), how long it was in
-    each of its states.
+    ``end_states`` (members, N) are the last known of each. ``pull_in`` (members, films) is the way in which each film
+    pulled in (`FilmPullIn`), ``film_times`` (members, films, kinds) the time that it spent in each of its states.
     """
 
     times: Array
@@ -46,7 +45,7 @@ class Trajectories:
 
     @classmethod
     def blank(cls, times: Array, system: ConeSystem, keep: Keep, outcome: npt.NDArray[np.int8]) -> Trajectories:
-        """Nothing known yet of members of ``system``, sampled at ``times`` (members, samples)."""
+        """Trajectories of members of ``system`` sampled at ``times`` (members, samples), filled with NaN and zeros."""
         states = len(system.states)
         return cls(
             times=times,
@@ -65,8 +64,7 @@ class Trajectories:
 
 @dataclass(frozen=True)
 class Job:
-    """One call of `gelcone.integrate`: which ``members`` run (``runs``), from where, sampled when, and what is
-    recorded.
+    """One call of `gelcone.integrate`: ``members``, the mask ``runs`` of those to integrate, and what to record.
 
     ``states0`` (members, N) at ``start`` (members,), ``times`` (members, samples), ``gaps`` between the samples, the
     first from the start. ``result`` takes the samples, steps and outcomes; the back end fills it for those that run.
@@ -85,14 +83,14 @@ class Job:
 
 @dataclass
 class Portable:
-    """The program of one member as text in LLVM's language, and what a caller must know of its arrays.
+    """The program of one member as text in LLVM's language, and the layout of its arrays.
 
-    ``modules`` hold ``prepare``, ``start``, ``advance``, ``serve`` and ``step`` - one in the first module, or with
-    several laws one in each of the others - and ``points`` the functions ``point_K(z, time, numbers, switches, roots,
-    out)`` of each law K, which write the ``outputs``: the rates of the states, what was wanted, and the borders.
-    ``sizes`` names the lengths of arrays and places in them. ``used``: those of the ``numbers`` on which anything
-    depends. ``telling``: the switches whose signs make the number of a law, by their places among ``switches``.
-    ``border_switches``: of each border the place of its switch, -1 where the member ends.
+    ``modules`` hold ``prepare``, ``start``, ``advance``, ``serve`` and ``step`` - one ``step`` in the first module, or
+    with several laws one in each of the others. ``points`` hold the functions ``point_K(z, time, numbers, switches,
+    roots, out)`` of each law K, which write the ``outputs``: rates of the states, further outputs, and borders.
+    ``sizes`` names the lengths of arrays and indices in them. ``used`` are the ``numbers`` on which anything depends.
+    ``telling`` are the indices among ``switches`` of those whose signs make the number of a law. ``border_switches``
+    has the index of the switch of each border, -1 where the member ends.
     """
 
     modules: tuple[str, ...]
@@ -124,8 +122,8 @@ class Ended:
 
 
 class Backend(Protocol):
-    """Integrates a job. A member's numbers depend on nothing but the member: not on its neighbours, their order or the
-    number of threads. `gelcone.progress.Stopped` is raised once ``watch`` says so."""
+    """An integrator of jobs. A member's numbers depend on that member alone, not on its neighbours, their order or the
+    number of threads. Raises `gelcone.progress.Stopped` once the stop of ``watch`` is set."""
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
         """Run the job and fill its result."""

@@ -1,8 +1,8 @@
-"""Where the voltage of an ideal source jumps: at which times, and which films do not survive it.
+"""Jumps of the voltage of an ideal source: their times, and the films that they end.
 
-A film that creeps follows the minimum of its energy in time. Where its voltage jumps it goes along the minima at the
-voltages between: where one of them ends, it pulls in, also where a second minimum, of a far longer film near its
-stretch limit, exists at the voltage behind the jump.
+A film that creeps follows the minimum of its energy in time. When its voltage jumps, it passes the minima at the
+voltages in between. It pulls in where this minimum ends, even if a second one, of a far longer film near its stretch
+limit, exists at the voltage after the jump.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 NEARBY = 1e-12
-"""Share of a repeat before and behind a corner at which a jump of the voltage is taken."""
+"""Share of a drive period before and after a corner at which its voltages are taken."""
 JUMP = 1e-9
-"""Share of the peak voltage by which a voltage changes that jumps."""
+"""Share of the peak voltage above which a change of the voltage at a corner is a jump."""
 
 
 class Jumps(NamedTuple):
-    """Jumps of the commanded voltage: the ``times`` (members, jumps), infinite in the last places of those that have
-    fewer, the voltages ``before`` and ``after``, and whether there is a jump (``there``)."""
+    """Jumps of the commanded voltage: the ``times`` (members, jumps), padded with infinity, the voltages ``before`` and
+    ``after``, and the mask ``there`` of the jumps."""
 
     times: Array
     before: Array
@@ -51,9 +51,9 @@ def jumps_between(members: Members, start: Array, end: Array) -> Jumps:
     known, apart = np.isfinite(corners), NEARBY * members.drive_period[:, None]
     at = np.where(known, corners, end[:, None])
     before, after = (system.waveform.voltage(at + sign * apart, wide) for sign in (-1.0, 1.0))
-    with np.errstate(invalid="ignore"):  # between the infinite ones of those that have fewer corners
+    with np.errstate(invalid="ignore"):  # between infinite times of padding
         lasts = np.diff(np.where(known, corners, np.inf), axis=1, append=np.inf)
-    last = lasts > 2.0 * apart  # pieces may have no length
+    last = lasts > 2.0 * apart  # pieces may have length 0
     there = known & last & (np.abs(after - before) > JUMP * np.reshape(members.peak_voltage, (-1, 1)))
     first = np.argsort(~there, axis=1, kind="stable")[:, : int(there.sum(axis=1).max(initial=0))]
     own = [np.take_along_axis(one, first, axis=1) for one in (np.where(there, corners, np.inf), before, after, there)]
@@ -61,13 +61,13 @@ def jumps_between(members: Members, start: Array, end: Array) -> Jumps:
 
 
 def increasing(times: Array, end: Array) -> Array:
-    """Times (members, columns) to integrate to: those that are infinite take places behind the ``end``."""
+    """Times (members, columns) to integrate to: infinite ones are replaced by increasing times after the ``end``."""
     behind = end[:, None] + (1.0 + np.abs(end[:, None])) * 1e-3 * (1.0 + np.arange(times.shape[1]))
     return np.where(np.isfinite(times), times, behind)
 
 
 def end_films(job: Job, run: Callable[[Job], None]) -> None:
-    """End members where a film does not survive a jump; ``run`` integrates a job."""
+    """Ends members at the first jump at which a film pulls in; ``run`` integrates a job."""
     system = job.members.system
     films = [(line, k) for line in jumping(system) for k in line.films if _follows_minimum(system.films[k])]
     rows = np.flatnonzero(_slack(job.result, system, [k for _, k in films]) & job.runs) if films else np.empty(0, int)
@@ -98,7 +98,8 @@ def _follows_minimum(film: PlacedFilm) -> bool:
 
 
 def _slack(result: Trajectories, system: ConeSystem, films: list[int]) -> npt.NDArray[np.bool_]:
-    """Whether some of the films were without force for a time, or have pulled in: what a jump may bring about."""
+    """Mask (members,) of those of which some of the films were without force for a time, or have pulled in: only then
+    may a jump have ended a film."""
     times = result.film_times[:, films, :]
     slack = [[name in ("meridional_slack", "crumpled") for name in system.films[k].kinds] for k in films]
     own = np.array([row + [False] * (times.shape[2] - len(row)) for row in slack], dtype=bool)
@@ -106,7 +107,7 @@ def _slack(result: Trajectories, system: ConeSystem, films: list[int]) -> npt.ND
 
 
 def _job(job: Job, rows: npt.NDArray[np.intp], times: Array) -> Job:
-    """A job of some members to other times, of which the states are recorded."""
+    """A job of some members to other times that records the states."""
     members, outcome = job.members.take(rows), np.zeros(rows.size, dtype=np.int8)
     gaps = np.diff(times, axis=1, prepend=job.start[rows, None])
     result = Trajectories.blank(times, members.system, "states", outcome)
@@ -118,7 +119,7 @@ def _job(job: Job, rows: npt.NDArray[np.intp], times: Array) -> Job:
 
 
 def _cut(job: Job, rows: npt.NDArray[np.intp], ends: Array, by: Array, run: Callable[[Job], None]) -> None:
-    """What is known of members behind the jumps in which their films pull in is forgotten."""
+    """Sets results of members after the jump in which a film pulls in to NaN, and records the pull-in."""
     until = _job(job, rows, ends[:, None])
     run(until)
     result, beyond = job.result, job.times[rows] > ends[:, None]

@@ -34,7 +34,7 @@ def limits(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Voltages at which the flat film or the equilibrium loses its stability.
+    """Compute the voltages at which the flat film or the equilibrium loses its stability.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def limits_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """Compute `limits` for every member of a flattened ensemble, whose ``states`` play no part; options as there."""
+    """Compute `limits` for every member of a flattened ensemble; the ``states`` are ignored, options as there."""
     found = {name: np.full(members.size, np.nan) for name in _MEANINGS}
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     kind = np.full(members.size, PullIn.NEVER, dtype=np.int8)
@@ -110,7 +110,7 @@ def limits_cells(
 
 
 def _absent(name: str) -> dict[str, str]:
-    """What NaN and infinity mean."""
+    """The attributes of a voltage that say what NaN and infinity mean."""
     return dataset.absent("voltage", infinite="none found" if name == "onset_voltage" else "not reached")
 
 

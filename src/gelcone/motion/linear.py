@@ -1,4 +1,4 @@
-"""Linear theory: the response to a drive, linearised about the equilibrium under its mean square."""
+"""Linear theory: the response to a drive, linearised about the equilibrium under its mean-square voltage."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 NEWTON_STEPS = 20
 MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
-"""Turns in which films and circuits find the voltages at which they rest together, and the change that ends them."""
+"""Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
 BIAS, SQUARE = "constant command", "squared voltage on film"
-"""Among the numbers of a search for rest: the command, and the voltages squared."""
+"""Names of the command and of the squared voltages among the numbers of a search for rest."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
 
@@ -48,10 +48,10 @@ class LinearResponse:
 def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
     """The response to the members' own drives, linearised about the equilibria under their mean-square voltages.
 
-    The force goes with the square of the film's voltage, whose harmonics drive the disc: for a sine with bias, that at
-    the drive frequency with 2 v0 v, and at twice that with v^2/2. With a bias and a small amplitude this is
-    `small_signal_response`. NaN where there is no equilibrium, or an unstable one. ``frequencies`` are angular,
-    (frequencies,) or (members, frequencies).
+    The force is proportional to the square of the film's voltage, whose harmonics drive the disc: for a sine with bias,
+    2 v0 v at the drive frequency, and v^2/2 at twice that. With a bias and a small amplitude the response is that of
+    `small_signal_response`. NaN without a stable equilibrium. ``frequencies`` are angular, (frequencies,) or (members,
+    frequencies).
     """
     members = model.members()
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
@@ -91,7 +91,7 @@ class _OperatingPoint:
 def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
     """The operating point at drive frequencies (members, frequencies).
 
-    A circuit is loaded by the films where they rest, and they rest where its voltages let them: found in turns.
+    Films load the circuit, and its voltages determine their equilibrium; both are found by fixed-point iteration.
     """
     system, n = members.system, members.numbers(trailing=1)
     samples = np.asarray(system.waveform.samples(n))
@@ -116,12 +116,12 @@ def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
 
 
 def all_ideal(system: ConeSystem) -> bool:
-    """Whether all films have the voltages that are commanded."""
+    """True if all films have the commanded voltages."""
     return all(line.circuit == IdealSource() for line in system.lines)
 
 
 def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
-    """The operating point with all states at rest there."""
+    """The operating point with the equilibrium of all states there."""
     system, squares = members.system, at.mean_squares
     shape = at.place.shape
     starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
@@ -138,8 +138,8 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
 
 
 def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` with those of circuits where no current flows under a constant ``command``: from a film without
-    voltage an amplifier may be at its limit."""
+    """The states ``z`` with those of circuits at which no current flows under a constant ``command``. The search for
+    rest starts there: with a film without voltage an amplifier may be at its limit."""
     z = list(z)
     for line in system.lines:
         for i in system.places_of(line):
@@ -148,7 +148,7 @@ def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[s
 
 
 def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` with those of circuits at rest under a constant ``command``, the films as they are."""
+    """The states ``z`` with those of circuits at rest under a constant ``command``; films are unchanged."""
     with np.errstate(all="ignore"):
         for line in system.lines:
             places = [i for i in range(2, len(z)) if i in system.places_of(line)]
@@ -177,8 +177,7 @@ def at_rest(
     rates: Callable[[list[Any], Mapping[str, Any], Any], list[Any]],
     n: Mapping[str, Any],
 ) -> list[Any]:
-    """The states with those at ``places`` where their ``rates`` of all states and numbers ``n`` vanish, by Newton's
-    method."""
+    """The states with those at ``places`` changed so that their ``rates`` vanish, by Newton's method."""
     z = list(z)
     for _ in range(NEWTON_STEPS if places else 0):
         slopes, now = _stacked(gradients(rates, z, n), z[0].shape)[..., places], _stacked([rates(z, n, np)], z[0].shape)
@@ -238,7 +237,7 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
 
 def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
     """Complex amplitudes (members, frequencies, HARMONICS) of the displacement at multiples of drive frequencies."""
-    if members.system.circuit.delays:  # the mean square of what follows late is not that of the voltage
+    if members.system.circuit.delays:  # the mean square of a delayed voltage is not that of the voltage
         return np.full((*omega.shape, HARMONICS), np.nan + 0j)
     at = _operating_point(members, omega)
     multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
@@ -265,10 +264,10 @@ def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
 def _response(
     system: ConeSystem, at: _OperatingPoint, drives: Sequence[npt.NDArray[np.complex128]], multiples: Array
 ) -> npt.NDArray[np.complex128]:
-    """The displacement's complex amplitudes where all states move with the disc, and the voltages with them.
+    """The complex amplitudes of the displacement, with the other states and the voltages moving, too.
 
-    The squared voltage on a film is the drive's, which the circuit gives the film at rest, and twice the mean voltage
-    times what the motion changes of the voltage.
+    The squared voltage on a film is that of the drive with the film at rest, plus twice the mean voltage times the
+    change of the voltage by the motion.
     """
     shape, count, places = multiples.shape[:2], len(system.states), system.mechanical
     z, squares = list(at.z), at.mean_squares
@@ -292,8 +291,8 @@ def _response(
 
 
 def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:
-    """Where double cones rest under constant voltages that all rose from 0 together, and their stiffness there; NaN
-    where one loses its stability on the way."""
+    """Equilibria of double cones under constant voltages that rise from 0 in proportion, and their stiffness; NaN where
+    stability is lost on the way."""
     system, n = members.system, members.numbers(trailing=1)
     squares = np.broadcast_arrays(*mean_squares)
     x = np.broadcast_to(np.reshape(rest_displacements(members), (-1, 1)), squares[0].shape)

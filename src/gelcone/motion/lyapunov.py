@@ -1,8 +1,8 @@
 """All Lyapunov exponents of the flow, per unit of dimensionless time, with their standard errors.
 
 They are averages (`gelcone.motion.exponents`) of the growth of deviations. A motion that has arrived at an attracting
-cycle has the exponents of that cycle, which its multipliers give without averaging. The exponents add up to the mean
-trace of the Jacobian along the motion (-2 zeta for two states), which every result checks on itself.
+cycle has the exponents of that cycle, which follow from its multipliers without averaging. The sum of the exponents is
+the mean trace of the Jacobian along the motion (-2 zeta for two states); every result states the difference.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PIECE = 8192
-"""Most stretches of a window that are held at once."""
+"""Most stretches of a window in memory at a time."""
 
 
 @analysis(
@@ -56,7 +56,7 @@ def lyapunov(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """All Lyapunov exponents of every member: in the long run, and over a finite window from the start.
+    """Compute all Lyapunov exponents of every member: in the long run, and over a finite window from the start.
 
     Parameters
     ----------
@@ -165,9 +165,9 @@ def lyapunov_cells(
 
 
 def take_cycles(members: Members, result: Exponents, options: dict[str, Any]) -> npt.NDArray[np.int64]:
-    """Puts the exponents of a cycle in the place of averages where the motion has arrived at it; the periods, or 0.
+    """Replaces averages by the exponents of a cycle where the motion has arrived at one; returns the periods, or 0.
 
-    An average over chaos that has ended in a cycle meanwhile would mix both.
+    An average over chaos that ends in a cycle would mix both.
     """
     period = np.zeros(members.size, dtype=np.int64)
     rows = np.flatnonzero(members.damped & np.isfinite(result.states).all(axis=1))
@@ -203,7 +203,7 @@ def finite_exponents(members: Members, states: Array, window: float, options: di
 def _piece_by_piece(
     members: Members, states: Array, clock: Clock, stretches: int, options: dict[str, Any]
 ) -> tuple[Array, Array]:
-    """Growth over some stretches (members, N), and the running estimate; no more than `PIECE` stretches are held."""
+    """Growth over some stretches (members, N), and the running estimate, in pieces of at most `PIECE` stretches."""
     run, total = TangentRun.at(states), np.zeros(states.shape)
     picks = np.unique(np.linspace(1, stretches, min(RUNNING_POINTS, stretches)).astype(int))
     running = np.full((len(states), RUNNING_POINTS, 2), np.nan)

@@ -15,13 +15,13 @@ from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
 PIECE = 4.0
-"""Length of the pieces into which a forcing period is cut, in units of the fastest linear time scale: so short that the
-determinant of a piece is sharp, and that no deviation overflows in a long one."""
+"""Length of the pieces of a forcing period, in units of the fastest linear time scale: so short that the determinant of
+a piece is accurate, and that deviations do not overflow."""
 MOST_PIECES_AT_ONCE = 1_000_000
 STILL_STABLE = 1e-12
-"""A margin below this without voltage is rounding."""
+"""Margin without voltage below which rest is stable within rounding."""
 SETTLING, MOST_SETTLINGS = 64.0, 100
-"""Forcing periods after which the states besides the disc's are compared, and how often they are."""
+"""Forcing periods after which the states other than the disc's are compared, and the most comparisons."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Monodromy:
 
 
 def _resting(members: Members, options: Options) -> Array:
-    """States (members, N) with the disc at rest and all other states as periodic as the drive, at phase 0."""
+    """States (members, N) at phase 0 with the disc at rest and all other states periodic with the drive."""
     states = members.start_states((0.0, 0.0))
     for _ in range(0 if members.system.planar else MOST_SETTLINGS):
         period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
@@ -82,7 +82,7 @@ def _resting(members: Members, options: Options) -> Array:
 
 
 def monodromy(members: Members, options: Options, progress: Progress = None) -> Monodromy:
-    """The maps of a one-dimensional ensemble. Members with the same number of pieces go through one call, so that the
+    """The maps of a one-dimensional ensemble. Members with equal numbers of pieces are computed together, so that the
     numbers of a member do not depend on the others."""
     repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
     pieces = next_power_of_two(np.maximum(repeat * members.fastest / PIECE, 1.0))
@@ -104,14 +104,14 @@ def monodromy(members: Members, options: Options, progress: Progress = None) -> 
                 progress=part,
             )
             assert run.tangents is not None
-            # deviations of the disc from the flat film have no part in the other states, which are even in x
+            # the other states are even in x, so that they do not respond to deviations of the disc to first order
             result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome
     log_product = -2.0 * members.damping_ratio * repeat
     return Monodromy(result[0], result[1], log_product, np.expm1(result[2] - log_product), repeat, outcome)
 
 
 def _trace_and_area(tangents: Array) -> tuple[Array, Array, Array]:
-    """Trace over a scale, the scale's logarithm, and the logarithm of the determinant, of the product of all pieces."""
+    """The product of all pieces: trace over a scale, logarithm of the scale, and logarithm of the determinant."""
     product, log_scale = scaled_product(tangents)
     with np.errstate(invalid="ignore"):
         areas = np.log(tangents[..., 0, 0] * tangents[..., 1, 1] - tangents[..., 0, 1] * tangents[..., 1, 0])

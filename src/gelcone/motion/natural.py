@@ -12,7 +12,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 ROUNDING = 1e-9
-"""A stiffness this little below zero, as in a fold, is zero."""
+"""Amount by which a stiffness that counts as zero, as in a fold, may be negative."""
 
 
 def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: npt.ArrayLike | None = None) -> Any:
@@ -32,6 +32,6 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
 
 
 def frequency_of(stiffness: Array | float) -> Any:
-    """Angular frequency of small undamped motions where the static force has that slope; NaN where it is negative."""
+    """Angular frequency of small undamped motions at a slope of the static force; NaN where that is negative."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(np.where(np.asarray(stiffness) >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]

@@ -33,11 +33,11 @@ def operating_limits(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
+    """Compute peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
 
-    As `envelope` finds them from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up to
-    ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice the
-    lowest quasi-static limit where that is less. The member's own voltages give no more than their proportion.
+    They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
+    to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice
+    the lowest quasi-static limit where that is less. Only the proportion of the member's own voltages matters.
 
     Parameters
     ----------
@@ -81,13 +81,13 @@ def operating_limits_cells(
     threads: int | None = None,
     progress: Progress = None,
 ) -> Findings:
-    """Compute `operating_limits` for every member of a flattened ensemble, whose ``states`` play no part; options as
+    """Compute `operating_limits` for every member of a flattened ensemble; the ``states`` are ignored, options as
     there."""
     return _limits_of_members(members, threads, progress)[0]
 
 
 def _limits_of_members(members: Members, threads: int | None, progress: Progress) -> tuple[Findings, list[InputError]]:
-    """The limits of all members, and why those are refused that are."""
+    """The limits of all members, and the errors of those that are refused."""
     found, refused = {name: np.full(members.size, np.nan) for name in _LIMITS}, list[InputError]()
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     for row in range(members.size):
@@ -109,7 +109,7 @@ def _limits_of_members(members: Members, threads: int | None, progress: Progress
 
 
 def _limit(name: str) -> dict[str, str]:
-    """What a variable with a limit holds; without a dielectric strength that of breakdown is not known."""
+    """The attributes of a variable with a limit; without a dielectric strength that of breakdown is unknown."""
     infinite = "above the voltages examined" if name.startswith("driven") else "none before pull-in"
     return dataset.absent(
         "voltage",
@@ -130,7 +130,7 @@ _LIMITS = (
 
 
 def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
-    """The limits of a single model by the names in `_LIMITS`; `InputError` for a drive without voltage."""
+    """The limits of a single model by the names in `_LIMITS`. Raises `InputError` for a drive without voltage."""
     plane = plane_of(model, threads)
     static = static_limits_of(plane)
     volts = peaks_of(static)

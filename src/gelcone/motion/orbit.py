@@ -1,10 +1,10 @@
-"""Periodic orbits by Newton's method with multiple shooting, their multipliers and how they move with parameters.
+"""Periodic orbits by Newton's method with multiple shooting, their multipliers and their derivatives by parameters.
 
-An orbit is a fixed point of the map over some repeats of the drive, or of its mirror image for a symmetric orbit: then
-the map over half a period ends at the mirror image of where it began. The map is cut into segments whose end states
-must meet, so that unstable orbits of any strength are found: single shooting loses an orbit whose multipliers reach
-1e8. Time is the phase of the drive. Ascher, Mattheij and Russell, Numerical Solution of
-Boundary Value Problems (1988), chapter 4; Seydel, Practical Bifurcation and Stability Analysis (2010), chapter 7.
+An orbit is a fixed point of the map over some repeats of the drive; a symmetric orbit is a fixed point of the map over
+half its period followed by the mirror image. The map is cut into segments whose end states must meet, so that unstable
+orbits of any strength are found: single shooting loses an orbit whose multipliers reach 1e8. Time is the phase of the
+drive. Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Problems (1988), chapter 4; Seydel, Practical
+Bifurcation and Stability Analysis (2010), chapter 7.
 """
 
 from __future__ import annotations
@@ -28,18 +28,16 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 SEGMENT = 12.0
-"""Longest segment in units of the fastest linear time scale. Deviations grow by less than 1,000 in one along the
-branches of the paper's sets. Shorter ones cost more and change no digit."""
+"""Longest segment in units of the fastest linear time scale. Along the branches of the paper's sets deviations grow by
+less than 1,000 in one. Shorter segments cost more and change no digit."""
 FEWEST_SEGMENTS = 4
 DIFFERENCE = 1e-6
-"""Relative step of the differences that say how the numbers of the formulas follow a parameter. Only Newton's matrix
-uses them, not what it converges to."""
-
-
+"""Relative step of the differences for the derivatives of the formulas' numbers by a parameter. They enter Newton's
+matrix alone, so that their error does not affect the orbit."""
 MOST_KNOWN = 64
-"""Values of the free parameters whose numbers are held."""
+"""Most values of the free quantities whose numbers are stored."""
 Settings = Callable[[Sequence[Any]], dict[str, Any]]
-"""Values of what is free -> parameters of the model."""
+"""Values of the free quantities -> parameters of the model."""
 
 
 class Kind(NamedTuple):
@@ -61,8 +59,8 @@ class Kind(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """Where all segments end: ``ends`` (n, N), the ``tangents`` (n, N, N) of the segments, ``slopes`` (n, N, P) with
-    respect to the free parameters, and whether all ``arrived``."""
+    """One pass over all segments: their ``ends`` (n, N), ``tangents`` (n, N, N) and ``slopes`` (n, N, P) by the free
+    quantities; and ``arrived``, true if all of them did."""
 
     ends: Array
     tangents: Array
@@ -77,7 +75,7 @@ def repeat_phase(members: Members) -> float:
 
 
 def segments_for(rate: float, repeat: float) -> int:
-    """Segments of a repeat of that length, a power of 2."""
+    """Number of segments of a repeat, a power of 2, from the fastest ``rate`` and the length of the ``repeat``."""
     return int(2 ** max(np.ceil(np.log2(max(rate * repeat / SEGMENT, 1.0))), np.log2(FEWEST_SEGMENTS)))
 
 
@@ -87,14 +85,14 @@ class Shooting:
     Parameters
     ----------
     members : the actuator, one member.
-    free : what changes; `run` takes the values.
+    free : names of the free quantities, whose values `run` takes.
     kind : the map.
     segments : of one repeat.
     phase : of one repeat, pi or 2 pi.
     tolerance : relative error of one step of the integrator.
-    settings : the model's parameters, by name, that values (free,) of what is free make, each a number or an array.
-        Default: what is free are parameters themselves.
-    around : values of what is free that are in use. Default: the actuator's own.
+    settings : function that turns values of the free quantities, each a number or an array, into the model's parameters
+        by name. Default: the free quantities are parameters themselves.
+    around : typical values of the free quantities. Default: the actuator's own.
     """
 
     def __init__(
@@ -124,7 +122,7 @@ class Shooting:
         self._numbers = self.system.numbers_of(self._values | self._settings(self._around))
         self._moved = tuple(self._moved_by(k) for k in range(len(self.free)))
         self._check_moved()
-        # most parameters are a number of the formulas and move no other
+        # most parameters are a number of the formulas and change no other one
         self._plain = settings is None and all(
             moved == (name,) and self._numbers[name] == self._values[name]
             for name, moved in zip(self.free, self._moved, strict=True)
@@ -146,7 +144,7 @@ class Shooting:
         self._smallest = float(smallest_step(members)[0])
 
     def _check_moved(self) -> None:
-        """`InputError` for a parameter that shapes the pieces of the drive, whose tables hold no derivatives."""
+        """Raises `InputError` for a parameter that shapes the pieces of the drive, whose tables have no derivatives."""
         own = set(self.system.waveform.parameters) - set(VOLTAGE) if self.system.waveform.pieced else set()
         if taken := sorted(own & {name for moved in self._moved for name in moved}):
             raise InputError(f"{taken[0]}: shapes the drive's pieces; a branch cannot follow it, run it at some values")
@@ -158,7 +156,7 @@ class Shooting:
 
     @cached_property
     def symmetric(self) -> bool:
-        """Whether the mirror image of a motion is a motion."""
+        """True if the mirror image of a motion is a motion."""
         return bool(self._members.symmetric[0])
 
     def of_kind(self, kind: Kind) -> Shooting:
@@ -179,18 +177,18 @@ class Shooting:
         return self._kinds[kind]
 
     def numbers_at(self, values: Sequence[float]) -> dict[str, float]:
-        """The numbers that the formulas take, by name."""
+        """The numbers of the formulas at values of the free quantities, by name."""
         if self._plain:
             return self._numbers | dict(zip(self.free, map(float, values), strict=True))
         return self._with_slopes(values)[0]
 
     def members_at(self, values: Sequence[Any]) -> Members:
-        """The actuator at values of what is free, each a number or an array (members,)."""
+        """The actuator at values of the free quantities, each a number or an array (members,)."""
         size = max((np.size(value) for value in values), default=1)
         return Members(self.system, self._values | self._settings(values), size)
 
     def _with_slopes(self, values: Sequence[float]) -> tuple[dict[str, float], Array]:
-        """What the formulas take, and how it changes with what is free over a step each, (numbers, free)."""
+        """The numbers of the formulas, and their changes over a step of each free quantity, (numbers, free)."""
         at = tuple(map(float, values))
         if at not in self._known:
             count, apart = len(at), DIFFERENCE * np.array(_steps(at))
@@ -210,7 +208,7 @@ class Shooting:
         return self.phase / float(self.numbers_at(values)["drive_frequency"])
 
     def _moved_by(self, k: int) -> tuple[str, ...]:
-        """Numbers that depend on what is free."""
+        """Names of the numbers that depend on the k-th free quantity."""
         other = list(self._around)
         other[k] += DIFFERENCE
         after = self.system.numbers_of(self._values | self._settings(other))
@@ -245,7 +243,7 @@ class Shooting:
         return Pass(result[:, :size], tangents, slopes, bool(arrived.all()))
 
     def _set_row(self, values: Sequence[float], steps: Sequence[float]) -> None:
-        """What a run takes, in the order of the program."""
+        """Sets the numbers of a run, in the order of the program."""
         row, place = self._row, self._place
         if self._plain:
             for k, name in enumerate(self.free):
@@ -260,7 +258,7 @@ class Shooting:
 
     @property
     def pulled_in(self) -> bool:
-        """Whether the last run ended where the film pulls in."""
+        """True if the last run ended where the film pulls in."""
         return self._rerun.met_event or self.system.film.ending == Outcome.PULLED_IN
 
     def gaps(self, nodes: Array, ends: Array) -> Array:
@@ -270,7 +268,7 @@ class Shooting:
         return ends - ahead
 
     def log_determinant(self, tangents: Array, values: Sequence[float]) -> float:
-        """Logarithm of the determinant of the map: of a planar system exactly -2 zeta times its length."""
+        """Logarithm of the determinant of the map; for a planar system exactly -2 zeta times its length."""
         if self.system.planar:
             numbers = self.numbers_at(values)
             time = self.phase / float(numbers["drive_frequency"])
@@ -283,7 +281,7 @@ class Shooting:
         return multipliers_of(self.signs[:, None] * product, float(scale), self.log_determinant(tangents, values))
 
     def inside(self, nodes: Array, values: Sequence[float]) -> bool:
-        """Whether all nodes are displacements that the film can take."""
+        """True if the displacements of all nodes are inside the stretch limit."""
         n, film = self.numbers_at(values), self.system.film
         try:  # strains grow with |x|
             return bool(film.strain(float(np.abs(nodes[:, 0]).max()), n) < film.strain_limit(n))
@@ -292,16 +290,16 @@ class Shooting:
 
 
 def _steps(values: Sequence[float]) -> list[float]:
-    """Typical changes of what is free: the derivatives are integrated along them, so that they are of the states'
-    size."""
+    """Typical changes of the free quantities. Derivatives are integrated over these, so that they have the size of the
+    states."""
     return [max(0.1 * abs(value), 1e-3) for value in values]
 
 
 def multipliers_of(product: Array, log_scale: float, log_determinant: float) -> npt.NDArray[np.complex128]:
     """Eigenvalues (N,) of a scaled map, the largest modulus first.
 
-    The smallest one follows from the determinant. With two states so do both from trace and determinant: the computed
-    determinant of a map that grows would be rounding.
+    The smallest one follows from the determinant; with two states both follow from trace and determinant. The
+    determinant is given, since for a map that grows the computed one would be rounding.
     """
     if product.shape[-1] == 2:
         half = 0.5 * (product[0, 0] + product[1, 1])
@@ -324,12 +322,12 @@ def multipliers_of(product: Array, log_scale: float, log_determinant: float) -> 
 
 
 class Turn(NamedTuple):
-    """One turn of members on their way to an orbit.
+    """One turn of members during Newton's method for their orbits.
 
-    ``point`` (members, N), where it begins at phase 0; ``path`` (members, n, N), where the segments end, the last one
-    at the end of the turn; ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest
-    first; Newton's ``step`` (members, N) at the point; ``contraction`` (members,), the logarithm by which a volume of
-    states changes over the turn. NaN where a run ended before.
+    ``point`` (members, N), its start at phase 0; ``path`` (members, n, N), the ends of the segments;
+    ``log_multipliers`` (members, N), logarithms of the moduli of the multipliers, the largest first; Newton's ``step``
+    (members, N) at the point; ``contraction`` (members,), the logarithm of the change of a volume of states over the
+    turn. NaN for a run that has ended.
     """
 
     point: Array
@@ -344,8 +342,8 @@ def newton(
 ) -> Iterator[Turn]:
     """Newton's steps towards the orbits over ``repeats`` of the drive near ``states`` (members, N) at phase 0.
 
-    Each turn is made with the next of the ``tolerances`` of the integrator; the first one is the motion itself. The
-    segments, some to a repeat, are runs of their own, so that few members fill the lanes of the integrator too.
+    Each turn has the next of the ``tolerances`` of the integrator; the first turn is the motion itself. In later turns
+    each of the ``segments`` of a repeat is a run of its own, so that even few members fill the lanes of the integrator.
     ``flow`` goes to `integrate`. The numbers of a member depend on itself alone.
     """
     count, size = states.shape
@@ -383,11 +381,12 @@ def _turn(members: Members, nodes: Array, run: Trajectories, time: Array) -> tup
 
 
 def _condensed(tangents: Array, product: Array, log_scale: Array, gaps: Array) -> Array:
-    """Newton's steps (members, n, N) where the segments end ``gaps`` off the next nodes, which depends on nothing but
-    the member itself.
+    """Newton's steps (members, n, N) that close the ``gaps`` between the segments; those of a member depend on itself
+    alone.
 
-    All equations are condensed into those of the first node (Bock and Plitt, IFAC Proceedings 17 (1984) 1603): what
-    that loses on an orbit of strong growth costs steps, not digits, because the gaps are those of the segments.
+    All equations are condensed into those of the first node (Bock and Plitt, IFAC Proceedings 17 (1984) 1603). On an
+    orbit of strong growth the loss of digits in the step costs further steps, but no accuracy, since the gaps are
+    computed segment by segment.
     """
     n, size = gaps.shape[1:]
     end = gaps[:, 0]

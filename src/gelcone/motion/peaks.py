@@ -1,4 +1,4 @@
-"""The largest value of what a motion does, such as the field in its film, also between the samples and at corners.
+"""Largest values along a motion, such as that of the field in its film, also between samples and at corners.
 
 Around each sample that may be next to the largest value the motion is sampled again, more closely in each round.
 """
@@ -18,7 +18,7 @@ from gelcone.quantity import Array
 PARTS = 32
 """Samples between the neighbours of a sample that may be next to the largest value."""
 ROUNDS = 4
-"""Each takes a sixteenth of the spacing: what is left of a smooth peak is rounding, of a corner 1e-6 of the slope."""
+"""Rounds, each with 1/16 of the spacing: the error is rounding at a smooth peak, 1e-6 of the slope at a corner."""
 
 Value = Callable[[Members, Array, Array], Array]
 """Members, times (members, samples) and states (members, samples, N) -> a number of each (members, samples), or
@@ -26,11 +26,11 @@ several (numbers, members, samples)."""
 
 
 def largest(members: Members, path: Weighted, value: Value, known: Array | None = None, **flow: Any) -> Array:
-    """The largest ``value``, (members,) or (numbers, members), along a ``path``, between its samples, too; NaN where a
-    motion ended before.
+    """The largest ``value``, (members,) or (numbers, members), along a ``path``, also between its samples; NaN for a
+    motion that has ended.
 
-    A peak rises above its highest sample by less than that lies above the lower of its neighbours. ``known``: the
-    values at the start of the path and at its samples, where they were computed before. ``flow``: options of
+    A peak is assumed to rise above its highest sample by less than that sample above the lower one of its neighbours.
+    ``known`` are the values at the start of the path and at its samples, if they are known; ``flow`` are options of
     `integrate`.
     """
     times = np.concatenate([path.start[:, None], path.times], axis=1)

@@ -1,4 +1,4 @@
-"""The plane of peak voltage and drive frequency: a single model there, what its motion meets and what it yields."""
+"""The plane of peak voltage and drive frequency: a single model in it, the limits of its motion and its yields."""
 
 from __future__ import annotations
 
@@ -46,33 +46,33 @@ DRIVEN_LIMITS = (
     "chaos",
     "onset of rest",
 )
-"""``pull-in``: the film, or the membrane in its place, loses its equilibrium during the motion; first, to be named
-where several are met at once.
+"""``pull-in``: the film, or the membrane in its place, loses its equilibrium during the motion; it comes first, so that
+it is named where several limits are met at once.
 ``onset of rest``: rest loses its stability under the drive (Floquet), where rest is flat."""
 CHUNK = 128
 PERIODS = 12
 """Drive periods of the settled motion that are examined."""
 DECAYS, LONGEST_TRANSIENT = 4.0, 1000.0
-"""Decay times for which the transient from rest is examined, and the most of it by the damping of the disc. Of states
-that are far slower the drift is examined where its course is known."""
+"""Decay times for which the transient from rest is examined, and the longest time by the damping of the disc. For far
+slower states the drift is examined instead, where its course is known."""
 LONGEST_WAIT = 16.0
-"""Transients of the disc for which a motion with slow states is followed that does not drift."""
+"""Transients of the disc for which a motion with slow states is followed if it does not drift."""
 PER_PERIOD, PER_OSCILLATION = 16, 10
 """Fewest samples of a drive period and of the fastest oscillation."""
 BLOCK_SAMPLES = 2**17
 TOLERANCE = 1e-10
-"""Relative error of a step, far below what limits are known to."""
+"""Relative error of a step, far below the error of limits."""
 NUDGE = 1e-3
 """Displacement from rest at which each motion starts, so that it leaves an unstable rest."""
 SPAN = (0.1, 3.0, 24)
-"""Drive frequencies over the natural one that are examined: from, to, how many."""
+"""Default drive frequencies over the natural one: first, last, number."""
 RESONANCES = (0.5, 1.0, 2.0)
-"""Drive frequencies over the natural one where the first resonances lie: by a sine, by a bias, parametric."""
+"""Drive frequencies over the natural one of the first resonances: by a sine, by a bias, parametric."""
 TOO_CLOSE = 0.03
-"""Frequencies nearer to each other than this share add nothing."""
+"""Smallest relative distance of default frequencies."""
 FROM = ("rest", "settled", "both")
-"""What the limits hold for: the motion from rest, switched on at once, with its transient; the motion that is settled
-while the voltage rises slowly; or both."""
+"""Motions for which limits hold: switched on from rest, with the transient; settled while the voltage rises slowly; or
+both."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class DriveShape:
 
     @classmethod
     def of(cls, model: ConeModel) -> DriveShape:
-        """The shape of a model's drive; `InputError` for one without voltage."""
+        """The shape of a model's drive. Raises `InputError` for one without voltage."""
         model.system.waveform.check_repeats()
         peak = float(model.peak_voltage)
         if peak == 0.0:
@@ -94,14 +94,17 @@ class DriveShape:
 
 @dataclass(frozen=True)
 class Plane:
-    """A single model at any peak voltage and drive frequency, started next to its rest."""
+    """A single model at any peak voltage and drive frequency, started next to its rest.
+
+    ``membrane`` gives the voltages above which the film as a membrane has pulled in; None for those of the model's own
+    film.
+    """
 
     model: ConeModel
     shape: DriveShape
     rest: float
     threads: int | None
     membrane: PullInCurve | None = None
-    """Above which voltages the film as a membrane has pulled in; None: that of the model's own film."""
     limits_from: str = "rest"
 
     def __post_init__(self) -> None:
@@ -111,7 +114,7 @@ class Plane:
     def of(
         cls, model: ConeModel, threads: int | None, membrane: PullInCurve | None = None, limits_from: str = "rest"
     ) -> Plane:
-        """The plane of a single model; `InputError` for a drive without voltage."""
+        """The plane of a single model. Raises `InputError` for a drive without voltage."""
         shape = DriveShape.of(model)
         return cls(model, shape, rest_displacement(model), threads, membrane, limits_from)
 
@@ -127,16 +130,16 @@ class Plane:
         return balance
 
     def ramp(self, levels: Array) -> Ramp:
-        """A ramp to constant peak voltages, of amplitude and bias in the drive's proportion."""
+        """The ramp to constant peak voltages."""
         return drive_ramp(self._balance, levels)
 
     def natural_frequency(self, peak: float = 0.0) -> float:
-        """About the equilibrium under the drive's mean-square voltages; NaN where there is no stable one."""
+        """Natural frequency about the equilibrium under the drive's mean-square voltages; NaN without a stable one."""
         drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
         return float(frequency_of(stiffness_under(drive)))
 
     def default_frequencies(self) -> Array:
-        """Frequencies around the natural one, those of the first resonances and the model's own among them."""
+        """Frequencies around the natural one, including those of the first resonances and the model's own."""
         natural = self.natural_frequency()
         naturals = np.array([natural, self.natural_frequency(float(self.model.peak_voltage))])
         special = np.concatenate([[self.model.drive_frequency], np.outer(RESONANCES, naturals).ravel()])
@@ -157,8 +160,8 @@ class Plane:
     ) -> dict[str, Array]:
         """The settled motion at pairs of frequency and peak, arrays (pairs,), and the limits that it meets.
 
-        ``lower``: states (pairs, N) settled at lower peaks, from which the voltage rises; without them all start from
-        rest. Without ``yields`` stroke, powers and field are left out.
+        ``lower`` are states (pairs, N) settled at lower peaks, from which the voltage rises; by default motions start
+        from rest. Without ``yields``, stroke, powers and field are left out.
         """
         parts = []
         for first in range(0, len(omegas), CHUNK):
@@ -177,7 +180,7 @@ class Plane:
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _examine(self, model: ConeModel, start: Array, yields: bool, transient: bool = False) -> dict[str, Array]:
-        """`examine` from ``start``, with the limits that the ``transient`` from there meets."""
+        """`examine` from ``start``; with ``transient``, limits that the transient from there meets count, too."""
         members = model.members()
         final, regime, outcome, drifts = self._settle(members, start, classified=yields)
         ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
@@ -209,7 +212,7 @@ class Plane:
 
     @staticmethod
     def _transient(members: Members, drifts: _Drifts) -> Array:
-        """For how long the transient from rest is examined sample by sample, (members,)."""
+        """Time for which the transient from rest is examined sample by sample, (members,)."""
         with np.errstate(divide="ignore"):
             of_disc = np.minimum(DECAYS / members.damping_ratio, LONGEST_TRANSIENT)
         of_states = DECAYS * members.time_constant
@@ -219,8 +222,11 @@ class Plane:
     def _settle(
         self, members: Members, start: Array, classified: bool
     ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8], _Drifts]:
-        """Where motions from ``start`` settle, (members, N), their regimes, outcomes and drifts; unless they shall be
-        ``classified``, one that returns and that no nearby one leaves counts as periodic."""
+        """Settled states (members, N) of motions from ``start``, their regimes, outcomes and drifts.
+
+        Unless motions are to be ``classified``, one that returns without separating from a nearby one counts as
+        periodic.
+        """
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
         slow, disc = are_slow(members), transient_of_the_disc(members)
         duration = transient_of(members, None)
@@ -232,7 +238,7 @@ class Plane:
         regime = np.where(there & found.cycles.resting, Regime.REST, Regime.PERIODIC).astype(np.int8)
         regime[outcome != Outcome.OK] = Regime.LEFT_THE_DOMAIN
         unclear = ~there & (classified | (starts.period[:, 0] == 0) | np.isfinite(starts.apart))
-        waits = np.where(slow, disc, 0.0)  # of slow states not more: they stay where they are
+        waits = np.where(slow, disc, 0.0)  # slow states hardly change, so that a transient of the disc suffices
         options: dict[str, Any]
         for wait in np.unique(waits):
             rows = np.flatnonzero((outcome == Outcome.OK) & unclear & (waits == wait))
@@ -243,8 +249,8 @@ class Plane:
         return final, regime, outcome, _Drifts(there, found.courses)
 
     def _look(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
-        """Whether motions from ``states`` fail, (members,) by name, over `PERIODS` drive periods or more that last
-        ``lasts``; and what they yield."""
+        """Flags (members,) by name of the assumptions that motions from ``states`` break within `PERIODS` drive periods
+        or within the time ``lasts``, whichever is longer; and their yields."""
         keep: Keep = "work" if yields else "states"
         flow: dict[str, Any] = {"tolerance": TOLERANCE, "threads": self.threads}
         found: dict[str, Array] = {}
@@ -264,7 +270,7 @@ class Plane:
         return found
 
     def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
-        """Whether runs of ``members`` fail at any time, (members,) each; NaN where that is unknown."""
+        """Flags (members,) by name of the assumptions that runs break at any time; NaN where that is unknown."""
         voltages, x, film = members.voltages(run.times, run.states), run.states[..., 0], members.system.film
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
@@ -280,7 +286,7 @@ class Plane:
 
 
 class _Drifts(NamedTuple):
-    """Drifts of slow states: whether they are ``known`` to their end (members,), and their ``courses``, see
+    """Drifts of slow states: the mask ``known`` (members,) of those known to their end, and their ``courses``, see
     `Search`."""
 
     known: npt.NDArray[np.bool_]
@@ -288,7 +294,7 @@ class _Drifts(NamedTuple):
 
 
 def _ever(excess: Array) -> Array:
-    """1 where an excess (members, samples), NaN from where a run has ended, is positive at any time, else 0."""
+    """1 for members whose excess (members, samples), NaN after the end of a run, is positive at any time, else 0."""
     known = np.where(np.isnan(excess), -np.inf, excess)
     return 1.0 * (np.fmax(_highest(known), known.max(axis=1)) > 0.0)
 
@@ -330,9 +336,9 @@ def _yields(members: Members, run: Trajectories, samples: int, **flow: Any) -> d
 
 _PEAKS: Mapping[str, Value] = {"peak_charge": charge_of, "field": field_of}
 FEW = 4
-"""Drive periods over which apparent powers, and largest values between samples, are taken."""
+"""Drive periods over which apparent powers, and largest values between samples, are computed."""
 CLOSE = 64
-"""Least samples of a drive period for apparent powers: a current turns where a film begins to be slack."""
+"""Fewest samples of a drive period for apparent powers, since the current has kinks where a film begins to be slack."""
 YIELDS = ("stroke", "power", "damper_power", "apparent_power", "peak_charge", "field", "heating")
 _SLACK_AND_LIMIT = {
     "hoop slack": "hoop_slack",
@@ -343,5 +349,5 @@ _FAILINGS = (*_SLACK_AND_LIMIT.values(), "breakdown", "beyond_membrane")
 
 
 def is_flat(model: ConeModel) -> bool:
-    """Whether a single model's flat film is an equilibrium."""
+    """True if a single model's flat film is an equilibrium."""
     return bool(model.members().symmetric[0])

@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_CELLS = 4000
-"""Heights times voltages times members of one call."""
+"""Most states (heights times voltages times members) of one call."""
 MOST_AT_ONCE = 250
 """States that are computed together."""
 ROUNDING = 1e-9
-"""An excess of the hoop this small is none."""
+"""Excess of the hoop length below which a ring is not wrinkled."""
 SLACK = KINDS.index("slack")
 
 
 class Held(Code):
-    """Whether a film can be held at a height and a voltage, or why not."""
+    """Outcomes of holding a film at a height and a voltage."""
 
     HELD = 0, "held in tension"
     SLACK = 1, "slack: without tension, of no definite shape; raise the disc or lower the voltage"
@@ -64,7 +64,7 @@ def film(
     *,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Shape, stretches, thickness, wrinkles and true field of the membrane from disc to rim, and its capacitance.
+    """Compute shape, stretches, thickness, wrinkles, true field and capacitance of the membrane from disc to rim.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ _RING = (*_CELL, "ring")
 
 
 def _heights(height: npt.ArrayLike) -> Array:
-    """The heights; `InputError` for what is not a finite list of numbers."""
+    """The heights. Raises `InputError` for anything but one or more finite numbers."""
     try:
         x = np.atleast_1d(np.asarray(height, dtype=float))
     except (TypeError, ValueError):
@@ -154,14 +154,14 @@ def _heights(height: npt.ArrayLike) -> Array:
 
 
 def _rests(members: Members, levels: Array) -> Array:
-    """Where a slow ramp to each voltage leads, (members, 1, voltages); NaN where it leads nowhere."""
+    """Displacement at the end of a slow ramp to each voltage, (members, 1, voltages); NaN beyond pull-in."""
     found: Array = stroke_and_blocked_force(members, levels)["displacement"].values
     return found.reshape(members.size, 1, levels.size)
 
 
 class _Cells(NamedTuple):
-    """States of one film, flat: its own displacement and voltage, force and capacitance, the voltage at which it pulls
-    in there, its state, and whether it is held."""
+    """States of one film, flattened: its own displacement and voltage, force and capacitance, the voltage at which it
+    pulls in at that height, its state, and the code of `Held`."""
 
     x: Array
     voltage: Array
@@ -173,7 +173,7 @@ class _Cells(NamedTuple):
 
 
 def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) -> dict[str, dataset.Variable]:
-    """All that is known of one film."""
+    """The variables of one film."""
     each = [_with_rings(members, placed, k, _cells(members, placed, k, x[k], levels)) for k in range(members.size)]
     shape = x.shape
     known = _Cells(*(np.stack(values).reshape(shape) for values in zip(*(own for own, _ in each), strict=True)))
@@ -230,7 +230,7 @@ _STRENGTH = dataset.absent("share", nan="unknown")
 
 
 def _largest(values: Array, at: Array) -> tuple[Array, Array]:
-    """The largest value of the rings of each state, and where ``at`` it is; NaN where nothing is known."""
+    """The largest value of the rings of each state, and the value of ``at`` there; NaN where all values are NaN."""
     known = np.where(np.isnan(values), -np.inf, values)
     place = np.argmax(known, axis=-1)[..., None]
     highest, where = (np.take_along_axis(one, place, axis=-1)[..., 0] for one in (known, at))
@@ -249,7 +249,7 @@ def _wrinkled(at: Profile) -> Array:
 
 
 def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array) -> _Cells:
-    """States as the film on which devices run has them."""
+    """States of the fitted film, on which devices run."""
     n = members.numbers_at(k)
     place = list(members.system.films).index(placed)
     squared = np.asarray(members.system.squares_at_rest(levels**2, n)[place]) + np.zeros(x.shape)
@@ -269,7 +269,7 @@ def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array
 
 
 def _with_rings(members: Members, placed: PlacedFilm, k: int, cells: _Cells) -> tuple[_Cells, Profile]:
-    """The states of one member and their rings, with the force and capacitance of the rings where they are found."""
+    """The states of one member and their rings; force and capacitance are those of the rings where these are found."""
     n: dict[str, Any] = dict(placed.own(members.numbers_at(k)))
     ratio = float(members.values[placed.prefix + "radius_ratio"][k])
     assert isinstance(placed.film, MembraneFilm)

@@ -19,14 +19,15 @@ if TYPE_CHECKING:
     import xarray as xr
 
 WORK_PANELS, WORK_NODES = 16, 8
-"""Panels, and Gauss-Legendre nodes of each, over which the work of a cycle is integrated; corners lie in few."""
+"""Number of panels, and of Gauss-Legendre nodes in each, over which the work of a cycle is integrated; kinks of the
+force affect few panels."""
 _WORK = dataset.absent("energy", nan="beyond pull-in")
 _PULLED = dataset.absent("length", nan="beyond pull-in", infinite="beyond pull-in")
 
 
 @for_devices
 def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths | None = None) -> xr.Dataset:
-    """The output of the actuator at constant voltages reached on a slow ramp from 0: stroke and blocked force.
+    """Compute stroke and blocked force at constant voltages that are reached on a slow ramp from 0.
 
     Parameters
     ----------
@@ -69,9 +70,9 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
 
 
 class Ramp(NamedTuple):
-    """A slow ramp of a drive from rest: ``displacement``, ``stroke``, ``blocked_force`` and ``stiffness`` at constant
-    voltages, (voltages,), the constant ``voltages`` on each film; and the voltages of its ``pitchfork`` and of its
-    first jump or ``pull_in``, infinite if never."""
+    """A slow voltage ramp from ``rest``: ``displacement``, ``stroke``, ``blocked_force`` and ``stiffness`` at constant
+    voltages, (voltages,), and the ``voltages`` on each film; and the voltages of its ``pitchfork`` and of its first
+    jump or ``pull_in``, infinite if never."""
 
     rest: float
     displacement: Array
@@ -84,7 +85,7 @@ class Ramp(NamedTuple):
 
 
 def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
-    """The ramp of a single model's drive at the ``levels``."""
+    """The ramp of a single model to the ``levels``."""
     squared, rest = levels**2, rest_of(balance, None)
     x = balance.along_ramp(rest, squared)[0]
     stiffness = np.where(balance.whole(x, squared), balance.slope(x, squared), np.nan)
@@ -102,6 +103,7 @@ def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
 
 
 def ramp_variables(balances: list[StaticBalance], rests: list[float], levels: Array) -> dict[str, dataset.Variable]:
+    """Variables of the equilibria that slow ramps from the rests ``rests`` to the voltages ``levels`` reach."""
     reached = each(lambda balance, rest: balance.along_ramp(rest, levels**2), balances, rests)
     place, losses = (np.stack([row[k] for row in reached]) for k in range(2))
     rest, dims = np.array(rests), ("constant_voltage",)
@@ -118,10 +120,8 @@ def ramp_variables(balances: list[StaticBalance], rests: list[float], levels: Ar
 
 
 def each_work(balances: list[StaticBalance], rests: list[float], place: Array, levels: Array) -> Array:
-    """The area between the forces without and with a voltage from the rest to where the ramp goes, (members, voltages).
-
-    A load takes it up in a cycle that pushes it out under the voltage and takes it back without one.
-    """
+    """The largest work on a load in a cycle, which pushes the load under the voltage and returns without: the area
+    between the forces with and without a voltage from the rest to the end of the ramp, (members, voltages)."""
     work = np.full(place.shape, np.nan)
     for member, (balance, rest) in enumerate(zip(balances, rests, strict=True)):
         for k in np.flatnonzero(np.isfinite(place[member])):
@@ -131,7 +131,7 @@ def each_work(balances: list[StaticBalance], rests: list[float], place: Array, l
 
 
 def on_the_way(begin: float, end: float) -> tuple[Array, Array]:
-    """Displacements between two, and the weights with which forces there add up to their work."""
+    """Displacements between two, and the weights with which the forces there sum to their work."""
     nodes, weights = np.polynomial.legendre.leggauss(WORK_NODES)
     panels = (0.5 + 0.5 * nodes + np.arange(WORK_PANELS)[:, None]).ravel() / WORK_PANELS
     return begin + (end - begin) * panels, (end - begin) * np.tile(0.5 * weights / WORK_PANELS, WORK_PANELS)

@@ -1,4 +1,4 @@
-"""The equation of motion of a device as a function for other people's integrators, in SI units."""
+"""The equation of motion of a device in SI units, as a function for other integrators."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Input = float | Callable[[float], float]
 class Rates:
     """The rates of change ``rates(t, y, voltage=..., force=...)`` of a device's states, in SI units.
 
-    ``y`` has the ``states``: displacement, velocity and what film, bias and circuit add, (N,) or (N, points). The
-    ``start`` is the device's own. The film is in tension, wrinkled or slack as the states say; where it has pulled in
-    the rates are NaN.
+    ``y`` has the ``states``: displacement, velocity and those of film, bias and circuit, (N,) or (N, points). The
+    ``start`` is that of the device. The film is in tension, wrinkled or slack according to the states; where it has
+    pulled in the rates are NaN.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Rates:
         return self._sizes.reshape((-1,) + (1,) * (z.ndim - 1))
 
     def _at(self, t: float, y: Any, voltage: Input | None, force: Input) -> tuple[Array, Mapping[str, Any]]:
-        """Dimensionless states and all numbers, the switches among them."""
+        """Dimensionless states and all numbers, including the switches."""
         states = np.asarray(y, dtype=float)
         if states.shape[:1] != (len(self.states),):
             raise InputError(f"y: must have {len(self.states)} states ({', '.join(self.states)}), not {states.shape}")

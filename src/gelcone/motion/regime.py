@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _UNSEEN = dataset.absent("time", infinite="no end was seen")
-"""A lifetime: of a motion that is not chaotic there is none."""
+"""Meaning of NaN and infinity of a lifetime; it is NaN for motions that are not chaotic."""
 
 
 @analysis(

@@ -37,7 +37,7 @@ def section(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Stroboscopic Poincare section: the states once every forcing period.
+    """Compute the stroboscopic Poincare section: the states once every forcing period.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def sense(
     Returns
     -------
     Dataset over ``sample``: ``capacitance``, and the ``displacement``, above the film's plane, with its
-    ``displacement_error``: what the uncertainty leaves. NaN for a capacitance that the film does not reach.
+    ``displacement_error`` that follows from the uncertainty. NaN for a capacitance that the film does not reach.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def sense(
 
 
 def _inverted(known: Any, wanted: Array, reach: tuple[float, float]) -> Array:
-    """The x at which an increasing function of the places where it is finite has some values."""
+    """The x at which ``known``, which increases where it is finite, has the ``wanted`` values; NaN where it has not."""
     grid = np.linspace(reach[0], min(reach[1], 3.0), 601)
     values = known(grid)
     there = grid[np.isfinite(values)]

@@ -10,7 +10,7 @@ from gelcone.physics.model import ConeModel
 
 
 def single_film(model: ConeModel, name: str) -> Any:
-    """The system, of one film without states and an ideal source."""
+    """The system of a single model with one film without states and an ideal source, or an `InputError`."""
     system = model.system
     check_one(model, name)
     if len(system.films) > 1:

@@ -33,10 +33,10 @@ OUTPUTS: Mapping[str, str] = {
     "current": "current",
     "leak": "current",
 }
-"""Outputs of a linear model, of which the electric ones are those of the first film, and their quantities."""
+"""Outputs of a linear model -> quantity; the electric ones are those of the first film."""
 INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
 PASSED = 1e-12
-"""Feed-through of the charge, as a share of its largest derivative, below which none is."""
+"""Feed-through of the charge, as a share of its largest derivative, below which it is rounding."""
 
 
 class _Matrices(NamedTuple):
@@ -72,13 +72,13 @@ class StateSpace(_Matrices):
         return np.asarray(self.C @ self.moved(omega) + self.D)
 
     def to_control(self) -> Any:
-        """The model as a ``control.StateSpace`` with its names; `MissingDependency` without python-control."""
+        """The model as a ``control.StateSpace`` with its names; raises `MissingDependency` without python-control."""
         names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
         return python_control().ss(*self, **names)
 
 
 def python_control() -> Any:
-    """The module of python-control; `MissingDependency` without it."""
+    """The module of python-control; raises `MissingDependency` without it."""
     try:
         import control
     except ImportError:
@@ -87,7 +87,7 @@ def python_control() -> Any:
 
 
 def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
-    """The equilibrium that a slow ramp from 0 to the voltage ``bias`` ends at; `InputError` if there is none."""
+    """The equilibrium at the end of a slow ramp from 0 to the voltage ``bias``; raises `InputError` beyond pull-in."""
     place = float(stroke_and_blocked_force(model, [abs(bias)])["displacement"][0])
     if not np.isfinite(place):
         raise InputError(f"voltage_bias = {bias:g}: beyond pull-in, there is no equilibrium; lower it")
@@ -102,7 +102,7 @@ def state_space(
     inputs: Sequence[str] = ("voltage",),
     outputs: Sequence[str] = ("displacement",),
 ) -> StateSpace:
-    """The model linearised about its equilibrium under a constant voltage, with the states of films and circuits.
+    """Linearise a model about its equilibrium under a constant voltage, with the states of films and circuits.
 
     x'' = -2 zeta x' - K x + 2 v0 x0 v (of a taut film), with the stiffness K there; without a bias the
     voltage has no first-order effect and B is zero.
@@ -229,7 +229,7 @@ def _output_rows(
 
 
 def _rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
-    """All states at rest under a constant command, from near a ``place`` of the disc, by Newton's method."""
+    """All states at rest under a constant command, by Newton's method from a displacement ``place`` of the disc."""
     system, n = model.system, model.numbers()
     z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
     z = uncurrented(system, voltage, z, n)
@@ -253,7 +253,7 @@ def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, fl
 
 @for_devices
 def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Dataset:
-    """Gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
+    """Compute gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
 
     Parameters
     ----------

@@ -27,10 +27,10 @@ PULL_IN_KIND = "how the disc jumps or pulls in"
 
 @for_devices
 def pitchfork_voltage(model: Ensemble) -> VoltageArray:
-    """Constant voltage at which the flat film, or a raised pair of equal films in its middle, loses its stability.
+    """Compute the constant voltage at which the flat film, or a raised pair of equal films, loses stability.
 
-    Of a single film it is the root of the small-signal stiffness kappa + (A - G)/(1 - (A+B+G-3)/J), or that of another
-    film.
+    For a single film it is the root of the small-signal stiffness, kappa + (A - G)/(1 - (A+B+G-3)/J) for the taut cone
+    with Gent's law.
 
     Parameters
     ----------
@@ -56,6 +56,7 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
 
 
 def pitchfork_voltages(balances: list[StaticBalance]) -> Array:
+    """Voltages of the pitchforks, (members,); NaN where there is none."""
     squared = np.array(each(lambda balance: balance.pitchfork(), balances))
     highest = np.array([balance.highest_squared if balance.flat else np.inf for balance in balances])
     with np.errstate(invalid="ignore"):
@@ -65,7 +66,7 @@ def pitchfork_voltages(balances: list[StaticBalance]) -> Array:
 
 @for_devices
 def fold_voltages(model: Ensemble) -> xr.Dataset:
-    """All constant voltages at which two equilibria meet and vanish, and where: the limit points.
+    """Compute all folds of the equilibria: constant voltages and displacements at which two of them meet and vanish.
 
     Parameters
     ----------
@@ -130,6 +131,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
 
 
 def fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.Variable]:
+    """Variables of the folds (voltage, displacement) of each member, padded with NaN."""
     rows = [np.array(own).reshape(-1, 2) for own in folds]
     voltage, place = (padded([row[:, k] for row in rows]) for k in range(2))
     return {
@@ -139,6 +141,7 @@ def fold_variables(folds: list[list[tuple[float, float]]]) -> dict[str, dataset.
 
 
 def pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
+    """Variables of the voltage and displacement of each pitchfork."""
     voltage = pitchfork_voltages(balances)
     place = np.array([0.5 * balance.flat_height for balance in balances])
     return {
@@ -153,14 +156,15 @@ def pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Varia
 
 
 def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
-    """Constant voltage at which each member jumps or pulls in on a slow ramp from rest, (members,), infinite if never;
-    and how, a `PullIn`. A pitchfork that continues smoothly is neither."""
+    """The constant voltage at which each member jumps or pulls in on a slow ramp from rest, (members,), infinite if
+    never, and the `PullIn` that it is. A pitchfork that continues smoothly does not count."""
     balances = balances_of(model)
     lost = each(lambda balance, rest: balance.jump(rest), balances, each(rest_of, balances, [None] * len(balances)))
     return np.array([loss.voltage for loss in lost]), np.array([loss.kind for loss in lost], dtype=np.int8)
 
 
 def pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
+    """Variables of what ends the ramp of each member from its rest."""
     lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {

@@ -1,4 +1,4 @@
-"""The quasi-static half of an operating envelope: limits on a slow voltage ramp, and while a voltage is held."""
+"""The quasi-static part of an operating envelope: limits on a slow voltage ramp, and while a voltage is held."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from gelcone.quantity import Array
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
 PEAKS = 20
-"""Peak voltages that are examined where no others are given."""
+"""Default number of peak voltages."""
 STATIC_POINTS, CLOSER = 400, 65
-"""Constant voltages at which limits are searched, and those that are added around each limit."""
+"""Number of constant voltages at which limits are searched, and of those that are added around each limit."""
 LATER = 2.0
-"""Constant voltages up to which a membrane's pull-in is searched for, over the largest of its own; and peak voltages
-up to which the driven motion is examined, over the lowest quasi-static limit."""
+"""Ratio of the highest constant voltage at which a membrane's pull-in is searched to the largest of its pull-in
+voltages, and of the highest default peak voltage to the lowest quasi-static limit."""
 FARTHEST = 1024.0
-"""Constant voltage, in units of the model, up to which limits are searched of a film that neither pulls in nor comes to
-a stretch limit."""
+"""Highest constant voltage, dimensionless, at which limits are searched for a film without pull-in and stretch
+limit."""
 BEFORE = 1.0 - 1e-9
-"""Share of the pull-in voltage at which the disc has not yet jumped."""
+"""Share of the pull-in voltage at which the disc has not jumped yet."""
 HELD_LEVELS = 32
-"""Constant voltages that are held for a duration."""
+"""Number of constant voltages that are held for a duration."""
 
 
 # --- quasi-static ---------------------------------------------------------------------------------------------------
 
 
 def static_limits_of(plane: Plane) -> Array:
-    """The constant peak voltage of a drive in proportion at which each of `STATIC_LIMITS` is met by either film, on the
-    way to pull-in or, without one, to the stretch limit; infinite where it is not."""
+    """The constant peak voltage at which either film meets each of `STATIC_LIMITS`, on the way to pull-in or, without
+    pull-in, to the stretch limit; infinite where it does not."""
     model, ramp = plane.model, plane.ramp(np.zeros(1))
     pull_in = ramp.pull_in
     if plane.membrane is not None:
@@ -63,7 +63,7 @@ def _met(plane: Plane, highest: float) -> Array:
 
 
 def _first_met(plane: Plane, levels: Array) -> Array:
-    """Those of `_met`, linear between levels."""
+    """`_met` at given levels, by linear interpolation between them."""
     states, strength = _states(plane, plane.ramp(levels)), plane.model.dielectric_strength
     least = np.nan if strength is None else strength
     excess = [(s.true_field - least, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states]
@@ -79,15 +79,15 @@ def _states(plane: Plane, ramp: Ramp) -> list[FilmState]:
 
 
 def peaks_of(static: Array) -> Array:
-    """The peak voltages at which the driven motion of a device is examined where no others are given: up to a little
-    above pull-in, or to twice the lowest of its ``static`` limits, whatever its own drive is."""
+    """The default peak voltages at which the driven motion is examined: up to a little above pull-in, or to twice the
+    lowest of the ``static`` limits."""
     positive = static[np.isfinite(static) & (static > 0.0)]
     top = np.fmin(LATER * positive.min(initial=FARTHEST), (1.0 + WITHIN) * static[-1])
     return np.asarray(top * np.arange(1, PEAKS + 1) / PEAKS)
 
 
 def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
-    """Curves over the constant peak voltage of a drive in proportion, up to the ``highest``."""
+    """Static quantities over the constant peak voltage, up to the ``highest``."""
     model, levels = plane.model, np.linspace(0.0, highest, STATIC_POINTS + 1)
     ramp = plane.ramp(levels)
     state = _states(plane, ramp)[0]
@@ -108,11 +108,11 @@ def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
 
 
 def _membrane_pull_in(plane: Plane, membrane: PullInCurve, highest: float) -> float:
-    """Constant voltage up to ``highest`` at which the membrane pulls in where the ramp has led; infinity if none."""
+    """The constant voltage up to ``highest`` at which the membrane pulls in on the ramp; infinity if none."""
     known = membrane.voltage(np.linspace(0.0, membrane.reach, STATIC_POINTS))
     if not np.isfinite(known).any():
         return math.inf
-    # where it pulls in at all, it has at the largest of these; the ramp may come there later
+    # it pulls in at these voltages at the latest, but the ramp may reach the displacement at a higher one
     levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
     return first_passing(levels, levels - membrane.voltage(plane.ramp(levels).displacement))
 
@@ -121,15 +121,15 @@ def _membrane_pull_in(plane: Plane, membrane: PullInCurve, highest: float) -> fl
 
 
 def hold(plane: Plane, duration: float, up_to: float, progress: Progress) -> Holding:
-    """Constant voltages up to ``up_to`` held for a ``duration``; `InputError` for a film that does not creep."""
+    """Constant voltages up to ``up_to`` held for a ``duration``. Raises `InputError` for a film that does not creep."""
     if plane.model.system.films[-1].drive == "opposite":
         raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
     return holding(plane.model, duration, up_to, count=HELD_LEVELS, threads=plane.threads, progress=progress)
 
 
 def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
-    """The voltages of `STATIC_LIMITS` that are met while a voltage is held; the pitchfork, at which branches at flat
-    rest do not pull, is that of the ``relaxed`` film, and so are all where no voltage is held."""
+    """The voltages of `STATIC_LIMITS` that are met while a voltage is held. The pitchfork is that of the ``relaxed``
+    film, since branches do not pull on the flat film; without a voltage that is held, all limits are."""
     if not held.highest > 0.0:
         return relaxed
     names = ("breakdown", "hoop_slack", "meridional_slack", "near_limit")

@@ -38,13 +38,14 @@ def label_static(
     start: npt.ArrayLike | None = None,
     title: str,
 ) -> xr.Dataset:
+    """The labelled result of a static analysis; members that reach no displacement are `Outcome.OUTSIDE`."""
     options = {"search_range": SEARCH_RANGE, "start": None if start is None else np.asarray(start).tolist()}
     outcome = [Outcome.OK if balance.reachable else Outcome.OUTSIDE for balance in balances]
     return dataset.label(model, variables, coords=coords, outcome=outcome, options=options, title=title)
 
 
 def constant_voltages(voltages: npt.ArrayLike) -> Array:
-    """Constant voltages as an array, (voltages,); `InputError` for what is not one or below 0."""
+    """Constant voltages as an array, (voltages,). Raises `InputError` for values that are not numbers of at least 0."""
     try:
         levels = np.atleast_1d(np.asarray(VOLTAGE["voltage"].check("voltages", voltages), dtype=float))
     except InputError as error:
@@ -57,7 +58,7 @@ def constant_voltages(voltages: npt.ArrayLike) -> Array:
 
 
 def rests_near(model: Ensemble, balances: list[StaticBalance], start: npt.ArrayLike | None) -> list[float]:
-    """Where the slow ramp of each starts: the rest nearest to ``start``."""
+    """The equilibrium without voltage nearest to ``start`` of each member, from which its slow ramp starts."""
     return each(rest_of, balances, _starts(model, start))
 
 
@@ -74,6 +75,6 @@ def _starts(model: Ensemble, start: npt.ArrayLike | None) -> list[float | None]:
 
 
 def padded(rows: Sequence[Array]) -> Array:
-    """Rows of different lengths as one array with at least one column, NaN behind each."""
+    """Rows of different lengths as one array with at least one column, padded with NaN."""
     longest = max(1, *(len(row) for row in rows))
     return np.stack([np.concatenate([row, np.full(longest - len(row), np.nan)]) for row in rows])

@@ -1,4 +1,4 @@
-"""The answer to a step of the voltage: how fast the disc comes, how far it overshoots, and when it has settled."""
+"""The response to a step of the voltage: rise time, overshoot, settling time and drift."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DECAYS = 8.0
-"""Decay times, of the damping and of the slowest state of a component, that a run lasts by default."""
+"""Default length of a run, in decay times of the damping or of the slowest state of a component."""
 FEWEST, MOST, PER_OSCILLATION = 2000, 40_000, 40
-"""Samples of a run: at least, at most, and of an oscillation at the fastest rate."""
+"""Fewest and most samples of a run, and samples of an oscillation at the fastest rate."""
 RISE = (0.1, 0.9)
+"""Shares of the way between which the rise time is taken."""
 SETTLED = 0.02
 """Share of the way within which the disc has settled."""
 STILL = 1e-9
-"""A way of less than this share of b - a is none."""
+"""Way, in b - a, below which the disc does not move."""
 LATE = 0.1
-"""Share of the run, its last, in which the disc has arrived: drift is what moves there."""
+"""Last share of the run, over which the end and the drift are taken."""
 
 
 @analysis(
@@ -54,7 +55,7 @@ def step(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """The disc's answer to a step of the commanded voltage from one constant value to another.
+    """Compute the disc's response to a step of the commanded voltage from one constant value to another.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ _MEANINGS: dict[str, tuple[str, dataset.Of]] = {
 
 
 def _duration(damping_ratio: float, time_constant: float, given: float | None) -> float:
-    """How long the run lasts."""
+    """The length of the run. Raises `InputError` for one that is not positive, too long, or undefined."""
     if given is not None and not given > 0.0:
         raise InputError(f"duration = {given:g}: must be positive")
     if given is None and not damping_ratio > 0.0:
@@ -166,6 +167,6 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
 
 
 def _slope(times: Array, x: Array) -> Array:
-    """Slopes of the straight lines through rows of samples."""
+    """Slopes of straight lines fitted to rows of samples."""
     away = times - times.mean()
     return np.asarray((x * away).sum(axis=1) / (away * away).sum())

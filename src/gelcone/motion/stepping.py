@@ -1,9 +1,9 @@
 """Stepping along settled motions in frequency: where a motion jumps, the step is halved until the jump is bracketed.
 
-A motion that ends at a fold has a basin that shrinks towards it, so that a step leaves it early, the earlier the larger
-it is. Where the motion has changed, its cycle is therefore searched for by Newton's method: as long as that continues
-and attracts, so does the motion, as in a sweep without noise that is slow enough. The steps are such that the motion
-hardly changes; only where even the smallest step changes it, and the cycle has ended, does it jump.
+The basin of a motion that ends at a fold shrinks towards the fold, so that a large step leaves it too early. Where the
+motion has changed, its cycle is therefore computed by Newton's method. As long as the cycle exists and attracts, the
+motion continues on it, as in a sweep without noise that is slow enough. Steps are so short that the motion hardly
+changes; it jumps where even the smallest step changes it and the cycle has ended.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from gelcone.progress import Progress, advance
 from gelcone.quantity import Array
 
 NUDGE = 1e-4
-"""A step moves each state by this much, so that it leaves a motion that has become unstable."""
+"""Displacement by which each step moves the state, so that it leaves a motion that has become unstable."""
 JUMPED = 0.2
-"""A motion has jumped when its amplitude or its middle changed by this share of the amplitude."""
+"""Change of the amplitude or the middle of a motion, over its amplitude, at which it has jumped."""
 NEGLIGIBLE = 1e-3
-"""Changes below this share of the largest amplitude so far are none, and strokes below it count as equal."""
+"""Share of the largest amplitude so far below which changes are negligible, and strokes equal."""
 FINEST = 2.0**-7
-"""The smallest step, as a share of the distance between two frequencies that were asked for."""
+"""The smallest step, over the distance between two given frequencies."""
 SURE = 4.0
-"""Steps within which a motion ends that Newton's method does not follow over one: it follows over a larger
-share of the way to a fold."""
+"""Steps within which a motion ends if Newton's method does not follow it over one step, since the method follows over a
+larger share of the way to a fold."""
 MOST_STEPS = 64
+"""Most tries to reach a given frequency."""
 ALMOST = 1.0 - 1e-9
-"""A step that leaves less than the rest of it to the next frequency asked for goes there."""
+"""Share of the way to the next given frequency from which on a step goes there."""
 
 
 @dataclass
@@ -50,7 +51,7 @@ class Trail:
     final: list[Array] = field(default_factory=list)
 
     def add(self, rows: npt.NDArray[np.intp], frequency: Array, met: Swing, count: int) -> None:
-        """Add what ``rows`` of ``count`` members met at their frequencies."""
+        """Adds the motions that ``rows`` of ``count`` members met at their frequencies."""
         blank = Swing.blank(count, states=met.final.shape[1])
         blank.put(rows, met)
         self.frequency.append(np.full(count, np.nan))
@@ -60,7 +61,7 @@ class Trail:
         self.final.append(blank.final)
 
     def sorted(self) -> tuple[Array, Array, npt.NDArray[np.int64], Array]:
-        """All as arrays (members, steps, ...), each member by rising frequency, NaN at the end."""
+        """The trail as arrays (members, steps, ...), by rising frequency of each member, padded with NaN."""
         order = np.argsort(np.stack(self.frequency, axis=1), axis=1, kind="stable")
         rows = np.arange(len(order))[:, None]
         frequency, amplitude, final = (
@@ -71,21 +72,21 @@ class Trail:
 
 @dataclass(frozen=True)
 class Falls:
-    """The last jump on the way to each frequency (members, steps): between the frequencies ``start``, where the motion
-    ``before`` was met, and ``end``; NaN where there is none."""
+    """The last jump on the way to each frequency (members, steps): between the frequencies ``start``, with the motion
+    ``before``, and ``end``; NaN where there is none."""
 
     start: Array
     end: Array
     before: Swing
 
     def take(self, where: Any) -> Falls:
-        """Those of some members and steps."""
+        """The jumps of some members and steps."""
         return Falls(self.start[where], self.end[where], self.before.take(where))
 
 
 @dataclass(frozen=True)
 class Walk:
-    """The motions ``reached`` at each frequency (members, steps), their ``falls`` and all that was met on the way."""
+    """The motions ``reached`` at each frequency (members, steps), their ``falls`` and the ``trail`` on the way."""
 
     reached: Swing
     falls: Falls
@@ -93,11 +94,11 @@ class Walk:
 
 
 def walk(model: Members, grids: Array, initial: Array, progress: Progress, search: dict[str, Any]) -> Walk:
-    """The settled motions at frequencies ``grids`` (members, steps), each reached from the one before; their extent
-    alone.
+    """The settled motions at frequencies ``grids`` (members, steps), each reached from the one before, with their
+    extent alone.
 
-    A member begins from ``initial`` (members, N), and again where the motion before failed. Members go at their own
-    pace and are settled together, which changes no bit of any.
+    A member starts from ``initial`` (members, N), and again after a motion that failed. Members take steps of their own
+    and are integrated together, which does not change a bit of them.
     """
     count, steps = grids.shape
     blank = Swing.blank(*grids.shape, states=initial.shape[1])
@@ -128,7 +129,7 @@ def walk(model: Members, grids: Array, initial: Array, progress: Progress, searc
         now.put(gone, tried.take(~far))
         at[gone] = target[~far]
         trail.add(gone, at[gone], now.take(gone), count)
-        # A fallen motion is a new one, along which the steps are as long as at first.
+        # After a jump the motion is a new one, with steps as long as at first.
         step[going[fell]] = there[fell] - target[fell]
         done = going[~far & (last | (now.outcome[going] != Outcome.OK))]
         reached.put((done, place[done]), now.take(done))
@@ -153,7 +154,8 @@ def _tried(
     largest: Array,
     search: dict[str, Any],
 ) -> tuple[Swing, npt.NDArray[np.bool_]]:
-    """Motions of members reached from those ``before``, or from ``initial`` where ``fresh``; and which have changed."""
+    """Motions reached from those ``before``, or from ``initial`` where ``fresh``; and the mask of those that have
+    jumped."""
     begin = np.where(fresh[:, None], initial, nudge(before.final, NUDGE))
     tried = settled_swing(members, begin, only_extent=True, **search)
     changed = ~fresh & jumped(before, tried, largest)
@@ -161,7 +163,7 @@ def _tried(
     if rows.size:
         held, found = on_their_cycles(members.take(rows), before.take(rows), search)
         at = rows[held]
-        # where the cycle near the motion before and the motion now are one, it has changed without a jump
+        # where the cycle near the motion before equals the motion now, it has changed without a jump
         apart = jumped(before.take(at), found, largest[at]) & jumped(tried.take(at), found, largest[at])
         tried.put(at[~apart], found.take(~apart))
         changed[at] = apart
@@ -169,30 +171,31 @@ def _tried(
 
 
 def carried(members: Members, before: Swing, largest: Array, search: dict[str, Any]) -> Swing:
-    """Motions that those ``before``, at frequencies nearby, become; their extent alone."""
+    """Motions reached from those ``before`` at frequencies nearby, with their extent alone."""
     return _tried(members, before, before.final, np.zeros(members.size, dtype=bool), largest, search)[0]
 
 
 def continued(
     members: Members, before: Swing, largest: Array, search: dict[str, Any]
 ) -> tuple[Swing, npt.NDArray[np.bool_]]:
-    """Motions that those ``before`` continue as, and which do: a periodic one if its cycle is there and attracts. (Just
-    past a fold a motion stays so long where its cycle was that it seems to have settled.)"""
-    now, going_on = before.take(...), before.period == 0
-    cycling, others = np.flatnonzero(~going_on), np.flatnonzero(going_on)
+    """Continuations of the motions ``before``, and the mask of those that persist: a periodic one if its cycle exists
+    and attracts. (The motion itself does not show it: just past a fold it stays so long near the former cycle that it
+    seems to have settled.)"""
+    now, persists = before.take(...), before.period == 0
+    cycling, others = np.flatnonzero(~persists), np.flatnonzero(persists)
     if cycling.size:
         held, found = on_their_cycles(members.take(cycling), before.take(cycling), search)
         at = cycling[held]
         same = ~jumped(before.take(at), found, largest[at])
         now.put(at[same], found.take(same))
-        going_on[at[same]] = True
+        persists[at[same]] = True
     if others.size:
         now.put(others, settled_swing(members.take(others), before.final[others], only_extent=True, **search))
-    return now, going_on
+    return now, persists
 
 
 def on_their_cycles(members: Members, before: Swing, search: dict[str, Any]) -> tuple[npt.NDArray[np.intp], Swing]:
-    """Which motions have a cycle that attracts near the one ``before``; and those on it."""
+    """Indices of the motions with an attracting cycle near the one ``before``, and the motions on these cycles."""
     cycles = find_cycles(members, before.final, before.period, **integration(search))
     rows = np.flatnonzero(cycles.sign < 0)
     found = swing_of(members.take(rows), cycles.take(rows), before.final[rows], only_extent=True, **integration(search))
@@ -201,8 +204,8 @@ def on_their_cycles(members: Members, before: Swing, search: dict[str, Any]) -> 
 
 
 def jumped(one: Swing, other: Swing, largest: Array) -> npt.NDArray[np.bool_]:
-    """Whether a periodic motion and the ``other`` differ by more than a small step explains, or the other is not
-    periodic; not where one failed."""
+    """Mask of the periodic motions from which the ``other`` differs by more than a small step explains, or is not
+    periodic; False where one failed."""
     size = np.fmax(one.amplitude, other.amplitude)
     change = np.fmax(np.abs(one.amplitude - other.amplitude), np.abs(one.middle - other.middle))
     with np.errstate(invalid="ignore"):

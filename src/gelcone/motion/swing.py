@@ -22,7 +22,7 @@ from gelcone.quantity import Array
 REPEATS = 24
 """Forcing periods over which a motion without a period is sampled."""
 SAMPLES = 128
-"""Samples of a forcing period of which harmonics and what the source gives are made."""
+"""Samples of a forcing period for harmonics and the deliveries of the source."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency of which amplitude and phase are reported."""
 ROUNDING = 1e-12
@@ -31,11 +31,13 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Swing(Columns):
-    """Settled motions, arrays over the same dims: ``lowest`` and ``highest`` displacement, the ``period`` of the cycle
-    in forcing periods (0: none), whether that is ``resting`` (of period 1), the ``outcome``, (..., harmonics) the
-    complex ``harmonics`` - displacement is the sum of the imaginary parts of harmonic times exp(i k omega t) -, (...,
-    N) the ``final`` states at phase 0, the ``mean`` displacement, the ``validity``
-    (`gelcone.motion.validity.validity`), and what the source gives, (..., `gelcone.motion.electrical.MEANINGS`).
+    """Settled motions, arrays over the same dims.
+
+    ``lowest`` and ``highest`` displacement; ``period`` of the cycle in forcing periods (0: none); ``resting``, true if
+    the cycle (of period 1) is a rest; ``outcome``; complex ``harmonics`` (..., harmonics), the displacement being the
+    sum of the imaginary parts of harmonic times exp(i k omega t); ``final`` states (..., N) at phase 0; ``mean``
+    displacement; ``validity`` (`gelcone.motion.validity.validity`); and deliveries of the ``source``, (...,
+    `gelcone.motion.electrical.MEANINGS`).
     """
 
     lowest: Array = column()
@@ -51,12 +53,12 @@ class Swing(Columns):
 
     @property
     def amplitude(self) -> Array:
-        """Half of what the motion covers."""
+        """Half of the extent of the motion."""
         return 0.5 * (self.highest - self.lowest)
 
     @property
     def forcing_periods(self) -> npt.NDArray[np.int64]:
-        """The period as results report it: 0 for a rest, too, which has none."""
+        """The period as results report it: 0 also for a rest."""
         return np.where(self.resting, 0, self.period)
 
     @property
@@ -68,7 +70,7 @@ class Swing(Columns):
 
     @property
     def middle(self) -> Array:
-        """Halfway between its turning points."""
+        """Middle between lowest and highest displacement."""
         return 0.5 * (self.highest + self.lowest)
 
 
@@ -83,15 +85,15 @@ def swing(
 ) -> Swing:
     """The motions of a flattened ensemble from ``states`` (members, N) at phase 0.
 
-    Those on cycles of known ``period`` (members,) over whole turns and drive periods, those of period 0 over `REPEATS`
-    forcing periods. ``only_extent`` leaves out harmonics and validity, which takes the film's own lengths at each
-    sample; they stay NaN. So does what the ``source`` gives, unless it is asked for.
+    Motions on cycles of known ``period`` (members,) are sampled over whole turns and drive periods, those of period 0
+    over `REPEATS` forcing periods. With ``only_extent``, harmonics and validity, which is slow to compute, stay NaN;
+    deliveries stay NaN without ``source``.
     """
     found = Swing.blank(members.size, states=states.shape[1])
     found.period[:] = 0 if period is None else period
     for own in np.unique(found.period):
         rows = np.flatnonzero(found.period == own)
-        # two forcing periods are a whole number of the drive's
+        # two forcing periods are a whole number of drive periods
         repeats = int(own * (1 + own % 2)) or REPEATS
         part = members.take(rows)
         run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
@@ -109,7 +111,7 @@ def swing(
 
 
 def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:
-    """The complex harmonics (members, harmonics) of displacements over whole drive periods, ``samples`` of them in a
+    """The complex harmonics (members, harmonics) of displacements over whole drive periods, with ``samples`` per
     forcing period, the first one spacing after phase 0."""
     turn = np.broadcast_to(members.drive_frequency * members.forcing_period, members.shape)
     turns, which = np.unique(turn, return_inverse=True)
@@ -128,9 +130,8 @@ def settled_swing(
     progress: Progress = None,
     **flow_options: Any,
 ) -> Swing:
-    """The swing of damped members on the attractor that a search finds from ``states`` (members, N), a rest having
-    period 1; where it finds none, after the search. Options as in `settled`; ``only_extent`` and ``source`` as in
-    `swing`."""
+    """The swing of damped members on the attractor that a search finds from ``states`` (members, N), with period 1 for
+    a rest, or else of the motion after the search. Options as in `settled` and `swing`."""
     reached = search(members, states, transient=transient, patience=patience, progress=progress, **flow_options)
     found = Swing.blank(members.size, states=states.shape[1])
     found.outcome[:] = reached.outcome
@@ -144,7 +145,7 @@ def settled_swing(
 
 
 def swing_of(members: Members, cycles: Cycles, states: Array, **options: Any) -> Swing:
-    """`swing` on ``cycles``, and from ``states`` (members, N) where there is none."""
+    """`swing` on ``cycles``, or from ``states`` (members, N) where there is none."""
     begin = np.where(cycles.found[:, None], cycles.point, states)
     found = swing(members, begin, np.where(cycles.found, cycles.period, 0), **options)
     found.resting[:] = cycles.resting

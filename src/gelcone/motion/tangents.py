@@ -1,9 +1,8 @@
-"""Tangent maps along motions, and the growth of small deviations: what exponents and multipliers are made of.
+"""Tangent maps along motions, and the growth of small deviations, from which exponents and multipliers follow.
 
 The maps over stretches of at most `gelcone.motion.settle.STRETCH` fastest time scales come from the variational
 equations; QR decomposition of their products (Benettin et al., Meccanica 15 (1980) 9) gives the logarithmic growth of
-each stretch. All formulas hold for any number of states N; two states have faster and sharper ones behind the same
-names, chosen by `_two_states`.
+each stretch. Formulas hold for any number of states N; for two states there are faster and more accurate ones.
 """
 
 from __future__ import annotations
@@ -23,15 +22,15 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 CERTAIN = 3.0
-"""The sign of an exponent counts as certain when it is this many standard errors from zero."""
+"""Standard errors from zero at which the sign of an exponent counts as certain."""
 FLOOR = 1e-7
 """Exponents closer to zero than this are zero within double precision."""
 
 
 @dataclass
 class TangentRun:
-    """A run with deviations, as far as it has come: ``states`` (members, N), orthonormal ``frames`` (members, N, N) of
-    deviations in columns, stretches ``done``, and the ``outcome`` (members,)."""
+    """The state of a run with deviations: ``states`` (members, N), orthonormal ``frames`` (members, N, N) of deviations
+    in columns, number of stretches ``done``, and the ``outcome`` (members,)."""
 
     states: Array
     frames: Array
@@ -49,10 +48,10 @@ class TangentRun:
 
 
 def first_frames(states: Array) -> Array:
-    """Orthonormal deviations to begin with, for each of the ``states`` (members, N): the unit matrix of two states.
+    """Initial orthonormal deviations, for each of the ``states`` (members, N): the unit matrix for two states.
 
-    Of more states it is a reflection that mixes all, so that the first deviation grows by the largest exponent also
-    where some states do not feel others, as a filter does not feel the disc.
+    For more states it is a reflection that mixes all, so that the first deviation grows by the largest exponent also
+    where some states do not depend on others, as a filter not on the disc.
     """
     count = states.shape[-1]
     across = np.sqrt(np.arange(1.0, count + 1.0)) if count > 2 else np.zeros(count)
@@ -94,7 +93,7 @@ def contraction(members: Members, run: Trajectories, spans: Array) -> Array:
 
 
 def qr_growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
-    """Logarithmic growth along the orthonormal frames that tangent maps (members, stretches, N, N) carry along.
+    """Logarithmic growth along orthonormal frames under tangent maps (members, stretches, N, N).
 
     Returns the growth (members, stretches, N) and the final frames (members, N, N), columns orthonormal.
     """
@@ -115,7 +114,7 @@ def log_multipliers(product: Array, log_scale: Array, log_determinant: Array) ->
 def solved(matrices: Array, right: Array) -> Array:
     """Solutions (members, N) of linear equations with ``matrices`` (members, N, N) and right-hand sides (members, N).
 
-    NaN, or infinite, where there is none.
+    NaN or infinite where there is no solution.
     """
     return (_solved_in_the_plane if _two_states(matrices) else solved_where_regular)(matrices, right)
 
@@ -128,7 +127,7 @@ def _two_states(matrices: Array) -> bool:
 
 
 def _growth_in_the_plane(tangents: Array, frames: Array) -> tuple[Array, Array]:
-    """The first vector of a frame leads; the second one is at right angles to it, on its left."""
+    """`qr_growth` of two states, from the first vector of a frame; the second one is normal to it, on its left."""
     (a, b), (c, d) = np.ascontiguousarray(tangents.transpose(2, 3, 1, 0))
     leads = np.empty((a.shape[0] + 1, 2, a.shape[1]))
     lengths = np.empty_like(a)
@@ -139,10 +138,10 @@ def _growth_in_the_plane(tangents: Array, frames: Array) -> tuple[Array, Array]:
         np.hypot(image[0], image[1], out=lengths[k])
         image /= lengths[k]
     x, y = leads[:-1, 0], leads[:-1, 1]
-    # In the plane what is left of the second vector is the area over the first one's length, without the
-    # cancellation that subtracting its projection would suffer.
+    # The normal part of the second vector is the area over the length of the first, without the cancellation of
+    # subtracting its projection.
     height = leads[1:, 0] * (d * x - c * y) - leads[1:, 1] * (b * x - a * y)
-    growth = np.empty(tangents.shape[:3])  # a member's own numbers side by side: sums go in the same order anywhere
+    growth = np.empty(tangents.shape[:3])  # contiguous by member, so that sums have the same order anywhere
     growth[:, :, 0], growth[:, :, 1] = np.log(lengths.T), np.log(np.abs(height.T))
     x, y = leads[-1]
     return growth, np.stack([np.stack([x, y], axis=1), np.stack([-y, x], axis=1)], axis=2)
@@ -171,7 +170,7 @@ def _growth(tangents: Array, frames: Array) -> tuple[Array, Array]:
 
 
 def _turned(image: Array, growth: Array) -> Array:
-    """The frames of the images (members, N, N) of frames; their growth goes to ``growth`` (members, N)."""
+    """Orthonormal frames of the images (members, N, N) of frames; writes their growth to ``growth`` (members, N)."""
     frames = np.full(image.shape, np.nan)
     growth[:] = np.nan
     finite = np.isfinite(image).all(axis=(1, 2))

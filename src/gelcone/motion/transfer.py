@@ -1,4 +1,4 @@
-"""Transfer functions about a bias: voltage to displacement and current, by linear theory and as signals show them."""
+"""Transfer functions from voltage to displacement and current about a bias, by linear theory and as measured."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOWEST, HIGHEST, POINTS = 0.05, 10.0, 401
-"""Range of frequencies by default, over the natural frequency, and how many there are."""
+"""Default frequencies, over the natural one: lowest, highest, number."""
 MEASURED = (0.2, 4.0)
-"""Range over the natural frequency in which signals are measured by default, at every `EVERY`-th frequency."""
+"""Default range, over the natural frequency, in which signals are measured, at every `EVERY`-th frequency."""
 EVERY = 10
 AROUND, ANGLE = 32, np.radians(85.0)
-"""How many frequencies are around each pole, and the largest phase from it of a resonance there."""
+"""Number of frequencies around each pole, and the largest phase of a resonance at which they lie."""
 SMALL = 0.02
 """Amplitude of a small signal, as a share of the bias."""
 
@@ -56,7 +56,7 @@ def transfer(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Transfer functions from voltage to displacement and current about a bias, by linear theory and of real signals.
+    """Compute transfer functions from voltage to displacement and current about a bias, linear and of real signals.
 
     `gelcone.state_space` gives the linear model itself, with ``to_control()`` for python-control.
 
@@ -174,7 +174,7 @@ def _degrees(values: Complex) -> Array:
 
 
 def _with_resonances(space: StateSpace, omega: Array) -> Array:
-    """Frequencies with more of them around each pole that oscillates, even in the phase of a resonance there."""
+    """Frequencies with additional ones around each oscillating pole, evenly spaced in the phase of its resonance."""
     poles = np.linalg.eigvals(space.A)
     poles = poles[poles.imag > 0.0]
     near = poles.imag - poles.real * np.tan(np.linspace(-ANGLE, ANGLE, AROUND))[:, None]
@@ -212,7 +212,8 @@ def _measured(
     progress: Progress,
     options: dict[str, Any],
 ) -> tuple[Complex, Complex, npt.NDArray[np.int8]]:
-    """Displacement and current over the voltage, (signals, frequencies), of motions from the linear ones; outcomes."""
+    """Displacement and current over the voltage, (signals, frequencies), of motions that start from the linear ones,
+    and their outcomes."""
     shape = (signals.size, omega.size)
     if not np.prod(shape):
         return np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape, np.int8)

@@ -1,4 +1,4 @@
-"""Motions side by side: from the start, settled, in the phase plane and as a section, each with its regime."""
+"""Several motions for comparison: from the start, settled, in the phase plane and as a section, with their regimes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 4
-"""Motions that have room side by side."""
+"""Most motions in one figure."""
 PER_PERIOD, PER_OSCILLATION, MOST_SAMPLES = 60, 26, 20_000
-"""Samples of a curve: of each drive period and each oscillation at least, and at most in all."""
+"""Fewest samples of a drive period and of an oscillation, and most samples of a curve."""
 SECTION_POINTS = 600
-"""Of a motion that does not repeat."""
-
+"""Points of the section of a motion that does not repeat."""
 
 _CURVES = ("time", "displacement", "velocity")
 _LONG = (*_CURVES, *(f"late_{name}" for name in _CURVES), "section_displacement", "section_velocity")
@@ -133,7 +132,7 @@ _WORDS = {
 
 
 def _sampled(periods: int, period: Array, rate: Array) -> Array:
-    """Even times over some drive periods, (members, samples), as many for all members."""
+    """Even times over some drive periods, (members, samples), equally many for all members."""
     span = np.broadcast_to(periods * period, rate.shape)
     wanted = max(PER_PERIOD * periods, int((PER_OSCILLATION * rate * span / (2.0 * np.pi)).max()))
     return span[:, None] * np.linspace(0.0, 1.0, min(wanted, MOST_SAMPLES) + 1)

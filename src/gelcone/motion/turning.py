@@ -1,4 +1,4 @@
-"""Where the disc turns between two samples: on the quintic through both, and by Newton's method on the flow itself."""
+"""Turning points of the disc between two samples: on the quintic through both, and by Newton's method on the flow."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 VELOCITY_LEFT = 1e-11
+"""Largest velocity at a turning point."""
 SMALL_STEP = 1e-3
-"""A last step up to this share of the samples' spacing is taken by the Taylor expansion of the flow."""
+"""Share of the samples' spacing up to which the last step is taken by the Taylor expansion of the flow."""
 MOST_POLISHINGS = 60
 
 
@@ -53,11 +54,11 @@ def turning_share(gap: Array, x: Array, u: Array, a: Array) -> Array:
 def turning_points(
     turning: Members, starts: Array, begin: Array, end: Array, guess: Array, kind: Array, **flow: Any
 ) -> tuple[Array, Array]:
-    """Times (points,) and displacement and velocity (points, 2) where the velocity vanishes.
+    """Times (points,) at which the velocity vanishes, and displacement and velocity (points, 2), by Newton's method.
 
-    By Newton's method on the flow itself. ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity on
-    the way to the turning point. The last step, once it is small enough, is the flow's Taylor expansion. The bracket is
-    halved where Newton's step leaves it, as it does where the film reverses the motion like a wall.
+    ``starts`` are the states at ``begin``, ``kind`` the sign of the velocity before the turning point. The last step,
+    once it is small, is taken by the Taylor expansion of the flow. The bracket is halved where Newton's step leaves it,
+    as near the stretch limit, where the film reverses the motion like a wall.
     """
     low, high, times, states = begin.copy(), end.copy(), guess.copy(), np.empty((guess.size, 2))
     left = np.arange(guess.size)
@@ -87,7 +88,7 @@ def turning_points(
 
 
 def _jerk_at(members: Members, times: Array, states: Array) -> Array:
-    """The rate of the acceleration there, by the chain rule along the motion."""
+    """The rate of change of the acceleration along the motion, by the chain rule."""
     n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
     by_time, *by_state = members.system.rates_and_slopes(times, z, n)[1][1]
     rates = members.system.rates(times, z, n)

@@ -1,9 +1,9 @@
-"""Where the model stops being true: for which share of a motion the film is slack, breaks down or nears its limit.
+"""Validity of the model: the shares of a motion during which the film is slack, breaks down or is near its limit.
 
-Shares are of the time, between the times at which an assumption begins and ceases to hold (`gelcone.motion.dwell`). A
-film that wrinkles may be slack: the shares of its states say what it does then, and only a film that bears compression
-is outside its validity there. A cone stands for a membrane: where its radius ratio is known, as that of a device is,
-the share of the time at voltages at which the membrane has pulled in counts, too.
+Shares are of the time, with the times at which an assumption begins and ceases to hold (`gelcone.motion.dwell`). Slack
+is outside the validity only of a film that bears compression; a film that wrinkles has states for it. A cone
+approximates a membrane: where its radius ratio is known, as for a device, the share of the time at voltages at which
+the membrane has pulled in counts, too.
 """
 
 from __future__ import annotations
@@ -36,33 +36,33 @@ ASSUMPTIONS = {
     "beyond_membrane": "a voltage at which the membrane that the cone stands for has pulled in",
     "pulled_in": "a film that has pulled in",
 }
-"""How the model stops being true. A film that wrinkles may be slack."""
+"""Assumptions of the model -> words for a motion in which they fail."""
 SLACK_IN = {
     "hoop_slack": ("hoop_slack", "crumpled", "partly_wrinkled", "wrinkled", "slack"),
     "meridional_slack": ("meridional_slack", "crumpled", "slack"),
 }
 """States of a film that wrinkles in which each direction is slack."""
 MOST_KINDS = 5
-"""States that each of two films may have (`gelcone.physics.film.film.Film.kinds`)."""
+"""Most states of each of two films (`gelcone.physics.film.film.Film.kinds`)."""
 SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
-"""Those of which a motion has a share."""
+"""Assumptions of which the share of the time is reported."""
 NEAR_LIMIT = 0.99
+"""Share of the stretch limit above which a strain is near it."""
 BLOCKS = 8
-"""Parts of a motion whose shares are compared for the error of the whole's."""
-
-
+"""Parts of a motion whose shares are compared for the error of its share."""
 Fails = Mapping[str, npt.NDArray[np.bool_]]
-"""Name of an assumption -> where it fails."""
+"""Name of an assumption -> mask of its failures."""
 
 
 def broken(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> Fails:
-    """Which assumptions fail along a ``motion`` (members, samples, N), by name; of two films, of either.
+    """Masks (members, samples) of each assumption's failures, by name, along a ``motion`` (members, samples, N).
 
-    A motion of the displacement alone, (members, samples, 1), is one of settled films. ``voltages`` holds that of each
-    film, (members, samples), and ``states`` theirs where they are known already. What nothing is known of is left out:
-    the breakdown without a dielectric strength, slack of a film that does not know its stresses.
+    With two films, true where either fails. In a motion of the displacement alone, (members, samples, 1), films have
+    settled. ``voltages`` are those of each film, (members, samples), and ``states`` the film states if they are known
+    already. Unknown assumptions are left out: breakdown without a dielectric strength, slack of a film without
+    stresses.
     """
     return _of_either(broken_by_film(members, motion, voltages, states), motion[..., 0])
 
@@ -70,7 +70,7 @@ def broken(
 def outside(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> Fails:
-    """Where the model is untrue: as `broken` says, but slack only of a film that bears it as compression."""
+    """Masks of `broken`, but slack only of a film that bears compression: the model is untrue there."""
     each = broken_by_film(members, motion, voltages, states)
     for film, fails in zip(members.system.films, each, strict=True):
         if film.kinds:
@@ -89,7 +89,7 @@ def _of_either(films: Sequence[Fails], x: Array) -> Fails:
 def broken_by_film(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, npt.NDArray[np.bool_]]]:
-    """Report `broken` of each film alone; a film that wrinkles is slack in the states that say so."""
+    """`broken` of each film alone; slack of a film that wrinkles follows from its state."""
     found = []
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # at a stretch limit
         known = list(states)
@@ -105,15 +105,15 @@ def broken_by_film(
 
 
 def slack_places(film: PlacedFilm | Film) -> dict[str, list[int]]:
-    """The states of a film in which its hoops and its meridians are slack, by their places among its ``kinds``."""
+    """Indices among the ``kinds`` of a film of those in which its hoops and its meridians are slack."""
     return {name: [k for k, kind in enumerate(film.kinds) if kind in kinds] for name, kinds in SLACK_IN.items()}
 
 
 def excesses(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, Array]]:
-    """By how much each assumption fails, of each film: positive where it does, and continuous along a motion. Left out
-    is what nothing is known of; a film that wrinkles is never compressed."""
+    """Functions (members, samples), by name, for each film that are positive where an assumption fails and continuous
+    along a motion. Unknown assumptions are left out; a film that wrinkles is never compressed."""
     n, strength = members.numbers(trailing=1), members.values.get("dielectric_strength")
     z, found = list(np.moveaxis(motion, -1, 0)), []
     for k, (film, voltage, state) in enumerate(zip(members.system.films, voltages, states, strict=False)):
@@ -139,8 +139,8 @@ def untrue_by(name: str) -> str:
 
 
 class Lasting(NamedTuple):
-    """``times`` (members, intervals) for which each assumption fails on either film, by name; ``spans``, for how long
-    the motion ran in each interval; and the largest ``error`` (members,) of the sums of the times."""
+    """``times`` (members, intervals) for which each assumption fails in either film, by name; ``spans``, the time for
+    which the motion ran in each interval; and the largest ``error`` (members,) of the sums of the times."""
 
     times: dict[str, Array]
     spans: Array
@@ -161,11 +161,11 @@ class Lasting(NamedTuple):
 
 
 def lasting(members: Members, times: Array, states: Array) -> Lasting:
-    """For how long the model is untrue (`outside`) along motions sampled at times (members, samples) from their start
-    to their end."""
+    """Times for which the model is untrue (`outside`) along motions sampled at ``times`` (members, samples) from their
+    start to their end."""
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
-        """The larger one of two films'."""
+        """`excesses`, of two films the larger."""
         found: dict[str, Array] = {}
         with np.errstate(all="ignore"):
             for own in excesses(some, z, some.voltages(at, z)):
@@ -187,12 +187,12 @@ def lasting(members: Members, times: Array, states: Array) -> Lasting:
 def validity(
     members: Members, times: Array, states: Array, *, turn: bool = False, film_times: Array | None = None
 ) -> Array:
-    """Shares of the time of motions sampled from their start to their end, (members, 5 + 2 `MOST_KINDS`): of each of
-    `SHARES`; the largest error of all shares; and of each state of the first film and of the second, from the
-    ``film_times`` (members, films, kinds) of the run.
+    """Shares of the time of motions sampled from their start to their end, (members, `VALIDITY`): of each of `SHARES`;
+    the largest error of all shares; and of each state of the first film and of the second, from the ``film_times``
+    (members, films, kinds) of the run.
 
-    The error is that of the times at which assumptions begin and cease to hold; unless the motion is one whole ``turn``
-    of a cycle at least the standard error of the shares of `BLOCKS` parts of it.
+    The error is that of the times at which assumptions begin and cease to hold. Unless the motion is one whole ``turn``
+    of a cycle, it is at least the standard error of the shares of `BLOCKS` parts.
     """
     found, films = lasting(members, times, states), members.system.films
     error, ran = found.share_error, found.spans.sum(axis=1) > 0.0
@@ -230,7 +230,7 @@ VALIDITY = len(SHARES) + 1 + 2 * MOST_KINDS
 
 
 def unknown(*shape: int) -> Array:
-    """The `validity` of motions of which nothing is known yet."""
+    """A `validity` filled with NaN."""
     return np.full((*shape, VALIDITY), np.nan)
 
 
@@ -241,11 +241,11 @@ def validity_variables(
     dims: tuple[str, ...] = (),
     of: str = "settled motion",
 ) -> dict[str, Variable]:
-    """The columns of `validity` as variables ``validity_NAME`` with these dims behind the members'; and of films that
-    have states ``film_state_NAME``, of a second one ``second_film_state_NAME``.
+    """The columns of `validity` as variables ``validity_NAME`` with these dims after those of the members; for films
+    with states also ``film_state_NAME``, and ``second_film_state_NAME`` for the second film.
 
-    A run that ended because the film pulled in counts as one that has pulled in all the time; one that continued, with
-    the share of the time for which it has.
+    ``pulled_in`` is 1 for a run that ended because the film pulled in; for one that continued it is the share of the
+    time for which the film had.
     """
     every = np.moveaxis(found, -1, 0)
     columns = dict(zip((*SHARES, "error"), every, strict=False))
@@ -268,7 +268,7 @@ def validity_variables(
 
 
 def invalid(result: xr.Dataset) -> xr.DataArray | None:
-    """Where in a result any assumption fails at some time; None for a result without validity."""
+    """Mask of the members of a result in which any assumption fails at some time; None without validity."""
     names = [f"validity_{name}" for name in ASSUMPTIONS]
     known = [result[name] for name in names if name in result]
     if not known:

@@ -1,9 +1,9 @@
 """The 0-1 test for chaos: a second opinion that needs no tangent vectors.
 
 Gottwald and Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129: a walk that the series drives through the plane spreads
-like a random one (K near 1: chaos) or stays bounded (K near 0: regular). Where they subtract the oscillation that the
-mean of the series causes (their eq. (2.6)), the part of the series that repeats is taken out beforehand, so that a
-chaos of narrow bands, visited in turn, is not drowned by the order of the visits; no damping (their eq. (3.5)) is used.
+like a random one (K near 1: chaos) or stays bounded (K near 0: regular). They subtract the oscillation caused by the
+mean of the series (their eq. (2.6)). Here the periodic part of the series is removed instead, so that chaos in narrow
+bands that are visited in turn is recognised; no damping (their eq. (3.5)) is used.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from gelcone.quantity import Array
 FREQUENCIES = 48
 MOST_BANDS = 16
 EXACT = 1e-9
-"""What is left of a series, over its size, when it is taken to repeat exactly."""
+"""Residual of a series without its periodic part, over its size, below which it repeats exactly."""
 MEMBERS_AT_ONCE = 16
-"""Series walked together, which bounds the memory."""
+"""Series that are processed together, which bounds the memory."""
 
 
 def zero_one(series: Array, *, frequencies: int = FREQUENCIES, seed: int = 1) -> Array:
     """Growth rate K of each series, shape (members, points) -> (members,): median over random frequencies.
 
-    The points should be a Poincare section (no oversampling), 200 or more of them. NaN for a series that holds NaN.
+    The points should be a Poincare section (no oversampling), 200 or more. NaN for a series with NaN.
     """
     angles = np.random.default_rng(seed).uniform(np.pi / 5, 4 * np.pi / 5, frequencies)
     parts = [series[first : first + MEMBERS_AT_ONCE] for first in range(0, len(series), MEMBERS_AT_ONCE)]
@@ -32,9 +32,9 @@ def zero_one(series: Array, *, frequencies: int = FREQUENCIES, seed: int = 1) ->
 
 
 def without_bands(series: Array) -> Array:
-    """Each series (members, points) less the mean of every p-th point, p being where that leaves the least.
+    """Each series (members, points) less the mean of every p-th point, with the p of the smallest residual variance.
 
-    Zero where all that is left is rounding.
+    Zero where the residual is rounding.
     """
     members, points = series.shape
     best, least = series, np.full(members, np.inf)
@@ -42,7 +42,7 @@ def without_bands(series: Array) -> Array:
         left = series.copy()
         for band in range(bands):
             left[:, band::bands] -= left[:, band::bands].mean(axis=1, keepdims=True)
-        # As many means as bands were fitted, which alone makes what is left smaller.
+        # One mean per band was fitted, which alone reduces the residual.
         variance = (left * left).sum(axis=1) / (points - bands)
         better = variance < least
         best, least = np.where(better[:, None], left, best), np.where(better, variance, least)
@@ -50,7 +50,7 @@ def without_bands(series: Array) -> Array:
 
 
 def _median_growth(series: Array, angles: Array) -> Array:
-    """K of each series (members, points): median over the frequencies of its correlation with time."""
+    """K of each series (members, points): the median over frequencies of the correlation with time."""
     points = series.shape[1]
     walk = np.cumsum(series[:, None, :] * np.exp(1j * angles[:, None] * np.arange(1, points + 1)), axis=2)
     lags = np.arange(1, points // 10 + 1)
@@ -58,13 +58,13 @@ def _median_growth(series: Array, angles: Array) -> Array:
 
 
 def _mean_square_displacement(walk: npt.NDArray[np.complex128], lags: npt.NDArray[np.int64]) -> Array:
-    """Mean of |w(j + lag) - w(j)|^2 over as many j for each lag as the longest lag leaves, shape (..., lags).
+    """Mean of |w(j + lag) - w(j)|^2, (..., lags), over the j that the longest lag allows.
 
-    That is mean |w(j + lag)|^2 + mean |w(j)|^2 - 2 mean Re w(j + lag) w(j)*. The last is a correlation, which Fourier
-    transforms give for all lags at once; no sum runs over the end, so that they need not be longer than the walk.
+    It is mean |w(j + lag)|^2 + mean |w(j)|^2 - 2 mean Re w(j + lag) w(j)*. The last term is a correlation, which
+    Fourier transforms give for all lags at once. No sum reaches beyond the end, so that padding is not needed.
     """
     window = walk.shape[-1] - lags[-1]
-    # steps do not change with the origin, but what cancels in their squares is least about the mean
+    # differences do not depend on the origin, but cancellation in their squares is least about the mean
     walk = walk - walk.mean(axis=-1, keepdims=True)
     begins = walk.copy()
     begins[..., window:] = 0.0
