@@ -1,6 +1,6 @@
-"""The attractor that a motion settles on: found, verified and named in one place, for every analysis that asks.
+"""Search, verification and classification of the attractor of a motion.
 
-`search` follows motions until they return, or patience ends; `cycle` computes the periodic orbit there by Newton's
-method, with its smallest period, its symmetry and its multipliers; `lifetime` parts chaos that lasts from chaos that
-ends by starts nearby; `classification` names the regime, with the evidence for it.
+`search` follows motions until they return or their time is up; `cycle` computes the periodic orbit by Newton's method,
+with its smallest period, symmetry and multipliers; `lifetime` distinguishes lasting chaos from transient chaos by nearby
+starts; `classification` names the regime and gives the evidence.
 """

@@ -1,9 +1,9 @@
-"""The kind of motion - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
+"""Classification of motions - rest, periodic, quasi-periodic, chaotic, not settled, left the domain - with evidence.
 
-A damped motion is followed to its attractor, and chaos is followed from several starts (`search`, `lifetime`). What
-does not arrive is measured: does the largest Lyapunov exponent have a certain sign, and what does the 0-1 test say?
-Chaos that ends has a name of its own, and the exponents of what it ends in. Without damping there are no attractors:
-a motion returns, or it is measured.
+A damped motion is followed to its attractor, and chaos from several starts (`search`, `lifetime`). A motion that
+reaches no cycle is classified by the sign of its largest Lyapunov exponent and by the 0-1 test. Transient chaos has a
+name of its own, and the exponents of the attractor it ends on. Without damping there are no attractors: a motion
+returns, or it is classified by these measurements.
 
 With two states and damping, a quasi-periodic motion is impossible: its section points would lie on a closed curve, and
 the map that carries the curve onto itself shrinks the area inside by exp(-2 zeta T). With more states it is possible,
@@ -38,18 +38,18 @@ from gelcone.quantity import Array
 RETURNS = 64
 """Forcing periods of a motion that are sampled for its section."""
 PHASES = 8
-"""Samples within each of them, for the amplitude and for returns: a slow drive can push all motions to the same point
-once a period, and they still differ between."""
+"""Samples within a forcing period, for the amplitude and for returns: a slow drive can push all motions to the same
+point once a period although they differ in between."""
 RETURN_TOLERANCE = 1e-6
-"""Share of its size within which an undamped motion returns, which nothing pulls closer."""
+"""Largest distance of the return of an undamped motion, over its size; nothing pulls such a motion closer."""
 CYCLE_SAMPLES = 64
-"""Samples of a forcing period of a cycle, for its extent."""
+"""Samples of a cycle within a forcing period, for its extent."""
 MEASURE_TOLERANCE = 1e-8
 """Least tolerance at which the exponents of damped motions are averaged."""
 TEST_POINTS = (200, 800)
-"""Points of the 0-1 test, and of its repetition where the first answer is not clear."""
+"""Points of the 0-1 test, and of its repetition after an unclear result."""
 ENDED = 1e-3
-"""Chaos has ended when the last points of its 0-1 test return this closely."""
+"""Largest distance, over the size, between returning points at the end of the 0-1 test after which chaos has ended."""
 DRIFT_WINDOWS, DRIFT_PERIODS = 8, 16
 CHAOTIC_K = 0.8
 REGULAR_K = 0.2
@@ -57,22 +57,22 @@ REGULAR_K = 0.2
 
 @dataclass
 class Evidence(Columns):
-    """All that is known of each member; arrays (members, ...).
+    """The regime of each member and the evidence for it; arrays (members, ...).
 
     ``regime`` (a `Regime`), ``period`` in forcing periods (0: none), ``symmetric`` under x -> -x, ``return_distance``
-    and ``cycle_distance`` over the motion's size, ``exponents`` and ``standard_error`` (members, N) with the
-    ``averaged_time`` behind them and the ``sign`` of the largest (0: uncertain), ``zero_one`` with the sample
-    ``test_phase`` of a forcing period at which it is taken, ``coexisting`` (some nearby starts end soon on a cycle or
-    rest, and the others not at all), ``under_way`` (the motion still leaves an unstable cycle, or has returned at
-    last), ``lowest`` and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``,
-    see `gelcone.motion.validity.validity`, ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
+    and ``cycle_distance`` over the motion's size, ``exponents`` and ``standard_error`` (members, N), averaged over
+    ``averaged_time``, with the ``sign`` of the largest (0: uncertain), ``zero_one``, taken at the sample
+    ``test_phase`` of a forcing period, ``coexisting`` (some nearby starts end soon on a cycle or rest, the others
+    never), ``under_way`` (the motion still leaves an unstable cycle, or returned at the end of the 0-1 test),
+    ``lowest`` and ``highest`` displacement, ``section`` (members, points, N), ``settled_time``, ``validity``
+    (`gelcone.motion.validity.validity`), ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
     does not agree).
 
-    Of chaos, whether it lasts (see `gelcone.motion.attractor.lifetime`): ``seen_until``, the time to which the motion
-    was observed to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low``
-    and ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Where nearby starts end (members, `FATES`), the
-    most frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share``, of as many starts as were
-    ``followed``.
+    Lifetime of chaos (`gelcone.motion.attractor.lifetime`): ``seen_until``, the time to which the motion was observed
+    to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low`` and
+    ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Attractors that nearby starts end on (members,
+    `FATES`), the most frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share`` of the
+    ``followed`` starts.
     """
 
     regime: npt.NDArray[np.int8] = column(Regime.TRANSIENT, kind=np.int8)
@@ -108,7 +108,7 @@ class Evidence(Columns):
 
     @classmethod
     def join(cls, parts: list[Evidence]) -> Evidence:
-        """The evidence of several groups of members, one after the other."""
+        """Joins the evidence of several groups of members."""
         return cls(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)})
 
 
@@ -122,29 +122,29 @@ def classify(
     progress: Progress = None,
     **flow_options: Any,
 ) -> Evidence:
-    """The regime of every member of a flattened ensemble from its initial state (members, N), with the evidence.
+    """Classify each member of a flattened ensemble from its initial state (members, N).
 
-    The workhorse behind `gelcone.regime`, bifurcation diagrams and maps: a member's result depends on nothing but
-    itself. Options as in `gelcone.regime`.
+    `gelcone.regime`, bifurcation diagrams and maps use this. A member's result does not depend on the others. Options
+    as in `gelcone.regime`.
     """
     evidence = Evidence.blank(members.size, states=len(members.system.states))
     evidence.final[:] = states
     counted = Counted(progress)
     duration, longest = transient_of(members, transient), patience_of(members, patience)
     losing, kept = np.flatnonzero(members.damped), np.flatnonzero(~members.damped)
-    measures = (partial(_measure, budget=budget), _second_opinion)
+    measures = (partial(_measure, budget=budget), _test_chaos)
     _examine((partial(_settle, duration=duration[kept]), _returns), members, kept, evidence, flow_options)
     _examine(measures, members, _wandering(kept, evidence), evidence, flow_options)
     nearby = Nearby.at(evidence.final, STARTS)
     found = Search(members, nearby, counted, **flow_options)
-    going = follow_starts(found, nearby, losing, duration, longest)
-    evidence.settled_time[losing] = np.where(np.isin(losing, going), duration[losing], nearby.followed[losing, 0])
-    _arrived(found, losing, evidence, flow_options)
+    unsettled = follow_starts(found, nearby, losing, duration, longest)
+    evidence.settled_time[losing] = np.where(np.isin(losing, unsettled), duration[losing], nearby.followed[losing, 0])
+    _store_found(found, losing, evidence, flow_options)
     averaging = flow_options | {"tolerance": max(flow_options.get("tolerance", 0.0), MEASURE_TOLERANCE)}
-    measured = _examine((_look, *measures), members, _wandering(losing, evidence), evidence, averaging)
-    _find_ended(members, measured, nearby, evidence, flow_options)
+    measured = _examine((_sample, *measures), members, _wandering(losing, evidence), evidence, averaging)
+    _find_late_cycles(members, measured, nearby, evidence, flow_options)
     judge(members, evidence)
-    _persistence(members, losing, duration, nearby, evidence)
+    _store_lifetimes(members, losing, duration, nearby, evidence)
     counted.finish()
     return evidence
 
@@ -155,7 +155,7 @@ Step = Callable[[Members, npt.NDArray[np.intp], Evidence, dict[str, Any]], objec
 def _examine(
     steps: tuple[Step, ...], members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]
 ) -> npt.NDArray[np.intp]:
-    """Takes some members through the steps; those that are still running after them."""
+    """Applies the steps to the members ``rows`` one after the other, and returns those without a failed run."""
     for step in steps:
         rows = _alive(rows, evidence)
         if rows.size:
@@ -168,7 +168,7 @@ def _alive(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.int
 
 
 def _wandering(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np.intp]:
-    """Those of ``rows`` that are near no cycle."""
+    """Those ``rows`` that are near no cycle."""
     return rows[np.isnan(evidence.cycle_distance[rows])]
 
 
@@ -178,34 +178,35 @@ def _wandering(rows: npt.NDArray[np.intp], evidence: Evidence) -> npt.NDArray[np
 def _settle(
     members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, duration: Array
 ) -> None:
-    """Lets the ``duration`` pass."""
+    """Advances the states by the ``duration``."""
     repeats = repeats_lasting(members, duration)
     evidence.final[rows], evidence.outcome[rows] = settle(members, evidence.final[rows], repeats, **options)
     evidence.settled_time[rows] = duration
 
 
-def _look(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
-    """Follows `RETURNS` forcing periods: section points and extent; the path (members, periods, phases, N)."""
-    seen = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
-    path = seen.path.reshape(rows.size, RETURNS, PHASES, -1)
-    evidence.outcome[rows], evidence.validity[rows] = seen.outcome, seen.validity(members, turn=False)
-    evidence.lowest[rows], evidence.highest[rows] = extent(members, seen.times, seen.states, **options)
+def _sample(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
+    """Stores section points, extent and validity over `RETURNS` forcing periods, and returns the path (members,
+    periods, phases, N)."""
+    motion = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
+    path = motion.path.reshape(rows.size, RETURNS, PHASES, -1)
+    evidence.outcome[rows], evidence.validity[rows] = motion.outcome, motion.validity(members, turn=False)
+    evidence.lowest[rows], evidence.highest[rows] = extent(members, motion.times, motion.states, **options)
     evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
     evidence.test_phase[rows] = _widest(path[..., 0])
     return path
 
 
 def _widest(displacement: Array) -> npt.NDArray[np.int64]:
-    """The sample within a period at which the displacements (members, periods, phases) differ the most.
+    """The sample within a period at which displacements (members, periods, phases) of different periods differ most.
 
-    Samples are numbered from 0 at phase 0, whereas the last of the path's samples of a period lies at its end.
+    Sample 0 lies at phase 0; in the path that sample is the last of a period.
     """
     return (np.ptp(displacement, axis=1).argmax(axis=1) + 1) % PHASES
 
 
 def _returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    """Whether undamped members return or are at rest."""
-    path = _look(members, rows, evidence, options)
+    """Classifies undamped members that return or are at rest."""
+    path = _sample(members, rows, evidence, options)
     x, u = path[..., 0], path[..., 1]
     whole = path.reshape(len(x), RETURNS, -1)
     period, distance = period_of(whole, RETURN_TOLERANCE, RETURNS)
@@ -217,9 +218,10 @@ def _returns(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, o
 
 
 def symmetric(points: Array, period: npt.NDArray[np.int64], signs: Array | float = -1.0) -> npt.NDArray[np.bool_]:
-    """Whether a periodic motion maps onto itself under x -> -x: its first point mirrored is a point of its cycle.
+    """Mask (members,) of periodic motions that map onto themselves under x -> -x.
 
-    ``points`` (members, periods, coordinates); ``signs`` of the coordinates under the reflection.
+    Then the mirror image of the first point is a point of the cycle. ``points`` (members, periods, coordinates);
+    ``signs`` of the coordinates under the reflection.
     """
     scale = np.maximum(np.abs(points).max(axis=(1, 2)), SMALLEST_SIZE)
     gaps = np.abs(points - signs * points[:, :1]).max(axis=2)
@@ -230,8 +232,8 @@ def symmetric(points: Array, period: npt.NDArray[np.int64], signs: Array | float
 # --- damped members ---------------------------------------------------------------------------------------------------
 
 
-def _arrived(search: Search, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    """What a search has found of the damped members ``rows``."""
+def _store_found(search: Search, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """Stores what a search has found for the damped members ``rows``."""
     at = (rows, search.start[rows])
     evidence.final[rows], evidence.outcome[rows] = search.starts.state[at], search.starts.outcome[at]
     evidence.return_distance[rows] = search.starts.gap[at]
@@ -241,7 +243,7 @@ def _arrived(search: Search, rows: npt.NDArray[np.intp], evidence: Evidence, opt
 def _on_cycles(
     members: Members, rows: npt.NDArray[np.intp], cycles: Cycles, evidence: Evidence, options: dict[str, Any]
 ) -> None:
-    """Names ``rows`` by the ``cycles`` (rows,) near them; motions without one have not settled."""
+    """Classifies those ``rows`` with a cycle by it; ``cycles`` (rows,)."""
     rows, cycles = rows[cycles.found], cycles.take(cycles.found)
     evidence.regime[rows] = np.where(cycles.resting, Regime.REST, Regime.PERIODIC)
     evidence.period[rows] = np.where(cycles.resting, 0, cycles.period)
@@ -259,10 +261,10 @@ def _on_cycles(
         evidence.final[at] = section[:, -1]
 
 
-def _find_ended(
+def _find_late_cycles(
     members: Members, rows: npt.NDArray[np.intp], nearby: Nearby, evidence: Evidence, options: dict[str, Any]
 ) -> None:
-    """Finds the cycles on which some ``rows`` have arrived while they were measured."""
+    """Finds the cycles that motions of ``rows`` have reached during their measurement."""
     rows = rows[~_is_chaotic(evidence, rows)]
     if not rows.size:
         return
@@ -274,7 +276,7 @@ def _find_ended(
 
 
 def _is_chaotic(evidence: Evidence, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
-    """Whether both opinions say so."""
+    """True for each row whose exponent and 0-1 test both show chaos."""
     wandering = evidence.regime[rows] == Regime.TRANSIENT
     agree = (evidence.sign[rows] > 0) & (evidence.zero_one[rows] > CHAOTIC_K)
     return wandering & agree & ~evidence.under_way[rows]
@@ -286,7 +288,7 @@ def _is_chaotic(evidence: Evidence, rows: npt.NDArray[np.intp]) -> npt.NDArray[n
 def _measure(
     members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any], *, budget: float
 ) -> None:
-    """The exponents of those that are on no cycle, by averaging."""
+    """Averages the exponents of motions on no cycle."""
     stretch = LONG_STRETCH if members.system.planar else STRETCH
     result = average(members, evidence.final[rows], budget=budget, stretch=stretch, **options)
     bound_shear(members, result)
@@ -297,9 +299,8 @@ def _measure(
     evidence.final[rows[ok]] = result.states[ok]
 
 
-def _second_opinion(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    """The 0-1 test of the members that do not return and may not be slow: chaotic ones, and those that may be
-    quasi-periodic."""
+def _test_chaos(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
+    """Applies the 0-1 test to members that may be chaotic or quasi-periodic, with more points where it is unclear."""
     regular = ~members.damped | ((not members.system.planar) & (evidence.sign[rows] == 0))
     wandering = (evidence.regime[rows] == Regime.TRANSIENT) & ((evidence.sign[rows] > 0) | regular)
     for points in TEST_POINTS:
@@ -314,7 +315,7 @@ def _second_opinion(members: Members, rows: npt.NDArray[np.intp], evidence: Evid
 def _test(
     members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, points: int, options: dict[str, Any]
 ) -> None:
-    """The 0-1 test at the phase at which the motion varies the most, and whether the motion was under way in it."""
+    """Applies the 0-1 test at the phase at which the motion varies the most, and marks motions that are under way."""
     phase = evidence.test_phase[rows] / PHASES
     shares = np.stack([np.where(phase > 0.0, phase, 0.5), np.ones(len(rows))], axis=1)
     ticks = (np.arange(points)[:, None] + shares[:, None, :]).reshape(len(rows), -1)
@@ -327,10 +328,10 @@ def _test(
 
 
 def drifts(section: Array) -> npt.NDArray[np.bool_]:
-    """Whether a motion leaves an unstable cycle or rest behind, ever faster, its section (members, points, N) says.
+    """Mask (members,) of motions that leave an unstable cycle or rest, from their sections (members, points, N).
 
-    The deviations grow as in chaos, but every return after the period of that cycle is worse than those before; in
-    chaos there are always closer ones to come.
+    Deviations grow as in chaos, but each return after the period of that cycle is further away than those before; in
+    chaos closer returns follow.
     """
     drifting = np.zeros(len(section), dtype=bool)
     for period in range(1, DRIFT_PERIODS + 1):
@@ -345,11 +346,11 @@ def drifts(section: Array) -> npt.NDArray[np.bool_]:
 
 
 def judge(members: Members, evidence: Evidence) -> None:
-    """Names those that do not return, and marks every verdict that its evidence does not support."""
+    """Classifies motions that do not return, and marks regimes as doubtful that the evidence does not support."""
     losing = members.damped
     ran = evidence.outcome == Outcome.OK
     wandering = (evidence.regime == Regime.TRANSIENT) & ran
-    # Chaos without damping sticks to the islands in it for long, so that its average may never become steady.
+    # Without damping, chaotic motions stick to islands for long, and their averages may never become steady.
     sticky = ~losing & (evidence.exponents[:, 0] > shear_level(evidence.averaged_time)) & (evidence.sign == 0)
     sticky &= evidence.zero_one > CHAOTIC_K
     chaotic = wandering & ((evidence.sign > 0) | sticky) & ~(losing & evidence.under_way)
@@ -359,7 +360,7 @@ def judge(members: Members, evidence: Evidence) -> None:
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
-    # that a run ran out of steps, or of digits next to its stretch limit, says nothing of where the motion goes
+    # a run out of steps, or out of digits near the stretch limit, tells nothing about the attractor
     stopped = np.isin(evidence.outcome, (Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT))
     evidence.regime[stopped] = Regime.TRANSIENT
     evidence.doubtful = chaotic & (sticky | ~(evidence.zero_one > CHAOTIC_K))
@@ -370,10 +371,10 @@ def judge(members: Members, evidence: Evidence) -> None:
     evidence.doubtful |= evidence.regime == Regime.TRANSIENT
 
 
-def _persistence(
+def _store_lifetimes(
     members: Members, rows: npt.NDArray[np.intp], duration: Array, nearby: Nearby, evidence: Evidence
 ) -> None:
-    """How long the chaos of the damped members ``rows`` lasts, and the name of chaos that ends."""
+    """Stores the lifetime of the chaos of the damped members ``rows``, and classifies transient chaos."""
     chaos = np.isfinite(nearby.apart) | (evidence.regime == Regime.CHAOTIC)
     rows = _alive(rows[chaos[rows]], evidence)
     # No cycle attracts faster than the damping lets it.

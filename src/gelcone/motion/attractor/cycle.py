@@ -1,9 +1,9 @@
-"""Cycles: the periodic orbit that a damped motion settles on, how far it still is from it, and its exponents.
+"""Cycles: the periodic orbits that damped motions settle on, their distances from them, and their exponents.
 
 A motion that nearly returns after n forcing periods is near a fixed point of the map over n periods. Three Newton steps
-from it give the cycle itself and part it from a slow drift, which has no fixed point nearby. The eigenvalues of the
-tangent map over the cycle, its Floquet multipliers, give all Lyapunov exponents without any averaging. Nayfeh and
-Balachandran, Applied Nonlinear Dynamics (1995), chapters 3 and 7. Rest is a cycle, too, of one forcing period.
+give the cycle, or show a slow drift, which has no fixed point nearby. The eigenvalues of the tangent map over the
+cycle, its Floquet multipliers, give all Lyapunov exponents without averaging (Nayfeh and Balachandran, Applied
+Nonlinear Dynamics (1995), chapters 3 and 7). Rest is a cycle of one forcing period.
 """
 
 from __future__ import annotations
@@ -24,32 +24,31 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 NEAR_RETURN = 1e-4
-"""A motion no further from an attracting cycle than this share of its size has arrived there."""
+"""Largest distance from an attracting cycle, over the motion's size, of a motion that has arrived there."""
 NEAR = 1e-2
-"""A cycle further away than this share of the motion's size is not the one that the motion is on."""
+"""Largest distance, over the motion's size, of the cycle that a motion is taken to be on."""
 CONVERGENCE = 0.1
-"""The second Newton step has to be this much smaller than the first, or negligible, for a cycle to be there."""
+"""Largest ratio of the last Newton step to the distance of the cycle at which Newton's method has converged."""
 NEGLIGIBLE = 1e-8
 FIRST_TOLERANCE = 1e-8
-"""Tolerance of the first Newton step, which starts from a motion that was followed with less."""
+"""Least tolerance of the first Newton step: it starts from a motion of this accuracy."""
 SAME_POINT = 1e-6
-"""Points of a cycle that are closer than this share of its size are one."""
+"""Largest distance, over the size of a cycle, of points that are taken to be equal."""
 SMALLEST_SIZE = 1e-3
 TICKS = 32
 """Fewest samples of a forcing period between which motions are interpolated for their validity."""
 REST_TOLERANCE = 1e-6
-"""A cycle that moves less than this, in displacement and velocity, is a rest."""
+"""Least extent, in displacement and velocity, of a cycle that is not a rest."""
 
 
 @dataclass(frozen=True)
 class Cycles(Columns):
     """The cycles near some motions; arrays (members, ...).
 
-    ``found``; ``period`` in forcing periods; ``extent`` (the larger one of its displacement and velocity);
-    ``symmetric`` under x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``divergence``, the
-    mean trace of the Jacobian, which is their sum; ``distance`` of the
-    motion from the cycle over its size; ``time`` over which the exponents are taken; ``point`` (members, N) of it at
-    phase 0.
+    ``found``; ``period`` in forcing periods; ``extent`` (of displacement or velocity, the larger); ``symmetric`` under
+    x -> -x; ``exponents`` (members, N) per unit time and their ``error``; ``divergence``, the mean trace of the
+    Jacobian, which is their sum; ``distance`` of the motion from the cycle over its size; ``time`` over which the
+    exponents are taken; ``point`` (members, N) at phase 0.
     """
 
     found: npt.NDArray[np.bool_] = column(False, kind=bool)
@@ -72,19 +71,19 @@ class Cycles(Columns):
 
     @property
     def attracting(self) -> npt.NDArray[np.bool_]:
-        """Where the motion has arrived at a cycle that certainly attracts."""
+        """Mask of motions that have arrived at a cycle that certainly attracts."""
         return self.found & (self.sign < 0) & (self.distance < NEAR_RETURN)
 
     @property
     def resting(self) -> npt.NDArray[np.bool_]:
-        """Where the cycle is a rest."""
+        """Mask of cycles at rest."""
         return self.found & (self.extent < REST_TOLERANCE)
 
 
 def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Cycles:
-    """The cycles of ``period`` (members,) forcing periods, or of a divisor of it, near ``states`` at phase 0.
+    """Find the cycles of ``period`` (members,) forcing periods, or of a divisor of it, near ``states`` at phase 0.
 
-    A member of period 0 has none.
+    A member of period 0 has no cycle.
     """
     cycles = Cycles.blank(len(states), states=states.shape[1])
     for group, clock in clocks(members):
@@ -99,7 +98,7 @@ def find_cycles(members: Members, states: Array, period: npt.NDArray[np.int64], 
 def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_options: dict[str, Any]) -> Cycles:
     options = dict(flow_options)
     exact = options.pop("tolerance", DEFAULT_TOLERANCE)
-    with np.errstate(all="ignore"):  # a motion that is on no cycle gives steps of any size, or none
+    with np.errstate(all="ignore"):  # far from a cycle, Newton steps may be infinite or NaN
         tolerances = max(exact, FIRST_TOLERANCE), exact, exact
         _, before, last = newton(members, states, repeats, clock.per_repeat, tolerances, **options)
         path = last.path.reshape(len(states), repeats, clock.per_repeat, -1)
@@ -107,7 +106,7 @@ def _found(members: Members, states: Array, clock: Clock, repeats: int, flow_opt
         distance, left = np.abs(last.point - states).max(axis=1) / size, np.abs(last.step).max(axis=1) / size
         time = repeats * clock.repeat
         exponents, first = (turn.log_multipliers / time[:, None] for turn in (last, before))
-        # The exponents of the cycle against those found before the last step, which was far larger than what is left.
+        # The last step was far larger than the remaining error, so the change in it bounds the error of the exponents.
         error = np.maximum(np.abs(exponents - first), FLOOR / 10)
         found = (distance < NEAR) & ((left < CONVERGENCE * distance) | (left < NEGLIGIBLE))
     period = _smallest_period(path, size)
@@ -137,7 +136,7 @@ def _smallest_period(path: Array, size: Array) -> npt.NDArray[np.int64]:
 
 
 def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs: Array) -> npt.NDArray[np.bool_]:
-    """Whether the path is its own mirror image, half a period later (or, at rest, at once)."""
+    """Mask of paths that equal their mirror image half a period later (at once for an odd period)."""
     shift = np.where(period % 2 == 0, period // 2, 0)
     later = (np.arange(path.shape[1]) + shift[:, None]) % path.shape[1]
     image = signs * np.take_along_axis(path, later[:, :, None, None], axis=1)
@@ -145,9 +144,12 @@ def _is_symmetric(path: Array, period: npt.NDArray[np.int64], size: Array, signs
 
 
 class Sampled(NamedTuple):
-    """Motions over some forcing periods: the ``path`` (members, samples, N) at even times, the last at the end;
-    ``times`` (members, ticks) and ``states`` (members, ticks, N) from start to end, at least `TICKS` a period; the
-    ``outcome`` of each run and its ``film_times``, see `gelcone.motion.job.Trajectories`."""
+    """Motions over some forcing periods.
+
+    ``path`` (members, samples, N) at even times, the last at the end; ``times`` (members, ticks) and ``states``
+    (members, ticks, N) from start to end, at least `TICKS` a period; ``outcome`` of each run and ``film_times`` as in
+    `gelcone.motion.job.Trajectories`.
+    """
 
     path: Array
     times: Array
@@ -156,12 +158,12 @@ class Sampled(NamedTuple):
     film_times: Array
 
     def validity(self, members: Members, *, turn: bool) -> Array:
-        """See `gelcone.motion.validity.validity`."""
+        """Validity of the model along the motions (`gelcone.motion.validity.validity`)."""
         return validity(members, self.times, self.states, turn=turn, film_times=self.film_times)
 
 
 def sampled(members: Members, states: Array, periods: int, samples: int, **flow_options: Any) -> Sampled:
-    """Motions over ``periods`` forcing periods from ``states`` (members, N) at phase 0, with ``samples`` in each."""
+    """Sample motions over ``periods`` forcing periods from ``states`` (members, N) at phase 0, ``samples`` in each."""
     finer = -(-TICKS // samples)
     ticks = np.arange(periods * samples * finer + 1) / (samples * finer)
     run = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)

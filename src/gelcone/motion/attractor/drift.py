@@ -1,11 +1,11 @@
-"""Slow drift: where a film creeps far more slowly than its drive repeats, the motion is followed without the wait.
+"""Slow drift of motions whose film creeps far more slowly than the drive repeats, in long steps.
 
-Such a motion nearly returns after some forcing periods, and drifts. The map over these periods, with its tangent map,
-gives at one point what the drift is and how it changes; the linearised map repeated K times takes the motion K periods
-further at the cost of one (an exponential Rosenbrock-Euler method: Hochbruck and Ostermann, Acta Numerica 19 (2010)
-209, for a map). K doubles as long as the drift beyond is what the linear map says. At the end K is as good as infinite,
-and the step is Newton's. A drift on which the fast motion loses its stability, the film its hold or the steps their
-way is followed as far as it leads.
+Such a motion nearly returns after some forcing periods, and drifts. The map over these periods and its tangent map
+give the drift at a point and its rate of change; K repetitions of the linearised map take the motion K times as far at
+the cost of one (an exponential Rosenbrock-Euler method: Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, for a
+map). K doubles as long as the linear map predicts the drift. At the end K is nearly infinite, and the step is that of
+Newton's method. A drift is followed no further than to where the fast motion becomes unstable, the film pulls in or
+the steps become too short.
 """
 
 from __future__ import annotations
@@ -27,28 +27,31 @@ from gelcone.physics.members import Members
 from gelcone.quantity import Array
 
 TOLERANCE = 1e-10
-"""Least tolerance of the map: its error counts as often as the slow state needs forcing periods to relax."""
+"""Least tolerance of the map: its error adds up over the forcing periods in which the slow state relaxes."""
 SLIP = 3e-3
-"""Error of a step over the motion's size."""
+"""Largest error of a step over the motion's size."""
 REACH = 0.2
 """Longest step over the motion's size."""
 SETTLED = 1e-6
-"""What is left of the drift, over the motion's size, where the linear map has forgotten where it began."""
+"""Change of the drift by a doubling, over the motion's size, below which the repeated linear map has converged."""
 SMALLEST_DECAY = 1e-12
-"""Smallest decay of a deviation in one turn that rounding does not hide."""
+"""Smallest decay of a deviation in one turn of the map that exceeds rounding."""
 GROWTH = 10.0
-"""No drift ends where a deviation grows by more than this times what the slowest state forgets in the same time."""
+"""Largest growth of a deviation at the end of a drift, over the decay of the slowest state in the same time."""
 MOST_DOUBLINGS = 50
 FEWEST_PERIODS = 4
-"""Where fewer repetitions of the map at once are too many, a step gains nothing."""
+"""Least number of repetitions of the map by which a step is worth its cost."""
 MOST_STEPS = 60
-"""Turns of a motion."""
+"""Largest number of steps of a drift."""
 
 
 @dataclass(frozen=True)
 class Returned(Columns):
-    """Motions after one turn of the map: where they are less where they began, ``gap`` (members, N), the ``tangent``
-    map (members, N, N), their ``size`` and largest ``growth`` of a deviation (members,); NaN where a run ended."""
+    """One turn of the map; NaN where a run ended.
+
+    ``gap`` (members, N), the state after the turn less that before; the ``tangent`` map (members, N, N); the ``size``
+    of the motion and the largest ``growth`` of a deviation (members,).
+    """
 
     gap: Array = column(np.nan, "N")
     tangent: Array = column(np.nan, "N", "N")
@@ -57,9 +60,11 @@ class Returned(Columns):
 
 
 class Drift(NamedTuple):
-    """Drifts of motions: the points (members, N) to which they were followed, the ``time`` (members,) that it takes to
-    come there, whether they end there (members,), and all points on the way, ``course`` (members, points, N), NaN
-    beyond the last."""
+    """Drifts of motions.
+
+    The last ``point`` (members, N) to which they were followed, its ``time`` (members,), ``ends``, true for each drift
+    that ends there, and the ``course`` (members, points, N) of all points, NaN beyond the last.
+    """
 
     point: Array
     time: Array
@@ -68,8 +73,8 @@ class Drift(NamedTuple):
 
 
 def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **flow_options: Any) -> Drift:
-    """The drift of motions that nearly return after ``period`` (members,) forcing periods from ``states`` (members, N)
-    at phase 0. A member's numbers depend on nothing but itself."""
+    """Follow the drift of motions from ``states`` (members, N) at phase 0 that nearly return after ``period``
+    (members,) forcing periods. A member's numbers do not depend on the others."""
     count = len(states)
     point, time = states.copy(), np.zeros(count)
     ends, most = np.zeros(count, dtype=bool), np.full(count, MOST_DOUBLINGS)
@@ -83,14 +88,14 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
         if not rows.size:
             break
         own = at.take(rows)
-        leap = _leap(own, most[rows], members.time_constant[rows] / turn[rows])
+        leap = _repeated(own, most[rows], members.time_constant[rows] / turn[rows])
         new = _returned(members.take(rows), point[rows] + leap.step, period[rows], flow_options)
         with np.errstate(all="ignore"):
             error = np.abs(mapped(leap.sum, new.gap - leap.gap)).max(axis=1) / own.size / SLIP
             good = (error < 1.0) & np.isfinite(new.growth)
             change = np.where(np.isfinite(error), np.floor(-0.5 * np.log2(np.maximum(error, 1e-6))), -4.0)
         most[rows] = leap.doublings + np.where(good, np.maximum(change, 0.0), np.minimum(change, -1.0)).astype(int)
-        beyond = np.isnan(new.size)  # where the film has ended: no later leap need be as long
+        beyond = np.isnan(new.size)  # the film pulled in: later steps stay shorter
         longest[rows[beyond]] = leap.doublings[beyond] - 1
         most[rows] = np.minimum(most[rows], longest[rows])
         gone = rows[good]
@@ -107,16 +112,19 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
 
 
 def _passed(course: Array) -> Array:
-    """The points (members, points, N) of each member in a row, those that are NaN last."""
+    """Moves points that are NaN behind the others; (members, points, N)."""
     order = np.argsort(np.isnan(course[..., 0]), axis=1, kind="stable")
     passed = np.take_along_axis(course, order[..., None], axis=1)
     return passed[:, : int(np.isfinite(passed[..., 0]).sum(axis=1).max(initial=0))]
 
 
 class _Leap(NamedTuple):
-    """Repetitions of linearised maps: 2^``doublings`` (members,) of them, the ``step`` (members, N) that they take, the
-    ``sum`` (members, N, N) that gives it of the gap, the ``gap`` (members, N) thereafter, and whether that is
-    ``settled``."""
+    """Repetitions of a linearised map.
+
+    Their number is 2^``doublings`` (members,); ``step`` (members, N) that they take; ``sum`` (members, N, N) of the
+    powers of the map, whose product with the first gap is the step; ``gap`` (members, N) thereafter; ``settled``, true
+    for each step that has converged.
+    """
 
     doublings: npt.NDArray[np.int64]
     step: Array
@@ -125,11 +133,11 @@ class _Leap(NamedTuple):
     settled: npt.NDArray[np.bool_]
 
 
-def _leap(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
-    """As many repetitions as settle, at most 2^``most`` (members,) and no more than keep within `REACH`.
+def _repeated(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
+    """Repeats the linearised map until the step converges, at most 2^``most`` (members,) times and within `REACH`.
 
-    A drift so slow that one repetition changes nothing has not settled before as many as the slowest state needs,
-    ``slowest`` (members,), or the slowest deviation of the map.
+    A step converges no sooner than after the number of turns in which the slowest state relaxes, ``slowest``
+    (members,), or the slowest deviation of the map: before, a drift may be too slow to show.
     """
     total, power = np.tile(np.eye(at.gap.shape[1]), (len(at.gap), 1, 1)), at.tangent.copy()
     step, gap = at.gap.copy(), mapped(power, at.gap)
@@ -141,7 +149,7 @@ def _leap(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Leap:
             sums, powers = total + power @ total, power @ power
             steps, gaps = mapped(sums, at.gap), mapped(powers, at.gap)
             settled |= going & (doublings >= fewest) & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
-            near = np.abs(steps).max(axis=1) < REACH * at.size  # not so where one is not finite
+            near = np.abs(steps).max(axis=1) < REACH * at.size  # false where a step is not finite
             going &= near & (doublings < most) & ~settled
             if not going.any():
                 break

@@ -1,11 +1,10 @@
-"""Does it last? Nearby starts, followed side by side: how many are still chaotic, and where the others have ended.
+"""Lifetime of chaos, from nearby starts: how many are still chaotic, and which attractors the others have reached.
 
-Chaos that ends looks like chaos that lasts until it does. Starts that no measurement distinguishes (`NEARBY`) follow
-their own ways once chaos has pulled them apart, and each then stands for the same motion: the share of them that is
-still chaotic, and their times together, give the mean lifetime. Chaos forgets, so that it ends in any moment as likely
-as in any other; the lifetimes are exponential, those that have not ended yet are censored, and the mean is the time of
-all starts together over the number that have ended, with the interval that the chi-square distribution gives (Lai and
-Tel, Transient Chaos (2011), chapter 1; Epstein and Sobel, J. Am. Stat. Assoc. 48 (1953) 486).
+Transient chaos looks like lasting chaos until it ends. Starts too close for any measurement to distinguish (`NEARBY`) become
+independent once chaos has separated them. Chaos ends at the same rate at any time: lifetimes are exponential, those
+that have not ended are censored, and the mean is the total time of all starts over the number that have ended, with an
+interval from the chi-square distribution (Lai and Tel, Transient Chaos (2011), chapter 1; Epstein and Sobel, J. Am.
+Stat. Assoc. 48 (1953) 486).
 """
 
 from __future__ import annotations
@@ -24,26 +23,26 @@ from gelcone.quantity import Array
 from gelcone.statistics import CONFIDENCE
 
 STARTS = 16
-"""Starts followed side by side, the motion's own among them."""
+"""Starts followed together, that of the motion itself among them."""
 SAME = 1e-3
-"""Cycles are one when their lowest and highest points agree to this share of their size."""
+"""Largest difference of the lowest and highest points of equal cycles, over their size."""
 SETTLING = np.log(1.0 / AWAY)
-"""A motion comes within `AWAY` of a cycle in this number over its rate of attraction, and from there returns."""
+"""Time in which a motion comes within `AWAY` of a cycle, times its rate of attraction."""
 FATES = 3
-"""Attractors that are distinguished, at most, among those that nearby starts end on."""
+"""Largest number of attractors that are distinguished among those that nearby starts end on."""
 EARLY, MISSED = 0.25, 3.0
-"""Chaos that coexists with an attractor loses starts to it at first only: none have ended in the last three quarters
-of the time in which at least three would have at the pace of the first."""
+"""Share of the time in which chaos that coexists with an attractor loses starts to it, and the least number of starts
+that would end in the rest of the time at the same rate, although none did."""
 
 
 class Nearby(Starts):
-    """Starts side by side: how long each was chaotic, and where they end."""
+    """Nearby starts: how long each was chaotic, and the attractors that they end on."""
 
     def times(self, settling: Array | float = 0.0) -> Array:
-        """The time for which each start was chaotic, (members, starts), from when they had come apart.
+        """Time for which each start was chaotic, (members, starts), since the starts had separated.
 
-        From the end of chaos to within `AWAY` of a cycle a motion takes the time ``settling`` (members,), and as long
-        again until it is observed to return: the time of one that has not ended counts up to twice that before.
+        From the end of chaos a motion takes the time ``settling`` (members,) to within `AWAY` of a cycle, and as long
+        again until it is observed to return: a start that has not returned counts only up to twice that time earlier.
         """
         since = np.where(np.isfinite(self.apart), self.apart, 0.0)[:, None]
         lag = np.broadcast_to(settling, self.apart.shape)[:, None]
@@ -51,7 +50,7 @@ class Nearby(Starts):
         return np.asarray(np.maximum(chaotic - since, 0.0))
 
     def persists(self) -> npt.NDArray[np.bool_]:
-        """Members (members,) of which some starts ended soon and the others, against the odds, not at all."""
+        """Mask (members,): some starts ended early, and later fewer than that rate makes likely."""
         times = self.times()
         early = EARLY * times[:, 1:].max(axis=1, keepdims=True)
         soon = (self.escaped & (times <= early)).sum(axis=1)
@@ -61,7 +60,7 @@ class Nearby(Starts):
             return np.asarray((late == 0) & (soon > 0) & (soon * after / before > MISSED))
 
     def fates(self, row: int) -> list[npt.NDArray[np.intp]]:
-        """The starts of one member that have ended, by the cycle they ended on, the most frequent first."""
+        """Groups the ended starts of one member by the cycle that they ended on, the most frequent first."""
         groups: list[list[int]] = []
         for start in np.flatnonzero(self.escaped[row]):
             for group in groups:
@@ -82,8 +81,8 @@ class Nearby(Starts):
 
 @dataclass(frozen=True)
 class Lifetimes:
-    """Mean lifetimes of chaos, arrays (members,): the ``mean`` (infinite where none has ended) between ``low`` and
-    ``high``."""
+    """Mean lifetimes of chaos, arrays (members,): the ``mean`` (infinite if no start has ended) and its interval from
+    ``low`` to ``high``."""
 
     mean: Array
     low: Array
@@ -91,12 +90,11 @@ class Lifetimes:
 
 
 def lifetimes(ended: npt.NDArray[Any], time: Array) -> Lifetimes:
-    """Mean lifetimes (members,) from how many starts have ``ended`` in how much ``time`` of all together.
+    """Mean lifetimes (members,) from the number of starts that have ``ended`` and the total ``time`` of all starts.
 
-    The interval, of `CONFIDENCE`, is exact for a time that was fixed before; its upper end is infinite where none has
-    ended.
+    The interval, of `CONFIDENCE`, is exact for a time fixed in advance; its upper end is infinite if none has ended.
     """
-    if not time.size:  # a regular motion need not wait for the library
+    if not time.size:  # saves the import
         return Lifetimes(time, time, time)
     from scipy.special import chdtri
 
@@ -113,26 +111,26 @@ def lifetimes(ended: npt.NDArray[Any], time: Array) -> Lifetimes:
 def follow_starts(
     search: Search, nearby: Nearby, rows: npt.NDArray[np.intp], duration: Array, longest: Array
 ) -> npt.NDArray[np.intp]:
-    """Follows the members ``rows`` of a search until they have arrived, or the time ``longest`` (members,) ends, and
-    where chaos takes part the starts nearby, all of them together for as long; the members still under way."""
+    """Follows the members ``rows`` of a search until they arrive, at most for ``longest`` (members,), and returns
+    those that have not. The nearby starts of chaotic members are followed for as long, all together."""
     if not rows.size:
         return rows
     together = np.maximum(longest / (STARTS - 1), duration)
     search.begin(rows, duration, 0.2)
-    going = search.follow(search.under_way(rows), duration, np.minimum(together, longest), 0.1)
-    chaotic = rows[np.isfinite(nearby.apart[rows]) | np.isin(rows, going)]
+    unsettled = search.follow(search.under_way(rows), duration, np.minimum(together, longest), 0.1)
+    chaotic = rows[np.isfinite(nearby.apart[rows]) | np.isin(rows, unsettled)]
     search.advance(chaotic, slice(1, STARTS), duration, 0.1)
     until, rounds = duration, doublings(duration[chaotic], together[chaotic])
     for _ in range(rounds):
         until = np.minimum(2.0 * until, together)
         search.advance(chaotic, slice(1, STARTS), until, 0.2 / rounds)
-    return search.follow(_ending_nowhere(search, nearby, going), together, longest, 0.2)
+    return search.follow(_without_fate(search, nearby, unsettled), together, longest, 0.2)
 
 
-def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-    """Those of ``rows``, all under way, of which no nearby start shows what they will end in.
+def _without_fate(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+    """Those ``rows``, all under way, whose attractor no nearby start shows.
 
-    Where most of the starts end stands for the motion. Not where those that have not ended seem to persist.
+    The most frequent attractor of the nearby starts counts as that of the motion, unless the others seem to persist.
     """
     tried = rows[np.isfinite(nearby.apart[rows]) & ~nearby.persists()[rows]]
     for _ in range(FATES):
@@ -140,8 +138,8 @@ def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) 
         if not tried.size:
             break
         start = np.array([nearby.fates(int(row))[0][0] for row in tried])
-        going = search.under_way(tried, start)
-        rows, tried = rows[~np.isin(rows, np.setdiff1d(tried, going))], going
+        unsettled = search.under_way(tried, start)
+        rows, tried = rows[~np.isin(rows, np.setdiff1d(tried, unsettled))], unsettled
     again = rows[search.start[rows] > 0]
     search.start[again] = 0
     search.cycles.put(again, Cycles.blank(again.size, states=search.cycles.point.shape[1]))
@@ -149,7 +147,7 @@ def _ending_nowhere(search: Search, nearby: Nearby, rows: npt.NDArray[np.intp]) 
 
 
 def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> dict[str, npt.NDArray[Any]]:
-    """Lifetimes of the chaos of the members ``rows``, and where their starts end, by the names of the evidence.
+    """Lifetimes of the chaos of the members ``rows`` and attractors of their starts, by the names of the evidence.
 
     ``attraction`` (members,) is the rate at which they settle once chaos has ended.
     """
@@ -173,7 +171,7 @@ def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> d
 
 
 def _fates(row: int, nearby: Nearby) -> list[tuple[int, int, int]]:
-    """Regime, period and number of the starts of one member that end alike, the most frequent first, (`FATES`, 3)."""
+    """Regime, period and number of starts of each attractor of one member, the most frequent first, (`FATES`, 3)."""
     found: list[tuple[int, int, int]] = []
     for group in nearby.fates(row):
         still = float((nearby.highest[row, group[0]] - nearby.lowest[row, group[0]]).max()) < REST_TOLERANCE
