@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.interruptions import border_events, corner_numbers
 from gelcone.motion.engine.plan import CROWD, Job, Law, Layout, Plan
 from gelcone.motion.engine.program import Program
-from gelcone.motion.engine.recurrences import equations_of
 from gelcone.physics.model import ConeModel
 from gelcone.physics.trace import Graph, ordered
 

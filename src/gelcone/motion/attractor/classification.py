@@ -360,7 +360,7 @@ def judge(members: Members, evidence: Evidence) -> None:
     evidence.regime[chaotic] = Regime.CHAOTIC
     evidence.regime[quasi_periodic] = Regime.QUASI_PERIODIC
     evidence.regime[~ran] = Regime.LEFT_THE_DOMAIN
-    # a run out of steps, or out of digits near the stretch limit, tells nothing about the attractor
+    # a run out of steps, or out of digits near the stretch limit, is not evidence for an attractor
     stopped = np.isin(evidence.outcome, (Outcome.STEP_LIMIT, Outcome.STRETCH_LIMIT))
     evidence.regime[stopped] = Regime.TRANSIENT
     evidence.doubtful = chaotic & (sticky | ~(evidence.zero_one > CHAOTIC_K))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Protocol
 
+from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.plan import Border, Law
-from gelcone.motion.engine.recurrences import equations_of
 from gelcone.physics.trace import Graph, Node, ordered
 
 Keep = Literal["states", "tangents", "work"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-from gelcone.motion.engine.recurrences import Equation, held_values
+from gelcone.motion.engine.equations import Equation
+from gelcone.motion.engine.recurrences import held_values
 from gelcone.physics.trace import Node
 
 CROWD = 4

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from gelcone.motion.engine.code import Function
+from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.interruptions import border_events
+from gelcone.motion.engine.jet import Jet
 from gelcone.motion.engine.loop import module_text, step_text
 from gelcone.motion.engine.plan import Job, Layout, Plan
 from gelcone.motion.engine.program import ARRIVED, Program
-from gelcone.motion.engine.recurrences import Jet, equations_of, evaluate, held_values
+from gelcone.motion.engine.recurrences import evaluate, held_values
 from gelcone.motion.job import Ended, Portable
 from gelcone.physics.system import ConeSystem
 from gelcone.physics.trace import Graph, Node, ordered

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from gelcone.motion.engine import functions
 from gelcone.motion.engine.code import Function, Value
+from gelcone.motion.engine.jet import Jet
 from gelcone.motion.engine.plan import THREAD, Border, Law, Layout, Plan
-from gelcone.motion.engine.recurrences import Jet
 from gelcone.physics.trace import Node
 
 SMALLEST_NORM = 1e-8

@@ -1,0 +1,65 @@
+"""Equations of roots: the graph of each residual, split by what changes with the root."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gelcone.physics.differentiate import block_of, derivatives
+from gelcone.physics.trace import Node, ordered
+
+
+@dataclass(frozen=True)
+class Equation:
+    """The equation of a root: ``residual`` is zero; ``first`` is where the search for the root begins. ``dependents``
+    are the nodes of the residual that change with the root, the residual among them, and ``slopes`` their derivatives
+    with respect to the root, ``slope`` that of the residual. ``others`` are the nodes that these are made of and that
+    do not change with the root. ``block``: the roots that are found together, itself alone or one of two, whose other
+    one is held in all derivatives. ``longest`` step of the search, over the root or 1."""
+
+    root: Node
+    residual: Node
+    first: Node
+    slope: Node
+    dependents: tuple[Node, ...]
+    slopes: tuple[Node, ...]
+    others: tuple[Node, ...]
+    block: tuple[Node, ...]
+    longest: float
+
+    def slope_of(self, residual: Node) -> Node | None:
+        """The derivative of another residual of the block with respect to this root; None where there is none."""
+        return next((s for node, s in zip(self.dependents, self.slopes, strict=True) if node is residual), None)
+
+
+def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
+    """The equations of all roots that nodes depend on."""
+    found = []
+    for root in ordered(roots):
+        if root.operation == "root":
+            residual, block = root.graph.equations[root.index], block_of(root)
+            dependents = _moved(ordered([residual]), root)
+            if residual not in dependents:
+                raise ValueError(f"root {root.value!r}: its equation does not contain it")
+            slopes = derivatives(dependents, root, block)
+            slope = slopes[dependents.index(residual)]
+            needed = ordered([residual, *slopes] if len(block) > 1 else [residual, slope])
+            moved = {node.index for of in block for node in (of, *_moved(needed, of))}
+            others = tuple(node for node in needed if not node.fixed and node.index not in moved)
+            first = root.graph.guesses[root.index]
+            longest = root.graph.longest[root.index]
+            found.append(
+                Equation(root, residual, first, slope, tuple(dependents), tuple(slopes), others, block, longest)
+            )
+    return tuple(found)
+
+
+def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:
+    """Those of ordered nodes that change with a root."""
+    moved = {root.index}
+    found = []
+    for node in nodes:
+        if node is not root and any(argument.index in moved for argument in node.arguments):
+            moved.add(node.index)
+            found.append(node)
+    return found

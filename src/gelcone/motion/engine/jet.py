@@ -1,0 +1,280 @@
+"""Taylor coefficients of the states, border functions and roots of a law, order by order, as vector code.
+
+The rates give the states, x_(n+1) = rate_n / (n + 1), and the operations their coefficients by `recurrences`. The root
+y of an equation F(y, ...) = 0 is corrected by Newton's method where a step begins. Its n-th coefficient follows from
+that of F, which is linear in it with the factor dF/dy: F is computed with y_n = 0 first, which gives y_n, and with it
+(dN/dy) y_n is added to the coefficient of every node N of the equation. Two roots whose equations contain each other
+are found together: Newton's method and the n-th coefficients then take the 2 x 2 matrix of derivatives.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from gelcone.motion.engine.code import Function, Value
+from gelcone.motion.engine.equations import Equation
+from gelcone.motion.engine.recurrences import Coefficient, Recurrences, evaluate, present, single_parts
+from gelcone.physics.trace import Node, ordered
+
+ENOUGH = 1e-9
+"""Newton's method squares its error: a correction by this share of the root, or of 1, leaves none that doubles hold."""
+MOST_CORRECTIONS = 60
+"""A root that follows its last value takes one; this many only without any value near it."""
+
+
+class Jet:
+    """Taylor coefficients of the states and of the border functions, emitted into ``f``.
+
+    Parameters
+    ----------
+    f : the function that the code goes into.
+    rates : rate of change of each state.
+    borders : further nodes that are wanted, each with its highest coefficient.
+    order : the highest coefficient of states and roots.
+    states, time : values at the start of the step.
+    held : values of the nodes of `held_values` and of the switches, by index.
+    equations : those of all roots among the nodes.
+    found : where the last values of the roots are held, in the order of the equations: addresses.
+    """
+
+    def __init__(
+        self,
+        f: Function,
+        rates: Sequence[Node],
+        borders: Sequence[tuple[Node, int]],
+        order: int,
+        states: Sequence[Value],
+        time: Value,
+        held: Mapping[int, Value],
+        equations: Sequence[Equation] = (),
+        found: Sequence[Value] = (),
+    ) -> None:
+        self._f = f
+        self._held = held
+        self._slopes_by_root: dict[int, list[Value]] = {}
+        followed = [*((equation.residual, order) for equation in equations), *borders]
+        wanted = [*rates, *(node for node, _ in followed)]
+        nodes = ordered(wanted)
+        self._series = Recurrences(f, single_parts(nodes, {node.index for node in wanted}))
+        self._rows = self._series.rows
+        self.states: list[list[Coefficient]] = [[value] for value in states]
+        self._rows.update({node.index: self._leaf(node, order, time, held) for node in nodes})
+        known = {node.index for node in nodes if self._rows[node.index] or node.operation == "root"}
+        moving = [node for node in nodes if node.index not in known | self._series.inlined]
+        addresses = {equation.root.index: address for equation, address in zip(equations, found, strict=True)}
+        self._blocks = {
+            equation.root.index: [own for own in equations if own.root in equation.block] for equation in equations
+        }
+        for equation in equations:
+            own = self._blocks[equation.root.index]
+            if equation is own[-1]:
+                self._correct_roots(own, [addresses[one.root.index] for one in own])
+        self._run(rates, followed, moving, equations, order)
+        self.borders = [self._rows[border.index][: highest + 1] for border, highest in borders]
+        self.roots = [self._rows[equation.root.index] for equation in equations]
+
+    def _run(
+        self,
+        rates: Sequence[Node],
+        followed: Sequence[tuple[Node, int]],
+        moving: Sequence[Node],
+        equations: Sequence[Equation],
+        order: int,
+    ) -> None:
+        """All coefficients, order by order: of the nodes that move and the roots, and with the rates of the states."""
+        f, residuals = self._f, {equation.residual.index: equation for equation in equations}
+        last = dict.fromkeys((node.index for node in ordered(rates)), order - 1)
+        for node, highest in followed:
+            last |= {part.index: max(highest, last.get(part.index, 0)) for part in ordered([node])}
+        for n in range(order + 1):
+            for equation in equations if n else ():
+                self._rows[equation.root.index].append(None)
+            self._extend([node for node in moving if n <= last[node.index]], n, residuals)
+            for row, rate in zip(self.states, rates, strict=True) if n < order else ():
+                slope = self._rows[rate.index][n]
+                row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
+
+    def _extend(self, nodes: Sequence[Node], n: int, residuals: Mapping[int, Equation]) -> None:
+        """The n-th coefficients of operations, and of the roots whose residuals are among them."""
+        for node in nodes:
+            if len(self._rows[node.index]) == n:
+                self._rows[node.index].append(self._series.coefficient(node, n))
+            if n and node.index in residuals:
+                own = self._blocks[residuals[node.index].root.index]
+                if len(own) == 1:
+                    self._solve_root(own[0], n)
+                elif all(len(self._rows[one.residual.index]) > n for one in own):
+                    self._solve_roots(own, n)
+
+    # --- roots ---------------------------------------------------------------------------------------------------
+
+    def _first(self, node: Node, values: dict[int, Value]) -> Value:
+        """The value of a node at the start of the step, from those in ``values`` and those known already."""
+        if node.index in values:
+            return values[node.index]
+        if node.operation == "constant":
+            return self._f.real(node.value)
+        if node.index in self._held:
+            return self._held[node.index]
+        known = self._rows.get(node.index)
+        if known:
+            return present(known[0])
+        arguments = [self._first(argument, values) for argument in node.arguments]
+        if node.operation in ("sin", "cos") and not node.fixed:
+            values[node.index] = self._series.of_angle(node, arguments[0])
+        else:
+            values[node.index] = evaluate(self._f, node, arguments)
+        return values[node.index]
+
+    def _correct_roots(self, block: Sequence[Equation], addresses: Sequence[Value]) -> None:
+        """Newton's method for one root, or two that depend on each other, from the values at ``addresses``, lane by
+        lane until nothing is left to correct; where none is there (NaN), from the first guess."""
+        f = self._f
+        for equation, address in zip(block, addresses, strict=True):
+            before = f.load(address)
+            unknown = f.compare("uno", before, before)
+            with f.when(f.anywhere(unknown)):
+                f.store(f.choose(unknown, self._first(equation.first, {}), before), address)
+        others: dict[int, Value] = {}
+        for node in (node for equation in block for node in equation.others):
+            value = self._first(node, others)
+            if not self._rows.get(node.index, [value]) and node.index not in self._series.inlined:
+                self._rows[node.index].append(value)
+        going, count = f.slot(), f.slot()
+        f.store(f.real(1.0), going)
+        f.store_whole("0", count)
+        with f.repeat() as out:
+            roots = [f.load(address) for address in addresses]
+            steps = self._steps(block, roots, others)
+            moves = f.compare("ogt", f.load(going), f.real(0.0))
+            large = None
+            for root, address, step in zip(roots, addresses, steps, strict=True):
+                corrected = f.choose(moves, f.subtract(root, step), root)
+                f.store(corrected, address)
+                size = f.larger(f.absolute(corrected), f.real(1.0))
+                moved = f.compare("ogt", f.absolute(step), f.multiply(f.real(ENOUGH), size))
+                large = moved if large is None else f.either(large, moved)
+            assert large is not None
+            large = f.both(moves, large)
+            f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
+            corrections = f.new(f"add i64 {f.load_whole(count)}, 1")
+            f.store_whole(corrections, count)
+            f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
+            f.leave(out, f.new(f"xor i1 {f.anywhere(large)}, true"))
+        for equation, address in zip(block, addresses, strict=True):
+            self._rows[equation.root.index] = [f.load(address)]
+
+    def _steps(self, block: Sequence[Equation], roots: Sequence[Value], others: dict[int, Value]) -> list[Value]:
+        """Newton's steps of one root or two."""
+        f = self._f
+        values = others | {equation.root.index: root for equation, root in zip(block, roots, strict=True)}
+        residuals = [self._first(equation.residual, values) for equation in block]
+        if len(block) == 1:
+            (equation,), (root,), (residual,) = block, roots, residuals
+            slope = self._searched(equation, self._first(equation.slope, values), residual, root)
+            rising = f.compare("ogt", slope, f.real(0.0))
+            return [self._short(f.divide(residual, slope), root, equation, rising)]
+        slopes = self._slopes_of_block(block, values)
+        for k, equation in enumerate(block):
+            slopes[k][k] = self._searched(equation, slopes[k][k], residuals[k], roots[k])
+        inverse, determinant = self._inverse(slopes)
+        rising = f.both(f.compare("ogt", determinant, f.real(0.0)), f.compare("ogt", slopes[0][0], f.real(0.0)))
+        return [
+            self._short(
+                f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1])), root, equation, rising
+            )
+            for equation, root, row in zip(block, roots, inverse, strict=True)
+        ]
+
+    def _searched(self, equation: Equation, slope: Value, residual: Value, value: Value) -> Value:
+        """The slope that the search takes; where its steps are bounded, that of the residual over the root, times the
+        root."""
+        if equation.longest == math.inf:
+            return slope
+        return self._f.subtract(slope, self._f.divide(residual, value))
+
+    def _short(self, step: Value, value: Value, equation: Equation, rising: Value) -> Value:
+        """A step of the search from a value, cut to the longest, and NaN where the residual is not ``rising``; where
+        its steps are not bounded, as it is."""
+        f = self._f
+        if equation.longest == math.inf:
+            return step
+        most = f.multiply(f.real(equation.longest), f.larger(f.absolute(value), f.real(1.0)))
+        return f.choose(rising, f.larger(f.smaller(step, most), f.negative(most)), f.real(math.nan))
+
+    def _slopes_of_block(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
+        """The derivatives of two residuals by their roots."""
+
+        def slope(of: Equation, by: Equation) -> Value:
+            node = by.slope_of(of.residual)
+            return self._f.real(0.0) if node is None else self._first(node, values)
+
+        return [[slope(of, by) for by in block] for of in block]
+
+    def _inverse(self, matrix: Sequence[Sequence[Value]]) -> tuple[list[list[Value]], Value]:
+        """The inverse of a 2 x 2 matrix, and its determinant."""
+        f, ((a, b), (c, d)) = self._f, matrix
+        determinant = f.subtract(f.multiply(a, d), f.multiply(b, c))
+        one = f.divide(f.real(1.0), determinant)
+        minus = f.negative(one)
+        return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]], determinant
+
+    def _solve_roots(self, block: Sequence[Equation], n: int) -> None:
+        """The n-th coefficients of two roots that depend on each other, and with them those of what depends on them."""
+        f, first = self._f, block[0].root.index
+        rows = [self._rows[equation.residual.index] for equation in block]
+        if all(row[n] is None for row in rows):
+            return
+        if first not in self._slopes_by_root:
+            values: dict[int, Value] = {}
+            flat = [value for row in self._inverse(self._slopes_of_block(block, values))[0] for value in row]
+            self._slopes_by_root[first] = [
+                *flat,
+                *(self._first(slope, values) for equation in block for slope in equation.slopes),
+            ]
+        flat, left = self._slopes_by_root[first][:4], iter(self._slopes_by_root[first][4:])
+        changes = [self._series.chain([(flat[2 * i], rows[0][n]), (flat[2 * i + 1], rows[1][n])]) for i in range(2)]
+        own = [f.negative(present(change)) for change in changes]
+        for equation, change in zip(block, own, strict=True):
+            self._rows[equation.root.index][n] = change
+            for node in equation.dependents:
+                slope, row = next(left), self._rows[node.index]
+                if node.index not in self._series.inlined and len(row) > n:
+                    row[n] = self._series.chain([(slope, change)], row[n])
+        for row in rows:
+            row[n] = None
+
+    def _solve_root(self, equation: Equation, n: int) -> None:
+        """The n-th coefficient of a root, and with it those of what depends on it."""
+        f = self._f
+        residual = self._rows[equation.residual.index]
+        if residual[n] is None:
+            return
+        if equation.root.index not in self._slopes_by_root:
+            values: dict[int, Value] = {}
+            slopes = [self._first(slope, values) for slope in equation.slopes]
+            inverse = f.divide(f.real(-1.0), self._first(equation.slope, values))
+            self._slopes_by_root[equation.root.index] = [inverse, *slopes]
+        inverse, *slopes = self._slopes_by_root[equation.root.index]
+        own = f.multiply(present(residual[n]), inverse)
+        self._rows[equation.root.index][n] = own
+        for node, slope in zip(equation.dependents, slopes, strict=True):
+            row = self._rows[node.index]
+            if node.index not in self._series.inlined:
+                row[n] = self._series.chain([(slope, own)], row[n])
+        residual[n] = None
+
+    def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
+        """The coefficients of a leaf or of what is fixed; none yet of other nodes."""
+        if node.operation == "state":
+            return self.states[node.value]
+        if node.operation == "root":
+            return []
+        if node.operation == "time":
+            return [time, self._f.real(1.0), *[None] * (order - 1)]
+        if node.operation == "constant":
+            return [self._f.real(node.value), *[None] * order]
+        if node.fixed or node.operation == "switch":
+            return [held.get(node.index), *[None] * order]
+        return []
