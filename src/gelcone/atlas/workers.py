@@ -1,7 +1,7 @@
-"""Who does the tasks of a sweep. Here: threads of this process.
+"""Workers that do the tasks of a sweep, and threads of this process as such.
 
 Workers are context managers that give a `Team`: `threads`, `gelcone.atlas.processes`, `gelcone.atlas.cluster`. The
-numbers do not depend on who computes them.
+numbers do not depend on the kind of workers.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from gelcone.quantity import ALL_CORES, check_count
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 AHEAD = 4
-"""Tasks that each worker is given ahead of time: it never waits, and what is in memory does not grow with the sweep."""
+"""Tasks that each worker is given ahead of time: it never waits, and the memory does not grow with the sweep."""
 
 
 class Run(Protocol):
-    """Does tasks side by side; gives each answer with the integrator's steps behind it, in any order."""
+    """Does tasks in parallel, and gives each answer with its number of integration steps, in any order."""
 
     def __call__(self, function: Callable[[Task], Answer], tasks: Iterable[Task]) -> Iterator[tuple[Answer, int]]: ...
 
 
 @dataclass(frozen=True)
 class Team:
-    """``size``, how many work side by side, and ``run(function, tasks)``, an iterator over the results as they come."""
+    """The number of workers, ``size``, and ``run(function, tasks)``, an iterator over the answers as they come."""
 
     size: int
     run: Run
@@ -43,7 +43,7 @@ Workers = Callable[[], AbstractContextManager[Team]]
 
 
 def threads(count: int | None = None) -> Workers:
-    """Threads of this process; by default one a core. Leaving the context stops them within moments."""
+    """Threads of this process, by default one a core. Leaving the context stops them within moments."""
     if count is not None:
         check_count("threads", count, 1, ALL_CORES)
 
@@ -71,9 +71,9 @@ def as_they_come(
     tasks: Iterable[Task],
     left: threading.Event,
 ) -> Iterator[Answer]:
-    """The answers of ``size`` threads, each as soon as it is there; tasks are taken a little ahead.
+    """Answers of ``size`` threads as they come; tasks are taken a little ahead.
 
-    Raises `Stopped` for a pool that was ``left``, which is set before it shuts down.
+    Raises `Stopped` once ``left`` is set, which happens before the pool shuts down.
     """
     ended: queue.SimpleQueue[Future[Answer]] = queue.SimpleQueue()
     ahead = iter(tasks)
@@ -86,7 +86,7 @@ def as_they_come(
 
     waiting = give(AHEAD * size)
     while waiting:
-        future = ended.get()  # `concurrent.futures.wait` would wait for ever for those that the pool has cancelled
+        future = ended.get()  # `concurrent.futures.wait` would never return for futures that the pool has cancelled
         waiting += give(1) - 1
         try:
             answer = future.result()
@@ -107,7 +107,7 @@ def _given(
 
 
 def watched(function: Callable[[Task], Answer], task: Task, stop: threading.Event | None = None) -> tuple[Answer, int]:
-    """The answer to a task, and the integrator's steps behind it; `gelcone.progress.Stopped` once ``stop`` is set."""
+    """The answer to a task and its number of integration steps; raises `Stopped` once ``stop`` is set."""
     watch = Watch(stop) if stop is not None else Watch()
     with watching(watch):
         return function(task), watch.steps

@@ -1,4 +1,4 @@
-"""The best drive of a device within its operating envelope: the largest stroke, work, speed or power that is safe."""
+"""Best drive within the operating envelope: the largest safe stroke, work, speed or power."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 
 Largest = Literal["stroke", "work", "speed", "power"]
 COARSE, FINE = 25, 9
-"""Drive frequencies of a range that is given, and those around the best of them."""
+"""Numbers of drive frequencies in a given range, and around the best of them."""
 PEAKS = (0.3, 1.4, 12)
-"""Peak voltages around the best drive, over the limit there: from, to, how many."""
+"""Lowest, highest and number of peak voltages around the best drive, over the limit there."""
 STEP = 0.01
-"""Share by which a field is changed for its sensitivity."""
+"""Relative change of a field for its sensitivity."""
 DETUNED = 0.01
-"""Share by which the frequency of a drive may be off without using up more than half of the margin."""
+"""Relative error of the drive frequency at which half of the margin is left."""
 NOT_CHANGED = ("release_height", "release_velocity", "dielectric_strength", "material.dielectric_strength")
-"""Fields that the settled motion does not depend on."""
+"""Fields without effect on the settled motion."""
 
 
 class Candidates(NamedTuple):
-    """Drives inside the window of an envelope, arrays (drives,), and what each yields."""
+    """Drives inside the window of an envelope and their yields, arrays (drives,)."""
 
     frequency: Array
     peak: Array
@@ -51,7 +51,7 @@ class Candidates(NamedTuple):
     edge: Array
 
     def value(self, largest: str, damping_ratio: float) -> Array:
-        """The quantity that is to be largest; NaN for a motion that is not periodic."""
+        """The quantity to maximise; NaN for a motion that is not periodic."""
         with np.errstate(divide="ignore", invalid="ignore"):
             values = {
                 "stroke": self.stroke,
@@ -78,17 +78,17 @@ def drive(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """The best drive within the recommended window: its frequency and voltage, what it yields and what limits it.
+    """Find the best drive within the recommended window: its frequency, voltage, yield and limit.
 
     Parameters
     ----------
     model : a single model, or a device; its drive gives the proportion of amplitude to offset.
-    largest : what is to be largest: ``"stroke"`` (default), ``"work"`` a drive period, ``"speed"`` (root mean square)
-        or ``"power"`` (mean), the last three of what the damper or a load takes up.
+    largest : the quantity to maximise: ``"stroke"`` (default), ``"work"`` in a drive period, ``"speed"`` (root mean
+        square) or ``"power"`` (mean); work and power are those on the damper or a load.
     lowest, highest : ends of the range of drive frequencies, both or neither. Default a tenth of the natural frequency
         and three times that.
-    margin : share of the lowest limit that the voltage stays below it; half of it is left where the frequency is off by
-        one per cent. Default 0.2.
+    margin : distance of the voltage from the lowest limit, over that limit; half of it is left if the frequency is off
+        by one per cent. Default 0.2.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -96,17 +96,17 @@ def drive(
     -------
     Dataset with ``drive_frequency``, ``peak_voltage``, ``voltage`` and ``voltage_bias`` (amplitude and offset) of the
     best drive, and of the motion that it settles to from rest: ``stroke``, ``work``, ``speed``, ``power`` and
-    ``apparent_power``. ``limit_voltage`` is the lowest limit there, `gelcone.envelope`'s, whose name is the attribute
-    ``limit``, and ``frequency_low`` and ``frequency_high`` are the frequencies examined between which the same peak
-    voltage stays below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none
-    that was tried). Over ``frequency``: ``window_peak`` and ``window_value``, the window's edge and what is to be
-    largest there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``:
-    ``sensitivity``, the relative change of the stroke over that of a field at this drive (NaN where the motion ends).
+    ``apparent_power``. ``limit_voltage`` is the lowest limit of `gelcone.envelope` there, whose name is the attribute
+    ``limit``. ``frequency_low`` and ``frequency_high`` are the examined frequencies between which the same peak voltage
+    stays below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none of
+    those tried). Over ``frequency``: ``window_peak``, the window's edge, and ``window_value``, the quantity to maximise
+    there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``: ``sensitivity``,
+    the relative change of the stroke over that of a field at this drive (NaN if the motion ends).
 
     Raises
     ------
     InputError : for an ensemble, what `envelope` refuses, an unknown ``largest``, frequencies that do not increase, or
-        where no drive within the window moves the disc periodically.
+        if no drive within the window moves the disc periodically.
 
     Examples
     --------
@@ -142,7 +142,7 @@ def drive(
     chosen = cone.replace(**drives)
     names, change = _sensitivities(chosen, device, threads)
     limit, bound = _limit(wide, near, omega)
-    held = _held(wide, near, omega, peak)
+    band = _safe_band(wide, near, omega, peak)
     curve = _edge(wide, near, largest, zeta)
     motion = settled_periods(chosen, threads)
     variables: dict[str, dataset.Variable] = {
@@ -156,8 +156,8 @@ def drive(
         "power": ((), best.power, "mean power to damper or load", "power"),
         "apparent_power": ((), best.apparent, "root mean square voltage times current", "apparent power"),
         "limit_voltage": ((), bound, "peak voltage of the lowest limit there", dataset.absent("voltage")),
-        "frequency_low": ((), held[0], "lowest frequency at which this voltage is below all limits", "frequency"),
-        "frequency_high": ((), held[1], "highest frequency at which this voltage is below all limits", "frequency"),
+        "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
+        "frequency_high": ((), band[1], "highest frequency at which this voltage is below all limits", "frequency"),
         "kick": (
             (),
             _kick(near, wide, best),
@@ -192,7 +192,7 @@ _SHARE = dataset.absent("share", nan="the motion ends or is no longer periodic")
 
 
 def candidates(found: xr.Dataset) -> Candidates:
-    """All drives inside the window of an envelope: its edge, and the peak voltages examined below it."""
+    """All drives inside the window of an envelope: those at its edge, and those examined below."""
     peaks, edges = found["driven_peak"].values, found["recommended_peak"].values
     frequency = found["drive_frequency"].values
     inside = peaks[None, :] <= edges[:, None]
@@ -223,7 +223,7 @@ def candidates(found: xr.Dataset) -> Candidates:
 
 
 def _best(largest: str, damping_ratio: float, margin: float, *envelopes: xr.Dataset) -> Candidates:
-    """The drive with the largest value among those that keep half of the margin with the frequency a little off."""
+    """The drive with the largest value among those that keep half of the margin at slightly different frequencies."""
     parts = zip(*(candidates(one) for one in envelopes), strict=True)
     found = Candidates(*(np.concatenate(part) for part in parts))
     safe = found.peak <= (1.0 - margin / 2.0) * _detuned(found.frequency, *envelopes)
@@ -238,7 +238,7 @@ def _best(largest: str, damping_ratio: float, margin: float, *envelopes: xr.Data
 
 
 def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
-    """The lowest limit at frequencies up to a share `DETUNED` from each of the given ones."""
+    """The lowest limit at frequencies within `DETUNED` of each given one."""
     known, limits, _ = _rows(*envelopes)
     low, high = frequency * (1.0 - DETUNED), frequency * (1.0 + DETUNED)
     with np.errstate(divide="ignore"):
@@ -248,14 +248,14 @@ def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
 
 
 def _range(lowest: float | None, highest: float | None) -> Array | None:
-    """The frequencies of a range; None for the envelope's own."""
+    """Frequencies of a range; None for those of the envelope."""
     if lowest is None or highest is None:
         return None
     return np.geomspace(lowest, highest, COARSE)
 
 
 def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
-    """Frequencies between the neighbours of one, and peak voltages around its limit."""
+    """Frequencies between the neighbours of ``omega``, and peak voltages around its limit."""
     known = wide["drive_frequency"].values
     at = int(np.argmin(np.abs(known - omega)))
     below, above = known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)]
@@ -265,31 +265,33 @@ def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
 
 
 def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
-    """Frequency, lowest limit and its name of every frequency examined, by rising frequency; the highest peak voltage
-    examined and ``none`` where no limit is met up to it."""
+    """Examined frequencies in rising order, with the lowest limit of each and its name: "none" and the highest examined
+    peak voltage if no limit is met."""
     found: dict[float, tuple[float, str]] = {}
     for one in envelopes:
         static = one["static_limit_voltage"].values
-        held = float(np.nanmin(static, initial=np.inf))
-        held_by = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(held) else ""
+        constant = float(np.nanmin(static, initial=np.inf))
+        constant_name = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
         for k, omega in enumerate(one["drive_frequency"].values):
             row = int(one["first_limit"][k])
             low = float(one["driven_peak"][-1] if row < 0 else one["limit_low"][row, k])
             name = "none" if row < 0 else str(one["driven_limit"].values[row])
-            found[float(omega)] = (low, name) if low <= held else (held, f"{held_by} at a constant voltage")
+            found[float(omega)] = (
+                (low, name) if low <= constant else (constant, f"{constant_name} at a constant voltage")
+            )
     order = sorted(found)
     return np.array(order), np.array([found[omega][0] for omega in order]), [found[omega][1] for omega in order]
 
 
 def _limit(wide: xr.Dataset, near: xr.Dataset, omega: float) -> tuple[str, float]:
-    """The lowest limit at a frequency, and its peak voltage; infinite where none is met."""
+    """Name and peak voltage of the lowest limit at a frequency; infinite if none is met."""
     known, limits, names = _rows(wide, near)
     at = int(np.argmin(np.abs(known - omega)))
     return names[at], np.inf if names[at] == "none" else float(limits[at])
 
 
-def _held(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tuple[float, float]:
-    """The frequencies next to each other, around one, at which a peak voltage is below all limits."""
+def _safe_band(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tuple[float, float]:
+    """Ends of the band of examined frequencies around ``omega`` in which a peak voltage is below all limits."""
     known, limits, _ = _rows(wide, near)
     at = int(np.argmin(np.abs(known - omega)))
     below = np.flatnonzero(limits[:at] <= peak)
@@ -300,7 +302,7 @@ def _held(wide: xr.Dataset, near: xr.Dataset, omega: float, peak: float) -> tupl
 
 
 def _kick(near: xr.Dataset, wide: xr.Dataset, best: Candidates) -> float:
-    """The kick that leads away from the best drive; NaN where it is not at the edge, at which kicks are tried."""
+    """The kick that leads away from the best drive; NaN below the window's edge, where none is tried."""
     for one in (near, wide):
         at = np.flatnonzero(one["drive_frequency"].values == best.frequency)
         if best.edge and at.size:
@@ -330,7 +332,7 @@ def settled_periods(chosen: ConeModel, threads: int | None) -> xr.Dataset:
 
 
 def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None) -> tuple[list[str], Array]:
-    """Fields of a device or parameters of a model, and d log(stroke) / d log(field) of each at the drive."""
+    """Fields of a device or parameters of a model, and the slope d log(stroke) / d log(field) of each."""
     if device is None:
         numbers = {n: v for n, v in chosen.parameters().items() if isinstance(v, float) and _counts(v)}
         numbers.pop("dielectric_strength", None)

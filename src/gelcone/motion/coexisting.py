@@ -1,8 +1,8 @@
-"""Motions that coexist with the one that grows out of rest, and how large a kick it takes to get to them.
+"""Motions that coexist with the motion from rest, and the smallest kicks that lead to them.
 
-A kick is a sudden change of the disc's velocity. Kicks of both signs are tried at several phases of the forcing, from
-small ones up to that which would carry the disc to nine tenths of its reach. Motions that are found at one drive
-frequency are tried at the neighbouring ones too, up and down, until nothing new appears.
+A kick is a sudden change of the disc's velocity. Kicks of both signs are tried at several phases of the forcing, up to
+the kick that would carry the disc to nine tenths of its reach. Motions found at one drive frequency are tried at the
+neighbouring frequencies, too, until none is new.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ Rows = npt.NDArray[np.intp]
 PHASES = 6
 """Phases of the forcing period at which kicks are tried."""
 LEVELS = 8
-"""Sizes of kicks, each twice the one before."""
+"""Number of sizes of kicks, each twice the one before."""
 REACH = 0.9
-"""The largest kick carries the disc to this share of its reach, from rest and without voltage."""
+"""Displacement to which the largest kick carries the disc from rest without voltage, over its reach."""
 FARTHEST = 10.0
-"""That far where the film has no stretch limit, or one that lies farther."""
+"""Largest such displacement, also of a film without a stretch limit."""
 HALVINGS = 6
-"""How often the interval of the smallest kick is halved."""
+"""Number of halvings of the interval of the smallest kick."""
 CLOSER_PHASES = 3
-"""How often the spacing of phases around that of the smallest kick is halved."""
-HANDED_ON = 8
-"""How often motions are tried at the neighbouring frequencies."""
+"""Number of halvings of the spacing of phases around that of the smallest kick."""
+ROUNDS = 8
+"""Most rounds in which motions are tried at the neighbouring frequencies."""
 SAME = 1e-2
-"""Motions whose ends agree to this share of the larger one's size are one, where one of them has no period."""
+"""Largest difference between the ends of equal motions, over the larger size, unless both have periods."""
 SAME_CYCLE = 1e-3
-LOOKS = 2
-"""How often a motion after a kick is compared with the own cycle before it has been followed to the end."""
-LOOK_AFTER = 0.25
-"""Share of the disc's transient between them; a kick hardly changes what creeps slowly."""
+EARLY_CHECKS = 2
+"""Number of comparisons with the member's own cycle before a motion after a kick is followed to its end."""
+CHECK_AFTER = 0.25
+"""Time between these comparisons over the disc's transient; a kick hardly changes slow states."""
 ARRIVED = 1e-4
-"""Share of the own motion's size within which a motion that comes so near to the own cycle ends in it."""
+"""Largest distance from the own cycle, over its size, of a motion that ends on it."""
 CHUNK = 512
 TOLERANCE = 1e-10
 """Relative error of a step."""
@@ -57,16 +57,20 @@ TOLERANCE = 1e-10
 
 @dataclass
 class Motions:
-    """The motions known at one drive frequency: the own motion and the others. ``kinds`` holds one `Swing` row of each,
-    the own first; ``kick`` the interval (low, high) of the smallest kick to each, NaN where none led there."""
+    """Known motions at one drive frequency.
+
+    ``kinds``, a `Swing` of one row each, the own motion first; ``kick``, the interval (low, high) of the smallest kick
+    to each (NaN: found without a kick); ``smallest``, that of the smallest kick to any; ``passed_on``, the numbers of
+    those already tried at the neighbouring frequencies.
+    """
 
     kinds: list[Swing]
     kick: list[tuple[float, float]]
     smallest: tuple[float, float] = (np.nan, np.nan)
-    handed_on: set[int] = field(default_factory=set)
+    passed_on: set[int] = field(default_factory=set)
 
     def number_of(self, motion: Swing) -> int:
-        """Number of a motion among the known ones; it joins them if it is new."""
+        """Number of a motion among the known ones; adds a new motion."""
         for number, known in enumerate(self.kinds):
             if _same(known, motion):
                 return number
@@ -78,53 +82,52 @@ class Motions:
 def coexisting(
     members: Members, states: Array, *, threads: int | None = None, progress: Progress = None, shift: float = 0.0
 ) -> dict[str, Array]:
-    """Motions other than those that members (at increasing drive frequencies) settle on from ``states`` (members, N).
+    """Find motions other than those that members (at increasing drive frequencies) settle on from ``states``.
 
-    ``shift`` moves the phases of the kicks by a share of their spacing.
+    ``states`` (members, N); ``shift`` moves the phases of the kicks by a share of their spacing.
 
     Returns
     -------
-    Over (members,): ``motions``, how many others were found; ``kick_low`` and ``kick_high``, the interval of the
-    smallest kick that leads away from the own motion (both infinite: none up to ``kick_tried`` does). Over (members,
-    motions), NaN-padded, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (of `Regime`; one
-    that leaves the domain has no stroke), ``outcome``, how it leaves it (of `Outcome`), ``motion_kick_low`` and
-    ``motion_kick_high`` (NaN where only the motion at a neighbouring frequency led there), and the shares of
-    `gelcone.motion.validity` in ``validity``.
+    Over (members,): ``motions``, the number of others; ``kick_low`` and ``kick_high``, the interval of the smallest
+    kick that leads away from the own motion (both infinite: none up to ``kick_tried``). Over (members, motions), padded
+    with NaN, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (a `Regime`; a motion that
+    leaves the domain has no stroke), ``outcome`` (an `Outcome`), ``motion_kick_low`` and ``motion_kick_high`` (NaN for
+    a motion found without a kick), and the shares of `gelcone.motion.validity` in ``validity``.
     """
     counted, flow = Counted(progress), dict[str, Any](threads=threads, tolerance=TOLERANCE)
     if not members.size:
-        return _arrays(members, [], np.empty(0), flow)
+        return _as_arrays(members, [], np.empty(0), flow)
     own = settled_swing(members, states, only_extent=True, **flow)
     found = [Motions([own.take([k])], [(np.nan, np.nan)]) for k in range(members.size)]
     alive = np.flatnonzero(own.outcome == Outcome.OK)
     largest = _largest_kicks(members)
     kicks = _Kicks(members, own, largest, shift, flow)
     counted(0.05)
-    first = _climb(kicks, alive, found, counted)
-    _let_go(members, alive, found, flow)
-    _hand_on(members, alive, found, flow)
+    first = _try_kicks(kicks, alive, found, counted)
+    _try_releases(members, alive, found, flow)
+    _try_neighbours(members, alive, found, flow)
     counted(0.1)
     _narrow(kicks, alive, found, first)
-    result = _arrays(members, found, largest, flow)
+    result = _as_arrays(members, found, largest, flow)
     counted.finish()
     return result
 
 
 def _largest_kicks(members: Members) -> Array:
-    """The velocities that carry the discs from x = 0 to `REACH` of their reach."""
+    """Velocities (members,) that carry the discs from x = 0 to `REACH` of their reach."""
     farthest = np.array([_farthest(members, k) for k in range(members.size)])
     gained = np.asarray(members.energy(farthest)) - np.asarray(members.energy(np.zeros(members.size)))
     return np.sqrt(2.0 * np.maximum(gained, 1e-6))
 
 
 def _farthest(members: Members, k: int) -> float:
-    """`REACH` of the displacements that a member reaches."""
+    """`REACH` times the largest displacement of a member, at most `FARTHEST`."""
     highest = float(members.system.film.reach(members.numbers_at(k))[1])
     return min(REACH * highest, FARTHEST)
 
 
 class _Kicks:
-    """The members' own motions, and what becomes of them after kicks."""
+    """Kicks of the members' own motions."""
 
     def __init__(self, members: Members, own: Swing, largest: Array, shift: float, flow: dict[str, Any]) -> None:
         self.members, self.own, self.largest, self.flow = members, own, largest, flow
@@ -132,7 +135,7 @@ class _Kicks:
         self.signs = np.array([1.0, -1.0])
 
     def after(self, rows: Rows, phases: Array, kicks: Array) -> list[Swing]:
-        """The motions (kicks,) that some rows settle on after kicks at phases of the forcing."""
+        """The motions (kicks,) on which ``rows`` settle after kicks at phases of the forcing."""
         motions: list[Swing] = []
         for begin in range(0, len(rows), CHUNK):
             part = slice(begin, begin + CHUNK)
@@ -142,7 +145,7 @@ class _Kicks:
     def _after(self, rows: Rows, phases: Array, kicks: Array) -> list[Swing]:
         members = self.members.take(rows)
         whole = members.forcing_period
-        # a phase of 0 is that of the end of the period
+        # phase 0 is taken at the end of the period
         until = np.where(phases > 0.0, phases, 1.0) * whole
         struck = integrate(members, self.own.final[rows], until[:, None], **self.flow).states[:, 0]
         struck[:, 1] += kicks
@@ -151,9 +154,9 @@ class _Kicks:
         settled, states = self.own.take(rows), run.states[:, 0]
         settled.outcome[:] = run.outcome
         away = np.flatnonzero(run.outcome == Outcome.OK)
-        for _ in range(LOOKS):
+        for _ in range(EARLY_CHECKS):
             part = members.take(away)
-            repeats = repeats_lasting(part, LOOK_AFTER * transient_of_the_disc(part))
+            repeats = repeats_lasting(part, CHECK_AFTER * transient_of_the_disc(part))
             states[away], settled.outcome[away] = settle(part, states[away], repeats, **self.flow)
             away = away[(settled.outcome[away] == Outcome.OK) & ~self._back(rows[away], states[away])]
         if away.size:
@@ -161,8 +164,7 @@ class _Kicks:
         return [settled.take([k]) for k in range(len(rows))]
 
     def _back(self, rows: Rows, states: Array) -> npt.NDArray[np.bool_]:
-        """Whether states at phase 0 have arrived at the own motion of their rows, where that repeats with the forcing:
-        nearer to an attracting cycle than any other motion could stay."""
+        """True for each state at phase 0 so near to its row's own cycle of one forcing period that it ends on it."""
         own = self.own.take(rows)
         size = np.maximum(np.maximum(np.abs(own.lowest), np.abs(own.highest)), 1e-2)
         scale = np.ones(states.shape)
@@ -171,8 +173,10 @@ class _Kicks:
         return (own.period == 1) & (near <= ARRIVED * size)
 
 
-def _climb(kicks: _Kicks, alive: Rows, found: list[Motions], progress: Counted) -> dict[int, list[tuple[float, float]]]:
-    """Tries all kicks; for each row the (phase, signed kick) that lead away with no smaller one of theirs that does."""
+def _try_kicks(
+    kicks: _Kicks, alive: Rows, found: list[Motions], progress: Counted
+) -> dict[int, list[tuple[float, float]]]:
+    """Tries all kicks, and returns the smallest of each phase and sign that lead away: (phase, signed kick) by row."""
     leading: dict[int, list[tuple[float, float]]] = {int(row): [] for row in alive}
     phases, signs = (mesh.ravel() for mesh in np.meshgrid(kicks.phases, kicks.signs, indexing="ij"))
     for level in range(LEVELS):
@@ -191,8 +195,8 @@ def _climb(kicks: _Kicks, alive: Rows, found: list[Motions], progress: Counted) 
     return leading
 
 
-def _let_go(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
-    """Lets the disc go at rest from displacements on both sides, up to `REACH` of its reach."""
+def _try_releases(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
+    """Releases the disc at rest from displacements on both sides, up to `REACH` of its reach."""
     shares = np.array([-1.0, -0.5, 0.5, 1.0])
     rows = np.repeat(alive, shares.size)
     heights = np.tile(shares, alive.size) * np.array([_farthest(members, int(row)) for row in rows])
@@ -203,19 +207,19 @@ def _let_go(members: Members, alive: Rows, found: list[Motions], flow: dict[str,
             found[row].number_of(settled.take([k]))
 
 
-def _hand_on(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
-    """Starts the neighbours of a frequency from the motions found there."""
-    for _ in range(HANDED_ON):
+def _try_neighbours(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
+    """Starts members from the motions found at the neighbouring frequencies."""
+    for _ in range(ROUNDS):
         seeds = [
             (int(to), known.final[0])
             for row in alive
             for number, known in enumerate(found[row].kinds)
-            if number not in found[row].handed_on and known.outcome[0] == Outcome.OK
+            if number not in found[row].passed_on and known.outcome[0] == Outcome.OK
             for to in (row - 1, row + 1)
             if to in alive
         ]
         for row in alive:
-            found[row].handed_on.update(range(len(found[row].kinds)))
+            found[row].passed_on.update(range(len(found[row].kinds)))
         if not seeds:
             return
         rows, states = np.array([row for row, _ in seeds]), np.array([state for _, state in seeds])
@@ -226,13 +230,13 @@ def _hand_on(members: Members, alive: Rows, found: list[Motions], flow: dict[str
 
 
 def _narrow(kicks: _Kicks, alive: Rows, found: list[Motions], leading: dict[int, list[tuple[float, float]]]) -> None:
-    """The interval of the smallest kick that leads away, at each frequency: between phases and sizes tried."""
+    """Finds the interval of the smallest kick that leads away at each frequency, between the phases and sizes tried."""
     for row in alive:
         found[row].smallest = (np.inf, np.inf) if not leading[int(row)] else (np.nan, np.nan)
     rows = [int(row) for row in alive if leading[int(row)]]
     if not rows:
         return
-    tried = [(row, phase, size) for row in rows for phase, size in _promising(leading[row])]
+    tried = [(row, phase, size) for row in rows for phase, size in _smallest(leading[row])]
     of, phase, high = (np.array(column) for column in zip(*tried, strict=True))
     high = _edge(kicks, found, of, phase, high)
     spacing, best = 1.0 / PHASES, {}
@@ -259,14 +263,14 @@ def _narrow(kicks: _Kicks, alive: Rows, found: list[Motions], leading: dict[int,
         found[row].smallest = (max(size * (1.0 - 2.0**-HALVINGS) - spread[row], 0.0), size)
 
 
-def _promising(leading: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The kicks of a row that are among its smallest, one for each phase and sign."""
+def _smallest(leading: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The kicks (phase, signed kick) of the smallest size."""
     least = min(abs(size) for _, size in leading)
     return [(phase, size) for phase, size in leading if abs(size) <= least]
 
 
 def _edge(kicks: _Kicks, found: list[Motions], rows: Rows, phases: Array, sizes: Array) -> Array:
-    """The smallest kicks that lead away at these phases, halved down from ``sizes``; NaN where those do not."""
+    """The smallest kicks that lead away at these phases, by bisection below ``sizes``; NaN if these do not."""
     low, high = np.zeros(len(rows)), np.asarray(sizes, dtype=float)
 
     def stays(tried: Array) -> Array:
@@ -277,7 +281,7 @@ def _edge(kicks: _Kicks, found: list[Motions], rows: Rows, phases: Array, sizes:
 
 
 def _same(one: Swing, other: Swing) -> bool:
-    """Whether two settled motions are one; all that fail count as one."""
+    """True if two settled motions are equal; all that fail count as equal."""
     if (one.outcome[0] != Outcome.OK) or (other.outcome[0] != Outcome.OK):
         return bool((one.outcome[0] != Outcome.OK) == (other.outcome[0] != Outcome.OK))
     ends = np.array([[motion.lowest[0], motion.highest[0]] for motion in (one, other)])
@@ -285,8 +289,8 @@ def _same(one: Swing, other: Swing) -> bool:
     return bool(np.abs(ends[0] - ends[1]).max() <= (SAME_CYCLE if cycles else SAME) * max(np.abs(ends).max(), 1e-2))
 
 
-def _arrays(members: Members, found: list[Motions], largest: Array, flow: dict[str, Any]) -> dict[str, Array]:
-    """What was found as arrays, the motions by rising kick."""
+def _as_arrays(members: Members, found: list[Motions], largest: Array, flow: dict[str, Any]) -> dict[str, Array]:
+    """The found motions as arrays, by rising kick."""
     others = [
         sorted(range(1, len(own.kinds)), key=lambda n: np.nan_to_num(own.kick[n][1], nan=np.inf)) for own in found
     ]

@@ -1,4 +1,4 @@
-"""Arrays of many motions, one row a motion."""
+"""Dataclasses of arrays with one row for each motion."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 
 def column(empty: Any = np.nan, *dims: int | str, kind: Any = float) -> Any:
-    """Declare a field of `Columns`: what it holds where nothing is known, its dims behind those of the motions, ``"N"``
-    being the number of states and ``"2N"`` twice that, and its type."""
+    """Declare a field of `Columns`: its value where nothing is known, its dims behind those of the motions (``"N"``:
+    the number of states, ``"2N"``: twice that), and its type."""
     return field(metadata={"empty": empty, "dims": dims, "kind": kind})
 
 
@@ -19,7 +19,7 @@ class Columns:
 
     @classmethod
     def blank(cls, *shape: int, states: int = 2) -> Self:
-        """Nothing known yet of motions with this number of states."""
+        """Arrays in which nothing is known yet, for motions with this number of states."""
         made = {}
         for one in fields(cls):  # type: ignore[arg-type]
             dims = (states * int(d[:-1] or 1) if isinstance(d, str) else d for d in one.metadata["dims"])

@@ -1,7 +1,7 @@
-"""Motions between the corners of their voltage, for means of what turns quickly there, such as a current.
+"""Sampling of motions between the corners of their voltage, for means of quantities with kinks there, like currents.
 
-The pieces between corners and even times are sampled at the nodes of Gauss and Legendre; behind a corner they are the
-shorter the nearer they are, as a current settles within the time constant of its circuit.
+Pieces between corners and even times are sampled at Gauss-Legendre nodes. Behind a corner pieces are the shorter the
+nearer they are, as a current decays within the time constant of its circuit.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from gelcone.quantity import Array
 PER_PERIOD = 16
 """Even pieces of a drive period."""
 CLOSER, LEVELS = 4.0, 5
-"""Behind a corner each piece is shorter than the next by a factor of 4, for five pieces."""
+"""Ratio of the lengths of neighbouring pieces behind a corner, and the number of such pieces."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 SHORTEST = 1e-9
-"""Of an even piece: what is shorter is rounding."""
+"""Least length of a piece, over that of an even piece; shorter ones come from rounding."""
 
 
 class Weighted(NamedTuple):
-    """Motions at ``times`` (members, nodes) in ``states`` (members, nodes, N), with the ``weights`` (members, nodes) of
-    means over time, those of nodes behind the end being 0; from the states ``begin`` (members, N) at the times
-    ``start`` until ``end`` (members,)."""
+    """Sampled motions and weights of means over time.
+
+    ``times`` and ``weights`` (members, nodes), 0 for nodes behind the end, and ``states`` (members, nodes, N); from the
+    states ``begin`` (members, N) at the times ``start`` until ``end`` (members,).
+    """
 
     times: Array
     states: Array
@@ -43,14 +45,13 @@ class Weighted(NamedTuple):
 
 
 def sampled_evenly(times: Array, states: Array, begin: Array, start: Array, end: Array) -> Weighted:
-    """Motions from ``begin`` (members, N) at the times ``start`` until ``end``, (members,) each, at even ``times``
-    (members, samples) in ``states`` (members, samples, N), all of the same weight."""
+    """Motions with equal weights at even ``times`` (members, samples), in ``states`` (members, samples, N)."""
     return Weighted(times, states, np.full(times.shape, 1.0 / times.shape[1]), begin, start, end)
 
 
 def between_corners(members: Members, begin: Array, start: Array, spans: Array, **flow: Any) -> Weighted:
-    """The motions from ``begin`` (members, N) at the times ``start`` on, over the times ``spans``, (members,) each, of
-    a waveform with pieces. ``flow``: options of `integrate`."""
+    """Sample motions under a waveform with corners from ``begin`` (members, N), at the times ``start`` (members,), over
+    the times ``spans`` (members,). ``flow``: options of `integrate`."""
     end, even = start + spans, np.broadcast_to(members.drive_period, members.shape).ravel() / PER_PERIOD
     count = int(np.ceil((spans / even).max() - SHORTEST))
     corners = members.system.waveform.corners_between(start, end, members.own_numbers).later
@@ -74,7 +75,7 @@ def between_corners(members: Members, begin: Array, start: Array, spans: Array, 
 
 
 def root_mean_squares(members: Members, line: Line, path: Weighted) -> tuple[Array, Array]:
-    """Those of a source's voltage and current, (members,) each."""
+    """Root mean squares of a source's voltage and current, (members,) each."""
     voltage = members.along(members.system.source_voltages, path.times, path.states)[line.films[0]]
     currents = members.along(members.system.currents, path.times, path.states)
     current = sum((currents[k] for k in line.films[1:]), currents[line.films[0]])

@@ -186,19 +186,19 @@ class Plane:
         ran, pulled_in = outcome == Outcome.OK, outcome == Outcome.PULLED_IN
         left = ~ran & ~pulled_in
         after = np.where(ran[:, None], final, start)
-        seen = self._look(members, after, 0.0, yields)
-        fails = {name: seen[name] for name in _FAILINGS}
+        observed = self._observe(members, after, 0.0, yields)
+        fails = {name: observed[name] for name in _FAILINGS}
         if transient:
-            early = self._look(members, start, self._transient(members, drifts), yields=False)
+            early = self._observe(members, start, self._transient(members, drifts), yields=False)
             fails = {name: np.maximum(values, early[name]) for name, values in fails.items()}
             for rows, course in drifts.courses:
                 which, at = np.nonzero(np.isfinite(course[..., 0]))
-                passed = self._look(members.take(rows[which]), course[which, at], 0.0, yields=False)
+                passed = self._observe(members.take(rows[which]), course[which, at], 0.0, yields=False)
                 for name, values in fails.items():
                     np.fmax.at(values, rows[which], passed[name])
         breakdown = fails["breakdown"]
         return (
-            {name: np.where(ran, seen[name], np.nan) for name in (YIELDS if yields else ())}
+            {name: np.where(ran, observed[name], np.nan) for name in (YIELDS if yields else ())}
             | {
                 "final": after,
                 "regime": regime.astype(float),
@@ -248,7 +248,7 @@ class Plane:
                 final[rows], regime[rows], outcome[rows] = evidence.final, evidence.regime, evidence.outcome
         return final, regime, outcome, _Drifts(there, found.courses)
 
-    def _look(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
+    def _observe(self, members: Members, states: Array, lasts: Array | float, yields: bool) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that motions from ``states`` break within `PERIODS` drive periods
         or within the time ``lasts``, whichever is longer; and their yields."""
         keep: Keep = "work" if yields else "states"
@@ -264,8 +264,8 @@ class Plane:
                 some = members.take(part)
                 times = period[part][:, None] * (np.arange(of_period * periods + 1) / of_period)
                 run = integrate(some, states[part], times, keep=keep, **flow)
-                seen = self._fails(some, run) | (_yields(some, run, of_period, **flow) if yields else {})
-                for name, values in seen.items():
+                observed = self._fails(some, run) | (_yields(some, run, of_period, **flow) if yields else {})
+                for name, values in observed.items():
                     found.setdefault(name, np.full(members.size, np.nan))[part] = values
         return found
 

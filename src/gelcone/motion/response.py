@@ -1,4 +1,4 @@
-"""Time response: how the actuator moves, what the film bears, and where the model stops being true."""
+"""Time response: motion of the actuator, load on the film, and validity of the model."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 LOSSES = ("damper", "film", "resistor", "leak", "dielectric")
 HEATS = ("film", "leak", "dielectric")
-"""Losses that heat the films: the creep of their branches, what leaks, and a permittivity that follows late."""
+"""Losses that heat the films: creep of their branches, leakage, and dielectric relaxation."""
 HEAT: Mapping[str, tuple[str, dataset.Of]] = {
     "heat": ("mean heat in the films over their volume", "power density"),
     "heating": ("rate of the temperature of films that lose no heat", "heating"),
 }
-"""Variables of films that get warm."""
+"""Meaning and quantity of each variable of films with losses."""
 MOST_SERIES = 19
-"""Time series of a single cone behind an ideal source."""
+"""Number of time series of a single cone with an ideal source."""
 SAMPLES_PER_PERIOD = 100
 SAMPLES_PER_OSCILLATION = 20
 MOST_SAMPLES = 20_000
@@ -60,7 +60,7 @@ def simulate(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Motion, stretches, stresses, field, energies and power balance of every member, and the model's validity.
+    """Compute motion, stretches, stresses, field, energies and powers of each member, and the model's validity.
 
     Parameters
     ----------
@@ -76,31 +76,29 @@ def simulate(
 
     Returns
     -------
-    Dataset over the ensemble's dims and ``time`` (``sample`` where the members' drive frequencies differ).
-    Energies and powers are per mu Vol; the field energy v^2 q/2 belongs to what is stored, and ``supplied_energy`` is
-    the work of the voltage source, integrated along the motion. ``dissipated_energy`` is what the damping of the disc,
-    the film and the circuit take; where there is more than the damping, ``damper_dissipation``,
-    ``film_dissipation``, ``resistor_dissipation`` and ``leak_dissipation`` split it. ``energy_residual`` is what the
-    balance of all of these leaves. Of a film whose charge is not known while a motion is computed, the
-    energy supplied follows from the first law, and the residual compares the disc's energies alone; NaN where such a
-    film has states of its own. ``hoop_slack``,
-    ``meridional_slack`` (a true stress is negative), ``breakdown`` (the true field exceeds the model's
-    ``dielectric_strength``) and ``near_limit`` (the strain is within 1 % of the stretch limit) flag where the model
-    stops being true.
-    ``validity_*`` are the shares of the run's time during which they do, between the times at which they begin and
-    cease, and ``validity_error`` how well these are known; NaN for the breakdown when the strength is unknown.
-    ``validity_pulled_in`` is 1 of a run that ended so.
+    Dataset over the ensemble's dims and ``time`` (``sample`` if the members' drive frequencies differ).
+    Energies and powers are per mu Vol; stored energy includes the field energy v^2 q/2, and ``supplied_energy`` is the
+    work of the voltage source, integrated along the motion. ``dissipated_energy`` is the loss in the damping of the
+    disc, the film and the circuit; if there is more than the damping, ``damper_dissipation``, ``film_dissipation``,
+    ``resistor_dissipation`` and ``leak_dissipation`` are its parts. ``energy_residual`` is the error of the energy
+    balance. For a film whose charge is not known during a run, the supplied energy follows from the first law, and
+    the residual compares the disc's energies alone; NaN if such a film has states of its own.
+    Flags mark samples at which the model is not valid: ``hoop_slack``, ``meridional_slack`` (a true stress is
+    negative), ``breakdown`` (the true field exceeds the model's ``dielectric_strength``) and ``near_limit`` (the strain
+    is within 1 % of the stretch limit). ``validity_*`` are their shares of the run's time, between the times at which
+    they begin and end, and ``validity_error`` the error of these; NaN for breakdown at an unknown strength.
+    ``validity_pulled_in`` is 1 for a run that ended with a pull-in.
     ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half of
-    the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones: what an amplifier must deliver
-    (infinite currents where the voltage of an ideal source jumps, whose charge moves at once); ``slew_limited``
-    and ``current_limited`` the shares of the time at its limits, where it has some. Of films that creep or leak
-    ``heat`` is the mean heat in them over their volume in the second half, and ``heating`` the rate at which their
-    temperature then rises as long as they give no heat away.
-    In a double cone energies, powers and what fails are those of both films together; the second film's own voltage,
-    current, stretches, stresses and field have ``second_`` before their names.
-    With a wrinkling film ``film_state_*`` are the shares of the time that it spent in each of its states, between the
-    exact times at which they change; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) say
-    where it pulled in, which ends the run; NaN and 0 where it did not.
+    the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones, which an amplifier must deliver
+    (currents are infinite if the voltage of an ideal source jumps); ``slew_limited`` and ``current_limited`` are the
+    shares of the time at the limits of a limited source. For films that creep or leak ``heat`` is the mean heat in them
+    over their volume in the second half, and ``heating`` the rate at which their temperature then rises while they
+    give no heat away.
+    In a double cone energies, powers and flags are those of both films together; voltage, current, stretches, stresses
+    and field of the second film have the prefix ``second_``.
+    For a wrinkling film ``film_state_*`` are the shares of the time in each of its states, between the exact times of
+    their changes; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) describe a pull-in,
+    which ends the run (NaN and 0: none).
 
     Raises
     ------
@@ -171,7 +169,7 @@ def simulate(
         | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), jumps[1]),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
-        # times that were asked for stand in the result as its coordinate
+        # given times are the coordinate of the result
         options={
             "periods": periods if times is None else None,
             "tolerance": tolerance,
@@ -184,12 +182,12 @@ def simulate(
 
 
 def heats(system: ConeSystem) -> bool:
-    """Whether films get warm in the model: where they creep or leak."""
+    """True if films have losses that heat them."""
     return bool(set(HEATS) & set(system.causes))
 
 
 def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
-    """The mean heat in the films in the second half of a run; none of films that keep all their energy."""
+    """Variables of the mean heat in the films in the second half of a run; none for films without losses."""
     if not heats(members.system):
         return {}
     assert run.work is not None
@@ -199,7 +197,7 @@ def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
 
 
 def _to_the_end(run: Trajectories, samples: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Times and states of some samples of a run, and where it ended before them."""
+    """Times and states of some samples of a run; the first sample behind an early end is that end."""
     times, states = run.times[:, samples].copy(), run.states[:, samples].copy()
     ended = np.isnan(states[..., 0])
     rows, first = np.flatnonzero(ended.any(axis=1)), ended.argmax(axis=1)
@@ -215,7 +213,7 @@ def _check_positive(name: str, value: Any, bound: str) -> None:
 
 
 def _check_memory(members: int, samples: int) -> None:
-    """Refuses what does not fit: the machine would stall before it fails."""
+    """Raises `InputError` for a run that exceeds the memory: the machine would stall before it fails."""
     needed = 16 * MOST_SERIES * members * samples
     here = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else np.inf
     if needed > here:
@@ -226,7 +224,7 @@ def _check_memory(members: int, samples: int) -> None:
 
 
 def even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
-    """Even times from 0 to each of the spans, shape (spans, samples), equally many for all members."""
+    """Even times (spans, samples) from 0 to each of the spans, the same number for all."""
     members = model.members()
     span = np.broadcast_to(spans, model.shape).ravel() if np.ndim(spans) else np.full(1, spans)
     period = np.broadcast_to(members.drive_period, members.shape)
@@ -241,7 +239,7 @@ def even_times(model: ConeModel, spans: npt.ArrayLike) -> Array:
 
 
 def _wanted_times(times: npt.ArrayLike) -> Array:
-    """The sample times; `InputError` for what cannot be sampled."""
+    """The sample times as an array; raises `InputError` for times that cannot be sampled."""
     try:
         wanted = np.atleast_1d(np.asarray(times, dtype=float))
     except (TypeError, ValueError):
@@ -309,8 +307,10 @@ _OF_SECOND_FILM = {
 def _variables(
     members: Members, run: Trajectories, jumped: Array, lost: Array
 ) -> tuple[dict[str, Array], list[FilmState]]:
-    """All time series, each (members, samples), and the state of each film; with the work of sources that have
-    ``jumped``, and what of it was ``lost``."""
+    """All time series (members, samples) by name, and the state of each film.
+
+    ``jumped`` and ``lost`` (members, samples): work at jumps of an ideal source's voltage, and the loss of it.
+    """
     assert run.work is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
     system, n = members.system, members.numbers(trailing=1)
@@ -338,7 +338,7 @@ def _variables(
         residual = supplied - dissipated - (mechanical + stored - (mechanical + stored)[:, :1])
         power_in = powers["source"]
     else:
-        # of a film whose charge no program knows well: the first law; NaN where the film's energy is not known
+        # programs do not know the charge of this film well: first law; NaN if the film's energy is unknown
         flowed = work.get("film", 0.0)
         supplied = work["motion"] + stored - stored[:, :1] + flowed + lost
         residual = work["motion"] - work["damper"] - (mechanical - mechanical[:, :1]) + 0.0 * stored
@@ -364,19 +364,19 @@ def _variables(
 
 
 def dissipated_energy(system: ConeSystem, work: Array) -> Array:
-    """The energy of all losses since the start, from the integrals of a system's powers (members, samples, causes)."""
+    """Energy of all losses since the start, from the integrals of a system's powers (members, samples, causes)."""
     first, *others = (work[..., system.causes.index(cause)] for cause in LOSSES if cause in system.causes)
     return np.asarray(sum(others, first))
 
 
 def heat_of(system: ConeSystem, work: Array) -> Array:
-    """The heat in the films over their volume since the start, from the same integrals; 0 of films that keep theirs."""
+    """Heat in the films since the start over their volume, from these integrals; 0 for films without losses."""
     lost = [work[..., system.causes.index(cause)] for cause in HEATS if cause in system.causes]
     return np.asarray(sum(lost, np.zeros(work.shape[:-1]))) / len(system.films)
 
 
 def film_variables(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
-    """Shares of the run's time in each of the films' states, and how they pulled in; none for films without states."""
+    """Variables of the films' states and pull-ins: shares of the time, and ends; none for films without states."""
     found: dict[str, dataset.Variable] = {}
     voltages = members.voltages(run.end_times[:, None], run.end_states[:, None])
     for k, (film, voltage) in enumerate(zip(members.system.films, voltages, strict=True)):

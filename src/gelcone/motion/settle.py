@@ -1,8 +1,7 @@
-"""Clocks and settling: the forcing period, the fastest rate, and motions followed over whole forcing periods.
+"""Runs over whole forcing periods, and clocks that divide these into stretches.
 
-The forcing is the same from one forcing period to the next, so that the clock of a run is set back to 0 at whole
-periods: the phase of the forcing stays as exact after a million periods as in the first. In the names of functions and
-results a *repeat* is one forcing period.
+The forcing is the same in each period, so the clock of a run is set back to 0 at whole periods: the phase is as exact
+after a million periods as in the first. In names of functions and results a *repeat* is one forcing period.
 """
 
 from __future__ import annotations
@@ -25,26 +24,23 @@ from gelcone.quantity import Array
 CLOCK_REPEATS = 1000
 """Most forcing periods between two returns of the clock to 0."""
 CLOCK_SAMPLES = 8192
-"""Most samples between two returns, which bounds the memory of a densely sampled run."""
+"""Most samples between two returns of the clock; bounds the memory."""
 MOST_PER_REPEAT = 2**16
 MOST_STRETCHES = 2**18
-"""Most stretches of tangent maps to a forcing period, which bounds the memory that they take."""
+"""Most stretches of tangent maps in a forcing period; bounds the memory."""
 BLOCK_SAMPLES = 2**22
-"""Most samples of an ensemble held at once; a larger ensemble is treated in blocks of members."""
+"""Most samples of an ensemble held at once; larger ensembles are run in blocks of members."""
 STRETCH = 16.0
-"""Tangent maps are restarted after this many fastest time scales: deviations then grow by so little that neither the
-step control nor the volume between them suffers."""
+"""Length of a tangent map, in fastest time scales: deviations grow so little that neither the step control nor their
+volume loses digits."""
 LONG_STRETCH = 64.0
-"""The same where a few digits of the largest growth suffice; the volume may be lost to rounding."""
+"""Length of a tangent map from which only the largest growth is taken; the volume may be lost to rounding."""
 BLOCK = 64.0
 """Shortest block of an average, longer than the correlation time of chaotic motions."""
 STILL = 1e-12
-"""Motion smaller than this (in units of b-a and 1/Omega0) is rounding, not motion."""
+"""Largest motion (in units of b-a and 1/Omega0) that counts as rounding."""
 LONGEST_TIME = 1e12
-"""No run could end that is longer."""
-
-
-# --- what the analyses need to know of an ensemble --------------------------------------------------------------------
+"""Longest time of a run; a longer one would not end."""
 
 
 def single(members: Members, row: int) -> ConeModel:
@@ -52,18 +48,18 @@ def single(members: Members, row: int) -> ConeModel:
     return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
 
 
-# --- how long motions take to settle ----------------------------------------------------------------------------------
+# --- settling ---------------------------------------------------------------------------------------------------------
 
 
 def check_budgets(**budgets: float | None) -> None:
-    """`InputError` for a time that is not positive or longer than `LONGEST_TIME`."""
+    """Raises `InputError` for a time that is not positive or longer than `LONGEST_TIME`."""
     for name, value in budgets.items():
         if value is not None and not 0.0 < value <= LONGEST_TIME:
             raise InputError(f"{name} = {value:g}: must be a positive time of at most {LONGEST_TIME:g}")
 
 
 def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np.int64]:
-    """Whole forcing periods that last ``duration`` or a little longer, (members,)."""
+    """The least number of forcing periods, (members,), that last at least ``duration``."""
     return np.ceil(duration / members.forcing_period).astype(np.int64)
 
 
@@ -75,9 +71,9 @@ def settle(
     progress: Progress = None,
     **flow: Any,
 ) -> tuple[Array, npt.NDArray[np.int8]]:
-    """States (members, N) after whole forcing periods, at phase 0 again, and the outcome of each member.
+    """States (members, N) after ``repeats`` whole forcing periods, at phase 0 again, and the outcome of each member.
 
-    ``repeats`` is one number for all or (members,); ``flow`` goes to `integrate`. Only the end is returned.
+    ``repeats`` is a number or (members,); ``flow`` goes to `integrate`.
     """
     states, outcome = states.copy(), np.zeros(members.size, dtype=np.int8)
     left = np.broadcast_to(repeats, (members.size,)).copy()
@@ -120,10 +116,10 @@ def pieces(
     progress: Progress = None,
     **flow: Any,
 ) -> Iterator[Piece]:
-    """Runs some forcing periods piece by piece, sampled at the given shares (0 to 1) of each period.
+    """Runs ``repeats`` forcing periods piece by piece, sampled at the given shares (0 to 1) of each period.
 
-    ``states`` (members, N) are at phase 0; each piece starts with the clock at 0. ``outcome`` is that of the members
-    before the run; ``flow`` goes to `integrate`.
+    ``states`` (members, N) are at phase 0; the clock of each piece starts at 0. ``outcome`` (members,) before the run;
+    ``flow`` goes to `integrate`.
     """
     most = int(np.clip(CLOCK_SAMPLES // max(1, len(shares)), 1, CLOCK_REPEATS))
     outcome = np.zeros(members.size, dtype=np.int8) if outcome is None else outcome
@@ -139,10 +135,9 @@ def pieces(
 
 
 def samples_per_repeat(members: Members, per_oscillation: int) -> npt.NDArray[np.int64]:
-    """Samples a forcing period that give at least a number an oscillation at the fastest rate, (members,).
+    """Samples in a forcing period, (members,), at least ``per_oscillation`` in one at the fastest rate.
 
-    A power of two, from 16 to `MOST_PER_REPEAT`, that follows from each member's own numbers alone, so that a member
-    is sampled alike in any ensemble.
+    A power of two from 16 to `MOST_PER_REPEAT`; it depends on the member alone, which is sampled alike in any ensemble.
     """
     oscillations = members.rate * members.forcing_period / (2.0 * np.pi)
     return np.minimum(next_power_of_two(np.maximum(per_oscillation * oscillations, 16.0)), MOST_PER_REPEAT)
@@ -152,14 +147,14 @@ LARGEST_POWER = 2.0**62
 
 
 def next_power_of_two(least: Array) -> npt.NDArray[np.int64]:
-    """The smallest power of two that is not below ``least``, or the largest of an integer where there is none."""
+    """The smallest power of two that is at least ``least``, at most `LARGEST_POWER`."""
     return 2 ** np.ceil(np.log2(np.minimum(least, LARGEST_POWER))).astype(np.int64)
 
 
 def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iterator[tuple[Any, npt.NDArray[np.intp]]]:
-    """Members that are sampled alike, in blocks of bounded memory: ((samples, *keys), indices of members).
+    """Blocks of members with equal samples and keys: ((samples, *keys), indices of members).
 
-    ``samples`` and ``keys`` are (members,). The results of a member do not depend on the block it is in.
+    ``samples`` and ``keys`` are (members,). The size of a block bounds the memory.
     """
     for row, members in alike(samples, *keys):
         size = max(1, BLOCK_SAMPLES // max(row[0], CLOCK_SAMPLES))
@@ -168,7 +163,7 @@ def blocks(samples: npt.NDArray[np.int64], *keys: npt.NDArray[np.int64]) -> Iter
 
 
 def alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.NDArray[np.intp]]]:
-    """Each combination of the keys (members,) that occurs, and the indices of its members."""
+    """Groups members by equal keys (members,): the keys, and the indices of the members."""
     rows, group = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
     for i, row in enumerate(rows.tolist()):
         yield tuple(row), np.flatnonzero(group.ravel() == i)
@@ -179,9 +174,10 @@ def alike(*keys: npt.NDArray[np.int64]) -> Iterator[tuple[tuple[int, ...], npt.N
 
 @dataclass(frozen=True)
 class Clock:
-    """The stretches into which the time of each member is cut: ``per_repeat`` stretches to a forcing period, or - where
-    that is short - ``repeats`` periods to a stretch; ``block`` stretches, a whole number of periods, to a block of an
-    average. One ``per_repeat`` and ``block`` for all members; the forcing period ``repeat`` and ``repeats`` (members,).
+    """Division of the time of each member into stretches.
+
+    A forcing period has ``per_repeat`` stretches, or, if it is short, a stretch has ``repeats`` (members,) periods of
+    length ``repeat`` (members,); a block of an average has ``block`` stretches, a whole number of periods.
     """
 
     per_repeat: int
@@ -200,10 +196,10 @@ class Clock:
 
 
 def clocks(members: Members, stretch: float = STRETCH) -> list[tuple[npt.NDArray[np.intp], Clock]]:
-    """Members grouped by their stretches per period and per block: the indices of each group, and its clock.
+    """Groups members by their stretches per period and per block: the indices of each group, and its clock.
 
-    ``stretch`` is the longest, in fastest time scales; those of a drive so slow that a period has more than
-    `MOST_STRETCHES` of them are longer.
+    ``stretch`` is the longest, in fastest time scales; stretches are longer if a period would have more than
+    `MOST_STRETCHES`.
     """
     repeat = members.forcing_period
     longest = stretch / members.fastest

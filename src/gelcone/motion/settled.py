@@ -1,4 +1,4 @@
-"""The settled motion at full drive: its lowest and highest displacement, its period, its harmonics."""
+"""Settled motion at full drive: lowest and highest displacement, period, harmonics."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ def settled(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """The settled motion under the full drive, and the linear response to the same drive.
+    """Compute the settled motion under the full drive, and the linear response to the same drive.
 
-    Over drive frequencies it is a frequency response whose points all start from ``initial``;
-    `gelcone.frequency` sweeps up and down instead.
+    Over drive frequencies this is a frequency response whose points all start from ``initial``; `gelcone.frequency`
+    sweeps up and down instead.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ def settled(
     Returns
     -------
     Dataset over the ensemble's dims with ``lowest``, ``highest``, ``mean`` and ``stroke`` (between the first two) of
-    the displacement; ``period`` in forcing periods as in `regime`: 1 where the motion follows the forcing, more for
-    subharmonics, 0 where the disc is ``resting``, and where none up to 64 was found (chaos, or not settled); over
+    the displacement; ``period`` in forcing periods as in `regime`: 1 for a motion that follows the forcing, more for
+    subharmonics, 0 if the disc is ``resting`` or if no period up to 64 was found (chaos, or not settled); over
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
-    sin(harmonic omega t), where the voltage is sin(omega t), NaN where there is no such motion; ``linear_stroke`` by
-    linear theory (NaN without an equilibrium); the largest ``current`` into a film (infinite where the voltage jumps),
-    the mean ``power`` that the source gives, and where more than the damper takes it ``damper_power``, ``film_power``,
-    ``resistor_power`` (with what is lost where the voltage of an ideal source jumps), ``leak_power`` and
-    ``dielectric_power``, which split it; the ``apparent_power`` (rms voltage times rms current) and the largest true
-    ``field``; of films that creep or leak the mean ``heat`` in them over their volume and ``heating``, at which rate
-    their temperature rises as long as they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, that of a
-    member without damping being an error.
+    sin(harmonic omega t), for the voltage sin(omega t), NaN for a harmonic that vanishes; ``linear_stroke`` by linear
+    theory (NaN without an equilibrium); the largest ``current`` into a film (infinite if the voltage jumps); the mean
+    ``power`` of the source, and if there are losses besides those of the damper its parts ``damper_power``,
+    ``film_power``, ``resistor_power`` (with the loss at jumps of an ideal source's voltage), ``leak_power`` and
+    ``dielectric_power``; the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; for
+    films that creep or leak the mean ``heat`` in them over their volume and ``heating``, the rate at which their
+    temperature rises while they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, an error for a
+    member without damping.
 
     Raises
     ------

@@ -1,12 +1,11 @@
-"""Amplitude spectrum of the displacement, its lines, and how much of the motion they are.
+"""Amplitude spectrum of the displacement, its lines, and their share of the power.
 
-The window is cos^4 (the square of Hann's; Rife and Vincent's class I of order 2, Bell Syst. Tech. J. 49 (1970) 197):
-its sidelobes fall by 30 dB an octave, so that weak lines and the floor between lines show next to strong ones, and its
-transform has a closed form, from which a line between two bins gets its frequency and amplitude exactly.
+The window is cos^4 (the square of Hann's; Rife and Vincent's class I of order 2, Bell Syst. Tech. J. 49 (1970) 197).
+Its sidelobes fall by 30 dB an octave, so that weak lines and the floor show next to strong lines. Its transform has a
+closed form, which gives the frequency and amplitude of a line between two bins exactly.
 
-The run of a drive that does not repeat is a record from its start on. All of it counts alike but for its ends, which a
-cosine tapers (Tukey's window): a chirp is at each frequency at a time of its own, and cos^4 would fade the lowest and
-the highest ones. Such a spectrum has no lines.
+For a drive that does not repeat the record is the whole run. A cosine tapers its ends (Tukey's window): a chirp has
+each frequency at a time of its own, and cos^4 would fade the lowest and the highest. Such a spectrum has no lines.
 """
 
 from __future__ import annotations
@@ -34,26 +33,26 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOBE = 3
-"""Half the width of the window's main lobe, in bins: lines closer together than this are not resolved."""
+"""Half the width of the window's main lobe, in bins; closer lines are not resolved."""
 STANDS_OUT = 14.0
-"""A line stands this many dB above the running median around it: in Gaussian noise, which is what chaos without any
-line looks like, one bin in 3e7 does."""
+"""Least height of a line above the running median around it, in dB: one bin in 3e7 of Gaussian noise, like chaos
+without lines, reaches it."""
 FEWEST_PERIODS = 16
 MOST_LINES = 64
 BAND = 2.0
 SMALLEST_BAND = 8.0
 SAMPLES_PER_OSCILLATION = 13
 OVERSAMPLING = 4
-"""Fewest samples a period of the highest frequency of the band."""
+"""Least number of samples in a period of the highest frequency of the band."""
 FOLDED = 1e-5
-"""Sampling is refined until the amplitude at the end of the sampled band is below this share of the largest."""
+"""Largest amplitude at the end of the sampled band, over the largest of all; else the sampling is refined."""
 REFINEMENT = 4
 MOST_SAMPLES = 2**21
-"""A record is not refined beyond this."""
+"""Most samples of a record."""
 TAPERED = 0.1
-"""Share of the run of a drive that does not repeat that is tapered, half of it at each end."""
+"""Share of the run that is tapered for a drive that does not repeat, half of it at each end."""
 PERIODS, DISCARD = 256, 200
-"""Length of a record, and what passes before it, in periods of a drive that repeats."""
+"""Default length of a record and default time discarded before it, in periods of a drive that repeats."""
 
 
 @analysis(
@@ -71,21 +70,20 @@ def spectrum(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Amplitude spectrum of the displacement: a sine of amplitude a shows as a line of height a.
+    """Compute the amplitude spectrum of the displacement: a sine of amplitude a is a line of height a.
 
-    Of a drive that repeats it is that of the settled motion, and has lines; of one that does not, that of the run from
-    its start on, where it is the amplitude of a sine that lasts as long as the record.
+    For a drive that repeats it is the spectrum of the settled motion, with lines. For one that does not it is that of
+    the whole run, and amplitudes are those of sines as long as the record.
 
     Parameters
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the record in periods 2 pi/omega of the voltage, at least 16; bins are 1/periods of the drive
-        frequency apart, and lines less than 3 bins apart are not resolved. Default 256. Of a drive that does not repeat
-        lengths of the drive, at least 1 (default); more hold what rings on behind it.
-    discard : forcing periods (see `section`) that pass before the record, so that the motion settles; what is left of a
-        transient shows as broad feet or faint lines next to the others. Default 200. A drive that does not repeat has
-        nothing to settle: 0.
+        frequency apart, and lines less than 3 bins apart are not resolved. Default 256. For a drive that does not
+        repeat, the length in lengths of the drive, at least 1 (default); more record the free motion after it.
+    discard : forcing periods (see `section`) before the record, in which the motion settles; the rest of a transient
+        shows as broad feet or faint lines next to the others. Default 200; 0 for a drive that does not repeat.
     highest : upper end of the band, in units of the drive frequency, at least 1; default a power of two,
         at least 8, that holds twice the fastest rate of the motion and twice the fastest swing of a drive that does not
         repeat, whose own frequency is one cycle in its length; each member its own, NaN beyond.
@@ -105,16 +103,16 @@ def spectrum(
       separate it from stronger lines. A peak counts as a line when it stands 14 dB above those gaps and above the
       running median over one drive frequency, and above ``folded``.
 
-    ``power_in_lines`` is the share of the displacement's variance that lies in the main lobes of lines. ``flatness`` is
-    the geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
+    ``power_in_lines`` is the share of the displacement's variance in the main lobes of lines. ``flatness`` is the
+    geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
     counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are
     those of the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
-    ``folded`` bounds what aliasing adds to any amplitude: the largest one in the last eighth of the sampled band,
-    where spectra already fall. Records are sampled anew, finer, until it is below 1e-5 of the largest amplitude or a
-    record has 2,097,152 samples.
+    ``folded`` bounds the error of any amplitude by aliasing: the largest amplitude in the last eighth of the sampled
+    band, in which spectra already fall. Records are sampled again, finer, until it is below 1e-5 of the largest
+    amplitude or a record has 2,097,152 samples.
 
-    Of a drive that does not repeat there is no ``line``, and ``power_in_lines`` is NaN. A cosine tapers 5 % of the
-    record at each end (Tukey's window), so that the rest counts alike: each frequency of a chirp as the others.
+    For a drive that does not repeat there is no ``line``, and ``power_in_lines`` is NaN. A cosine tapers 5 % of the
+    record at each end (Tukey's window); the rest has equal weight.
 
     Raises
     ------
@@ -216,7 +214,7 @@ def _lengths(members: Members, periods: int | None, discard: int | None) -> tupl
 
 
 def _bands(members: Members, highest: float | None, periods: int) -> Array:
-    """Upper end of every member's band in units of its drive frequency, (members,)."""
+    """Upper end of each member's band in units of its drive frequency, (members,)."""
     most = (MOST_PER_REPEAT if members.system.waveform.repeat else MOST_SAMPLES // periods) // OVERSAMPLING
     if highest is None:
         omega = np.broadcast_to(members.drive_frequency, members.shape)
@@ -235,8 +233,8 @@ def _bands(members: Members, highest: float | None, periods: int) -> Array:
 
 
 def _sampling(members: Members, bands: Array, periods: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Samples a forcing period to begin with, and the most that refining may lead to, (members,) each; of a drive that
-    does not repeat in its length."""
+    """First and largest number of samples in a forcing period, (members,) each; for a drive that does not repeat, in
+    its length."""
     if not members.system.waveform.repeat:
         oscillations = SAMPLES_PER_OSCILLATION * members.rate * members.drive_period / (2.0 * np.pi)
         most = np.full(members.size, MOST_SAMPLES // periods)
@@ -262,9 +260,9 @@ def _records(
     progress: Progress,
     **flow: Any,
 ) -> Iterator[tuple[int, Array, int]]:
-    """Member, its displacement sampled evenly over whole drive periods, and its outcome, for one member after another.
+    """Number of each member, its displacement sampled evenly over whole drive periods, and its outcome.
 
-    ``samples`` (members,) a forcing period; ``states`` (members, N) at phase 0, ``outcome`` until then.
+    ``samples`` (members,) in a forcing period; ``states`` (members, N) at phase 0, ``outcome`` until then.
     """
     if not members.system.waveform.repeat:
         for (size,), rows in blocks(periods * samples):
@@ -294,7 +292,7 @@ class Spectrum:
     """Spectrum of one record; frequencies in units of the drive frequency.
 
     ``amplitude`` (bins,); ``lines`` (lines, 3) with frequency, amplitude and prominence in dB, the strongest first; the
-    rest as in `spectrum`.
+    others as in `spectrum`.
     """
 
     amplitude: Array
@@ -307,7 +305,7 @@ class Spectrum:
 
     @property
     def folds(self) -> bool:
-        """Whether finer sampling would change it."""
+        """True if finer sampling would change the spectrum."""
         return bool(self.folded > FOLDED * self.amplitude[1:].max(initial=0.0))
 
 
@@ -315,11 +313,11 @@ NOTHING = Spectrum(np.empty(0), np.empty((0, 3)), np.nan, np.nan, np.nan, np.nan
 
 
 def analyse(record: Array, periods: int, highest: float) -> Spectrum:
-    """The `Spectrum` of an even record over whole drive periods, up to ``highest``; `NOTHING` where it holds NaN."""
+    """The `Spectrum` of an even record over whole drive periods, up to ``highest``; `NOTHING` if it contains NaN."""
     sampled, found = _windowed(record, np.sin(np.pi * np.arange(record.size) / record.size) ** 4, periods, highest)
     if not found.rms >= STILL:
         return found
-    # A lobe beyond the band, so that a line at the very end of the band is recognised as one.
+    # a lobe beyond the band is needed to recognise a line at its very end
     bins = found.amplitude.size
     peaks, prominences = _peaks(sampled[: bins + LOBE], periods, found.folded)
     kept = peaks < bins
@@ -342,7 +340,7 @@ def analyse_run(record: Array, periods: int, highest: float) -> Spectrum:
 
 
 def _windowed(record: Array, window: Array, periods: int, highest: float) -> tuple[Array, Spectrum]:
-    """The amplitudes of all frequencies of a record under a window, and its `Spectrum` without lines."""
+    """Amplitudes of a windowed record at all frequencies, and its `Spectrum` without lines."""
     if not np.isfinite(record).all():
         return np.empty(0), NOTHING
     total = window.sum()
@@ -351,7 +349,7 @@ def _windowed(record: Array, window: Array, periods: int, highest: float) -> tup
     rms = float(np.sqrt((window * swing * swing).sum() / total))
     sampled = 2.0 * np.abs(np.fft.rfft(window * swing)) / total
     sampled[0] = abs(mean)
-    # The small addition keeps a band such as 0.1 * 30 whole.
+    # the small addition corrects the rounding of products such as 0.1 * 30
     found = replace(NOTHING, amplitude=sampled[: int(highest * periods + 1e-6) + 1], mean=mean, rms=rms)
     if rms < STILL:
         return sampled, found
@@ -366,12 +364,12 @@ def _power(amplitude: Array) -> Array:
 
 
 def _peaks(amplitude: Array, periods: int, least: float) -> tuple[npt.NDArray[np.intp], Array]:
-    """Bins of the lines and how many dB each stands above the higher of the gaps on its sides."""
+    """Bins of the lines, and the height of each above the higher of the gaps on its sides, in dB."""
     from scipy.ndimage import median_filter
     from scipy.signal import find_peaks
 
     level = _decibels(amplitude)
-    # A slow drift leaves a slope next to the mean, which would pass for a line there.
+    # a slow drift gives a slope next to the mean that looks like a line
     level[:LOBE] = level[LOBE]
     lowest = np.maximum(median_filter(level, size=periods | 1, mode="reflect") + STANDS_OUT, _decibels(least))
     peaks, found = find_peaks(level, height=lowest, prominence=STANDS_OUT, distance=LOBE)
@@ -383,20 +381,20 @@ def _decibels(amplitude: Any) -> Any:
 
 
 def _interpolated(amplitude: Array, peaks: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Frequencies in bins and amplitudes of lines between the bins.
+    """Frequencies (in bins) and amplitudes of lines between the bins.
 
-    A line d bins above a bin shows there as W(d) = sin(pi d)/(pi d) / ((1 - d^2)(1 - d^2/4)) of its amplitude, so that
-    the ratio r of the next bin to this one is (2 + d)/(3 - d).
+    A line d bins above a bin has there W(d) = sin(pi d)/(pi d) / ((1 - d^2)(1 - d^2/4)) of its amplitude, so that the
+    ratio r of the next bin to this one is (2 + d)/(3 - d).
     """
     below, here, above = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
     r = np.maximum(below, above) / here
     d = np.clip((3.0 * r - 2.0) / (1.0 + r), 0.0, 0.5)
-    seen = np.sinc(d) / ((1.0 - d * d) * (1.0 - 0.25 * d * d))
-    return peaks.astype(float) + np.where(above > below, d, -d), here / seen
+    transform = np.sinc(d) / ((1.0 - d * d) * (1.0 - 0.25 * d * d))
+    return peaks.astype(float) + np.where(above > below, d, -d), here / transform
 
 
 def _in_lobes(peaks: npt.NDArray[np.intp], bins: int) -> npt.NDArray[np.bool_]:
-    """Which of the bins above 0 lie in the main lobe of a line."""
+    """Mask of the bins above 0 that lie in the main lobe of a line."""
     inside = np.zeros(bins, dtype=bool)
     for offset in range(-LOBE, LOBE + 1):
         inside[np.clip(peaks - 1 + offset, 0, bins - 1)] = True
@@ -416,7 +414,7 @@ _NUMBERS = {
 
 
 def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> dict[str, dataset.Variable]:
-    """The spectra of all members with at least ``bins`` bins and `MOST_LINES` lines, NaN beyond each member's own."""
+    """Variables of all members' spectra, padded with NaN to at least ``bins`` bins and `MOST_LINES` lines."""
     amplitude = _padded([s.amplitude[:, None] for s in spectra], bins or 1)[..., 0]
     lines = _padded([s.lines for s in spectra], MOST_LINES)
     omega = np.broadcast_to(members.drive_frequency, members.shape)[:, None]
@@ -434,8 +432,7 @@ def _variables(members: Members, spectra: list[Spectrum], bins: int | None) -> d
 
 
 def _padded(rows: list[Array], least: int) -> Array:
-    """Arrays (rows, columns) of several members as one of at least a number of rows, NaN beyond each member's own
-    rows."""
+    """Arrays (rows, columns) of several members in one with at least ``least`` rows, padded with NaN."""
     table = np.full((len(rows), max(least, *(len(r) for r in rows)), rows[0].shape[1]), np.nan)
     for row, own in zip(table, rows, strict=True):
         row[: len(own)] = own

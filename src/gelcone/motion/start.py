@@ -1,4 +1,4 @@
-"""Where motions start: initial states of all members, and whether a member can be there."""
+"""Initial states of all members, and a check that they lie in the members' domains."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gelcone.quantity import Array
 
 
 def inside(members: Members, displacement: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-    """Members that can be at a displacement, one for all or (members,)."""
+    """Mask (members,) of members whose stretch limit allows a displacement, one for all or (members,)."""
     x = np.broadcast_to(np.asarray(displacement, dtype=float), (members.size,))
     with np.errstate(over="ignore"):
         return np.asarray(members.strain(x) < np.broadcast_to(members.strain_limit(), members.shape))
@@ -49,9 +49,9 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     if not np.isfinite(states).all():
         raise InputError(f"initial = {states[~np.isfinite(states).all(axis=1)][0].tolist()}: must be finite")
     states = complete(members, states)
-    if not (held := inside(members, states[:, 0])).any():
+    if not (within := inside(members, states[:, 0])).any():
         raise InputError(members.system.outside(float(states[0, 0]), members.numbers_at(0)))
-    if (held & members.system.overstretched(list(states.T), members.numbers())).all():
+    if (within & members.system.overstretched(list(states.T), members.numbers())).all():
         raise InputError(
             f"initial displacement {states[0, 0]:g}: stretches a Maxwell branch beyond its viscous_limit; start lower, "
             "raise the limit, or give the states of the branch"
@@ -60,7 +60,7 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
 
 
 def complete(members: Members, states: Array) -> Array:
-    """All N states (members, N) of members of which only the first, displacement and velocity, may be given."""
+    """All N states (members, N), from these or from displacement and velocity (members, 2)."""
     given = states.shape[1]
     if given == len(members.system.states):
         return states
@@ -68,7 +68,7 @@ def complete(members: Members, states: Array) -> Array:
 
 
 def nudge(states: Array, by: float) -> Array:
-    """States (..., N) with the displacement moved, so that a motion does not stay on an unstable one."""
+    """States (..., N) with the displacement moved, for motions that would stay at an unstable equilibrium."""
     offset = np.zeros(states.shape[-1])
     offset[0] = by
     return states + offset

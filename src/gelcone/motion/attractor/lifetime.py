@@ -1,10 +1,10 @@
 """Lifetime of chaos, from nearby starts: how many are still chaotic, and which attractors the others have reached.
 
 Transient chaos looks like lasting chaos until it ends. Starts too close for any measurement to distinguish (`NEARBY`)
-become independent once chaos has separated them. Chaos ends at the same rate at any time: lifetimes are exponential, those
-that have not ended are censored, and the mean is the total time of all starts over the number that have ended, with an
-interval from the chi-square distribution (Lai and Tel, Transient Chaos (2011), chapter 1; Epstein and Sobel, J. Am.
-Stat. Assoc. 48 (1953) 486).
+become independent once chaos has separated them. Chaos ends at the same rate at any time: lifetimes are exponential,
+those that have not ended are censored, and the mean is the total time of all starts over the number that have ended,
+with an interval from the chi-square distribution (Lai and Tel, Transient Chaos (2011), chapter 1; Epstein and Sobel, J.
+Am. Stat. Assoc. 48 (1953) 486).
 """
 
 from __future__ import annotations

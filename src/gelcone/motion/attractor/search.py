@@ -1,10 +1,10 @@
-"""The search for attractors: motions are followed until they have settled on a cycle that attracts, or patience ends.
+"""Search for attractors: motions are followed until they settle on an attracting cycle, at most for ``patience``.
 
-A motion may have settled when its last points return, forcing period after forcing period; it has when Newton's method
-finds a cycle there that attracts (`gelcone.motion.attractor.cycle`). How near to that cycle it was at earlier times
-says when it arrived, and from starts nearby, when they came apart. All analyses of settled motions search so, in rounds
-of one ``transient`` and, where it did not suffice, of twice the time so far, up to ``patience``. Where states that
-components add need far longer than the disc, the drift is followed (`gelcone.motion.attractor.drift`).
+A motion may have settled when its last points return, forcing period after forcing period; it has settled when Newton's
+method finds an attracting cycle there (`gelcone.motion.attractor.cycle`). Its earlier distances from that cycle give
+the time of arrival; distances between nearby starts give the time at which chaos separated them. All analyses of
+settled motions use this search: one ``transient`` first, then twice the time so far, up to ``patience``. Where states
+that components add relax far more slowly than the disc, the drift is followed (`gelcone.motion.attractor.drift`).
 """
 
 from __future__ import annotations
@@ -30,35 +30,36 @@ DECAY_TIMES = 20.0
 LONGEST_DECAY = 5000.0
 FEWEST_REPEATS = 30
 SLOW = 2.0
-"""States are slow that need more than this times as long as the disc to settle."""
+"""Least ratio of the time in which slow states settle to that of the disc."""
 MOST_DRIFTS = 8
-"""How often a motion that leaves its drift is taken to the next one, at least."""
+"""Extra rounds for motions that leave a drift and begin the next one."""
 SHORTEST_TRANSIENT = 200.0
 PATIENCE, PATIENCE_PERIODS, PATIENCE_TRANSIENTS = 1e5, 300, 5
-"""Time, forcing periods and default transients for which motions are followed by default: the longest of the three."""
+"""Time, forcing periods and default transients of which the longest is the default patience."""
 CHAOS_TRANSIENTS = 32
-"""Transients for which chaos is followed by default where neither its lifetime nor its exponents are asked for."""
+"""Default patience for chaos, in transients, of analyses that need neither its lifetime nor its exponents."""
 FOLLOW_TOLERANCE = 1e-6
-"""Tolerance of damped motions once chaos has pulled nearby starts apart: one that settles forgets the error, and is
-then polished; of chaos only times and averages are taken, which are uncertain by far more."""
+"""Least tolerance of damped motions once chaos has separated nearby starts: a motion that settles forgets the error,
+and Newton's method refines it; times and averages of chaos are far more uncertain."""
 NEARBY = 1e-9
-"""Distance of nearby starts from the motion's own, in displacement or velocity."""
+"""Distance of nearby starts from that of the motion, in displacement or velocity."""
 SEPARATED = 1e-3
-"""Starts have come apart when they differ by this share of the motion's size."""
+"""Least distance of separated starts, over the motion's size."""
 LONGEST_PERIOD = 64
-"""The longest period of a motion, in forcing periods, that is recognised."""
+"""Longest period, in forcing periods, that is recognised."""
 HISTORY, WINDOW = 64, 144
-"""Forcing periods of a course that are examined: spread over it, and in a row at its end."""
+"""Forcing periods of a run that are examined: spread over it, and in a row at its end."""
 PHASES = (0.5, 1.0)
-"""Where in a forcing period: a slow drive can push all motions to the same point once a period."""
+"""Phases at which periods are sampled, two because a slow drive can push all motions to the same point once a
+period."""
 LAGS = 24
-"""Points, at least, that have to return for a motion to have settled."""
+"""Least number of points that return in a settled motion."""
 RETURN = 1e-4
-"""Share of the motion's size within which they do; a thousand times what the loosest run leaves."""
+"""Largest distance of a return over the motion's size; a thousand times the error of the loosest run."""
 AWAY = 1e-2
-"""A motion was last away from the cycle that it ends on when it was further from it than this share of its size."""
+"""Least distance from the final cycle, over its size, of a motion that has not arrived."""
 BLOCK_SAMPLES = 2**19
-"""Most samples of a block of members, which bounds the memory."""
+"""Most samples of a block of members; bounds the memory."""
 
 
 # --- budgets ----------------------------------------------------------------------------------------------------------
@@ -67,15 +68,14 @@ BLOCK_SAMPLES = 2**19
 def default_transient(members: Members) -> Array:
     """Time after which a motion is first examined, (members,).
 
-    20 times the slowest decay that is known - 1/zeta, for which 5,000 will do, and the time constants of the states
-    that components add -, and at least 30 forcing periods and 200.
+    20 times the slowest decay: 1/zeta, at most 5,000 in all, or the time constants of the states that components add;
+    and at least 30 forcing periods and 200.
     """
     return np.maximum(transient_of_the_disc(members), DECAY_TIMES * members.time_constant)
 
 
 def are_slow(members: Members, duration: Array | float = np.inf) -> npt.NDArray[np.bool_]:
-    """Whether states that components add need far longer to settle than the disc, (members,), and a ``duration``
-    too."""
+    """Mask (members,): the default transient and ``duration`` are far longer than that of the disc."""
     return np.asarray(SLOW * transient_of_the_disc(members) < np.minimum(default_transient(members), duration))
 
 
@@ -87,12 +87,12 @@ def transient_of_the_disc(members: Members) -> Array:
 
 
 def transient_of(members: Members, transient: float | None) -> Array:
-    """The time discarded of every member, (members,): ``transient``, or `default_transient` where it is None."""
+    """The time discarded of each member, (members,): ``transient``, or `default_transient` if it is None."""
     return default_transient(members) if transient is None else np.full(members.size, float(transient))
 
 
 def patience_of(members: Members, patience: float | None) -> Array:
-    """For how long motions that do not settle are followed, (members,): ``patience``, or by default `PATIENCE`."""
+    """Longest time for which motions are followed, (members,): ``patience``, or the default (`PATIENCE`)."""
     if patience is not None:
         return np.full(members.size, float(patience))
     return np.maximum(
@@ -106,11 +106,11 @@ def patience_of(members: Members, patience: float | None) -> Array:
 
 @dataclass(frozen=True)
 class Returns(Columns):
-    """Where some motions went; arrays (members, ...).
+    """Ends of runs and returns found there; arrays (members, ...).
 
-    ``final`` states (members, N); the ``outcome``; the ``period`` on which they have settled, in forcing periods (0:
-    none), and ``drift``, the same also of those that drift meanwhile; when they were last ``away`` from it, since the
-    beginning; ``lowest`` and ``highest`` (members, 2 N) of the states at the two `PHASES` over that period; and
+    ``final`` states (members, N); ``outcome``; ``period`` on which they have settled, in forcing periods (0: none);
+    ``drift``, the same for motions that return but for an even drift; ``away``, the time since the start when they were
+    last away from the cycle; ``lowest`` and ``highest`` (members, 2 N) states at the two `PHASES` over that period;
     ``gap``, the least distance of a return over the size.
     """
 
@@ -133,10 +133,10 @@ def follow(
     progress: Progress = None,
     **flow_options: Any,
 ) -> tuple[Returns, Array]:
-    """Follows members from ``states`` (members, N) at phase 0 over ``repeats`` (members,) forcing periods each.
+    """Follow members from ``states`` (members, N) at phase 0 over ``repeats`` (members,) forcing periods each.
 
-    Also the times (members,) at which each was first apart from the first of the ``abreast`` neighbours that it is one
-    of, infinite where it was not.
+    Also returns the times (members,) at which each separated from the first of its group of ``abreast`` members,
+    infinite if it did not.
     """
     found, apart = Returns.blank(len(states), states=states.shape[1]), np.full(members.size, np.inf)
     for rows, numbers in _groups(repeats, abreast):
@@ -149,19 +149,18 @@ def follow(
         found.final[rows], found.outcome[rows] = run.states[:, -1], run.outcome
         dense = points[:, -min(WINDOW, points.shape[1]) :]
         found.period[rows], found.gap[rows] = period_of(dense)
-        if not members.system.planar:  # what drifts evenly changes alike from each return to the next
+        if not members.system.planar:  # an even drift changes the state by the same amount in each period
             drift, _ = period_of(np.diff(dense, axis=1), size=np.abs(dense).max(axis=(1, 2)))
             found.drift[rows] = np.where(found.period[rows] > 0, found.period[rows], drift)
-        _describe(found, rows, points, times)
-        apart[rows] = _separation(points, times, abreast)
+        _store_cycles(found, rows, points, times)
+        apart[rows] = _separation_times(points, times, abreast)
     return found, apart
 
 
 def _groups(
     repeats: npt.NDArray[np.int64], abreast: int
 ) -> Iterator[tuple[npt.NDArray[np.intp], npt.NDArray[np.int64]]]:
-    """Members that are sampled equally often, in blocks of bounded memory, and the periods (members, samples) at whose
-    ends they are."""
+    """Blocks of members that are sampled equally often, and the numbers (members, samples) of their sampled periods."""
     window = np.minimum(repeats, WINDOW)
     before = np.minimum(repeats - window, HISTORY)
     for (last, first), group in alike(window, before):
@@ -178,9 +177,9 @@ def period_of(
 ) -> tuple[npt.NDArray[np.int64], Array]:
     """Smallest number of periods (members,) after which the last points return, 0 if none; and the least distance.
 
-    ``points`` (members, periods, coordinates) in a row. Distances are shares of the motion's ``size`` (members,), the
-    largest coordinate unless it is given. Of two points that number of periods apart at least the ``fewest`` last, and
-    all of a period, have to agree to the ``tolerance``.
+    ``points`` (members, periods, coordinates) of periods in a row. Distances are over the motion's ``size`` (members,),
+    by default the largest coordinate. At least the ``fewest`` last points, and those of a whole period, have to agree
+    with earlier ones to the ``tolerance``.
     """
     count, length = points.shape[:2]
     with np.errstate(invalid="ignore"):
@@ -203,8 +202,8 @@ def period_of(
     return period, np.where(np.isfinite(gap), gap, nearest)
 
 
-def _describe(found: Returns, rows: npt.NDArray[np.intp], points: Array, times: Array) -> None:
-    """When the settled ones of the ``rows`` were last away from their cycles, and how far these reach."""
+def _store_cycles(found: Returns, rows: npt.NDArray[np.intp], points: Array, times: Array) -> None:
+    """Stores the time when settled ``rows`` were last away from their cycles, and the ends of these."""
     period = found.period[rows]
     for repeats in np.unique(period[period > 0]):
         same = np.flatnonzero(period == repeats)
@@ -219,8 +218,8 @@ def _describe(found: Returns, rows: npt.NDArray[np.intp], points: Array, times: 
         found.lowest[rows[same]], found.highest[rows[same]] = cycle.min(axis=1), cycle.max(axis=1)
 
 
-def _separation(points: Array, times: Array, abreast: int) -> Array:
-    """When each of the members was first apart from the first of its neighbours, infinite where it was not."""
+def _separation_times(points: Array, times: Array, abreast: int) -> Array:
+    """Times (members,) at which each separated from the first of its group, infinite if it did not."""
     if abreast == 1:
         return np.full(len(points), np.inf)
     together = points.reshape(-1, abreast, *points.shape[1:])
@@ -236,12 +235,12 @@ def _separation(points: Array, times: Array, abreast: int) -> Array:
 
 @dataclass(frozen=True)
 class Starts:
-    """Starts of each member as far as they were followed; arrays (members, starts, ...), the member's own start first.
+    """Motions of each member from several starts; arrays (members, starts, ...), that of the member itself first.
 
-    ``state`` (members, starts, N) now, at phase 0; the time ``followed``; ``ended``, the time at which a start had
-    settled (infinite: not yet), on a cycle of ``period`` forcing periods between ``lowest`` and ``highest`` (both of
-    the states at two phases of the drive); ``drift``, the forcing periods after which it nearly returns; the
-    ``outcome``; the ``gap`` of its return. ``apart`` (members,) is when chaos had pulled the starts apart.
+    ``state`` (members, starts, N) now, at phase 0; ``followed``, the time so far; ``ended``, the time at which the
+    motion had settled (infinite: not yet), on a cycle of ``period`` forcing periods between ``lowest`` and ``highest``
+    (both of the states at two phases of the drive); ``drift``, the forcing periods after which it nearly returns; the
+    ``outcome``; the ``gap`` of its return; ``apart`` (members,), the time at which chaos had separated the starts.
     """
 
     state: Array
@@ -257,7 +256,7 @@ class Starts:
 
     @classmethod
     def at(cls, states: Array, starts: int) -> Self:
-        """Starts around ``states`` (members, N), of which displacement and velocity differ by `NEARBY`."""
+        """Starts at and around ``states`` (members, N), whose displacement and velocity differ by `NEARBY`."""
         count, size = states.shape
         angles = 2.0 * np.pi * np.arange(starts - 1) / (starts - 1)
         around = np.zeros((starts, size))
@@ -278,7 +277,7 @@ class Starts:
 
     @property
     def escaped(self) -> npt.NDArray[np.bool_]:
-        """The starts that have settled, (members, starts)."""
+        """Mask (members, starts) of starts that have settled."""
         return np.isfinite(self.ended)
 
     def advance(
@@ -291,13 +290,13 @@ class Starts:
         compared: bool = False,
         **flow_options: Any,
     ) -> None:
-        """Follows some ``starts`` of the members ``rows`` that have not ended to the time ``until`` (members,), or a
-        little longer: to whole forcing periods. ``compared`` from their beginning, they show when they came apart."""
+        """Follows ``starts`` of the members ``rows`` that have not ended to the end of the forcing period in which
+        ``until`` (members,) lies. Starts ``compared`` from their beginning give the time of their separation."""
         part, columns = np.broadcast_arrays(rows[:, None], np.arange(self.ended.shape[1])[starts])
         left = np.rint((until[part] - self.followed[part, columns]) / members.forcing_period[part] + 0.4999)
-        going = np.isinf(self.ended[part, columns]) & (self.outcome[part, columns] == Outcome.OK) & (left >= 1.0)
+        runs = np.isinf(self.ended[part, columns]) & (self.outcome[part, columns] == Outcome.OK) & (left >= 1.0)
         abreast = part.shape[1] if compared else 1
-        row, start, repeats = part[going], columns[going], left[going].astype(np.int64)
+        row, start, repeats = part[runs], columns[runs], left[runs].astype(np.int64)
         if not row.size:
             return
         some, before = members.take(row), self.followed[row, start]
@@ -314,9 +313,9 @@ class Starts:
 class Search:
     """A search for the attractors of damped ``members``, from the ``starts`` of each.
 
-    ``cycles`` are those near the starts that stand for the members, ``start`` (members,) says which: the member's own
-    unless another is taken. A member has arrived where its cycle is `Cycles.attracting`. ``courses`` are the rows and
-    points (rows, points, N) of the drifts that were followed.
+    One of the starts represents each member: the number ``start`` (members,), 0 at first, that of the member itself.
+    ``cycles`` are those near these starts; a member has arrived if its cycle is `Cycles.attracting`. ``courses`` are
+    the rows and points (rows, points, N) of the drifts that were followed.
     """
 
     def __init__(self, members: Members, starts: Starts, progress: Progress, **flow_options: Any) -> None:
@@ -328,18 +327,18 @@ class Search:
 
     @property
     def state(self) -> Array:
-        """The states (members, N) of the starts that stand for the members."""
+        """States (members, N) of the starts that represent the members."""
         return np.asarray(self.starts.state[np.arange(self.members.size), self.start])
 
     @property
     def outcome(self) -> npt.NDArray[np.int8]:
-        """Their outcomes (members,)."""
+        """Outcomes (members,) of the starts that represent the members."""
         return np.asarray(self.starts.outcome[np.arange(self.members.size), self.start])
 
     def advance(
         self, rows: npt.NDArray[np.intp], starts: slice, until: Array, share: float, *, compared: bool = False
     ) -> None:
-        """`Starts.advance`, exactly where chaos has not pulled the starts of a member apart."""
+        """Advances starts (`Starts.advance`), with the given tolerance until chaos has separated those of a member."""
         apart = np.isfinite(self.starts.apart[rows])
         for part, options in ((rows[~apart], self.exact), (rows[apart], self.loose)):
             if part.size:
@@ -347,10 +346,10 @@ class Search:
                 self.starts.advance(self.members, part, starts, until, compared=compared, progress=progress, **options)
 
     def begin(self, rows: npt.NDArray[np.intp], duration: Array, share: float) -> None:
-        """Follows the members' own starts and the first nearby, side by side, to the time ``duration`` (members,).
+        """Follows the first two starts of each member together to the time ``duration`` (members,).
 
-        Slow states are not waited for where the motion returns but for their drift: it is followed as far as it leads.
-        Where the motion leaves it, it is followed itself, until it drifts again.
+        A motion that returns but for a drift of slow states is taken along the drift as far as it leads. A motion that
+        leaves its drift is followed until it drifts again.
         """
         disc = transient_of_the_disc(self.members)
         until, left = np.where(are_slow(self.members, duration), disc, duration), rows[:0]
@@ -368,10 +367,13 @@ class Search:
     def _drifting(
         self, rows: npt.NDArray[np.intp]
     ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-        """Takes the ``rows`` to where their drift ends; those that have to be followed, those of them that do not drift
-        at all, or to no cycle that attracts, and those that left their drift on the way, where it was left."""
+        """Takes the ``rows`` to the ends of their drifts.
+
+        Returns the rows that have to be followed further; among them those whose drift ends at no attracting cycle, and
+        those that left their drift, at the point where they did.
+        """
         starts = self.starts
-        starts.ended[rows, :2] = np.inf  # the slowest drift looks settled
+        starts.ended[rows, :2] = np.inf  # a very slow drift looks settled
         one_ended = rows[(starts.outcome[rows, 0] == Outcome.OK) & (starts.outcome[rows, 1] != Outcome.OK)]
         starts.apart[one_ended] = np.fmin(starts.apart[one_ended], starts.followed[one_ended, 1])
         rows = np.setdiff1d(rows, one_ended)
@@ -395,20 +397,22 @@ class Search:
         return np.setdiff1d(rows[starts.outcome[rows, 0] == Outcome.OK], at), lost, left
 
     def under_way(self, rows: npt.NDArray[np.intp], start: npt.NDArray[np.intp] | int = 0) -> npt.NDArray[np.intp]:
-        """Those of ``rows`` of which a start has neither arrived nor stopped: slow, or chaotic. The start stands for
-        its member from now on. One that does not move at all will not arrive anywhere else."""
+        """Lets a ``start`` represent each member, and returns the ``rows`` in which it has neither arrived nor failed.
+
+        A start that does not move at all counts as arrived.
+        """
         starts, at = self.starts, (rows, np.broadcast_to(start, rows.shape))
         self.start[rows] = at[1]
         alive = starts.outcome[at] == Outcome.OK
         period = np.where(alive, starts.period[at], 0)
         cycles = find_cycles(self.members.take(rows), starts.state[at], period, **self.exact)
         self.cycles.put(rows, cycles)
-        going = ~cycles.attracting & (starts.gap[at] > 0.0) & alive
-        starts.ended[at[0][going], at[1][going]] = np.inf
-        return rows[going]
+        unsettled = ~cycles.attracting & (starts.gap[at] > 0.0) & alive
+        starts.ended[at[0][unsettled], at[1][unsettled]] = np.inf
+        return rows[unsettled]
 
     def follow(self, rows: npt.NDArray[np.intp], begin: Array, end: Array, share: float) -> npt.NDArray[np.intp]:
-        """Follows the members' own starts in rounds, each as long as all before; those of ``rows`` still under way."""
+        """Follows the first starts in rounds, each as long as all before, and returns the ``rows`` still under way."""
         until, rounds = np.minimum(begin, end), doublings(begin[rows], end[rows])
         for _ in range(rounds):
             more = rows[until[rows] < end[rows]]
@@ -421,7 +425,7 @@ class Search:
 
 
 def doublings(begin: Array, end: Array) -> int:
-    """The number of doublings that lead from ``begin`` to ``end`` for all members."""
+    """The number of doublings from ``begin`` to ``end``, the most of all members."""
     return int(np.ceil(np.log2(np.maximum(end / begin, 1.0))).max(initial=0.0))
 
 
@@ -434,21 +438,21 @@ def search(
     progress: Progress = None,
     **flow_options: Any,
 ) -> Search:
-    """Follows damped members from ``states`` (members, N) at phase 0 until each has arrived, or patience ends.
+    """Follow damped members from ``states`` (members, N) at phase 0 until each has arrived, at most for ``patience``.
 
-    ``transient`` and ``patience`` as in `gelcone.regime`, except that by default chaos is followed for
-    `CHAOS_TRANSIENTS` alone; ``flow_options`` go to `integrate`.
+    ``transient`` and ``patience`` as in `gelcone.regime`, except that the default patience for chaos is
+    `CHAOS_TRANSIENTS`; ``flow_options`` go to `integrate`.
     """
     counted = Counted(progress)
     found = Search(members, Starts.at(states, 2), counted, **flow_options)
     duration, rows = transient_of(members, transient), np.arange(members.size)
     if rows.size:
         found.begin(rows, duration, 0.5)
-        going, longest = found.under_way(rows), patience_of(members, patience)
+        unsettled, longest = found.under_way(rows), patience_of(members, patience)
         if patience is None:
             chaotic = np.isfinite(found.starts.apart)
             longest = np.where(chaotic, np.minimum(longest, CHAOS_TRANSIENTS * duration), longest)
-        found.follow(going, duration, longest, 0.5)
+        found.follow(unsettled, duration, longest, 0.5)
     counted.finish()
     return found
 
@@ -459,6 +463,6 @@ def integration(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def cycles_reached(members: Members, states: Array, **flow_options: Any) -> Cycles:
-    """The cycles near motions that are at ``states``, at phase 0, and return from there."""
+    """Find the cycles near motions that return, from ``states`` at phase 0."""
     found, _ = follow(members, states, np.full(members.size, WINDOW), **flow_options)
     return find_cycles(members, found.final, found.period, **flow_options)
