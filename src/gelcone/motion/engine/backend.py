@@ -1,4 +1,4 @@
-"""The back end of `gelcone.integrate`: jobs run by compiled programs, and how their members ended."""
+"""Back end of `gelcone.integrate`: runs jobs by compiled programs, and names the ends of their members."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from gelcone.progress import Progress, Stopped, Watch, weighted
 from gelcone.quantity import Array
 
 SMALLEST_STEP = 2e-8
-"""A shorter step means that the film came so close to its stretch limit that the distance, and with it the force, is
-lost to rounding (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of very stiff members."""
+"""Least length of a step: in shorter ones the film is so close to its stretch limit that rounding takes the distance,
+and with it the force (measured by ``benchmarks/robustness.py``). It shrinks with the time scale of stiff members."""
 RUNAWAY = 1e-3
-"""A film with states and borders may end in a runaway, towards which steps shrink: its smallest step is this share."""
+"""Factor of the least step for films with states and borders, whose steps shrink towards a runaway."""
 AWAY = 0.9
-"""Share of its stretch limit up to which a film is not near it."""
+"""Largest share of its stretch limit at which a film counts as away from it."""
 MOST_CORNERS = 2**22
-"""Corners of the drive that are held at once, some 50 bytes each."""
+"""Most corners of the drive held at once, some 50 bytes each."""
 MOST_PROGRAMS = 64
-"""Programs held in memory; one that is dropped comes back from the cache on disk."""
+"""Most programs held in memory; others are on disk."""
 
 _compiling = threading.Lock()
 
@@ -46,7 +46,7 @@ class EngineBackend:
     """Integrates jobs with the engine; see `gelcone.motion.job.Backend`."""
 
     def run(self, job: Job, *, threads: int, progress: Progress, watch: Watch | None) -> None:
-        """Fill the result of the job; raises `Stopped` once ``watch`` says so."""
+        """Fill the result of the job; raises `Stopped` once ``watch`` is stopped."""
         run = _longest_first(job)
         if not run.size:
             return
@@ -85,8 +85,7 @@ class EngineBackend:
 
 
 def _held_at_once(job: Job, run: npt.NDArray[np.intp]) -> list[npt.NDArray[np.intp]]:
-    """The members that ``run`` in parts of which the corners of the drive can be held; those with more of them than
-    `MOST_CORNERS` end where they begin."""
+    """Parts of the members ``run`` with at most `MOST_CORNERS` corners of the drive; members with more end at once."""
     if not job.members.system.waveform.pieced:
         return [run]
     members = job.members.take(run)
@@ -98,13 +97,13 @@ def _held_at_once(job: Job, run: npt.NDArray[np.intp]) -> list[npt.NDArray[np.in
 
 
 def _end(job: Job, members: npt.NDArray[np.intp], outcome: Outcome) -> None:
-    """Ends some members where they begin."""
+    """Ends some members at their start."""
     job.runs[members], job.result.outcome[members] = False, outcome
     job.result.end_times[members], job.result.end_states[members] = job.start[members], job.states0[members]
 
 
 def _pulled_in(job: Job, run: npt.NDArray[np.intp], switches: Mapping[str, Array]) -> bool:
-    """Whether some of the members that would ``run`` begin where a film has pulled in; they end there."""
+    """Ends the members of ``run`` whose film has pulled in at the start; true if there are any."""
     before = job.runs.copy()
     for film, border in job.members.system.borders:
         gone = run[np.isnan(switches.get(border.switch or "", np.zeros(run.size)))]
@@ -120,14 +119,14 @@ def _program(system: ConeSystem, keep: Keep, tolerance: float) -> Program:
 
 
 def _longest_first(job: Job) -> npt.NDArray[np.intp]:
-    """The members that run, in the order in which lanes take them: what is left for the end is soon done."""
+    """The members that run, the longest runs first, so that lanes finish at about the same time."""
     run = np.flatnonzero(job.runs)
     lengths = (job.times[run, -1] - job.start[run]) * job.members.rate[run]
     return run[np.argsort(-lengths, kind="stable")]
 
 
 def smallest_step(members: Members) -> Array:
-    """The step below which a member has lost its digits to its stretch limit, (members,); 0 where it has none."""
+    """The least step of each member, (members,), see `SMALLEST_STEP`; 0 without a stretch limit."""
     smallest = SMALLEST_STEP * np.minimum(1.0, 10.0 / members.rate)
     if any(film.states and film.film.borders for film in members.system.films):
         smallest = RUNAWAY * smallest
@@ -135,7 +134,7 @@ def smallest_step(members: Members) -> Array:
 
 
 def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smallest_step: Array) -> None:
-    """Keeps the samples that members reached inside their limits, and how those ended that did not arrive."""
+    """Stores the samples inside the members' limits, and the ends of their runs."""
     with np.errstate(all="ignore"):
         beyond = members.strain(raw.states[..., 0]) >= members.strain_limit(trailing=1)
     inside = ~(np.logical_or.accumulate(beyond, axis=1) if beyond.any() else beyond)
@@ -158,7 +157,7 @@ def _store(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw, smal
 
 
 def _of_voltages(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw) -> None:
-    """Turn the tangent maps of charges, which programs carry, into those of the voltages that are the states."""
+    """Transforms the tangent maps of charges, which programs carry, into those of voltages, which are the states."""
     assert raw.tangents is not None
     assert raw.divergence is not None
     states = np.concatenate([job.states0[run][:, None], raw.states], axis=1)
@@ -172,7 +171,7 @@ def _of_voltages(job: Job, run: npt.NDArray[np.intp], members: Members, raw: Raw
 def _store_films(
     result: Trajectories, run: npt.NDArray[np.intp], system: ConeSystem, raw: Raw, ended: tuple[Array, Array]
 ) -> None:
-    """How long each film was in each of its states, and how it pulled in."""
+    """Stores the time that each film spent in each of its states, and the kind of its pull-in."""
     by, how = ended
     for k, film in enumerate(system.films):
         if film.borders:
@@ -181,10 +180,10 @@ def _store_films(
 
 
 def _ended_by(members: Members, raw: Raw) -> tuple[Array, Array]:
-    """The film that each member ended with, -1 where none did, and how it pulled in.
+    """The film whose pull-in ended each member, -1 for none, and its kind.
 
-    One has no minimum any more where it finds no state of tension, so that switches flip on and on in place, or where
-    it runs away so fast that the steps towards that end become too short before it is met.
+    A film has no minimum any more if it finds no state of tension, so that switches flip without end, or if it runs
+    away so fast that the steps become too short before the end is met.
     """
     system = members.system
     by, how = np.full(raw.status.shape, -1), np.full(raw.status.shape, FilmPullIn.MINIMUM)
@@ -209,21 +208,21 @@ def _ended_by(members: Members, raw: Raw) -> tuple[Array, Array]:
 def _outcomes(
     job: Job, members: Members, raw: Raw, by: Array, smallest_step: Array, beyond: npt.NDArray[np.bool_]
 ) -> npt.NDArray[np.int8]:
-    """How each member ended."""
+    """The `Outcome` of each member."""
     ending = members.system.film.ending
     outcome = np.where((raw.status == ARRIVED) & ~beyond, Outcome.OK, ending)
     if ending == Outcome.STRETCH_LIMIT:
-        # without a wall nearby a motion is infinite; away from it only its deviations can overflow
+        # without a stretch limit nearby the motion is infinite; away from it only its deviations can overflow
         far = (job.keep == "tangents") & (raw.smallest_step >= smallest_step)
         outcome[(raw.status == NOT_FINITE) & (far | (smallest_step == 0.0)) & ~beyond] = Outcome.NOT_FINITE
     outcome[raw.status == TOO_MANY_STEPS] = Outcome.STEP_LIMIT
     switching = [TERMINAL_EVENT + k for k, (_, border) in enumerate(members.system.borders) if border.switch]
     outcome[raw.status >= TERMINAL_EVENT] = Outcome.PULLED_IN
-    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # of a circuit; a film's is a pull-in
+    outcome[np.isin(raw.status, switching)] = Outcome.STEP_LIMIT  # for circuits; films are set in the next line
     outcome[by >= 0] = Outcome.PULLED_IN
     return outcome.astype(np.int8)
 
 
 def _spread(flags: npt.NDArray[np.bool_], rank: int) -> npt.NDArray[np.bool_]:
-    """``flags`` (members, samples) with axes for what each sample holds."""
+    """``flags`` (members, samples) with trailing axes, ``rank`` in all."""
     return flags.reshape(flags.shape + (1,) * (rank - flags.ndim))

@@ -1,8 +1,8 @@
-"""Deviations of the voltage on a film that is a state, as those of its charge.
+"""Deviations of the charges of films in place of those of their voltages.
 
-Where a film's law changes, as when it begins to wrinkle, the rate of its voltage behind a resistance jumps, and so does
-a deviation of the voltage; its charge and deviations of it are continuous. Programs carry these, and results hold those
-of the states: along a motion both are linear in each other.
+Where a film's law changes, as when it begins to wrinkle, the rate of its voltage behind a resistance jumps, and so do
+deviations of the voltage; those of its charge are continuous. Programs carry deviations of charges, results hold those
+of the states; along a motion each is linear in the other.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from gelcone.quantity import Array
 
 
 def voltage_turns(system: ConeSystem, times: Array, states: Array, n: Mapping[str, Any]) -> tuple[Array, Array]:
-    """The matrices (..., N, N) that turn deviations of ``states`` (..., N) into those with charges in place of
-    voltages, and the logarithms (...) of their determinants."""
+    """Matrices (..., N, N) that transform deviations of ``states`` (..., N) into those with charges in place of
+    voltages, and logarithms (...) of their determinants."""
     turns = np.broadcast_to(np.eye(states.shape[-1]), (*states.shape, states.shape[-1])).copy()
     scale = np.zeros(states.shape[:-1])
     for place, by in system.charges_by(times, list(np.moveaxis(states, -1, 0)), n).items():

@@ -21,10 +21,10 @@ def real_bits(value: float) -> str:
 class Function:
     """The text of one function, whose numbers are vectors of ``width`` doubles, or single ones at width 1.
 
-    ``arguments`` are like "ptr %job"; they are read by their names. ``external`` makes the function visible outside.
-    ``longest_block`` is the most instructions between two branches: the compiler's time grows faster than the length of
-    a block, so that longer ones are parted by branches that are always taken. Default: any number; the first argument
-    must be a pointer otherwise.
+    ``arguments``, such as "ptr %job", are referred to by their names. ``external`` makes the function visible outside.
+    ``longest_block`` is the most instructions between two branches (default: any number): the compiler's time grows
+    faster than the length of a block, so longer blocks are divided by branches that are always taken. The first
+    argument must then be a pointer.
     """
 
     def __init__(
@@ -53,15 +53,15 @@ class Function:
         self._suffix = "f64" if width == 1 else f"v{width}f64"
 
     def text(self) -> str:
-        """The whole function."""
+        """The text of the whole function."""
         return "\n".join([self._head, self._lines[0], *self._slots, *self._lines[1:], *self._never, "}", ""])
 
     def line(self, text: str) -> None:
-        """An instruction without result."""
+        """Appends an instruction without result."""
         self._lines.append("  " + text)
 
     def new(self, text: str) -> Value:
-        """An instruction with a result."""
+        """Appends an instruction, and returns the name of its result."""
         if self._longest_block and len(self._lines) - self._block >= self._longest_block:
             on = self._fresh("on")
             self.line(f"br i1 %always, label %{on}, label %never")
@@ -176,45 +176,45 @@ class Function:
     # --- memory --------------------------------------------------------------------------------------------------
 
     def place(self, base: Value, index: Value | int) -> Value:
-        """The address of the 8-byte number ``index`` places behind ``base``."""
+        """The address of the 8-byte number at index ``index`` of the array ``base``."""
         return self.new(f"getelementptr double, ptr {base}, i64 {index}")
 
     def load(self, address: Value) -> Value:
-        """The vector or number there; vectors lie on multiples of 64 bytes, or of their own size if that is less."""
+        """Loads a vector or number; vectors are aligned to 64 bytes, or to their own size if that is less."""
         return self.new(f"load {self.real_type}, ptr {address}{self._alignment()}")
 
     def store(self, value: Value, address: Value) -> None:
-        """Puts a vector or number there."""
+        """Stores a vector or number."""
         self.line(f"store {self.real_type} {value}, ptr {address}{self._alignment()}")
 
     def _alignment(self) -> str:
         return f", align {min(64, 8 * self.width)}"
 
     def load_whole(self, address: Value) -> Value:
-        """The 64-bit integer there."""
+        """Loads a 64-bit integer."""
         return self.new(f"load i64, ptr {address}")
 
     def store_whole(self, value: Value, address: Value) -> None:
-        """Puts a 64-bit integer there."""
+        """Stores a 64-bit integer."""
         self.line(f"store i64 {value}, ptr {address}")
 
     def load_pointer(self, address: Value) -> Value:
-        """The address that is stored there."""
+        """Loads an address."""
         return self.new(f"load ptr, ptr {address}")
 
     def slot(self, places: int = 1) -> Value:
-        """Room for some numbers, or vectors, in the function's frame."""
+        """Allocates numbers, or vectors, in the function's frame, and returns their address."""
         name = f"%slot{len(self._slots)}"
         self._slots.append(f"  {name} = alloca double, i64 {places * self.width}{self._alignment()}")
         return name
 
     def lanes(self, truths: Value) -> Value:
-        """The lanes in which a truth value holds, as the bits of an integer."""
+        """The lanes in which a condition is true, as the bits of an integer."""
         word = f"i{self.width}"
         return self.new(f"zext {word} {self.new(f'bitcast {self.truth_type} {truths} to {word}')} to i64")
 
     def anywhere(self, truths: Value) -> Value:
-        """Whether a truth value holds in any lane."""
+        """True if a condition is true in any lane."""
         if self.width == 1:
             return truths
         word = f"i{self.width}"
@@ -227,7 +227,7 @@ class Function:
         self._block = len(self._lines)
 
     def _go(self, label: str) -> None:
-        """Ends the block, and begins that of the label, where it leads."""
+        """Jumps to the label, whose block begins here."""
         self.line(f"br label %{label}")
         self._label(label)
 
@@ -237,7 +237,7 @@ class Function:
 
     @contextmanager
     def when(self, condition: Value) -> Iterator[None]:
-        """The block runs where the condition holds."""
+        """A block that runs if the condition holds."""
         inside, after = self._fresh("inside"), self._fresh("after")
         self.line(f"br i1 {condition}, label %{inside}, label %{after}")
         self._label(inside)
@@ -246,7 +246,7 @@ class Function:
 
     @contextmanager
     def repeat(self) -> Iterator[str]:
-        """The block runs again and again until `leave` takes the label that this yields."""
+        """A block that repeats until `leave` jumps to the label that this yields."""
         again, out = self._fresh("again"), self._fresh("out")
         self._go(again)
         yield out
@@ -255,8 +255,10 @@ class Function:
 
     @contextmanager
     def each(self, count: int) -> Iterator[Value]:
-        """The block runs for each number from 0 to ``count`` - 1, at least 1, which this yields: thousands of equal
-        lines would take the compiler seconds."""
+        """A block that runs for each number, which this yields, from 0 to ``count`` - 1 (``count`` at least 1).
+
+        Thousands of equal lines in place of a loop would take the compiler seconds.
+        """
         before, again, step, out = (self._fresh(name) for name in ("before", "again", "step", "out"))
         number, more = f"%{again}.number", f"%{again}.more"
         self._go(before)
@@ -269,23 +271,23 @@ class Function:
         self._label(out)
 
     def leave(self, label: str, condition: Value) -> None:
-        """Goes to the label where the condition holds."""
+        """Jumps to the label if the condition holds."""
         on = self._fresh("on")
         self.line(f"br i1 {condition}, label %{label}, label %{on}")
         self._label(on)
 
     @contextmanager
     def leavable(self) -> Iterator[str]:
-        """A block that runs once, and that `leave` can end early."""
+        """A block that runs once; `leave` can end it early by the label that this yields."""
         out = self._fresh("out")
         yield out
         self._go(out)
 
     def finish(self, value: str = "void") -> None:
-        """Returns, at the end of the text."""
+        """Appends the return at the end of the text."""
         self.line(f"ret {value}")
 
     def finish_here(self, value: str = "void") -> None:
-        """Returns from inside a block."""
+        """Appends a return inside a block."""
         self.finish(value)
         self._label(self._fresh("unreached"))

@@ -1,4 +1,4 @@
-"""Object code: made by LLVM for one kind of processor, stored in the user's cache folder, loaded into the process."""
+"""Object code: compiled by LLVM for one kind of processor, stored in the cache folder, loaded into the process."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from gelcone._version import __version__
 CODE = f"code-{platform.machine()}"
 """Kind of the entries of the cache."""
 HOT, COLD, QUICK = 2, 1, 0
-"""LLVM's levels. In long code without loops its schedulers take two thirds of the time at the highest one; at the
-lowest one code is made in a tenth of the time of the middle one, and runs in four times the time."""
+"""LLVM's levels of optimisation. For long code without loops its schedulers take two thirds of the time at the highest
+level; the lowest compiles ten times as fast as the middle one, and its code runs four times as long."""
 _lock = threading.Lock()
 
 
@@ -46,7 +46,7 @@ def host() -> Machine:
     _initialize()
     try:
         features = sorted(llvm.get_host_cpu_features().items())
-    except RuntimeError:  # not known on every system; the processor's name then stands for them
+    except RuntimeError:  # unknown on some systems; the processor's name implies them
         features = []
     named = ",".join(("+" if on else "-") + name for name, on in features)
     return Machine(llvm.get_process_triple(), llvm.get_host_cpu_name(), named)
@@ -79,7 +79,7 @@ def _target_machine(machine: Machine, in_process: bool, level: int = HOT) -> Any
 
 
 def object_code(text: str, machine: Machine, level: int = HOT) -> bytes:
-    """Object code of an LLVM module for a machine, also for one of another system than this one's.
+    """Object code of an LLVM module for a machine, also for another system.
 
     ``level``: `HOT`, `COLD` for code that seldom runs or is long, or `QUICK`; the numbers are the same.
     """
@@ -92,7 +92,7 @@ def object_code(text: str, machine: Machine, level: int = HOT) -> bytes:
 
 
 class Library:
-    """Object code in this process. Its functions run without the interpreter's lock."""
+    """Object code loaded into this process. Its functions run without the interpreter's lock."""
 
     def __init__(self, code: bytes, machine: Machine) -> None:
         self.size = len(code)
@@ -110,18 +110,18 @@ class Library:
         return made
 
     def address(self, name: str) -> int:
-        """Where a function is."""
+        """The address of a function."""
         return int(self._engine.get_function_address(name))
 
 
 def library(content: str, text: Callable[[], str], machine: Machine | None = None, level: int = HOT) -> Library:
-    """The library of a program, from the cache if it is there.
+    """The library of a program, from the cache if it is stored there.
 
     Parameters
     ----------
     content : identifies programs; equal content means equal text.
-    text : makes the module's text, when it has to be compiled.
-    machine : what to compile for. Default: this process's machine.
+    text : makes the module's text, if it has to be compiled.
+    machine : target of the compilation. Default: this process's machine.
     level : as in `object_code`.
     """
     made = disk_cache.made(*_entry(content, machine), lambda: object_code(text(), machine or host(), level), _SOURCES)
@@ -129,7 +129,7 @@ def library(content: str, text: Callable[[], str], machine: Machine | None = Non
 
 
 def is_stored(content: str, machine: Machine | None = None) -> bool:
-    """Whether `library` finds the program in the cache."""
+    """True if `library` finds the program in the cache."""
     return disk_cache.holds(*_entry(content, machine), _SOURCES)
 
 
@@ -137,5 +137,5 @@ _SOURCES = (Path(__file__).parent,)
 
 
 def _entry(content: str, machine: Machine | None) -> tuple[str, object]:
-    """The kind and the parts of the entry of a program."""
+    """Kind and parts of the cache entry of a program."""
     return CODE, (content, machine or host(), llvm.llvm_version_info, __version__)

@@ -1,4 +1,4 @@
-"""Equations of roots: the graph of each residual, split by what changes with the root."""
+"""Equations of roots: the nodes of each residual, by their dependence on the root, and their derivatives."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from gelcone.physics.trace import Node, ordered
 
 @dataclass(frozen=True)
 class Equation:
-    """The equation of a root: ``residual`` is zero; ``first`` is where the search for the root begins. ``dependents``
-    are the nodes of the residual that change with the root, the residual among them, and ``slopes`` their derivatives
-    with respect to the root, ``slope`` that of the residual. ``others`` are the nodes that these are made of and that
-    do not change with the root. ``block``: the roots that are found together, itself alone or one of two, whose other
-    one is held in all derivatives. ``longest`` step of the search, over the root or 1."""
+    """The equation ``residual`` = 0 of a ``root``, searched from ``first``.
+
+    ``dependents`` are the nodes of the residual that change with the root, the residual among them, ``slopes`` their
+    derivatives with respect to the root, and ``slope`` that of the residual. ``others`` are the nodes in these that do
+    not change with the root. ``block``: the one or two roots that are found together; derivatives by one hold the
+    other. ``longest`` step of the search, over the root or 1.
+    """
 
     root: Node
     residual: Node
@@ -28,7 +30,8 @@ class Equation:
     longest: float
 
     def slope_of(self, residual: Node) -> Node | None:
-        """The derivative of another residual of the block with respect to this root; None where there is none."""
+        """The derivative of another residual of the block with respect to this root; None if it does not depend on
+        it."""
         return next((s for node, s in zip(self.dependents, self.slopes, strict=True) if node is residual), None)
 
 
@@ -55,7 +58,7 @@ def equations_of(roots: Sequence[Node]) -> tuple[Equation, ...]:
 
 
 def _moved(nodes: Sequence[Node], root: Node) -> list[Node]:
-    """Those of ordered nodes that change with a root."""
+    """The nodes, of ordered ones, that change with a root."""
     moved = {root.index}
     found = []
     for node in nodes:

@@ -1,8 +1,8 @@
-"""Events: where a border function g(time, state, numbers) of a trajectory goes through zero.
+"""Events: zeros of a border function g(time, state, numbers) along a trajectory.
 
-The Taylor polynomial of g over a step is known, so the first zero is found on it: it is never jumped, because the
-search advances by parabolas that lie below the polynomial, and it is never found twice, because the side of the border
-that a member is on is carried from step to step instead of being read from a g that is zero but for rounding.
+The first zero in a step is found on the Taylor polynomial of g. It is never missed, because the search advances by
+parabolas that lie below the polynomial, and never found twice, because the member's side of the border is carried from
+step to step instead of being read from a g that is zero but for rounding.
 """
 
 from __future__ import annotations
@@ -15,46 +15,43 @@ from typing import Any, Literal
 from gelcone.motion.engine.code import Function, Value
 
 MARCHES = 300
-"""Parabolas after which the search takes at least the 1,000th part of a step at once: only a g that is zero but for
-rounding needs more."""
+"""Parabolas after which the search advances by at least 1/1,000 of a step: only a g that is zero but for rounding needs
+more."""
 HORIZON = 4.0
-"""A parabola lies below the polynomial up to this multiple of the last advance: where a border is close, the bound on
-the whole step is far too careful."""
+"""Multiple of the last advance up to which a parabola bounds the polynomial: close to a border, a bound over the whole
+step is far too low."""
 RESOLVED = 2.0**-53
-"""Share of a step to which crossings are found."""
+"""Error of the time of a crossing over the step."""
 ON_BORDER = 2.0**-40
-"""A member that starts this near to the border, as a share of what g changes in its first step, starts on it."""
+"""Largest |g|, over the change of g in the first step, of a member that starts on the border."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """A border, and what happens where it is crossed.
+    """A border, and the action at its crossing.
 
     Parameters
     ----------
-    border : g(time, state, n, xp), with the arguments of a system's ``rates``; smooth, negative beyond the border or
-        positive, see ``direction``.
-    direction : -1 counts only where g falls through zero, 1 only where it rises, 0 both.
-    switch : name of a number whose sign changes there. None: the event is terminal, the member ends there.
-    inside : the side of the border on which g counts as not crossed (positive for direction -1, negative for 1) is the
-        one where a member belongs, so that one which starts beyond it crosses it at once. Default: each member starts
-        on the side of its first step.
-    smooth : the rates of change are continuous across the border, so that an error of the time at which it is crossed
-        counts squared: g is then followed with the square root of the tolerance only.
-    seldom : the border is seldom near, and g made of what nothing else needs: far from it g is followed by a polynomial
-        of low order, less a bound of what that leaves out. Near it the steps end where the bound is zero, until it is.
-
-    divides : the switch is 1 or -1 and changes the law: the code of a step is made for both signs apart, so that a step
-        costs what its own law takes.
+    border : g(time, state, n, xp), with the arguments of a system's ``rates``; smooth, with a sign that changes at the
+        border.
+    direction : -1 counts crossings at which g falls, 1 those at which it rises, 0 both.
+    switch : name of a number whose sign changes there. None: the event is terminal, and the member ends there.
+    inside : members belong on the side before the crossing (g positive for direction -1, negative for 1), so that one
+        which starts beyond the border crosses it at once. Default: each member starts on the side of its first step.
+    smooth : the rates of change are continuous across the border, so that an error of the crossing time counts squared:
+        g is then followed only to the square root of the tolerance.
+    seldom : the border is seldom near, and nothing else needs the nodes of g: far from the border g is followed by a
+        polynomial of low order less a bound of its remainder; near the border, steps end where the bound crosses zero.
+    divides : the switch is 1 or -1 and changes the law: the code of a step is made for each sign, so that a step costs
+        only its own law.
 
     g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
     like s (d - x) falling with s = 1 while x < d, keeps the switch and the side of the border together, also where
-    the border is touched and left at once; it takes direction -1 or 1 and a switch that starts with the sign that
-    makes g positive (direction -1) or negative (direction 1), else it flips at once; so it does where another
-    switch changes g for this one. Where the rates of change jump at a switch, the tangent maps across it lack the
-    jump (the saltation matrix); where they are continuous there is none. Where the rates on both sides lead back to
-    the border (dry friction at rest), or no law holds, a member would switch on and on in place: it ends there. A
-    member that starts on a border counts as having just crossed it.
+    the border is touched and left at once. It takes direction -1 or 1 and a switch that starts with the sign that
+    makes g positive (direction -1) or negative (direction 1); else it flips at once, as it does where another switch
+    changes the sign of g. Where the rates of change jump at a switch, the tangent maps across it lack the jump (the
+    saltation matrix). Where the rates on both sides lead back to the border (dry friction at rest), or no law holds, a
+    member would switch without end: it ends there. A member that starts on a border counts as having just crossed it.
     """
 
     border: Callable[[Any, Sequence[Any], Mapping[str, Any], Any], Any]
@@ -79,7 +76,7 @@ def crossing_function(order: int, width: int) -> Function:
     """Code of ``crossing(border, sign, step)``: the first time in [0, step] at which sign * g falls through zero.
 
     ``border`` holds g's Taylor coefficients, ``width`` places apart; sign * g is taken to be positive before the step.
-    Infinity when there is no such time.
+    Infinity if there is no such time.
     """
     f = Function("crossing", ["ptr %border", "double %sign", "double %step"], "double", 1)
     polynomial = f.slot(2 * (order + 1))
@@ -89,7 +86,7 @@ def crossing_function(order: int, width: int) -> Function:
         f.store(value, f.place(polynomial, k))
         f.store(f.real(0.0), f.place(polynomial, order + 1 + k))
 
-    # g < 0 at the start, and not by rounding, is a border that was crossed when a switch changed g: it is crossed now
+    # if g < 0 at the start by more than rounding, a switch changed its sign: the border is crossed now
     every = [f.load(f.place(polynomial, k)) for k in range(order + 1)]
     change = f.polynomial("%step", [f.real(0.0), *(f.absolute(value) for value in every[1:])])
     with f.when(f.compare("ogt", every[0], f.multiply(f.real(1.0 + ON_BORDER), change))):
@@ -97,8 +94,8 @@ def crossing_function(order: int, width: int) -> Function:
     rounding = f.multiply(f.real(-ON_BORDER), f.larger(change, f.real(1.0)))
     with f.when(f.compare("olt", every[0], rounding)):
         f.finish_here(f"double {f.real(0.0)}")
-    # g <= 0 at the start is a border just crossed, or missed by rounding. If g falls further it is crossed now; if it
-    # rises, the next crossing is the first zero of (g(t) - g(0)) / t, and so on for vanishing derivatives
+    # if g <= 0 at the start, the border was just crossed, or missed by rounding: if g falls further it is crossed now;
+    # if g rises, the next crossing is the first zero of (g(t) - g(0)) / t, and so on for vanishing derivatives
     f.store_whole("0", first)
     with f.repeat() as out:
         place = f.load_whole(first)
@@ -124,7 +121,7 @@ def crossing_function(order: int, width: int) -> Function:
             f.finish_here(f"double {at}")
         left = f.subtract("%step", at)
         horizon = f.smaller(f.load(reach), left)
-        # value + slope d - bend d^2 lies below up to the horizon, and so does its zero, if it has one
+        # value + slope d - bend d^2 lies below the polynomial up to the horizon, so that its zero comes first
         curve = coefficients[2]
         falls = [f.negative(f.smaller(value, f.real(0.0))) for value in coefficients[3:]]
         bend = f.subtract(f.polynomial(horizon, [f.real(0.0), *falls]), curve)
@@ -143,7 +140,7 @@ def crossing_function(order: int, width: int) -> Function:
         after = f.add(at, advance)
         with f.when(f.compare("ole", after, at)):
             f.finish_here(f"double {at}")
-        # from below a falling zero advances square their error: what the next one would add is lost to rounding
+        # advances towards a falling zero square their error: the next one would be lost to rounding
         bends = f.polynomial(advance, [f.absolute(value) for value in coefficients[2:]])
         missed = f.multiply(bends, f.multiply(advance, advance))
         exact = f.compare("olt", missed, f.multiply(f.multiply(f.real(-RESOLVED), slope), "%step"))

@@ -1,6 +1,6 @@
 """Sine, cosine, exponential and logarithm from arithmetic alone, to about one unit in the last place.
 
-They call no mathematical library, so that they give the same bits on every machine and in every lane.
+Without calls of a mathematical library they give the same bits on every machine and in every lane.
 """
 
 from __future__ import annotations
@@ -10,16 +10,16 @@ import math
 from gelcone.motion.engine.code import Function, Value
 
 ROUND = 1.5 * 2.0**52
-"""Added to and taken from a number, it leaves the nearest integer, which its sum holds in the lowest bits."""
+"""Adding and subtracting this rounds a number to an integer; the lowest bits of the sum hold it."""
 HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
 LOG_2_HIGH, LOG_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-"""log 2 in two parts, the first with 21 trailing zero bits: its product with an exponent is exact."""
+"""log 2 in two parts, the first with 21 trailing zero bits, so that its product with an exponent is exact."""
 SQRT_HALF_BITS = 0x3FE6A09E667F3BCD
 MANTISSA_BITS = 0xFFFFFFFFFFFFF
 
 
 def sine_cosine(f: Function, angle: Value) -> tuple[Value, Value]:
-    """Sine and cosine together.
+    """Sine and cosine of an angle.
 
     Reduction to |r| <= pi/4 by three parts of pi/2 (Cody and Waite, Software Manual for the Elementary Functions,
     1980), exact in fused arithmetic up to 1e9; then Taylor series. Infinity gives NaN.
@@ -54,7 +54,7 @@ def sine_cosine(f: Function, angle: Value) -> tuple[Value, Value]:
 
 
 def exponential(f: Function, value: Value, rest: Value | None = None) -> Value:
-    """exp(value + rest), with a ``rest`` far below the value's last place; 0 and infinity beyond the range.
+    """exp(value + rest), for a ``rest`` far below the value's last place; 0 and infinity beyond the range.
 
     exp(k log 2 + r) = 2^k exp(r), |r| <= log(2)/2, with a Taylor series for exp(r).
     """
@@ -80,7 +80,7 @@ def exponential(f: Function, value: Value, rest: Value | None = None) -> Value:
 
 
 def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
-    """log(value) and what its rounding lost; NaN outside of the normal positive numbers.
+    """log(value) and its rounding error; NaN outside the normal positive numbers.
 
     log(2^e (1 + m)) = e log 2 + log(1 + m) with 1 + m in [sqrt(1/2), sqrt(2)), and log(1 + m) =
     m - m^2/2 + s (m^2/2 + R), s = m/(2 + m), R = 2 (s^2/3 + s^4/5 + ...), as in fdlibm.
@@ -94,7 +94,7 @@ def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
     square, square_low = f.multiply(half, m), None
     square_low = f.fused(half, m, f.negative(square))
     correction = f.fused(s, f.add(square, series), f.fused(exponent, f.real(LOG_2_LOW), f.negative(square_low)))
-    # e log 2 + m - m^2/2 + correction, from the largest term on, each rounding carried along
+    # e log 2 + m - m^2/2 + correction, from the largest term on, with all rounding errors
     result, lost = two_sum(f, f.multiply(exponent, f.real(LOG_2_HIGH)), m)
     result, more = two_sum(f, result, f.negative(square))
     low = f.add(f.add(lost, more), correction)
@@ -104,13 +104,13 @@ def logarithm(f: Function, value: Value) -> tuple[Value, Value]:
 
 
 def logarithm_of_one_plus(f: Function, value: Value) -> Value:
-    """log(1 + value) = log(u) + c/u with u = 1 + value rounded and c what that rounding lost."""
+    """log(1 + value) = log(u) + c/u, with u = 1 + value rounded and c the rounding error."""
     u, lost = two_sum(f, f.real(1.0), value)
     return f.add(logarithm(f, u)[0], f.divide(lost, u))
 
 
 def power(f: Function, base: Value, exponent: Value) -> Value:
-    """base^exponent = exp(exponent log(base)), with the digits of the product that its rounding loses; base > 0."""
+    """base^exponent = exp(exponent log(base)), with the rounding error of the product; base > 0."""
     log, low = logarithm(f, base)
     product = f.multiply(exponent, log)
     rest = f.fused(exponent, low, f.fused(exponent, log, f.negative(product)))
@@ -118,7 +118,7 @@ def power(f: Function, base: Value, exponent: Value) -> Value:
 
 
 def two_sum(f: Function, a: Value, b: Value) -> tuple[Value, Value]:
-    """a + b rounded, and what the rounding lost (Knuth, The Art of Computer Programming 2, 4.2.2)."""
+    """a + b rounded, and the rounding error (Knuth, The Art of Computer Programming 2, 4.2.2)."""
     total = f.add(a, b)
     back = f.subtract(total, a)
     return total, f.add(f.subtract(a, f.subtract(total, back)), f.subtract(b, back))
@@ -133,7 +133,7 @@ def split(f: Function, value: Value) -> tuple[Value, Value]:
 
 
 def rough_log2(f: Function, value: Value) -> Value:
-    """log2 to about 1e-4, for step sizes; of 0 a finite number below -1000."""
+    """log2 to about 1e-4, for step sizes; for 0 a finite number below -1000."""
     mantissa, exponent = split(f, value)
     m = f.subtract(mantissa, f.real(1.0))
     terms = (1.4426950408889634, -0.72134752, 0.48089835, -0.36067376, 0.2885390, -0.2404492)

@@ -18,24 +18,24 @@ from gelcone.motion.engine.recurrences import Coefficient, Recurrences, evaluate
 from gelcone.physics.trace import Node, ordered
 
 ENOUGH = 1e-9
-"""Newton's method squares its error: a correction by this share of the root, or of 1, leaves none that doubles hold."""
+"""Largest correction, over the root or 1, after which Newton's method has converged to rounding: it squares errors."""
 MOST_CORRECTIONS = 60
-"""A root that follows its last value takes one; this many only without any value near it."""
+"""Most corrections of a root, for one without a value nearby; one that follows its last value takes one."""
 
 
 class Jet:
-    """Taylor coefficients of the states and of the border functions, emitted into ``f``.
+    """Taylor coefficients of the states, border functions and roots, emitted into ``f``.
 
     Parameters
     ----------
     f : the function that the code goes into.
     rates : rate of change of each state.
-    borders : further nodes that are wanted, each with its highest coefficient.
+    borders : further nodes, each with its highest coefficient.
     order : the highest coefficient of states and roots.
     states, time : values at the start of the step.
     held : values of the nodes of `held_values` and of the switches, by index.
     equations : those of all roots among the nodes.
-    found : where the last values of the roots are held, in the order of the equations: addresses.
+    found : addresses of the last values of the roots, in the order of the equations.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Jet:
         equations: Sequence[Equation],
         order: int,
     ) -> None:
-        """All coefficients, order by order: of the nodes that move and the roots, and with the rates of the states."""
+        """Emits all coefficients, order by order: those of moving nodes and roots, then, from the rates, of states."""
         f, residuals = self._f, {equation.residual.index: equation for equation in equations}
         last = dict.fromkeys((node.index for node in ordered(rates)), order - 1)
         for node, highest in followed:
@@ -96,7 +96,7 @@ class Jet:
                 row.append(slope if slope is None or n == 0 else f.multiply(slope, f.real(1.0 / (n + 1))))
 
     def _extend(self, nodes: Sequence[Node], n: int, residuals: Mapping[int, Equation]) -> None:
-        """The n-th coefficients of operations, and of the roots whose residuals are among them."""
+        """Emits the n-th coefficients of operations, and of the roots whose residuals are among them."""
         for node in nodes:
             if len(self._rows[node.index]) == n:
                 self._rows[node.index].append(self._series.coefficient(node, n))
@@ -110,7 +110,7 @@ class Jet:
     # --- roots ---------------------------------------------------------------------------------------------------
 
     def _first(self, node: Node, values: dict[int, Value]) -> Value:
-        """The value of a node at the start of the step, from those in ``values`` and those known already."""
+        """The value of a node at the start of the step; ``values`` are those known besides first coefficients."""
         if node.index in values:
             return values[node.index]
         if node.operation == "constant":
@@ -128,8 +128,10 @@ class Jet:
         return values[node.index]
 
     def _correct_roots(self, block: Sequence[Equation], addresses: Sequence[Value]) -> None:
-        """Newton's method for one root, or two that depend on each other, from the values at ``addresses``, lane by
-        lane until nothing is left to correct; where none is there (NaN), from the first guess."""
+        """Corrects one root, or two that depend on each other, by Newton's method until each lane has converged.
+
+        It starts from the values at ``addresses``, or from the first guess if these are NaN.
+        """
         f = self._f
         for equation, address in zip(block, addresses, strict=True):
             before = f.load(address)
@@ -141,13 +143,13 @@ class Jet:
             value = self._first(node, others)
             if not self._rows.get(node.index, [value]) and node.index not in self._series.inlined:
                 self._rows[node.index].append(value)
-        going, count = f.slot(), f.slot()
-        f.store(f.real(1.0), going)
+        unfinished, count = f.slot(), f.slot()
+        f.store(f.real(1.0), unfinished)
         f.store_whole("0", count)
         with f.repeat() as out:
             roots = [f.load(address) for address in addresses]
             steps = self._steps(block, roots, others)
-            moves = f.compare("ogt", f.load(going), f.real(0.0))
+            moves = f.compare("ogt", f.load(unfinished), f.real(0.0))
             large = None
             for root, address, step in zip(roots, addresses, steps, strict=True):
                 corrected = f.choose(moves, f.subtract(root, step), root)
@@ -157,7 +159,7 @@ class Jet:
                 large = moved if large is None else f.either(large, moved)
             assert large is not None
             large = f.both(moves, large)
-            f.store(f.choose(large, f.real(1.0), f.real(0.0)), going)
+            f.store(f.choose(large, f.real(1.0), f.real(0.0)), unfinished)
             corrections = f.new(f"add i64 {f.load_whole(count)}, 1")
             f.store_whole(corrections, count)
             f.leave(out, f.new(f"icmp sge i64 {corrections}, {MOST_CORRECTIONS}"))
@@ -166,37 +168,36 @@ class Jet:
             self._rows[equation.root.index] = [f.load(address)]
 
     def _steps(self, block: Sequence[Equation], roots: Sequence[Value], others: dict[int, Value]) -> list[Value]:
-        """Newton's steps of one root or two."""
+        """Steps of Newton's method for one root or two."""
         f = self._f
         values = others | {equation.root.index: root for equation, root in zip(block, roots, strict=True)}
         residuals = [self._first(equation.residual, values) for equation in block]
         if len(block) == 1:
             (equation,), (root,), (residual,) = block, roots, residuals
-            slope = self._searched(equation, self._first(equation.slope, values), residual, root)
+            slope = self._search_slope(equation, self._first(equation.slope, values), residual, root)
             rising = f.compare("ogt", slope, f.real(0.0))
-            return [self._short(f.divide(residual, slope), root, equation, rising)]
+            return [self._bounded(f.divide(residual, slope), root, equation, rising)]
         slopes = self._slopes_of_block(block, values)
         for k, equation in enumerate(block):
-            slopes[k][k] = self._searched(equation, slopes[k][k], residuals[k], roots[k])
+            slopes[k][k] = self._search_slope(equation, slopes[k][k], residuals[k], roots[k])
         inverse, determinant = self._inverse(slopes)
         rising = f.both(f.compare("ogt", determinant, f.real(0.0)), f.compare("ogt", slopes[0][0], f.real(0.0)))
         return [
-            self._short(
+            self._bounded(
                 f.add(f.multiply(row[0], residuals[0]), f.multiply(row[1], residuals[1])), root, equation, rising
             )
             for equation, root, row in zip(block, roots, inverse, strict=True)
         ]
 
-    def _searched(self, equation: Equation, slope: Value, residual: Value, value: Value) -> Value:
-        """The slope that the search takes; where its steps are bounded, that of the residual over the root, times the
-        root."""
+    def _search_slope(self, equation: Equation, slope: Value, residual: Value, value: Value) -> Value:
+        """The slope of the residual, or, for bounded steps, that of the residual over the root, times the root."""
         if equation.longest == math.inf:
             return slope
         return self._f.subtract(slope, self._f.divide(residual, value))
 
-    def _short(self, step: Value, value: Value, equation: Equation, rising: Value) -> Value:
-        """A step of the search from a value, cut to the longest, and NaN where the residual is not ``rising``; where
-        its steps are not bounded, as it is."""
+    def _bounded(self, step: Value, value: Value, equation: Equation, rising: Value) -> Value:
+        """A step from a value, cut to the longest, and NaN where the residual is not ``rising``; steps of a search
+        without a longest one are left as they are."""
         f = self._f
         if equation.longest == math.inf:
             return step
@@ -204,7 +205,7 @@ class Jet:
         return f.choose(rising, f.larger(f.smaller(step, most), f.negative(most)), f.real(math.nan))
 
     def _slopes_of_block(self, block: Sequence[Equation], values: dict[int, Value]) -> list[list[Value]]:
-        """The derivatives of two residuals by their roots."""
+        """The matrix of derivatives of two residuals with respect to their roots."""
 
         def slope(of: Equation, by: Equation) -> Value:
             node = by.slope_of(of.residual)
@@ -221,7 +222,7 @@ class Jet:
         return [[f.multiply(d, one), f.multiply(b, minus)], [f.multiply(c, minus), f.multiply(a, one)]], determinant
 
     def _solve_roots(self, block: Sequence[Equation], n: int) -> None:
-        """The n-th coefficients of two roots that depend on each other, and with them those of what depends on them."""
+        """Sets the n-th coefficients of two roots that depend on each other, and corrects those of their dependents."""
         f, first = self._f, block[0].root.index
         rows = [self._rows[equation.residual.index] for equation in block]
         if all(row[n] is None for row in rows):
@@ -246,7 +247,7 @@ class Jet:
             row[n] = None
 
     def _solve_root(self, equation: Equation, n: int) -> None:
-        """The n-th coefficient of a root, and with it those of what depends on it."""
+        """Sets the n-th coefficient of a root, and corrects those of its dependents."""
         f = self._f
         residual = self._rows[equation.residual.index]
         if residual[n] is None:
@@ -266,7 +267,7 @@ class Jet:
         residual[n] = None
 
     def _leaf(self, node: Node, order: int, time: Value, held: Mapping[int, Value]) -> list[Coefficient]:
-        """The coefficients of a leaf or of what is fixed; none yet of other nodes."""
+        """The coefficients of a leaf or a fixed node; an empty list for other nodes."""
         if node.operation == "state":
             return self.states[node.value]
         if node.operation == "root":

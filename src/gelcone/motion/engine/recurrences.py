@@ -18,7 +18,7 @@ Coefficient = Value | None
 
 
 def held_values(roots: Sequence[Node]) -> list[Node]:
-    """The fixed nodes, constants apart, that nodes which change take as they are, or that are roots themselves."""
+    """The fixed nodes, except constants, that are arguments of moving nodes or among ``roots``."""
     nodes = ordered(roots)
     taken = {a.index for node in nodes if not node.fixed for a in node.arguments} | {root.index for root in roots}
     return [node for node in nodes if node.fixed and node.operation != "constant" and node.index in taken]
@@ -120,7 +120,7 @@ class Recurrences:
         return self._times(self._difference(a[n], self._times(total, f.real(1.0 / n))), self._reciprocal(argument))
 
     def of_angle(self, node: Node, angle: Value) -> Value:
-        """Sine or cosine, which come together."""
+        """Sine or cosine of an angle; both are emitted together, once."""
         place = node.arguments[0].index
         if place not in self._angles:
             self._angles[place] = functions.sine_cosine(self._f, angle)
@@ -129,7 +129,7 @@ class Recurrences:
     # --- sums and products ---------------------------------------------------------------------------------------
 
     def _sum(self, node: Node, n: int) -> Coefficient:
-        """s_n = a_n + b_n or a_n - b_n; products that only this sum takes become links of its chain."""
+        """s_n = a_n + b_n or a_n - b_n; products inlined into the sum become links of its chain."""
         total: Coefficient = None
         parts = [(node.arguments[0], False), (node.arguments[1], node.operation == "subtract")]
         for part, negative in sorted(parts, key=lambda pair: self._is_link(pair[0]) or pair[1]):
@@ -161,7 +161,7 @@ class Recurrences:
     def _square(
         self, a: Sequence[Coefficient], n: int, start: Coefficient, negative: bool, inner: bool = False
     ) -> Coefficient:
-        """start +- sum_(j=0..n) a_j a_(n-j), each mixed product once; ``inner`` leaves j = 0 and j = n out."""
+        """start +- sum_(j=0..n) a_j a_(n-j), each mixed product once; ``inner`` omits j = 0 and j = n."""
         f = self._f
         lowest = 1 if inner else 0
         total = start
@@ -185,7 +185,7 @@ class Recurrences:
         return self._weighted[node.index, j]
 
     def _reciprocal(self, node: Node) -> Value:
-        """1 / a_0, which all quotients by the same node share."""
+        """1 / a_0, emitted once for each divisor."""
         if node.index not in self._reciprocals:
             first = present(self.rows[node.index][0])
             self._reciprocals[node.index] = self._f.divide(self._f.real(1.0), first)
@@ -214,7 +214,7 @@ class Recurrences:
 
 
 def single_parts(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
-    """Products and sums that one sum alone takes."""
+    """Indices of products and sums whose only use is in one sum."""
     uses: dict[int, int] = {}
     for node in nodes:
         for argument in node.arguments:
@@ -232,7 +232,7 @@ def single_parts(nodes: Sequence[Node], wanted: set[int]) -> set[int]:
 
 
 def _oldest_first(low: int, high: int, n: int) -> list[int]:
-    """j from ``low`` to ``high`` so that the products of coefficients j and n - j known longest come first."""
+    """The j from ``low`` to ``high``, those first whose coefficients j and n - j have been known longest."""
     return sorted(range(low, high + 1), key=lambda j: -min(j, n - j))
 
 
