@@ -116,10 +116,10 @@ def test_a_drive_keeps_half_of_its_margin_where_its_frequency_is_a_little_off():
 
 def test_a_voltage_is_held_between_the_next_frequencies_with_a_lower_limit():
     window = made_up(2.0, 1.4, 2.0, 1.9)
-    assert best_drive._held(window, window, 1.0, 1.5) == (1.0, 1.5)
-    assert best_drive._held(window, window, 1.0, 1.95) == (1.0, 1.0)
-    assert best_drive._held(window, window, 0.5, 1.5) == (0.5, 0.5)
-    assert best_drive._held(window, window, 1.5, 1.3) == (0.5, 1.5)
+    assert best_drive._safe_band(window, window, 1.0, 1.5) == (1.0, 1.5)
+    assert best_drive._safe_band(window, window, 1.0, 1.95) == (1.0, 1.0)
+    assert best_drive._safe_band(window, window, 0.5, 1.5) == (0.5, 0.5)
+    assert best_drive._safe_band(window, window, 1.5, 1.3) == (0.5, 1.5)
 
 
 @pytest.mark.parametrize("name", ["rest_height", "drive_frequency", "damping_ratio"])
@@ -219,8 +219,8 @@ def test_no_more_is_claimed_of_a_drive_than_was_examined():
     np.testing.assert_allclose(limits, [1.6, 1.4, 2.0, 1.6])
     assert names == ["none", "pull-in", "pull-in", "none"]
     np.testing.assert_allclose(best_drive._detuned(FREQUENCY, above)[[0, 3]], [1.6, 1.6], rtol=0.01)
-    assert best_drive._held(above, above, 1.0, 1.7) == (1.0, 1.0)
-    assert best_drive._held(above, above, 1.0, 1.5) == (1.0, 1.5)
+    assert best_drive._safe_band(above, above, 1.0, 1.7) == (1.0, 1.0)
+    assert best_drive._safe_band(above, above, 1.0, 1.5) == (1.0, 1.5)
     below = window.assign(static_limit_voltage=("limit", [1.5]))
     assert best_drive._rows(below)[2][0] == "breakdown at a constant voltage"
 

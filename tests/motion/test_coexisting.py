@@ -183,7 +183,7 @@ def test_a_climb_doubles_its_kicks_and_notes_the_first_that_leads_away():
             return [motion(s if row == 0 else 0.1) for row, s in zip(rows, size, strict=True)]
 
     found, shares = [Motions([motion(0.1)], [(np.nan, np.nan)]) for _ in range(2)], []
-    leading = module._climb(Kicks(), np.array([0, 1]), found, shares.append)
+    leading = module._try_kicks(Kicks(), np.array([0, 1]), found, shares.append)
     assert leading == {0: [(0.0, 2.0), (0.5, 2.0)], 1: []}
     assert sorted({abs(size) for _, _, size in asked}) == [8.0 / 2**k for k in range(module.LEVELS - 1, -1, -1)]
     assert len(asked) == 2 * 4 * module.LEVELS
@@ -201,9 +201,9 @@ def test_a_first_kick_that_leads_away_has_no_lower_end():
             return [motion(1.0) for _ in rows]
 
     found = [Motions([motion(0.1)], [(np.nan, np.nan)])]
-    module._climb(Kicks(), np.array([0]), found, lambda share: None)
+    module._try_kicks(Kicks(), np.array([0]), found, lambda share: None)
     assert found[0].kick[1] == (0.0, 2.0 ** (1 - module.LEVELS))
-    assert module._promising([(0.1, 0.5), (0.3, -0.25), (0.7, 0.25)]) == [(0.3, -0.25), (0.7, 0.25)]
+    assert module._smallest([(0.1, 0.5), (0.3, -0.25), (0.7, 0.25)]) == [(0.3, -0.25), (0.7, 0.25)]
 
 
 @pytest.fixture
@@ -229,7 +229,7 @@ def test_the_disc_is_let_go_on_both_sides_up_to_its_reach(settling, monkeypatch)
     monkeypatch.setattr(module, "_farthest", lambda members, k: 2.0 if k else 0.8)
     members = ConeModel(voltage=[0.1, 0.2]).members()
     found = [Motions([motion(0.1)], [(np.nan, np.nan)]) for _ in range(2)]
-    module._let_go(members, np.array([0, 1]), found, {})
+    module._try_releases(members, np.array([0, 1]), found, {})
     assert sorted(settling) == [(0.1, -0.8), (0.1, -0.4), (0.1, 0.4), (0.1, 0.8), *[(0.2, x) for x in (-2, -1, 1, 2)]]
     assert [float(one.highest[0]) for one in found[0].kinds] == [0.1, 1.0]
     assert [float(one.highest[0]) for one in found[1].kinds] == [0.1, 1.0, 3.0]  # -2 fails and counts for nothing
@@ -243,7 +243,7 @@ def test_motions_are_handed_on_to_both_neighbours_that_run_until_none_is_new(set
     new = motion(1.0)
     new.final[:] = 0.5
     found[1].number_of(new)
-    module._hand_on(members, np.array([0, 1, 2]), found, {})
+    module._try_neighbours(members, np.array([0, 1, 2]), found, {})
     assert [[float(one.highest[0]) for one in own.kinds] for own in found] == [[0.1, 1.0]] * 3 + [[0.1]]
     large = [volts for volts, state in settling if state == 0.5]
     assert sorted(large) == [0.1, 0.2, 0.2, 0.3]
@@ -263,7 +263,7 @@ def test_results_list_the_others_by_rising_kick(monkeypatch):
         [motion(k) for k in (0.1, 1.0, 2.0, 3.0)], [(np.nan,) * 2, (np.nan,) * 2, (4.0, 8.0), (1.0, 2.0)], (1.5, 1.6)
     )
     second = Motions([motion(0.1), failed(Outcome.PULLED_IN)], [(np.nan,) * 2, (0.5, 1.0)], (0.7, 0.8))
-    found = module._arrays(members, [first, second], np.array([9.0, 8.0]), {})
+    found = module._as_arrays(members, [first, second], np.array([9.0, 8.0]), {})
     np.testing.assert_array_equal(found["stroke"], [[6.0, 4.0, 2.0], [np.nan] * 3])
     np.testing.assert_array_equal(found["motion_kick_low"], [[1.0, 4.0, np.nan], [0.5, np.nan, np.nan]])
     np.testing.assert_array_equal(found["motion_kick_high"], [[2.0, 8.0, np.nan], [1.0, np.nan, np.nan]])
@@ -325,7 +325,7 @@ def test_a_kick_strikes_at_its_phase_and_the_motion_that_it_leaves_is_settled_an
         settle=lambda members, states, repeats, **flow: (states + 100.0, np.zeros(len(states), dtype=np.int8)),
         repeats_lasting=lambda members, duration: np.full(members.size, 7), transient_of_the_disc=np.array([3.0, 4.0]),
     )  # fmt: skip
-    back = iter([np.array([False, False, True]), *[np.array([False, False])] * (module.LOOKS - 1)])
+    back = iter([np.array([False, False, True]), *[np.array([False, False])] * (module.EARLY_CHECKS - 1)])
     monkeypatch.setattr(module._Kicks, "_back", lambda own, rows, states: next(back))
     found = kicks.after(rows, phases, sizes)
     (volts, states, times, _, flow), (more, struck, until, clock, flow_too) = runs
@@ -336,13 +336,13 @@ def test_a_kick_strikes_at_its_phase_and_the_motion_that_it_leaves_is_settled_an
     np.testing.assert_allclose(until, whole)
     np.testing.assert_allclose(clock, whole * np.array([0.25, 0.0, 0.5, 0.75]))
     assert flow == flow_too == FLOW
-    assert [call["members"].size for call in asked["settle"]] == [3] + [2] * (module.LOOKS - 1)
+    assert [call["members"].size for call in asked["settle"]] == [3] + [2] * (module.EARLY_CHECKS - 1)
     for call in (*asked["settle"], *asked["settled_swing"]):
         assert {name: call[name] for name in FLOW} == FLOW
     (settled,) = asked["settled_swing"]
     assert settled["only_extent"] is True
     assert settled["members"].number("voltage").tolist() == [0.1, 0.2]
-    begun = numbers(4, 1, 2, at=20.0)[:2, 0] + 100.0 * module.LOOKS
+    begun = numbers(4, 1, 2, at=20.0)[:2, 0] + 100.0 * module.EARLY_CHECKS
     np.testing.assert_allclose(settled["states"], begun)
     np.testing.assert_array_equal([one.final[0] for one in found[:2]], numbers(2, 2, at=90.0))
     assert [int(one.outcome[0]) for one in found] == [0, 0, 4, 0]
@@ -367,21 +367,29 @@ def test_motions_are_sought_with_the_options_and_each_step_has_what_the_one_befo
     own = Swing.blank(3)
     own.outcome[:] = 0, 4, 0
     asked = record(
-        monkeypatch, module, settled_swing=own, _largest_kicks=np.array([7.0, 8.0, 9.0]), _climb="leading",
-        _let_go=None,
-        _hand_on=None, _narrow=None, _arrays={"found": 1},
+        monkeypatch, module, settled_swing=own, _largest_kicks=np.array([7.0, 8.0, 9.0]), _try_kicks="leading",
+        _try_releases=None,
+        _try_neighbours=None, _narrow=None, _as_arrays={"found": 1},
     )  # fmt: skip
     members, states, shares = ConeModel(voltage=[0.1, 0.2, 0.3]).members(), numbers(3, 2), []
     assert coexisting(members, states, threads=5, progress=shares.append, shift=0.25) == {"found": 1}
     flow = {"threads": 5, "tolerance": module.TOLERANCE}
-    (first,), (climb,), (narrow,), (arrays,) = (asked[n] for n in ("settled_swing", "_climb", "_narrow", "_arrays"))
+    (first,), (climb,), (narrow,), (arrays,) = (
+        asked[n] for n in ("settled_swing", "_try_kicks", "_narrow", "_as_arrays")
+    )
     assert {name: first[name] for name in flow} == flow
     np.testing.assert_array_equal(first["states"], states)
     assert climb["kicks"] is narrow["kicks"]
-    assert climb["kicks"].flow == arrays["flow"] == asked["_let_go"][0]["flow"] == asked["_hand_on"][0]["flow"] == flow
+    assert (
+        climb["kicks"].flow
+        == arrays["flow"]
+        == asked["_try_releases"][0]["flow"]
+        == asked["_try_neighbours"][0]["flow"]
+        == flow
+    )
     assert climb["kicks"].phases[0] == 0.25 / module.PHASES
     assert climb["kicks"].own is own
-    for name in ("_climb", "_let_go", "_hand_on", "_narrow"):
+    for name in ("_try_kicks", "_try_releases", "_try_neighbours", "_narrow"):
         assert asked[name][0]["alive"].tolist() == [0, 2]
         assert asked[name][0]["found"] is arrays["found"]
     assert narrow["leading"] == "leading"

@@ -343,7 +343,7 @@ def test_every_limit_counts_the_transient_from_rest(monkeypatch):
     names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
     quiet = {name: np.zeros(1) for name in (*names, *plane_module.YIELDS)}
     states = iter([quiet, quiet | {name: np.ones(1) for name in names}] * 2)
-    monkeypatch.setattr(Plane, "_look", lambda *arguments, **options: next(states))
+    monkeypatch.setattr(Plane, "_observe", lambda *arguments, **options: next(states))
     for start, met in (("rest", 1.0), ("settled", 0.0)):
         plane = Plane.of(TAUT.replace(dielectric_strength=9.0), None, None, start)
         found = plane.examine(np.array([0.5]), np.array([0.1]))
@@ -363,7 +363,7 @@ def test_the_transient_from_rest_lasts_as_long_as_that_of_slow_states_or_their_d
         names = ("hoop_slack", "meridional_slack", "near_limit", "breakdown", "beyond_membrane")
         return {name: np.zeros(members.size) for name in (*names, *plane_module.YIELDS)}
 
-    monkeypatch.setattr(Plane, "_look", look)
+    monkeypatch.setattr(Plane, "_observe", look)
     slow = TAUT.replace(circuit=FilteredVoltage(), filter_time=time)
     Plane.of(slow, None).examine(np.array([0.5]), np.array([0.1]))
     assert max(lasted) == lasts

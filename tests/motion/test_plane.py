@@ -161,7 +161,7 @@ def test_what_a_motion_fails_in_and_yields_is_sampled_over_enough_drive_periods(
     members = FLAT.replace(voltage=voltage, drive_frequency=2.0 * np.pi / np.array([1.0, 1.0, 2.0, 1.0])).members()
     members.rate = np.array([1.0, 1.0, 1.0, 30.0])
     period = np.ravel(members.drive_period)
-    found = plane_of()._look(members, states, np.array([0.0, 0.0, 60.0, 0.0]), yields=True)
+    found = plane_of()._observe(members, states, np.array([0.0, 0.0, 60.0, 0.0]), yields=True)
     np.testing.assert_allclose(found["hoop_slack"], voltage + 1.0)
     np.testing.assert_allclose(found["stroke"], voltage + 2.0)
     by_start = {row[0]: run for run in runs for row in run["states"]}
@@ -172,7 +172,7 @@ def test_what_a_motion_fails_in_and_yields_is_sampled_over_enough_drive_periods(
         assert (run["keep"], run["tolerance"], run["threads"]) == ("work", module.TOLERANCE, 5)
         assert run["yields"] == (samples, {"tolerance": module.TOLERANCE, "threads": 5})
     runs.clear()
-    plane_of()._look(members, states, 0.0, yields=False)
+    plane_of()._observe(members, states, 0.0, yields=False)
     assert {run["keep"] for run in runs} == {"states"}
 
 

@@ -1,4 +1,4 @@
-"""Where the equations of motion of a system change: at borders of films and circuits, at corners of the drive."""
+"""Changes of a system's equations of motion: borders of films and circuits, and corners of the drive."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array, spread
 
 OwnNumbers = Callable[[Mapping[str, Any]], Mapping[str, Any]]
-"""A system's numbers from those of the program that holds it."""
+"""Function from a program's numbers to those of its system."""
 
 
 def border_events(system: ConeSystem, own: OwnNumbers = lambda numbers: numbers) -> list[Event]:
-    """The borders of films and circuits as events of a program, in the order of the system's."""
+    """The borders of a system's films and circuits as events of a program, in their order."""
     smooth = not system.charged
     return [_event(border, own, smooth) for _, border in system.borders]
 
 
 def corner_numbers(system: ConeSystem) -> dict[str, Any]:
-    """The options of a program whose drive has corners; none where it is smooth."""
+    """Options of a program whose drive has corners; none for a smooth drive."""
     return {"pieces": PIECE} if system.waveform.pieced else {}
 
 
 def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Give a run of a program the corners of the drive between two times; nothing where it is smooth."""
+    """Options of a run of a program: the corners of the drive between two times; none for a smooth drive."""
     if not system.waveform.pieced:
         return {}
     found = system.waveform.corners_between(start, end, numbers)
@@ -35,8 +35,7 @@ def corner_times(system: ConeSystem, start: Array, end: Array, numbers: Mapping[
 
 
 def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
-    """The switches of films, circuits and drive by name, as ``times`` (members,) and ``states`` (members, N) give
-    them."""
+    """Switches of films, circuits and drive by name at ``times`` (members,) and ``states`` (members, N)."""
     found = system.switches(times, list(states.T), numbers)
     if system.waveform.pieced:
         there = system.waveform.corners_between(times, times, numbers)
@@ -45,8 +44,11 @@ def switches_at(system: ConeSystem, times: Array, states: Array, numbers: Mappin
 
 
 def _event(border: Border, own: OwnNumbers, smooth: bool) -> Event:
-    """A border as an event. The rates are continuous there, so that tangent maps are, too; but for the voltage behind
-    a resistance, with which the rates are not ``smooth``: deviations then are those of its charge."""
+    """A border as an event.
+
+    The rates, and so tangent maps, are continuous there, except for the voltage behind a resistance, with which they
+    are not ``smooth``: deviations are then those of its charge.
+    """
 
     def value(time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Any:
         return border.value(time, state, own(n), xp)

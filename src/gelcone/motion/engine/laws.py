@@ -1,4 +1,4 @@
-"""A system traced into laws, borders and switches: the fields of a `Plan`."""
+"""Tracing of a system into laws, borders and switches: the fields of a `Plan`."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from gelcone.physics.trace import Graph, Node, ordered
 Keep = Literal["states", "tangents", "work"]
 
 DISC_STATES = 2
-"""States without which the trace of the Jacobian depends on the damping alone."""
+"""Number of states up to which the trace of the Jacobian depends on the damping alone."""
 MOST_TELLING = 4
-"""Switches that distinguish laws: each more of them doubles the code."""
+"""Most switches that distinguish laws: each doubles the code."""
 
 
 class System(Protocol):
-    """The equations that a program is made of. Every formula is traced with a `Graph` as ``xp``."""
+    """Equations of motion of a program. Formulas are traced with a `Graph` as ``xp``."""
 
     @property
     def states(self) -> tuple[Any, ...]:
-        """The state variables, one each."""
+        """The state variables."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers in the formulas, of which each member has its own."""
+        """Names of the numbers in the formulas; each member has its own values."""
 
     def rates(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Sequence[Any]:
         """Rates of change of the states, (N,)."""
@@ -38,11 +38,11 @@ class System(Protocol):
         """Rates (N,) and their derivatives with respect to the states (N, N)."""
 
     def powers(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> tuple[Any, ...]:
-        """Powers whose integrals ``"work"`` keeps."""
+        """Powers whose integrals a program with ``keep="work"`` computes."""
 
     @property
     def bounding_powers(self) -> int:
-        """Number of the first of them that bear on the length of steps; the others have the motion's poles alone."""
+        """Number of the powers, the first ones, that bound the steps; the others have only the motion's own poles."""
 
 
 def traced_plan(system: System, keep: str, events: Sequence[Event], pieces: tuple[str, ...]) -> dict[str, Any]:
@@ -78,7 +78,7 @@ def traced_plan(system: System, keep: str, events: Sequence[Event], pieces: tupl
 def _border(
     k: int, event: Event, n: Mapping[str, Node], laws: Sequence[Law], telling: Sequence[str], switched: Sequence[str]
 ) -> Border:
-    """The k-th event as a border between the laws; ``switched``, the names of all switches."""
+    """The k-th event as a border of the laws; ``switched`` are the names of all switches."""
     switch = None if event.switch is None else n[event.switch]
     own_switch = event.switch in telling or any(switch in ordered([law.borders[k]]) for law in laws)
     if own_switch and not event.direction:
@@ -90,7 +90,7 @@ def _border(
 def _law(
     graph: Graph, system: System, keep: str, events: Sequence[Event], state: Sequence[Any], n: Mapping[str, Any]
 ) -> Law:
-    """What the states obey where the numbers are ``n``."""
+    """The law for the numbers ``n``, with constants in place of the switches that distinguish laws."""
     count = len(state)
     if keep == "tangents":
         flow, slopes = system.flow(graph.time, state, n, graph)
@@ -111,7 +111,8 @@ def _law(
 
 
 def _restarts(keep: str, count: int, rates: int) -> tuple[float | None, ...]:
-    """What the states are set to after each sample: those of the system, ``count``, and the others of ``rates``."""
+    """Values to which the states are reset after each sample; None, unchanged, for the ``count`` states of the
+    system."""
     if keep != "tangents":
         return (None,) * rates
     unit = [float(i == j) for i in range(count) for j in range(count)]
@@ -119,7 +120,7 @@ def _restarts(keep: str, count: int, rates: int) -> tuple[float | None, ...]:
 
 
 def _passengers(system: System, keep: str, rates: int) -> int:
-    """How many of the last states are integrals that do not shorten the steps."""
+    """Number of integrals, the last states, that do not bound the steps."""
     count = len(system.states)
     bounding = {"states": 0, "tangents": count * count}
     return rates - count - (system.bounding_powers if keep == "work" else bounding[keep])

@@ -1,13 +1,13 @@
 """The compiled loop: lanes that advance together, each with its own member, step, end and samples.
 
-The vector part advances all lanes by a Taylor step of their own length. Lanes for which something is due - a sample,
-the end, a corner, a failure, perhaps a crossed border - are then served one by one in scalar code. A member that is
-done makes room for the next one from a queue that all threads share.
+The vector part advances all lanes by Taylor steps of individual length. Lanes with a sample, an end, a corner, a
+failure or perhaps a crossed border are then served one by one in scalar code. A finished member makes room for the next
+one in a queue that all threads share.
 
-Where switches change the law of the motion, the code of a step is made for each law apart, and each law has lanes of
-its own: a member that crosses a border goes over to the lanes of its new law, or waits until one is free. The lanes
-that hold most members go first, so that few of a vector stay empty. A thread works on more members than a vector holds;
-each has a slot, a record of its own, where it waits.
+If switches change the law of the motion, each law has its own code of a step and its own lanes: a member that crosses a
+border moves to the lanes of its new law, or waits until one is free. The law with most members goes first, so that few
+lanes of a vector stay empty. A thread works on more members than a vector holds; each has a slot, a record in which it
+waits.
 
 The vector part is in `gelcone.motion.engine.step`, the scalar one in `gelcone.motion.engine.service`.
 """
@@ -24,8 +24,8 @@ from gelcone.physics.trace import ordered
 
 
 def module_text(plan: Plan) -> str:
-    """The LLVM module of a program: ``prepare``, ``start``, ``advance``, ``serve``, what these call, and ``step`` where
-    there is one law."""
+    """The LLVM module of a program: ``prepare``, ``start``, ``advance``, ``serve``, the functions that they call, and
+    ``step`` if there is one law."""
     layout = Layout(plan)
     return _text(
         _prepare(plan, layout),
@@ -41,7 +41,7 @@ def module_text(plan: Plan) -> str:
 
 
 def step_text(plan: Plan, law: int) -> str:
-    """The module of ``step`` of one law of several, which is compiled only once a member comes to it."""
+    """The LLVM module of ``step`` of one law of several, compiled when a member first needs it."""
     return _text(step_function(plan, Layout(plan), law))
 
 
@@ -51,7 +51,7 @@ def _text(*made: Function) -> str:
 
 
 def _prepare(plan: Plan, layout: Layout) -> Function:
-    """``prepare(numbers, table, padded)``: what depends on a member's numbers alone, once a member."""
+    """``prepare(numbers, table, padded)``: fills the table of held values from the numbers of all members."""
     f = Function("prepare", ["ptr %numbers", "ptr %table", "i64 %padded"], "void", plan.width, external=True)
     at = f.slot()
     f.store_whole("0", at)
@@ -78,9 +78,10 @@ def _prepare(plan: Plan, layout: Layout) -> Function:
 
 
 def _advance(plan: Plan, layout: Layout) -> Function:
-    """``advance(lanes, scratch, job, words, store, most)``: up to ``most`` steps of a law's lanes; returns how many.
+    """``advance(lanes, scratch, job, words, store, most)``: up to ``most`` steps; returns their number.
 
-    It ends early where a law's ``step`` is missing, and says which.
+    Each is a step of the lanes of the law with most members. Ends early if the ``step`` of a law is missing, and stores
+    the law.
     """
     f = Function("advance", [*THREAD, "i64 %most"], "i64", 1, external=True)
     count, chosen, size = f.slot(), f.slot(), f.slot()
@@ -110,7 +111,7 @@ def _advance(plan: Plan, layout: Layout) -> Function:
 
 
 def _start(layout: Layout) -> Function:
-    """``start(lanes, job, words, store)``: a member for each slot, as many as the job has."""
+    """``start(lanes, job, words, store)``: fills the slots with members of the job."""
     f = Function("start", ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1, external=True)
     for k in range(layout.rings):
         f.store_whole("0", f.place("%words", k))

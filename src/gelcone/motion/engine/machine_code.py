@@ -1,4 +1,4 @@
-"""The machine code of one plan, and the arrays that it reads and fills."""
+"""The machine code of a plan, and the arrays that it reads and fills."""
 
 from __future__ import annotations
 
@@ -23,43 +23,45 @@ Array = npt.NDArray[np.float64]
 
 _ALIGNMENT = 128
 SECONDS_PER_BYTE = 1e-5
-"""Of quickly made code, to make it well."""
+"""Time to compile quickly compiled code again, optimised, over its size."""
 _ADDRESSES = tuple(field.name.lower() for field in list(Job)[: Job.MEMBERS])
 
 
 class Compiled:
-    """The machine code of one plan."""
+    """The machine code of a plan."""
 
     def __init__(self, plan: Plan, machine: compiler.Machine | None) -> None:
         self.plan = plan
         self.layout = Layout(plan)
         self._machine, self._content = machine, content_of(plan)
-        # the steps of several laws have modules of their own; what is left runs once a sample or crossing
+        # the steps of several laws have modules of their own; the rest runs only at samples and crossings
         level = compiler.HOT if len(plan.laws) == 1 else compiler.COLD
         library = compiler.library(self._content, lambda: module_text(plan), machine, level)
         address, whole = ctypes.c_void_p, ctypes.c_int64
-        self._libraries = [library]  # their code is freed with them, and other threads may run what is replaced
+        self._libraries = [library]  # code is freed with its library, and other threads may run replaced code
         self._quick: dict[int, float] = {}
-        """The laws whose steps were made quickly, and the seconds that it takes to make them well."""
+        """Laws whose steps were compiled quickly, and the seconds in which they compile optimised."""
         self._seconds = 0.0
         alone = library.address("step") if len(plan.laws) == 1 else 0
         self.addresses = [*[alone] * len(plan.laws), library.address("serve")]
-        """Where the step of each law is, 0 where it is not compiled yet, and ``serve``."""
+        """Addresses of the step of each law, 0 if it is not compiled yet, and of ``serve``."""
         self._lock = threading.Lock()
         self.prepare = library.function("prepare", None, address, address, whole)
         self.start = library.function("start", None, address, address, address, address)
         self.advance = library.function("advance", whole, address, address, address, address, address, whole)
 
     def compile_step(self, law: int) -> None:
-        """Makes the step of a law, unless it is there: quickly, unless the one that runs faster is stored."""
+        """Compiles the step of a law, unless it is there: quickly, unless the optimised one is stored."""
         with self._lock:
             if not self.addresses[law]:
                 self._make_step(law, compiler.COLD if self._is_stored(law) else compiler.QUICK)
 
     def has_run(self, seconds: float) -> None:
-        """Counts the ``seconds`` of a call, and makes all steps well once those that were made quickly have run for as
-        long as that takes: at worst a run takes twice as long as if it had been known how long it is. Where nothing may
-        be made, steps that another process has made and stored are taken."""
+        """Counts the ``seconds`` of a call, and optimises quickly compiled steps once they have run for as long as that
+        takes: a run takes at most twice as long as with the better choice from the start.
+
+        If the cache refuses new entries, only steps that another process has stored are used.
+        """
         if not self._quick or not self._lock.acquire(blocking=False):
             return
         try:
@@ -72,7 +74,7 @@ class Compiled:
             self._lock.release()
 
     def _is_stored(self, law: int) -> bool:
-        """Whether the cache holds the step that runs faster."""
+        """True if the cache holds the optimised step."""
         return compiler.is_stored(self._step_content(law, compiler.COLD), self._machine)
 
     def _make_step(self, law: int, level: int) -> None:
@@ -98,7 +100,7 @@ class Compiled:
         corners: npt.ArrayLike | None,
         terms: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     ) -> Arrays:
-        """The arrays of a run, filled in."""
+        """The arrays of a run, with all inputs filled in."""
         members, samples = times.shape
         plan, states = self.plan, self.layout.states
         own = numbers if isinstance(numbers, Rows) else Rows.of(numbers, (members,))
@@ -143,14 +145,14 @@ class Compiled:
 
 
 def each(value: npt.ArrayLike, members: int) -> Array:
-    """An array of its own with a value for each member."""
+    """A new array with a value for each member."""
     own = np.empty(members)
     own[:] = value
     return own
 
 
 def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
-    """The corners after each member's start, (members, corners + 1), with infinity behind the last."""
+    """Corners after each member's start, (members, corners + 1), with infinity behind the last."""
     members = start.size
     if corners is None:
         return np.full((members, 1), math.inf)
@@ -188,7 +190,7 @@ def aligned(*shape: int) -> Array:
 
 @dataclass
 class Arrays:
-    """The arrays of a run, in the order of `Job`, and its sizes."""
+    """Arrays of a run, in the order of `Job`, and the padded number of members."""
 
     table: Array
     states: Array
@@ -210,7 +212,8 @@ class Arrays:
     padded: int
 
     def fields(self, slots: int) -> npt.NDArray[np.int64]:
-        """The job as the compiled loop reads it, with the members that a thread works on at a time."""
+        """The job as the compiled loop reads it; ``slots`` is the number of members that a thread works on at a
+        time."""
         job = np.zeros(len(Job), dtype=np.int64)
         for place, name in enumerate(_ADDRESSES):
             job[place] = getattr(self, name).__array_interface__["data"][0]

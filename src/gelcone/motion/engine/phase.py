@@ -1,8 +1,8 @@
 """Equations of motion over the phase of the drive, with the derivatives that shooting needs.
 
-With the phase omega tau in place of time the repeats of the drive lie at fixed phases, and the frequency is a parameter
+With the phase omega tau in place of time, periods of the drive begin at fixed phases, and the frequency is a parameter
 like any other. Behind the states follow the columns of the tangent map and the derivatives with respect to the free
-parameters, all by the same Taylor series (variational equations).
+parameters, by the same Taylor series (variational equations).
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from gelcone.physics.trace import Graph, Node
 from gelcone.quantity import Array
 
 MOST_STEPS = 50_000.0
-"""A segment that takes more steps of the integrator does not end."""
+"""Most steps of the integrator in a segment."""
 MOST_PROGRAMS = 64
-"""Programs held in memory; one that is dropped comes back from the cache on disk."""
+"""Most programs held in memory; others are on disk."""
 
 
 def by_phase(n: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers with which formulas of the time take the phase in its place."""
+    """The numbers with which formulas take the phase in place of the time."""
     return {**n, "drive_frequency": 1.0, PHASE_SPEED: n["drive_frequency"]}
 
 
 @dataclass(frozen=True)
 class PhaseSystem:
-    """A system whose time is the phase of the drive, and whose numbers move with free parameters.
+    """A system whose time is the phase of the drive, and whose numbers depend on free parameters.
 
-    ``moved``: for each free parameter the numbers that depend on it. Its number ``share k`` (0 in every run) moves
-    number NAME by ``NAME by k`` times itself, so that a derivative with respect to the share is one along the
-    parameter. The numbers ``at NAME`` stand for the initial states: nothing depends on them but where a run begins.
+    ``moved``: the numbers that depend on each free parameter. The number ``share k`` (0 in every run) times ``NAME by
+    k`` is added to the number NAME, so that a derivative with respect to the share is one along the parameter. The
+    numbers ``at NAME`` stand for the initial states: only the start of a run depends on them.
     """
 
     system: ConeSystem
@@ -63,12 +63,12 @@ class PhaseSystem:
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers, those of the system and their slopes by the shares."""
+        """Names of the numbers: those of the system, the initial states, the shares, and slopes by these."""
         by = tuple(f"{name} by {k}" for k, names in enumerate(self.moved) for name in names)
         return (*self.system.numbers, *self.initial, *self.shares, *by)
 
     def own(self, n: Mapping[str, Any]) -> dict[str, Any]:
-        """The system's numbers, moved by the shares."""
+        """The system's numbers at the given shares."""
         own = {name: n[name] for name in self.system.numbers}
         for k, names in enumerate(self.moved):
             for name in names:
@@ -85,7 +85,7 @@ class PhaseSystem:
         return [rate * slowness for rate in rates], [[slope * slowness for slope in row] for row in slopes]
 
     def forced(self, phase: Node, state: Sequence[Node], n: Mapping[str, Node], xp: Graph, name: str) -> list[Node]:
-        """Derivatives of the rates of change of deviations by a number, at held deviations."""
+        """Derivatives of the rates with respect to a number, at fixed charges in place of their voltages."""
         own = self.own(n)
         slowness = 1.0 / own["drive_frequency"]
         rates, charges = self.system.deviating(phase, state, by_phase(own), xp)
@@ -100,16 +100,15 @@ class PhaseSystem:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """A system whose states are those of ``system``, followed by their derivatives with respect to the numbers ``by``.
+    """A system whose states are those of ``system`` and their derivatives with respect to the numbers ``by``.
 
     The derivative s = d state / d number obeys s' = J s + d rates / d number, with J the Jacobian, and starts from the
-    derivative of the initial state (zero where that does not depend on the number). Behind a resistance it is that of
-    the film's charge in place of its voltage. It runs on a graph only, as
-    ``keep="states"``.
+    derivative of the initial state. Behind a resistance it is that of the film's charge in place of its voltage. It
+    only runs on a graph, with ``keep="states"``.
 
     Parameters
     ----------
-    system : the system, with ``states``, ``numbers`` and ``flow``.
+    system : the system, with ``states``, ``numbers``, ``flow`` and ``forced``.
     by : names among its numbers, none of which an event switches.
     """
 
@@ -125,7 +124,7 @@ class Sensitivities:
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers, which are the system's."""
+        """Names of the system's numbers."""
         return tuple(self.system.numbers)
 
     def rates(self, time: Node, state: Sequence[Node], n: Mapping[str, Node], xp: Graph) -> list[Node]:
@@ -146,10 +145,11 @@ class Sensitivities:
 
 
 class PhaseProgram:
-    """The compiled states, tangent maps and derivatives with respect to free parameters, over the drive's phase.
+    """A compiled program for states, tangent maps and derivatives by free parameters, over the drive's phase.
 
     Behind the N states of a member follow the columns of the tangent map, N each, which begin as those of the unit
-    matrix, and the derivatives with respect to the shares, which begin at 0. ``numbers`` names what a run takes.
+    matrix, and the derivatives with respect to the shares, which begin at 0. ``numbers`` are the names of the numbers
+    of a run.
     """
 
     def __init__(self, system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> None:
@@ -164,16 +164,19 @@ class PhaseProgram:
         self.switches = tuple(dict.fromkeys([*switches, *corners.get("pieces", ())]))
 
     def switches_at(self, phases: Array, states: Array, numbers: Mapping[str, Any]) -> dict[str, Array]:
-        """The switches of the films at ``phases`` (members,) and ``states`` (members, N), 1 or -1, by name; and what a
-        waveform with corners has there."""
+        """Switches (1 or -1) of films, and terms of a waveform with corners, by name at ``phases`` (members,) and
+        ``states`` (members, N)."""
         found = switches_at(self._system, phases, states, by_phase(numbers))
         return {name: found[name] for name in self.switches}
 
     def of_states(
         self, phases: Sequence[Array], states: Sequence[Array], tangents: Array, slopes: Array, n: Mapping[str, float]
     ) -> tuple[Array, Array]:
-        """Tangent maps (members, N, N) and derivatives by the shares (members, N, P) of states, from those of the
-        deviations that the program carries (`ConeSystem.charged`) between two phases, each (members,)."""
+        """Tangent maps (members, N, N) and derivatives by the shares (members, N, P) of states.
+
+        They follow from those of the deviations that the program carries (`ConeSystem.charged`) between two ``phases``,
+        (members,) each.
+        """
         own = by_phase({name: n[name] for name in self._system.numbers})
         begin, end = (voltage_turns(self._system, at, z, own)[0] for at, z in zip(phases, states, strict=True))
         moved = []
@@ -187,12 +190,12 @@ class PhaseProgram:
         return np.asarray(np.linalg.solve(end, tangents @ begin)), np.asarray(np.linalg.solve(end, slopes))
 
     def corners(self, start: Array, end: Array, numbers: Mapping[str, Any]) -> tuple[Array, Array, Array] | None:
-        """The corners between phases, (members,), as `Rerun.run` takes them; None where the drive is smooth."""
+        """The corners between phases (members,), as `Rerun.run` takes them; None for a smooth drive."""
         found = corner_times(self._system, start, end, by_phase(numbers))
         return (found["corners"], *found["terms"]) if found else None
 
     def again(self, start: Array, end: Array) -> Rerun:
-        """Repeat the run from phases ``start`` to ``end`` (members,), to be repeated with other numbers and states."""
+        """A run from phases ``start`` to ``end`` (members,) that can be repeated with other numbers and states."""
         pieces = self._system.waveform.piece_count
         turns = int(np.ceil((end - start).max() / (2.0 * np.pi))) + 1
         return Rerun(self._program, start, end, MOST_STEPS, turns * pieces + 1, pieces)
@@ -200,5 +203,5 @@ class PhaseProgram:
 
 @lru_cache(maxsize=MOST_PROGRAMS)
 def phase_program(system: ConeSystem, moved: tuple[tuple[str, ...], ...], tolerance: float) -> PhaseProgram:
-    """The program of a system and its free parameters, compiled once."""
+    """The program of a system and its free parameters, from the memory if it was compiled before."""
     return PhaseProgram(system, moved, tolerance)

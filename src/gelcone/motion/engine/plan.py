@@ -1,4 +1,4 @@
-"""The parts that the code of a program depends on, and where its numbers are."""
+"""The plan of a program, on which its code depends, and the layout of its numbers."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from gelcone.motion.engine.recurrences import held_values
 from gelcone.physics.trace import Node
 
 CROWD = 4
-"""Members that a thread works on, for each lane of each law: with 1 there is always a law whose lanes are full, with
-more this lasts longer at the end."""
+"""Members of a thread for each lane of each law: with 1 the lanes of some law are always full, with more also close to
+the end of a run."""
 ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, TERMINAL_EVENT = range(5)
-"""Ways in which a member ends; TERMINAL_EVENT + k stands for the event k, which is terminal or switches on and on."""
+"""Statuses of ended members; TERMINAL_EVENT + k for the event k, which is terminal or switches without end."""
 MOST_IN_PLACE = 100
-"""Switches at once after which no law is taken to hold: each of a few borders has only two sides."""
+"""Most switches at one time; after more no law is taken to hold, as each of a few borders has only two sides."""
 THREAD = ["ptr noalias %lanes", "ptr noalias %scratch", "ptr %job", "ptr %words", "ptr noalias %store"]
-"""A thread's lanes (laws, rows, width), room for the last step, job, words, and slots (slots, rows)."""
+"""Arguments: a thread's lanes (laws, rows, width), scratch room for the last step, job, words, slots (slots, rows)."""
 SAME_THREAD = "ptr %lanes, ptr %scratch, ptr %job, ptr %words, ptr %store"
 
 
@@ -52,9 +52,11 @@ class Job(IntEnum):
 
 @dataclass(frozen=True)
 class Border:
-    """A traced event: its direction, the place of its switch (None: terminal), and whether it is ``sided``: whether the
-    function is known to be positive (direction -1) where a member is; ``smooth`` and ``seldom`` are those of the
-    event."""
+    """A traced event.
+
+    ``direction``, ``smooth`` and ``seldom`` as in `Event`; ``switch``, the place of its switch (None: terminal);
+    ``sided``, true if the side of a member is known: the function is positive there (direction -1) or negative.
+    """
 
     direction: int
     switch: int | None
@@ -65,8 +67,8 @@ class Border:
 
 @dataclass(frozen=True)
 class Law:
-    """The law of a member as long as the switches that distinguish laws keep their signs: the rates of change of the
-    states, the border functions and the equations of all roots among both."""
+    """The law of a member while the switches that distinguish laws keep their signs: rates of change of the states,
+    border functions, and the equations of all roots in these."""
 
     rates: tuple[Node, ...]
     borders: tuple[Node, ...]
@@ -74,26 +76,25 @@ class Law:
 
     @property
     def wanted(self) -> list[Node]:
-        """All nodes that are wanted."""
+        """The rates and the border functions."""
         return [*self.rates, *self.borders]
 
     @property
     def held(self) -> list[Node]:
-        """Nodes of its formulas that do not change while a member is integrated."""
+        """Nodes of the formulas that do not change during the run of a member."""
         parts = [node for equation in self.equations for node in (*equation.slopes, equation.first)]
         return held_values([*self.wanted, *parts])
 
 
 @dataclass(frozen=True)
 class Plan:
-    """All that the code of a program depends on.
+    """The plan of a program, on which its code depends.
 
-    ``laws``: one for each combination of signs of the switches at the places ``telling``; bit k of its place is set
-    where the k-th of them is negative.
-    ``restarts``: what the states are set to after each sample (None leaves them); steps then end at the samples, else
-    samples are read from the Taylor polynomial. ``passengers``: how many of the last states are integrals that nothing
-    depends on, which do not shorten the steps. ``pieces``: how many of the last switches describe the piece of the
-    drive between two corners: its beginning, then its terms, which are loaded at each corner.
+    ``laws``: one for each combination of signs of the switches at the places ``telling``; bit k of its index is set if
+    the k-th of these is negative. ``restarts``: values to which the states are reset after each sample (None: not
+    reset); with any, steps end at the samples, else samples are read from the Taylor polynomial. ``passengers``: number
+    of integrals, the last states, that do not bound the steps. ``pieces``: number of switches, the last ones, that
+    describe the piece of the drive between two corners: its beginning, then its terms; they are loaded at each corner.
     """
 
     laws: tuple[Law, ...]
@@ -110,27 +111,30 @@ class Plan:
 
     @property
     def signs(self) -> int:
-        """The number of switches whose sign counts."""
+        """Number of switches whose sign counts."""
         return len(self.switches) - self.pieces
 
     @property
     def wanted(self) -> list[Node]:
-        """All nodes that are wanted, law by law."""
+        """The rates and border functions of all laws."""
         return [node for law in self.laws for node in law.wanted]
 
     @property
     def slots(self) -> int:
-        """Members that a thread can work on; with a single law more than lanes serve nothing. A power of 2."""
+        """Members that a thread works on, a power of 2; for a single law one for each lane."""
         return self.width if len(self.laws) == 1 else CROWD * len(self.laws) * self.width
 
     @property
     def ends_at_samples(self) -> bool:
-        """Whether each step ends at the next sample at the latest, for the states to be set to `restarts` there."""
+        """True if steps end at the samples, where states are reset to `restarts`."""
         return any(value is not None for value in self.restarts)
 
 
 class Layout:
-    """Rows of a lane, ``width`` numbers each, and of the scratch room that keeps the last step."""
+    """Places of the rows of a lane, of the scratch room that keeps the last step, and of the words of a thread.
+
+    A row has ``width`` numbers, one for each lane.
+    """
 
     time: int
     time_low: int
@@ -184,9 +188,9 @@ class Layout:
         self.step_low: int = self.step_time + 1
         self.step: int = self.step_time + 2
         self.scratch_rows: int = self.step_time + 3
-        # words of a thread: for each law a bit for each lane that has a member, how many wait, and where in the law's
-        # ring the first of them is; then the rings, the addresses of each law's ``step`` (0 until it is compiled) and
-        # of ``serve``, and the law, counted from 1, of which ``step`` is missing
+        # words of a thread: for each law the bits of lanes with a member, the number of waiting members, and the place
+        # of the first of these in the law's ring; then the rings, the addresses of each law's ``step`` (0 until it is
+        # compiled) and of ``serve``, and the law, counted from 1, whose ``step`` is missing
         self.waiting: int = len(plan.laws)
         self.heads: int = 2 * len(plan.laws)
         self.rings: int = 3 * len(plan.laws)
@@ -196,5 +200,5 @@ class Layout:
         self.words: int = self.missing + 1
 
     def root(self, equation: Equation) -> int:
-        """Place of the equation's root among all."""
+        """Index of the equation's root among those of all laws."""
         return self.equations.index(equation.root.index)

@@ -1,7 +1,7 @@
-"""A program for one member at a time as text: the compiled loop, and formulas at a point, for translation to C.
+"""The text of a program for one member at a time, and of formulas at a point, for translation to C.
 
-At width 1 the text has some thirty instructions and calls nothing outside, so that another language runs the same
-operations in the same order.
+At width 1 the text has some thirty kinds of instructions and calls no external function, so that another language runs
+the same operations in the same order.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from gelcone.physics.trace import Graph, Node, ordered
 from gelcone.quantity import Array
 
 Outputs = Callable[[Node, Sequence[Node], Mapping[str, Node], Graph], Mapping[str, tuple[Any, int]]]
-"""From time, states and numbers, what is wanted at a point by name, and 1 where its rate of change is wanted, too."""
+"""Function of time, states and numbers that gives the outputs at a point by name, each with 1 if its rate of change is
+an output, too, else 0."""
 
 
 @dataclass
 class Text(Portable):
-    """The text, and the program that was compiled of it."""
+    """The text, and the program compiled from it."""
 
     program: Program
 
     def run(
         self, numbers: Mapping[str, Any], states: Array, length: float, smallest_step: float, most_steps: float
     ) -> Ended:
-        """Run one member, compiled, from the time 0 over a length."""
+        """Run one member by the compiled program from time 0 over a length."""
         given = {name: [value] for name, value in numbers.items()}
         raw = self.program.run(
             given, states[None], 0.0, [[length]], smallest_step=[smallest_step], most_steps=[most_steps]
@@ -48,7 +49,7 @@ class Text(Portable):
 
 
 def portable(system: ConeSystem, outputs: Outputs, tolerance: float) -> Text:
-    """Make the text of the program that integrates a system without corners, and of what is wanted at a point."""
+    """Make the text of the program that integrates a system without corners, and of its outputs at a point."""
     program = Program(system, "states", tolerance, border_events(system))
     plan = program._plan(1)
     layout = Layout(plan)
@@ -82,7 +83,7 @@ def portable(system: ConeSystem, outputs: Outputs, tolerance: float) -> Text:
 
 
 def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[str, tuple[str, ...], int, set[str]]:
-    """The function of a law at a point, the names of what it writes, how many roots it finds, and its numbers."""
+    """The function of a law at a point, the names of its results, the number of its roots, and its numbers."""
     graph, switched = Graph(), [node.value for node in plan.switches]
     z = [graph.state(i) for i in range(len(system.states))]
     n = {name: graph.switch(name) if name in switched else graph.number(name) for name in plan.numbers}
@@ -114,7 +115,7 @@ def _point(system: ConeSystem, plan: Plan, law: int, outputs: Outputs) -> tuple[
 
 
 def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -> str:
-    """The function ``name(given, found)`` that writes nodes made of the numbers ``leaves`` to places of ``found``."""
+    """The function ``name(given, found)`` that evaluates nodes of the numbers ``leaves`` to places of ``found``."""
     f = Function(name, ["ptr %given", "ptr %found"], "void", 1, external=True)
     values = _evaluated(f, list(nodes.values()), leaves, "%given")
     for place, node in nodes.items():
@@ -124,7 +125,7 @@ def formulas_text(name: str, leaves: Sequence[str], nodes: Mapping[int, Node]) -
 
 
 def _evaluated(f: Function, nodes: Sequence[Node], names: Sequence[str], base: str) -> dict[int, str]:
-    """The values of fixed nodes and of what they depend on; numbers lie at ``base`` in the order of their names."""
+    """Values of fixed nodes and of their arguments; numbers lie at ``base`` in the order of their names."""
     values: dict[int, str] = {}
     for node in ordered(nodes):
         if node.fixed:

@@ -1,4 +1,4 @@
-"""Programs: a system of equations of motion compiled for one purpose and tolerance, run over any number of members."""
+"""Programs: equations of motion compiled for one purpose and tolerance, run over any number of members."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class Raw:
     respect to state j of the previous sample, or of the start; ``divergence`` (members, samples), the integral of the
     Jacobian's trace since then, unless it is known (a `planar` system); ``work`` (members, samples, powers), the
     integrals of the powers since the start. ``status`` (members,): `ARRIVED`, `NOT_FINITE`, `STEP_TOO_SMALL`,
-    `TOO_MANY_STEPS` or `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): how many
-    steps, and the shortest that the tolerance asked for. ``end_time`` (members,), ``end_state`` (members, N) and
-    ``switches``, name -> (members,): the last that is known of a member; a run from there continues with these.
-    ``dwell`` (members, 2^switches): how long each combination of signs of the switches lasted; bit k of the place is
-    set where the k-th switch is negative.
+    `TOO_MANY_STEPS` or `TERMINAL_EVENT` + the number of the event. ``steps`` and ``smallest_step`` (members,): number
+    of steps, and the shortest by the tolerance. ``end_time`` (members,), ``end_state`` (members, N) and ``switches``,
+    name -> (members,), at the end of a member's run, from which another run can continue. ``dwell`` (members,
+    2^switches): duration of each combination of signs of the switches; bit k of its index is set if the k-th switch is
+    negative.
     """
 
     states: Array
@@ -72,9 +72,9 @@ class Raw:
 def order_and_label(tolerance: float, keep: str = "states") -> tuple[int, float]:
     """Order of the Taylor polynomials and tolerance of the step rule for a relative error of one step.
 
-    Order 8 for tolerances above 3e-8, 12 above 3e-11, else 18, or 16 with tangents: each ran fastest at the error that
-    it gives. The step rule takes a tenth of the tolerance, so that the errors are those of heyoka at ``tolerance``, and
-    at least 3e-16, or 1e-15 with tangents: steep films still gain from that, nothing from less.
+    Order 8 for tolerances above 3e-8, 12 above 3e-11, else 18, or 16 with tangents: each was the fastest at its error.
+    The step rule takes a tenth of the tolerance, so that the errors are those of heyoka at ``tolerance``, and at least
+    3e-16, or 1e-15 with tangents: steep films still gain from that, but not from less.
     """
     tangents = keep == "tangents"
     order = 8 if tolerance > 3e-8 else 12 if tolerance > 3e-11 else 16 if tangents else 18
@@ -91,9 +91,9 @@ class Program:
     tolerance : relative error of one step, between 0 and 1; see `order_and_label`.
     events : borders at which a member ends or a number changes its sign.
     pieces : names of the numbers of a piece of the drive: its beginning, which is the time of the last corner, and its
-        terms, which `run` is given.
-    width : lanes; default by the number of members. It does not change a bit of the result.
-    machine : what to compile for; default this process's machine. It does not either.
+        terms, which are given to `run`.
+    width : lanes; default by the number of members. Does not change a bit of the result.
+    machine : target of the compilation; default this process's machine. Does not change a bit of the result.
 
     Raises
     ------
@@ -130,8 +130,8 @@ class Program:
         return Plan(**self._traced, order=self.order, tolerance=self.label, width=width)
 
     def _best_width(self, members: int, threads: int) -> int:
-        """Lanes that run fastest: two registers side by side hide waiting times, as long as the numbers of the step
-        find room in the others, and every thread has lanes to fill."""
+        """The fastest number of lanes: two registers hide latencies, as long as the other registers hold the numbers of
+        the step and the members fill the lanes of every thread."""
         vector = (self._machine or compiler.host()).vector
         wide = self.order <= 12 and self.keep != "tangents" and members > vector * threads
         return 2 * vector if wide else vector
@@ -157,7 +157,7 @@ class Program:
         report: Callable[[float], None] | None = None,
         stopped: Callable[[], bool] | None = None,
     ) -> Raw:
-        """Integrates all members.
+        """Integrate all members.
 
         Parameters
         ----------
@@ -167,13 +167,13 @@ class Program:
         times : sample times, (members, samples), increasing along a row and not before the start.
         smallest_step : a member ends where its step falls below this, scalar or (members,).
         most_steps : number of steps after which a member ends, scalar or (members,).
-        threads : how many threads work; does not change a bit of the result.
+        threads : number of threads; does not change a bit of the result.
         corners : increasing times, (members, corners), at which steps end; infinite ones and those before the start
             are left out. Default none.
         terms : the terms of the pieces, (members, pieces, terms), and the piece that begins at the first corner of each
-            member, (members,); behind the last piece comes the first again.
+            member, (members,); the first piece follows the last.
         report : called from this thread, now and then, with the share of the work done since the last call.
-        stopped : asked now and then; the run ends early, with what is there, once it returns True.
+        stopped : called now and then; the run ends early, with incomplete results, once it returns True.
 
         Raises
         ------
@@ -213,17 +213,17 @@ class Program:
 
 
 class Rerun:
-    """A program run again and again by one thread, with arrays that are made once. ``numbers`` names what `run` takes.
+    """A program that one thread runs repeatedly, with arrays that are made once; ``numbers`` are the names for `run`.
 
-    For some tens of members over a short time, where setting up a run would take longer than the run. `run` changes no
-    bit of what `Program.run` gives.
+    It saves the setup for some tens of members over a short time, which would take longer than the run. `run` gives the
+    same bits as `Program.run`.
 
     Parameters
     ----------
-    program : what is run.
+    program : the program.
     start, end : times of the initial states and of the one sample, (members,).
     most_steps : number of steps after which a member ends.
-    corners : room for corners, (members, corners), and ``pieces`` of the drive, of which `run` is given the terms.
+    corners, pieces : largest numbers of corners of a member and of pieces of the drive, whose terms are given to `run`.
     """
 
     def __init__(
@@ -253,7 +253,7 @@ class Rerun:
         switches: Array | None = None,
         corners: tuple[Array, Array, Array] | None = None,
     ) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """The states at the end, (members, states), valid until the next run, and which members arrived.
+        """The states at the end, (members, states), valid until the next run, and the mask of members that arrived.
 
         ``numbers`` (names,) or (names, members) in the order of `numbers`; ``states0`` (members, states); ``switches``
         (members, switches) where events or corners switch numbers, in the order of the events, those of corners last;
@@ -275,7 +275,7 @@ class Rerun:
         return arrays.result[:, 0], arrays.status == ARRIVED
 
     def _run_again(self) -> None:
-        """Run all members from what the arrays hold."""
+        """Runs all members from the contents of the arrays."""
         self._job[Job.NEXT] = 0
         self._work.start()
         while self._work.going:
@@ -283,12 +283,12 @@ class Rerun:
 
     @property
     def met_event(self) -> bool:
-        """Whether a member of the last run ended at a terminal event."""
+        """True if a member of the last run ended at a terminal event."""
         return bool((self._arrays.status >= TERMINAL_EVENT).any())
 
 
 def _room(program: Program, members: int, corners: int, pieces: int) -> tuple[Any, Any]:
-    """Room for corners and the terms of pieces; none where the drive has none."""
+    """Arrays for corners and the terms of pieces; None for a drive without pieces."""
     if not pieces:
         return None, None
     return np.full((members, corners), np.inf), (np.zeros((members, pieces, program.piece_terms)), 0)

@@ -1,4 +1,4 @@
-"""One run: threads that take members from one queue, served between calls of the compiled loop."""
+"""A run of a program: threads take members from a queue; progress and interrupts are served between their calls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gelcone.motion.engine.plan import Job
 FIRST_STEPS = 256
 """Steps of all lanes in the first call of the compiled loop."""
 CALL_SECONDS = 0.02
-"""Duration of later calls: between calls interrupts and progress are served."""
+"""Duration of later calls, between which interrupts and progress are served."""
 REPORT_EVERY = 0.05
 """Seconds between two reports of progress."""
 
@@ -36,11 +36,11 @@ class Work:
         self._advance = lanes, scratch, job.ctypes.data, words, slots
 
     def start(self) -> None:
-        """Takes the first members."""
+        """Takes the first members from the queue."""
         self._compiled.start(*self._start)
 
     def advance(self, steps: int) -> None:
-        """Make up to ``steps`` steps of all lanes of a law; none where it had to be compiled first."""
+        """Makes up to ``steps`` steps; fewer if the step of a law had to be compiled."""
         before, layout = time.perf_counter(), self._compiled.layout
         self._compiled.advance(*self._advance, steps)
         if missing := int(self._words[layout.missing]):
@@ -52,11 +52,11 @@ class Work:
 
     @property
     def going(self) -> bool:
-        """Whether any member is under way; whoever waits does so for a lane that has one."""
+        """True if any member is under way; a member only waits for a lane that has one."""
         return bool(self._words[: len(self.lanes)].any())
 
     def under_way(self) -> Iterator[tuple[int, float]]:
-        """The members under way, and where they are in time."""
+        """The members under way and their times."""
         layout, laws, width = self._compiled.layout, len(self.lanes), self.lanes.shape[-1]
         for law in range(laws):
             records = [self.lanes[law, :, lane] for lane in range(width) if int(self._words[law]) >> lane & 1]
@@ -68,7 +68,7 @@ class Work:
 
 
 class Run:
-    """One run: threads that take members from one queue until it is empty, or the run is stopped."""
+    """Threads that take members from one queue until it is empty, or the run is stopped."""
 
     def __init__(
         self,
@@ -82,7 +82,7 @@ class Run:
         members, width = arrays.start.size, compiled.plan.width
         count = min(threads, -(-members // width))
         own = -(-members // count)
-        # threads that share the members leave half of them in the queue, so that all have work to the end
+        # several threads leave half of the members in the queue at first, so that all have work to the end
         taken = own if count == 1 else max(len(compiled.plan.laws) * width, own // 2)
         self._job = arrays.fields(min(compiled.plan.slots, own, taken))
         self._works = [Work(compiled, self._job) for _ in range(count)]
@@ -91,9 +91,9 @@ class Run:
         self._reported, self._next_report = 0.0, 0.0
 
     def work(self) -> None:
-        """Runs to the end; this thread is one of those that work, so that an interrupt reaches it between calls.
+        """Runs to the end; this thread works, too, so that an interrupt reaches it between calls.
 
-        The others start when there is work left after its first call: for less they would come too late.
+        The other threads start if work is left after its first call: for less they would start too late.
         """
         others: list[threading.Thread] = []
         try:
@@ -103,11 +103,11 @@ class Run:
                         thread = threading.Thread(target=self._work_on, args=(k,))
                         thread.start()
                         others.append(thread)
-                self._look_around()
+                self._report_or_stop()
             for thread in others:
                 while thread.is_alive():
                     thread.join(REPORT_EVERY)
-                    self._look_around()
+                    self._report_or_stop()
         except BaseException:
             self._stop.set()
             for thread in others:
@@ -121,7 +121,7 @@ class Run:
             pass
 
     def _advance(self, k: int) -> Iterator[None]:
-        """One call of the compiled loop after the other."""
+        """Calls the compiled loop until no member is under way, and yields after each call."""
         work = self._works[k]
         work.start()
         steps = FIRST_STEPS
@@ -134,7 +134,7 @@ class Run:
             )
             yield
 
-    def _look_around(self) -> None:
+    def _report_or_stop(self) -> None:
         if self._stopped is not None and self._stopped():
             self._stop.set()
         now = time.perf_counter()
@@ -146,7 +146,7 @@ class Run:
                 self._reported = done
 
     def _share_done(self) -> float:
-        """Members that are done, and the shares of those under way, over all."""
+        """The share of the work that is done: finished members, and the shares of those under way."""
         arrays = self._arrays
         members = arrays.start.size
         total = float(min(self._job[Job.NEXT], members))

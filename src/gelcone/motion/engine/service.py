@@ -1,4 +1,4 @@
-"""The scalar part of the compiled loop: lanes for which something is due are served one by one."""
+"""The scalar part of the compiled loop: samples, events, corners and ends of single lanes."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from gelcone.motion.engine.plan import (
 from gelcone.motion.engine.step import later
 
 THERE = 2.0**-13
-"""Share of a step below which the short polynomial of a border that is seldom near is exact."""
+"""Share of a step below which the polynomial of low order of a border that is seldom near is exact."""
 
 AT_ONCE = 2.0**-40
-"""Share of the time within which two switches come at once."""
+"""Largest relative difference between the times of switches that come at once."""
 
 
 class _Lane:
-    """Scalar access to the rows of the lane that ``base`` points to, ``width`` places apart, to those of the last step
-    behind ``%scratch``, and to the job. A slot is a lane of width 1."""
+    """Scalar access to the rows of the lane at ``base``, ``width`` places apart, to those of the last step at
+    ``%scratch``, and to the job. A slot is a lane of width 1."""
 
     def __init__(self, f: Function, width: int, base: Value = "%lane") -> None:
         self.f, self.width, self.base = f, width, base
@@ -39,12 +39,12 @@ class _Lane:
         return self.f.place(self.base, row * self.width if isinstance(row, int) else self.times(row, self.width))
 
     def take(self, other: _Lane, layout: Layout) -> None:
-        """Takes all rows of another one."""
+        """Copies all rows of another lane."""
         with self.f.each(layout.rows) as row:
             self.set_whole(row, other.get_whole(row))
 
     def dwell(self, layout: Layout, number: Value) -> Value:
-        """Where the time is that was spent at one combination of the signs of the switches."""
+        """The address of the time spent at a combination of signs of the switches."""
         return self.place(self.f.whole("add", number, str(layout.dwell)))
 
     def get(self, row: int) -> Value:
@@ -63,7 +63,7 @@ class _Lane:
         return self.f.load(self.f.place("%scratch", row * self.width))
 
     def array(self, field: Job, *index: Value) -> Value:
-        """Address of an element: the array's address plus the sum of the index."""
+        """The address of an element: that of the array plus the sum of the index."""
         address = self.f.load_pointer(self.f.place("%job", field))
         for part in index:
             address = self.f.place(address, part)
@@ -76,7 +76,7 @@ class _Lane:
         return self.f.new(f"mul i64 {a}, {b}")
 
     def set_stop(self, plan: Plan, layout: Layout, member: Value) -> None:
-        """The next time at which a step must end: a corner, or the next sample, or the last one."""
+        """Sets the next time at which a step must end: a corner, the next sample, or the last one."""
         f = self.f
         end = self.get(layout.target)
         if not plan.ends_at_samples:
@@ -96,14 +96,14 @@ def _block_lane(f: Function, plan: Plan, layout: Layout, number: Value) -> _Lane
 
 
 def _ring(f: Function, plan: Plan, layout: Layout, number: Value) -> Value:
-    """The address of a place in the ring of the law ``%law``."""
+    """The address of an entry in the ring of the law ``%law``."""
     place = f.whole("and", number, str(plan.slots - 1))
     first = f.whole("add", f.whole("mul", "%law", str(plan.slots)), str(layout.rings))
     return f.place("%words", f.whole("add", first, place))
 
 
 def enter_function(plan: Plan, layout: Layout) -> Function:
-    """``enter(law, slot, lanes, words, store)``: gives a member a lane of its law, or lets it wait for one."""
+    """``enter(law, slot, lanes, words, store)``: gives the member of a slot a lane of its law, or lets it wait."""
     f = Function("enter", ["i64 %law", "i64 %slot", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
     f.intrinsics.add("declare i64 @llvm.cttz.i64(i64, i1)")
     word = f.place("%words", "%law")
@@ -123,7 +123,7 @@ def enter_function(plan: Plan, layout: Layout) -> Function:
 
 
 def vacate_function(plan: Plan, layout: Layout) -> Function:
-    """``vacate(law, number, lanes, words, store)``: gives a lane to the member that waits longest for it, if any."""
+    """``vacate(law, number, lanes, words, store)``: gives a lane to the member that has waited longest, if any."""
     f = Function("vacate", ["i64 %law", "i64 %number", "ptr %lanes", "ptr %words", "ptr %store"], "void", 1)
     lane = _block_lane(f, plan, layout, "%number")
     word = f.place("%words", "%law")
@@ -143,8 +143,8 @@ def vacate_function(plan: Plan, layout: Layout) -> Function:
     return f
 
 
-def _negative(lane: _Lane, layout: Layout, switches: Iterable[int]) -> Value:
-    """Which of some switches are negative, a bit each; of those by which laws differ, the place of a law among all."""
+def _sign_bits(lane: _Lane, layout: Layout, switches: Iterable[int]) -> Value:
+    """Sign bits of some switches, 1 for negative; those of the switches that distinguish laws are the law's index."""
     f, found = lane.f, "0"
     for k, switch in enumerate(switches):
         sign = f.whole("lshr", f.bits(lane.get(layout.switches + switch)), "63")
@@ -153,7 +153,7 @@ def _negative(lane: _Lane, layout: Layout, switches: Iterable[int]) -> Value:
 
 
 def refill_function(plan: Plan, layout: Layout) -> Function:
-    """``refill(slot, lanes, job, words, store)``: the next member, if there is one, for a slot."""
+    """``refill(slot, lanes, job, words, store)``: gives a slot the next member, if there is one."""
     f = Function("refill", ["i64 %slot", "ptr %lanes", "ptr %job", "ptr %words", "ptr %store"], "void", 1)
     lane = _slot(f, layout, "%slot")
     member = f.new(f"atomicrmw add ptr {f.place('%job', Job.NEXT)}, i64 1 monotonic")
@@ -189,15 +189,15 @@ def refill_function(plan: Plan, layout: Layout) -> Function:
     lane.set(layout.most_steps, f.load(lane.array(Job.MOST_STEPS, member)))
     lane.set(layout.least, f.real(math.inf))
     lane.set(layout.steps, f.real(0.0))
-    law = _negative(lane, layout, plan.telling)
+    law = _sign_bits(lane, layout, plan.telling)
     f.line(f"call void @enter(i64 {law}, i64 %slot, ptr %lanes, ptr %words, ptr %store)")
     f.finish()
     return f
 
 
 def serve_function(plan: Plan, layout: Layout) -> Function:
-    """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: what is due in one
-    lane after a step; a flag for each border says whether it may be near."""
+    """``serve(lane, scratch, law, number, lanes, job, words, store, finite, small, near0, ...)``: serves a lane after a
+    step; the flag of each border is true if it may be near."""
     near = [f"%near{k}" for k in range(len(plan.borders))]
     own = ["ptr %lane", "ptr %scratch", "i64 %law", "i64 %number"]
     shared = ["ptr %lanes", "ptr %job", "ptr %words", "ptr %store"]
@@ -211,7 +211,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
     f.store(lane.step(layout.step), reach)
 
     failed = f.either("%small", f.opposite("%finite"))
-    with f.when(failed):  # the step does not count: the member ended where it began
+    with f.when(failed):  # the step does not count: the member ends at its start
         total = f.real(0.0)
         for k in range(layout.states):
             total = f.add(total, lane.step(k * layout.terms))
@@ -230,8 +230,8 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
         if plan.borders:
             _cut_step(f, lane, layout, reach, event)
         _take_samples(f, lane, plan, layout, member, reach, status)
-        going = f.compare_whole("slt", f.load_whole(status), "0")
-        with f.when(going):
+        unfinished = f.compare_whole("slt", f.load_whole(status), "0")
+        with f.when(unfinished):
             for k, border in enumerate(plan.borders):
                 with f.when(f.compare_whole("eq", f.load_whole(event), str(k))):
                     _pass_border(f, lane, plan, layout, border, k, status)
@@ -258,7 +258,7 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
         f.line(f"call void @refill(i64 {slot}, ptr %lanes, ptr %job, ptr %words, ptr %store)")
         f.finish_here()
     if plan.telling:
-        law = _negative(lane, layout, plan.telling)
+        law = _sign_bits(lane, layout, plan.telling)
         with f.when(f.compare_whole("ne", law, "%law")):
             for k in range(len(layout.equations)):
                 lane.set(layout.roots + k, f.real(math.nan))
@@ -273,8 +273,8 @@ def serve_function(plan: Plan, layout: Layout) -> Function:
 def _end_without_value(
     f: Function, lane: _Lane, plan: Plan, layout: Layout, near: list[str], whole: Value, status: Value
 ) -> None:
-    """Ends a member whose states are ``whole`` by the first terminal border whose function has no value there: a root
-    of which it is made has been lost."""
+    """Ends a member with finite states, ``whole``, by the first terminal border whose function is NaN there: a root in
+    it has been lost."""
     for k in reversed(range(len(plan.borders))):
         if plan.borders[k].switch is None:
             value = lane.step(layout.borders + k * layout.terms)
@@ -285,7 +285,7 @@ def _end_without_value(
 def _take_samples(
     f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value, reach: Value, status: Value
 ) -> None:
-    """Writes all samples that the step passed; the member has arrived with the last one."""
+    """Stores all samples that the step passed; the member arrives with the last one."""
     samples = lane.size(Job.SAMPLES)
     first = lane.times(member, samples)
     with f.repeat() as out:
@@ -315,7 +315,7 @@ def _take_samples(
 
 
 def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: Value) -> None:
-    """Continues to the next corner when the step ended at one."""
+    """Loads the next corner, and the piece between, if the step ended at a corner."""
     with f.repeat() as out:  # pieces may have no length
         passed = lane.get(layout.corner)
         f.leave(out, f.compare("ult", lane.get(layout.time), passed))
@@ -338,13 +338,16 @@ def _pass_corner(f: Function, lane: _Lane, plan: Plan, layout: Layout, member: V
 
 
 def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int, reach: Value, event: Value) -> None:
-    """Shortens ``reach`` to where border k is crossed, if it is, and sets ``event``. Where the bound of a border of
-    low order is crossed, the step ends without an event, unless it has come so near that no more can be decided."""
+    """Shortens ``reach`` to the crossing of border k, if it is crossed, and sets ``event``.
+
+    If the bound of a border of low order crosses zero, the step ends without an event, unless it is too short for the
+    bound to differ from the border.
+    """
     border = plan.borders[k]
     row = (layout.borders + k * layout.terms) * plan.width
     coefficients = f.place("%scratch", row)
     with f.when(f.compare("oeq", lane.get(layout.sides + k), f.real(0.0))):
-        # the first step: which side of the border the member is on, or where to it goes if it is on the border
+        # the first step: the side of the member, or, on the border, the side to which it moves
         g = [f.load(f.place(coefficients, j * plan.width)) for j in range(layout.terms)]
         change = f.polynomial(f.load(reach), [f.real(0.0), *(f.absolute(value) for value in g[1:])])
         toward = f.choose(f.compare("une", g[1], f.real(0.0)), g[1], g[2])
@@ -368,7 +371,7 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
 
 
 def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Value) -> None:
-    """Goes back to where the first border is crossed."""
+    """Takes the states and roots back to the first crossing of a border."""
     with f.when(f.compare_whole("sge", f.load_whole(event), "0")):
         for k in range(layout.states):
             coefficients_of = [lane.step(k * layout.terms + j) for j in range(layout.terms)]
@@ -382,8 +385,10 @@ def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Val
 
 
 def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
-    """The event itself: the member ends, or its switch flips; it ends as well where switches flip on and on in place.
-    An event in the direction that does not count only records the side of the border."""
+    """Applies an event: the member ends, or its switch flips; it also ends if switches flip without end.
+
+    A crossing in the direction that does not count only changes the side of the border.
+    """
     side = lane.get(layout.sides + k)
     counts = f.compare("ogt", side, f.real(0.0)) if border.direction else f.compare_whole("eq", "0", "0")
     if not border.sided:
@@ -406,12 +411,11 @@ def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: B
 
 
 def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:
-    """Adds the time since the last switch to that spent at the present signs of the switches: bit k of the place is set
-    where switch k is negative."""
+    """Adds the time since the last switch to that of the present signs of the switches; see `_sign_bits`."""
     f = lane.f
     if not plan.signs:
         return
-    address = lane.dwell(layout, _negative(lane, layout, range(plan.signs)))
+    address = lane.dwell(layout, _sign_bits(lane, layout, range(plan.signs)))
     time = lane.get(layout.time)
     f.store(f.add(f.load(address), f.subtract(time, lane.get(layout.since))), address)
     lane.set(layout.since, time)

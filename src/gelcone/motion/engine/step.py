@@ -1,10 +1,10 @@
-"""The vector part of the compiled loop: one Taylor step of all lanes of a law, and how long it may be.
+"""The vector part of the compiled loop: a Taylor step of all lanes of a law.
 
-Step size: the last two coefficients of the states bound what a step leaves out,
+Step size: the last two coefficients of the states bound the remainder,
     h = min over k in (p - 1, p) of (tolerance max(small, |x_0|) / |x_k|)^(1/k),   |.| the largest of all states,
 as in Jorba & Zou, Experimental Mathematics 14 (2005) 99, sec. 3.2. Roots of equations and border functions bound the
-step as well: between poles of a border function the states may allow steps on which its polynomial says nothing.
-Integrals along the motion, such as that of the power, bound it only where the motion is at rest.
+step as well: close to a pole of a border function the states may allow steps on which its polynomial diverges.
+Integrals along the motion, such as that of the power, bound it only at rest.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from gelcone.motion.engine.plan import THREAD, Border, Law, Layout, Plan
 from gelcone.physics.trace import Node
 
 SMALLEST_NORM = 1e-8
-"""Errors are relative to the largest state; where all are below this, to this."""
+"""Least size of the states to which errors are relative."""
 LONGEST_STEP_BITS = 40.0
-"""Steps are at most 2^40: where all coefficients vanish nothing else bounds them."""
+"""Binary logarithm of the longest step, if all coefficients vanish."""
 LONGEST_BLOCK = 1000
-"""Most instructions of a step between two branches: the long steps of membranes compile in two thirds of the time."""
+"""Most instructions of a step between two branches: long steps of membranes then compile in two thirds of the time."""
 SELDOM_ORDER = 4
 """Order of the polynomials of borders that are seldom near."""
 SHORTEST = 2.0**-60
-"""A step of which it matters not what such a polynomial leaves out."""
+"""Least step in the bound of the remainder of such a polynomial."""
 BERNSTEIN = (0.25,), (0.5, 1.0 / 6.0), (0.75, 0.5, 0.25), (1.0, 1.0, 1.0, 1.0)
-"""Shares of a_1, a_2, ... in the Bernstein coefficients of a_0 + a_1 s + ... + a_4 s^4, but for a_0 in all of them."""
+"""Factors of a_1, a_2, ... in the Bernstein coefficients of a_0 + a_1 s + ... + a_4 s^4, each with a_0 besides."""
 
 
 class _Followed(NamedTuple):
-    """A border that can be crossed under a law: its place, itself, and the Taylor coefficients of its function."""
+    """A border that can be crossed under a law, its place, and the Taylor coefficients of its function."""
 
     place: int
     border: Border
@@ -102,12 +102,12 @@ def step_function(plan: Plan, layout: Layout, place: int) -> Function:
 
 
 def _never(border: Border, value: Node) -> bool:
-    """Whether a border is not crossed under a law: whether its function keeps the sign of the member's side."""
+    """True if a border cannot be crossed under a law: its function is a constant on the member's side."""
     return border.sided and value.operation == "constant" and value.value * border.direction < 0.0
 
 
 def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan) -> Value:
-    """The step that the tolerance allows (see the module's docstring)."""
+    """The step by the tolerance (see the module's docstring)."""
 
     def largest(rows: Sequence[Sequence[Value | None]], k: int) -> Value:
         sizes = [f.absolute(value) for row in rows if (value := row[k]) is not None]
@@ -129,7 +129,7 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
         moving = reduce(f.larger, sizes, largest(states, k))
         if not integrals:
             return moving
-        # at rest the states bound no step, but the source still charges the film: its integrals count relative to 1
+        # at rest the states bound no step, but the source still charges the film: integrals count relative to 1
         return f.choose(still, f.larger(moving, f.multiply(size, largest(integrals, k))), moving)
 
     allowed = functions.rough_log2(f, f.multiply(size, f.real(plan.tolerance)))
@@ -141,7 +141,7 @@ def _step_size(f: Function, jet: Jet, followed: Sequence[_Followed], plan: Plan)
 
 
 def _at(f: Function, row: Sequence[Value | None], step: Value) -> Value:
-    """A Taylor polynomial at the end of the step: odd and even terms apart, which run side by side."""
+    """A Taylor polynomial at the end of the step; odd and even terms are independent, which hides latencies."""
     coefficients = [f.real(0.0) if value is None else value for value in row]
     square = f.multiply(step, step)
     odd = f.polynomial(square, coefficients[1::2])
@@ -158,7 +158,7 @@ def later(f: Function, time: Value, low: Value, step: Value) -> tuple[Value, Val
 
 
 def _side(f: Function, address: Value, border: Border) -> Value | None:
-    """The sign that makes a border function positive on the member's side; None where it always is."""
+    """The sign that makes a border function positive on the member's side; None if it always is."""
     if border.sided and border.direction < 0:
         return None
     side = f.load(address)
@@ -166,8 +166,10 @@ def _side(f: Function, address: Value, border: Border) -> Value | None:
 
 
 def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int, Value | None], step: Value) -> None:
-    """Takes from the last coefficient of borders of low order m what the next ones may hold, on the member's side:
-    |g_m| h^m + |g_(m-1)| h^(m-1)/2. Coefficients times h^k fall to a seventh or so from order to order."""
+    """Reduces the last coefficient of borders of low order m by a bound of the remainder, on the member's side.
+
+    The bound is |g_m| h^m + |g_(m-1)| h^(m-1)/2: terms g_k h^k fall to about a seventh from order to order.
+    """
     for place, border, g in followed:
         if border.seldom:
             before, last = (f.real(0.0) if value is None else value for value in g[-2:])
@@ -179,10 +181,11 @@ def _bound_seldom(f: Function, followed: Sequence[_Followed], sides: Mapping[int
 
 
 def _near(f: Function, coefficients: Sequence[Value | None], sign: Value | None, step: Value) -> Value:
-    """Lanes that may cross a border in this step. With the sign that makes g positive on the member's side, two bounds
-    exclude those that do not: g_0 + g_1 t - b t^2 is above zero at t = 0, at t = h and between, where
-    b = - g_2 - n_3 h - n_4 h^2 - ..., and n_k is g_k where that is negative, else 0; or the Bernstein coefficients of
-    g_0 + ... + g_4 t^4 over the step are above zero, less what n_5, ... take.
+    """Mask of lanes that may cross a border in this step.
+
+    With the sign that makes g positive on the member's side, two bounds exclude the others: g_0 + g_1 t - b t^2 is
+    positive in [0, h], with b = - g_2 - n_3 h - n_4 h^2 - ... and n_k = min(g_k, 0); or the Bernstein coefficients of
+    g_0 + ... + g_4 t^4 over the step are positive after adding n_5 h^5 + ....
     """
     zero = f.real(0.0)
     g = [zero if part is None or sign is None else f.multiply(sign, part) for part in coefficients]
@@ -222,8 +225,8 @@ def _keep_step(
     low: Value,
     step: Value,
 ) -> None:
-    """Puts the step's polynomials where the scalar code finds them; of states that no one reads inside of a step, the
-    start alone."""
+    """Stores the step's polynomials in the scratch room; for states that are not read inside the step, only the
+    start."""
     terms = layout.terms if plan.borders or not plan.ends_at_samples else 1
     rows = [(i * layout.terms + k, value) for i, row in enumerate(jet.states) for k, value in enumerate(row[:terms])]
     rows += [
@@ -234,7 +237,7 @@ def _keep_step(
     if plan.borders:
         roots: list[list[Value | None]] = [
             [None] * terms for _ in layout.equations
-        ]  # those of other laws begin anew when they are needed
+        ]  # roots of other laws are searched again when they are needed
         for equation, row in zip(law.equations, jet.roots, strict=True):
             roots[layout.root(equation)] = row
         rows += [

@@ -1,4 +1,4 @@
-"""Many motions that are moved on step by step, with numbers that may be set in between."""
+"""Motions advanced step by step, with numbers that may be set in between."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from gelcone.quantity import Array
 
 
 class Steps(Rerun):
-    """Motions of a system under inputs; each step continues where the one before ended, with the switches it left.
+    """Motions of a system under inputs; each step continues from the states and switches of the one before.
 
-    ``states`` (members, N), ``switches`` (members, switches), ``lengths`` of a step, dimensionless, and
-    ``smallest_step`` (members,) may be written between steps. The time begins anew with each step. The bits are those
-    of a run of each member alone.
+    ``states`` (members, N), ``switches`` (members, switches), dimensionless ``lengths`` of a step and ``smallest_step``
+    (members,) may be written between steps. Each step begins at time 0. The bits are those of a run of each member
+    alone.
 
     Parameters
     ----------
     system : the system under inputs, without corners.
     tolerance : relative error of one step of the integrator.
-    members : how many motions there are.
+    members : number of motions.
     most_steps : number of steps of the integrator after which a member ends.
     """
 
@@ -42,14 +42,14 @@ class Steps(Rerun):
         self._stale = True
 
     def _numbers_alone(self) -> dict[str, int]:
-        """Numbers that stand as they are in the table of what programs hold, and in nothing else of it: their rows."""
+        """Rows of numbers in the table of held values that no other held value depends on, by name."""
         held = self._compiled.layout.held
         parts = [{leaf.value for leaf in ordered([node]) if leaf.operation == "number"} for node in held]
         own = {node.value: k for k, node in enumerate(held) if node.operation == "number"}
         return {name: row for name, row in own.items() if sum(name in part for part in parts) == 1}
 
     def set(self, name: str, values: Array | float) -> None:
-        """Set a number of all members, to a value or one each."""
+        """Set a number of all members, to one value or (members,)."""
         self._values[self._rows[name], : self._members] = values
         if name in self._alone and not self._stale:
             self._arrays.table[self._alone[name], : self._members] = values
@@ -57,12 +57,12 @@ class Steps(Rerun):
             self._stale = True
 
     def set_all(self, values: Array, where: npt.NDArray[np.intp]) -> None:
-        """Set all ``numbers`` (names, members) of the members at some places."""
+        """Set all ``numbers`` (names, members) of the members with the indices ``where``."""
         self._values[:, where] = values
         self._stale = True
 
     def step(self) -> npt.NDArray[np.int8]:
-        """Move all members on by their lengths; how each ended, an `Outcome`. One that ended stays where it did."""
+        """Advance all members by their lengths, and return their outcomes. A member that failed stays at its end."""
         arrays = self._arrays
         if self._stale:
             self._compiled.prepare(*self._table)
@@ -83,5 +83,5 @@ class Steps(Rerun):
 
     @property
     def broke_down(self) -> npt.NDArray[np.bool_]:
-        """Which members ended in the last step because the true field reached the dielectric strength."""
+        """Mask of members that ended in the last step because the true field reached the dielectric strength."""
         return self._arrays.status >= TERMINAL_EVENT + self._own_borders
