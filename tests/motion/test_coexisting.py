@@ -368,30 +368,23 @@ def test_motions_are_sought_with_the_options_and_each_step_has_what_the_one_befo
     own.outcome[:] = 0, 4, 0
     asked = record(
         monkeypatch, module, settled_swing=own, _largest_kicks=np.array([7.0, 8.0, 9.0]), _try_kicks="leading",
-        _try_releases=None,
-        _try_neighbours=None, _narrow=None, _as_arrays={"found": 1},
+        _try_releases=None, _try_neighbours=None, _narrow=None, _as_arrays={"found": 1},
     )  # fmt: skip
     members, states, shares = ConeModel(voltage=[0.1, 0.2, 0.3]).members(), numbers(3, 2), []
     assert coexisting(members, states, threads=5, progress=shares.append, shift=0.25) == {"found": 1}
     flow = {"threads": 5, "tolerance": module.TOLERANCE}
-    (first,), (climb,), (narrow,), (arrays,) = (
-        asked[n] for n in ("settled_swing", "_try_kicks", "_narrow", "_as_arrays")
-    )
+    names = "settled_swing", "_try_kicks", "_narrow", "_as_arrays"
+    (first,), (tried,), (narrow,), (arrays,) = (asked[name] for name in names)
     assert {name: first[name] for name in flow} == flow
     np.testing.assert_array_equal(first["states"], states)
-    assert climb["kicks"] is narrow["kicks"]
-    assert (
-        climb["kicks"].flow
-        == arrays["flow"]
-        == asked["_try_releases"][0]["flow"]
-        == asked["_try_neighbours"][0]["flow"]
-        == flow
-    )
-    assert climb["kicks"].phases[0] == 0.25 / module.PHASES
-    assert climb["kicks"].own is own
+    assert tried["kicks"] is narrow["kicks"]
+    assert tried["kicks"].flow == arrays["flow"] == flow
+    assert asked["_try_releases"][0]["flow"] == asked["_try_neighbours"][0]["flow"] == flow
+    assert tried["kicks"].phases[0] == 0.25 / module.PHASES
+    assert tried["kicks"].own is own
     for name in ("_try_kicks", "_try_releases", "_try_neighbours", "_narrow"):
         assert asked[name][0]["alive"].tolist() == [0, 2]
         assert asked[name][0]["found"] is arrays["found"]
     assert narrow["leading"] == "leading"
-    assert arrays["largest"].tolist() == climb["kicks"].largest.tolist() == [7.0, 8.0, 9.0]
+    assert arrays["largest"].tolist() == tried["kicks"].largest.tolist() == [7.0, 8.0, 9.0]
     assert sum(shares) == pytest.approx(1.0)
