@@ -263,8 +263,8 @@ def _complete(model: Members, grids: Array, swept: Swing, search: dict[str, Any]
     for first in range(0, member.size, AT_ONCE):
         at = member[first : first + AT_ONCE], step[first : first + AT_ONCE]
         members = model.take(at[0]).replace(drive_frequency=grids[at])
-        seen = swing(members, swept.final[at], swept.period[at], **integration(search))
-        swept.harmonics[at], swept.validity[at] = seen.harmonics, seen.validity
+        motion = swing(members, swept.final[at], swept.period[at], **integration(search))
+        swept.harmonics[at], swept.validity[at] = motion.harmonics, motion.validity
 
 
 def _by_branch(swept: Swing) -> Swing:

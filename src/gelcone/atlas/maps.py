@@ -163,7 +163,7 @@ def basin(
     ----------
     model : a single model, or a device.
     over : two of the states -> increasing values: ``displacement`` and ``velocity``, or of a model others by their
-        names; what is not varied starts from 0, or where its component says.
+        names; other states start from 0, or from their component's default.
     transient, patience, budget, tolerance : as in `regime`.
     threads : number of threads of this process. Default one process a core for 1,024 cells or more, else one thread a
         core. Does not change a bit of the result.

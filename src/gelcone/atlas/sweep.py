@@ -85,7 +85,7 @@ def sweep(
     plan : which parameters are swept over which values, which are drawn, and the options of the analysis.
     analysis : an analysis that can be swept: regime, lyapunov, limits, settled or
         operating_limits. Default ``"regime"``.
-    coarsest : computes only a lattice of at least this number of points along each axis, and what is needed to follow
+    coarsest : computes only a lattice of at least this number of points along each axis, and the cells needed to follow
         every change of regime, or of the exponent's sign, down to the finest cell. Default: all cells are computed.
     keep : variables with many values a cell that a sweep leaves out otherwise: ``section`` of regime; ``running_time``,
         ``running_exponent``, ``finite_time`` and ``finite_exponent`` of lyapunov. Default none.

@@ -130,13 +130,13 @@ def refine(
     least = [(t.high - t.low) / 2.0**halvings for t in thresholds]
     rounds = halvings
     for _ in range(rounds):
-        going = [t for t, width in zip(thresholds, least, strict=True) if t.high - t.low > width and t.unchanged < 2]
-        if not going:
+        wide = [t for t, width in zip(thresholds, least, strict=True) if t.high - t.low > width and t.unchanged < 2]
+        if not wide:
             break
-        owners = [threshold for threshold in going for _ in QUARTERS]
-        tried = np.array([value for threshold in going for value in threshold.middle])
+        owners = [threshold for threshold in wide for _ in QUARTERS]
+        tried = np.array([value for threshold in wide for value in threshold.middle])
         evidence = classified(owners, tried)
-        for threshold in going:
+        for threshold in wide:
             own = np.flatnonzero([owner is threshold for owner in owners])
             shares = share_of(evidence.take(own), threshold.below)
             for value, share, period in zip(tried[own], shares, evidence.period[own], strict=True):

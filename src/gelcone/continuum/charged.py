@@ -93,8 +93,8 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
 
 
 def _why_lost(film: Film, start: Point, last: Point, beyond: float) -> Ending:
-    """The ending of a film of which no state was found between the V of ``last`` and ``beyond``: pulled in where a ring
-    is nearly soft, slack where the film nearly is."""
+    """The ending of a film without a state found between the V of ``last`` and ``beyond``: pulled in if a ring is
+    nearly soft, slack if the film nearly is."""
     if firmness(film, last, beyond) < NEARLY_SOFT * firmness(film, start, start.squared):
         return Ending.PULLED_IN
     return Ending.SLACK if last.force < NEARLY_SLACK * start.force else Ending.NOT_CONVERGED

@@ -195,8 +195,8 @@ def _of_wrinkling(
             force[i] = [own.force(x, v) for v in levels]
             limit[i] = np.sqrt(own.film.highest_squared(x, own.numbers()))
     ending, reached = (result[name].values.reshape(held.shape) for name in ("ending", "reached_voltage"))
-    gone = ending == Ending.PULLED_IN
-    found = np.where(gone.any(axis=1), np.min(np.where(gone, reached, np.inf), axis=1), np.nan)
+    ended = ending == Ending.PULLED_IN
+    found = np.where(ended.any(axis=1), np.min(np.where(ended, reached, np.inf), axis=1), np.nan)
     cones = [member.replace(film="wrinkling") for member in members]
     squared = np.array([cone.film.highest_squared(x, cone.numbers()) for cone in cones])
     along, at = ("displacement",), ("constant_voltage", "displacement")

@@ -101,7 +101,7 @@ def membrane(
     spring. ``ending`` says for each point how its search ended, see `Ending`; where it is neither ``converged`` nor
     ``compressed`` the numbers are NaN (a ``slack`` film has the force 0), and ``reached_voltage`` is the voltage up to
     which the film could be followed; with ``"relax"`` that at which it fell slack or pulled in, to 0.05 %.
-    ``force_error`` estimates what the mesh leaves: a 15th of the change from a mesh half as fine. ``folds``
+    ``force_error`` estimates the error of the mesh: a 15th of the change from a mesh half as fine. ``folds``
     counts the folds of the voltage passed on the way: after them the film has pulled in. ``stable``: the energy has a
     minimum against all axisymmetric motion of the film. ``hoop_slack`` and ``meridional_slack`` mark a compressive
     stress anywhere - the unwrinkled film that was computed is then not physical - or, with ``"relax"``, wrinkles.
@@ -252,7 +252,7 @@ def _flat_state(film: Film, square: float) -> State:
 
 
 def _why_not_raised(film: Film, height: float) -> Ending:
-    """The ending of a film of which no state in tension without voltage was found at a height."""
+    """The ending of a film without a state in tension at a height and no voltage."""
     if height >= highest_span(film):
         return Ending.BEYOND_LIMIT
     start = flat(film, 0.0)

@@ -61,8 +61,8 @@ NEXT = 1e-3
 class FittedFilm:
     """A film while its ``numbers`` are fitted, piece by piece.
 
-    ``errors`` are the largest of the force, ``gain_errors`` of what voltages take from the force, one each of the
-    columns that are fitted and of those that are checked.
+    ``errors`` are the largest of the force, ``gain_errors`` those of its reduction by voltages, one each for the fitted
+    columns and for those that are checked.
     """
 
     elements: Elements
@@ -372,7 +372,7 @@ def _error(film: FittedFilm, piece: str, found: Columns, inside: Array) -> float
 
 
 def _gain_error(film: FittedFilm, piece: str, found: Columns, inside: Array) -> float:
-    """Largest relative error of what voltages take from the force of states that are not low."""
+    """Largest relative error of the reduction of the force by voltages, in states that are not low."""
     inside = inside[(found.V[inside] > 0.0) & (found.heights[found.column[inside]] >= LOW)]
     column, V = found.column[inside], found.V[inside]
     x = found.heights[column]

@@ -21,7 +21,7 @@ def not_made(gel: Gel, why: str, remedy: str) -> InputError:
 
 
 def too_few(gel: Gel) -> InputError:
-    """The refusal of a film of which too few states are found."""
+    """The refusal of a film with too few states found."""
     if np.isfinite(gel.strain_limit):
         return InputError(TOO_CLOSE)
     return not_made(gel, "too few states of this film are found", "wrinkling, or other pre-stretches")

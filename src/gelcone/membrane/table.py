@@ -30,8 +30,8 @@ LEAST_NEAR = 2e-3
 COARSE, FINE = 100, 160
 """Numbers of elements; the finer one of films whose hoop is stretched more than their meridian."""
 MARGIN, GAIN_MARGIN, ELEMENT_ERROR = 3.5, 2.0, 2e-4
-"""Ratio of the stated errors of the force and of what a voltage takes from it to the largest at the heights computed,
-since others lie between; and the error of the elements."""
+"""Ratios of the stated errors of the force and of its reduction by a voltage to the largest at the computed heights
+(errors in between may be larger); and the error of the elements."""
 LARGEST_ERROR = 1.5
 """Largest stated error of the force of a film that is not refused."""
 
@@ -40,10 +40,10 @@ def table(gel: Gel, ratio: float) -> dict[str, float]:
     """The numbers of the film of a gel; ``ratio`` is a/b.
 
     ``film_error`` is the largest error of the force, over the force and a tenth of that without voltage there or at the
-    height 0.1, whichever is greater. ``gain_error`` is the largest relative error of what a voltage takes from the
-    force, at heights from 0.1.
+    height 0.1, whichever is greater. ``gain_error`` is the largest relative error of the reduction of the force by a
+    voltage, at heights from 0.1.
 
-    Raises `InputError` for a film of which too few states are found, or whose force is fitted too badly.
+    Raises `InputError` for a film with too few states found, or with a force that is fitted too badly.
     """
     strong = gel.has_rims
     film = FittedFilm(Elements(gel, ratio, FINE if strong else COARSE), {})

@@ -1,1 +1,1 @@
-"""The actuator's motion: the compiled flow and the analyses built on it, one a file."""
+"""The actuator's motion: the compiled flow, and the analyses built on it, one in each file."""

@@ -363,5 +363,5 @@ def _sensitivities(chosen: ConeModel, device: Device | None, threads: int | None
 
 
 def _counts(value: float) -> bool:
-    """Whether a number can be changed by a share of itself."""
+    """True if a number can be changed by a share of itself."""
     return bool(np.isfinite(value) and value != 0.0)

@@ -27,10 +27,10 @@ class Columns:
         return cls(**made)
 
     def take(self, rows: Any) -> Self:
-        """Some of the motions."""
+        """Copies the rows of some motions."""
         return type(self)(**{name: np.array(values[rows]) for name, values in vars(self).items()})
 
     def put(self, rows: Any, other: Self) -> None:
-        """Replaces some of the motions."""
+        """Replaces the rows of some motions."""
         for name, values in vars(self).items():
             values[rows] = getattr(other, name)

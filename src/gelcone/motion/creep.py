@@ -379,13 +379,13 @@ def _margin(held: Members, x: Array, volts: Array) -> Array:
     with np.errstate(all="ignore"):
         low, high = np.ones(x.shape), np.full(x.shape, np.inf)
         x, rests = follow(x, volts)
-        going = rests & (volts > 0.0)
-        while going.any():
+        rising = rests & (volts > 0.0)
+        while rising.any():
             next_x, stays = follow(x, low * (1.0 + RISE) * volts)
-            high = np.where(going & ~stays, low * (1.0 + RISE), high)
-            going = going & stays
-            low, x = np.where(going, low * (1.0 + RISE), low), np.where(going, next_x, x)
-            going = going & (low < 1.0 + HIGHEST)
+            high = np.where(rising & ~stays, low * (1.0 + RISE), high)
+            rising = rising & stays
+            low, x = np.where(rising, low * (1.0 + RISE), low), np.where(rising, next_x, x)
+            rising = rising & (low < 1.0 + HIGHEST)
         ended = np.isfinite(high)
         for _ in range(HALVINGS if ended.any() else 0):
             middle = 0.5 * (low + high)

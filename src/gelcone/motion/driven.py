@@ -82,8 +82,8 @@ def unknown_between(
     below, above = line * (1.0 - WITHIN), line * (1.0 + WITHIN)
     lower = 0.5 * (found["final_below"][pair] + found["final_below"][pair + 1])
     tried = np.concatenate([below, above])
-    seen = plane.examine(np.tile(omega, 2), tried, lower=np.tile(lower, (2, 1)), yields=False)
-    met = np.any([seen[name] > 0.0 for name in DRIVEN_LIMITS[:-1]], axis=0).reshape(2, -1)
+    examined = plane.examine(np.tile(omega, 2), tried, lower=np.tile(lower, (2, 1)), yields=False)
+    met = np.any([examined[name] > 0.0 for name in DRIVEN_LIMITS[:-1]], axis=0).reshape(2, -1)
     onset = _onset(plane, omega, ceiling)[0]
     met |= np.stack([below, above]) >= onset
     off = np.unique(pair[met[0] | ~(met[1] | (above >= ceiling))])
@@ -138,9 +138,9 @@ def rows_of(
     counted.finish()
     low, high = _limits(plane, met, found["final"], omegas, volts, weighted(progress, 0.4))
     final = found.pop("final")
-    seen = {name: found.get(name, np.full(shape, np.nan)) for name in ("regime", "outcome", *YIELDS)}
+    kept = {name: found.get(name, np.full(shape, np.nan)) for name in ("regime", "outcome", *YIELDS)}
     beyond = ((0, 0), (0, every - len(volts)))
-    of_plane = {name: np.pad(values, beyond, constant_values=np.nan) for name, values in seen.items()}
+    of_plane = {name: np.pad(values, beyond, constant_values=np.nan) for name, values in kept.items()}
     return of_plane | {"low": low, "high": high, "frequency": omegas, "final_below": _below_all(final, low, volts)}
 
 

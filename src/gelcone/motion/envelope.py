@@ -123,20 +123,19 @@ def envelope(
     Of a film that creeps or leaks ``driven_heating`` and ``window_heating`` are the rates at which its temperature
     rises as long as it gives no heat away; ``static_heating`` that at a constant voltage.
 
-    At that peak too, at the frequencies that were given or are default ones, what a kick could lead to, see
-    `gelcone.motion.coexisting`: ``coexisting``, the number of motions other than the window's that were found (in
-    `regime` and its sweeps it is 1 or 0); ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of
-    the disc's velocity that leads away from the window's motion (both infinite: none up to ``kick_tried`` does); and
-    over ``motion`` too, NaN-padded, each of the others: ``motion_stroke``, ``motion_lowest``, ``motion_highest``,
-    ``motion_period``, ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN
-    where only a motion at a neighbouring frequency or a held start led to it), and its shares outside the model's
-    validity, ``motion_validity_*``.
+    At that peak, too, at the given or default frequencies, other motions to which kicks lead
+    (`gelcone.motion.coexisting`): ``coexisting``, their number (in `regime` and its sweeps it is 1 or 0);
+    ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the disc's velocity that leads away
+    from the window's motion (both infinite: none up to ``kick_tried``); and over ``motion`` as well, padded with NaN,
+    for each other motion ``motion_stroke``, ``motion_lowest``, ``motion_highest``, ``motion_period``,
+    ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN for one found without a
+    kick), and its shares outside the model's validity, ``motion_validity_*``.
 
-    The power is the mean over 12 drive periods of all that is lost, which in a settled motion is just what the voltage
-    source gives, since an ideal capacitor takes none. ``driven_damper_power`` and ``window_damper_power`` are the share
-    of 2 zeta x'^2, what the damper takes up: friction, or the work on a load that acts as one. The rest is lost in
-    film, leak and resistance, and where the voltage of an ideal source jumps. The apparent power, which the amplifier
-    must be built for, is the product of the root mean squares of voltage and current d(v q)/dtau.
+    The power is the mean of all losses over 12 drive periods, which in a settled motion is the power of the voltage
+    source. ``driven_damper_power`` and ``window_damper_power`` are the part 2 zeta x'^2 of the damper: friction, or the
+    work on a load that acts as a damper. The rest is lost in film, leak and resistance, and at jumps of an ideal
+    source's voltage. The apparent power, for which the amplifier must be built, is the product of the root mean squares
+    of voltage and current d(v q)/dtau.
 
     Raises
     ------

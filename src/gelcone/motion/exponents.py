@@ -27,7 +27,7 @@ GROWING = 1.15
 """Ratio of the errors of the longest blocks to those of blocks half as long above which errors still grow: twice the
 scatter of errors from 100 blocks."""
 LAST_BLOCKS = 16
-"""Fewest blocks of which an error counts where errors still grow at the end of the budget."""
+"""Least number of blocks for an error if errors still grow at the end of the budget."""
 BUDGET, PRECISE_BUDGET = 20_000.0, 1e7
 """Default longest averaging time, without and with a given precision."""
 SHEAR = 5.0
@@ -154,8 +154,8 @@ def steady_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.ND
 def grown_statistics(growth: Array, clock: Clock) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
     """Exponents (members, N), standard errors, and the mask of members whose errors have stopped growing.
 
-    The errors are those of the longest blocks of which there are `FEWEST_BLOCKS`; where they still grow, the largest
-    errors of longer blocks.
+    The errors are those of the longest blocks with a number of at least `FEWEST_BLOCKS`; if they still grow, the
+    largest errors of longer blocks.
     """
     units = growth.shape[1] // clock.per_repeat
     longest = max(units // FEWEST_BLOCKS, 1)

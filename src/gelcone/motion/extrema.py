@@ -51,7 +51,7 @@ def extrema(
     Returns
     -------
     Dataset over the ensemble's dims and ``extremum``, in the order of time and padded with NaN where members differ in
-    number: ``displacement``, ``velocity`` (what the refinement left of it), ``time`` since the start, ``phase`` within
+    number: ``displacement``, ``velocity`` (the residual of the refinement), ``time`` since the start, ``phase`` within
     the forcing period (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding); and
     ``count``.
 

@@ -68,8 +68,8 @@ def integrate(
     Parameters
     ----------
     model : the ensemble, flattened in C order to its members.
-    initial : the states at ``start``, shape (N,) or (members, N): displacement, velocity and what the model's
-        components add. With displacement and velocity alone the others begin where their components say.
+    initial : the states at ``start``, shape (N,) or (members, N): displacement, velocity and the states that components
+        add. With displacement and velocity alone the others begin at their components' defaults.
     times : increasing sample times from ``start`` on, shape (samples,) or (members, samples).
     start : time at the initial state (sets the phase of the drive), scalar or (members,). Default 0.
     keep : ``"states"``; ``"tangents"`` adds the tangent maps, ``"work"`` the integrals of the powers.

@@ -98,8 +98,10 @@ def _follows_minimum(film: PlacedFilm) -> bool:
 
 
 def _slack(result: Trajectories, system: ConeSystem, films: list[int]) -> npt.NDArray[np.bool_]:
-    """Mask (members,) of those of which some of the films were without force for a time, or have pulled in: only then
-    may a jump have ended a film."""
+    """Mask (members,): some of the ``films`` were without force for a time, or have pulled in.
+
+    Only then may a jump have ended a film.
+    """
     times = result.film_times[:, films, :]
     slack = [[name in ("meridional_slack", "crumpled") for name in system.films[k].kinds] for k in films]
     own = np.array([row + [False] * (times.shape[2] - len(row)) for row in slack], dtype=bool)

@@ -110,7 +110,7 @@ def limits_cells(
 
 
 def _absent(name: str) -> dict[str, str]:
-    """The attributes of a voltage that say what NaN and infinity mean."""
+    """Attributes of a voltage with the meanings of NaN and infinity."""
     return dataset.absent("voltage", infinite="none found" if name == "onset_voltage" else "not reached")
 
 

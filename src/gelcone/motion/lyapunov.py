@@ -67,8 +67,8 @@ def lyapunov(
     budget : longest averaging time. Averaging stops earlier once the largest exponent is 3 standard errors off zero and
         longer blocks give no larger errors; at least 100 blocks of at least a forcing period and 64 time units are
         averaged. Default 20,000, or 10,000,000 for a ``precision``.
-        A damped motion that is on an attracting cycle or at rest by then has the exponents of that, from its Floquet
-        multipliers; what was averaged shows in ``running_exponent`` alone.
+        A damped motion that has then reached an attracting cycle or rest has its exponents, from the Floquet
+        multipliers; averages are then only in ``running_exponent``.
     precision : standard error of the largest exponent at which averaging may stop. Default any.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.

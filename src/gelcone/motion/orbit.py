@@ -41,8 +41,8 @@ Settings = Callable[[Sequence[Any]], dict[str, Any]]
 
 
 class Kind(NamedTuple):
-    """The map of which an orbit is a fixed point: over a number of ``repeats`` of the drive and, where ``reflected``,
-    with the mirror image x -> -x after it."""
+    """The map whose fixed point an orbit is: over a number of ``repeats`` of the drive and, if ``reflected``, followed
+    by the mirror image x -> -x."""
 
     repeats: int = 1
     reflected: bool = False

@@ -260,10 +260,10 @@ def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array
     found = one.force(x0, V, [], own)[0], one.capacitance(x0, V, [], own), one.highest_squared(x0, own)
     force, area, limit = (np.where(there, values, np.nan) for values in found)
     localised = one.pull_in_kind(one.switches(x0, V, [], own)) == FilmPullIn.LOCALISATION
-    gone = np.where(
+    unsupported = np.where(
         np.abs(x0) > one.reach(own)[1], Held.STRETCH_LIMIT, np.where(localised, Held.LOCALISED, Held.MINIMUM)
     )
-    as_held = np.where(kind == -1, gone, np.where(kind == SLACK, Held.SLACK, Held.HELD))
+    as_held = np.where(kind == -1, unsupported, np.where(kind == SLACK, Held.SLACK, Held.HELD))
     as_held = np.where(there, as_held, Held.NO_REST).astype(np.int8)
     return _Cells(at, v, force, area, np.sqrt(limit), kind.astype(np.int8), as_held)
 

@@ -40,8 +40,8 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     Dataset over the ensemble's dims and ``constant_voltage``: ``displacement`` of the disc and its ``stroke`` from
     ``rest_displacement``, on the branch that the ramp follows and past its end on the one it goes to (after a pitchfork
     the positive one), NaN where it goes to infinity; ``losses``, how many losses of stability the ramp has passed;
-    ``blocked_force``, what the voltage adds to the force (v^2 x in the cone), with which the disc pushes (away from the
-    flat film) on a stop that holds it where it rests without voltage; ``cycle_work``, the largest work on a load in a
+    ``blocked_force``, the part of the force due to the voltage (v^2 x in the cone), with which the disc pushes (away
+    from the flat film) on a stop at its rest without voltage; ``cycle_work``, the largest work on a load in a
     cycle: the area between the forces with and without the voltage over the stroke.
 
     Raises

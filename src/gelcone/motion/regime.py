@@ -78,9 +78,9 @@ def regime(
     ``section`` (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``doubtful`` (1 where
     the evidence does not agree: read it before you believe the name), ``outcome``.
     Of chaos: ``seen_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within 1e-9 the
-    ``share_chaotic`` that still is, and the mean ``lifetime`` (infinite where none has ended) between ``lifetime_low``
-    and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents are those of what
-    most of the starts end in. Over ``fate``, the most frequent first, where the starts end: ``fate_regime`` (-1:
+    ``share_chaotic`` that still is, and the mean ``lifetime`` (infinite if none has ended) between ``lifetime_low``
+    and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents are those of the
+    attractor of most starts. Over ``fate``, the attractors of the starts, the most frequent first: ``fate_regime`` (-1:
     none), ``fate_period`` and ``fate_share`` between ``fate_share_low`` and ``fate_share_high``; ``coexisting`` is 1
     where some of the starts end soon on a cycle or rest and the others, against the odds, not at all.
 

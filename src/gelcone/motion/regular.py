@@ -1,4 +1,4 @@
-"""Small linear systems, many at once, some of which may have no solution."""
+"""Solution of many small linear systems, some without a solution."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ def pieces(
         ticks = np.append((np.arange(count)[:, None] + np.asarray(shares)).ravel(), count)
         times = ticks * members.forcing_period[:, None]
         run = integrate(members, states, times, progress=weighted(progress, count / repeats), **flow)
-        # The states of a failed member are NaN, from which `integrate` cannot start; its first failure is what counts.
+        # states of a failed member are NaN, from which `integrate` cannot start: its first outcome counts
         outcome = np.where(outcome == Outcome.OK, run.outcome, outcome)
         states = run.states[:, -1]
         yield Piece(first, count, run.times, run.states, outcome)

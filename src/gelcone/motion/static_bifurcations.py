@@ -164,7 +164,7 @@ def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
 
 
 def pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
-    """Variables of what ends the ramp of each member from its rest."""
+    """Variables of the jump or pull-in that ends the slow ramp of each member from its rest."""
     lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
     return {

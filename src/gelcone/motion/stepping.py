@@ -107,31 +107,31 @@ def walk(model: Members, grids: Array, initial: Array, progress: Progress, searc
     now = Swing.blank(count, states=initial.shape[1])
     place, tries, fresh = np.zeros(count, dtype=int), np.zeros(count, dtype=int), np.ones(count, dtype=bool)
     at, step, distance, largest = (np.zeros(count) for _ in range(4))
-    while (going := np.flatnonzero(place < steps)).size:
-        there = grids[going, place[going]]
-        rest = there - at[going]
-        pace = np.where(np.abs(step[going]) < ALMOST * np.abs(rest), step[going], rest)
-        fresh_ones, spent = fresh[going], tries[going] == MOST_STEPS
+    while (active := np.flatnonzero(place < steps)).size:
+        there = grids[active, place[active]]
+        rest = there - at[active]
+        pace = np.where(np.abs(step[active]) < ALMOST * np.abs(rest), step[active], rest)
+        fresh_ones, spent = fresh[active], tries[active] == MOST_STEPS
         last = fresh_ones | spent | (pace == rest)
-        target = np.where(last, there, at[going] + pace)
-        before, members = now.take(going), model.take(going).replace(drive_frequency=target)
-        tried, changed = _tried(members, before, initial[going], fresh_ones, largest[going], search)
-        tries[going] += 1
-        finest = np.abs(pace) <= FINEST * distance[going]
+        target = np.where(last, there, at[active] + pace)
+        before, members = now.take(active), model.take(active).replace(drive_frequency=target)
+        tried, changed = _tried(members, before, initial[active], fresh_ones, largest[active], search)
+        tries[active] += 1
+        finest = np.abs(pace) <= FINEST * distance[active]
         far = changed & ~finest & ~spent
-        step[going] = np.where(far, 0.5, 2.0) * pace
+        step[active] = np.where(far, 0.5, 2.0) * pace
         fell = np.flatnonzero(changed & ~far)
-        ways = going[fell], place[going[fell]]
-        start = at[going[fell]]
+        ways = active[fell], place[active[fell]]
+        start = at[active[fell]]
         falls.start[ways], falls.end[ways] = start, start + SURE * (target[fell] - start)
         falls.before.put(ways, before.take(fell))
-        gone = going[~far]
-        now.put(gone, tried.take(~far))
-        at[gone] = target[~far]
-        trail.add(gone, at[gone], now.take(gone), count)
+        arrived = active[~far]
+        now.put(arrived, tried.take(~far))
+        at[arrived] = target[~far]
+        trail.add(arrived, at[arrived], now.take(arrived), count)
         # After a jump the motion is a new one, with steps as long as at first.
-        step[going[fell]] = there[fell] - target[fell]
-        done = going[~far & (last | (now.outcome[going] != Outcome.OK))]
+        step[active[fell]] = there[fell] - target[fell]
+        done = active[~far & (last | (now.outcome[active] != Outcome.OK))]
         reached.put((done, place[done]), now.take(done))
         largest[done] = np.fmax(largest[done], now.amplitude[done])
         at[done] = grids[done, place[done]]

@@ -24,7 +24,7 @@ REPEATS = 24
 SAMPLES = 128
 """Samples of a forcing period for harmonics and the deliveries of the source."""
 HARMONICS = (1, 2, 3, 4)
-"""Multiples of the drive frequency of which amplitude and phase are reported."""
+"""Multiples of the drive frequency with reported amplitude and phase."""
 ROUNDING = 1e-12
 """Harmonics below this share of the largest displacement are rounding."""
 

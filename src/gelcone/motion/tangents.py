@@ -65,9 +65,9 @@ def advance(
     """Continue ``run`` by some stretches.
 
     Returns the logarithmic growth of each stretch, (members, stretches, N), and the `contraction` there (members,
-    stretches); NaN from where a member fails. Over stretches longer than `STRETCH` the last growth is what Liouville's
-    theorem leaves of the contraction: an exponent, but no check of the others. With more than two states those between
-    the first and the last may then be lost to rounding.
+    stretches); NaN from the failure of a member on. Over stretches longer than `STRETCH` the last growth is the
+    contraction less the other growths (Liouville's theorem): an exponent, but no check of the others. With more than
+    two states those between the first and the last may then be lost to rounding.
     """
     phase = (run.done % clock.per_repeat) / clock.per_repeat * clock.repeat
     times = phase[:, None] + clock.spacing[:, None] * np.arange(1, stretches + 1)
@@ -86,8 +86,8 @@ def advance(
 def contraction(members: Members, run: Trajectories, spans: Array) -> Array:
     """Integrate the Jacobian's trace between samples ``spans`` (members, samples) of time apart.
 
-    By Liouville's theorem this is the logarithm by which a volume of states changes: -2 zeta times the span of a planar
-    system, and else what the ``run`` integrated along the motion.
+    By Liouville's theorem this is the logarithm of the change of a volume of states: -2 zeta times the span for a
+    planar system, else the integral that the ``run`` computed along the motion.
     """
     return -2.0 * members.values["damping_ratio"][:, None] * spans if run.divergence is None else run.divergence
 

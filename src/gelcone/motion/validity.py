@@ -45,7 +45,7 @@ SLACK_IN = {
 MOST_KINDS = 5
 """Most states of each of two films (`gelcone.physics.film.film.Film.kinds`)."""
 SHARES = tuple(name for name in ASSUMPTIONS if name != "pulled_in")
-"""Assumptions of which the share of the time is reported."""
+"""Assumptions with reported shares of the time."""
 NEAR_LIMIT = 0.99
 """Share of the stretch limit above which a strain is near it."""
 BLOCKS = 8

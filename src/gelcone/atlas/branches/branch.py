@@ -100,7 +100,7 @@ class Branch:
 
     @property
     def map(self) -> Kind:
-        """The map of which the orbits are fixed points."""
+        """The map whose fixed points the orbits are."""
         return self.shooting.kind
 
     @property

@@ -197,8 +197,8 @@ def _digest(start: Any) -> str:
 
 
 def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:
-    """A function that counts points for the progress. Their number is unknown, so that each counts as a five-hundredth
-    of what is left of the ``share`` of the work."""
+    """A function that counts points for the progress. Their number is unknown, so that each counts as 1/500 of the rest
+    of the ``share`` of the work."""
     left = share
 
     def tick(point: Point) -> None:

@@ -213,8 +213,8 @@ def _collapsed(shooting: Shooting, here: Point, point: Point) -> bool:
 
 
 def halves_apart(shooting: Shooting, nodes: Array) -> list[tuple[Kind, Array]]:
-    """Differences between the halves of an orbit, for each map of half the repeats of which it may become a fixed
-    point."""
+    """Differences between the halves of an orbit, for each map over half the repeats whose fixed point it may
+    become."""
     kind, half = shooting.kind, len(nodes) // 2
     if kind.repeats % 2 or kind.reflected:
         return []

@@ -175,5 +175,5 @@ def whole_period(shooting: Shooting, nodes: Array) -> Array:
 
 
 def kind_of(period: int, symmetric: bool) -> Kind:
-    """The map of which an orbit of that period is a fixed point."""
+    """The map whose fixed point an orbit of that period is."""
     return Kind(period // 2, True) if symmetric and period % 2 == 0 else Kind(period)

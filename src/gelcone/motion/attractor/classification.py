@@ -233,7 +233,7 @@ def symmetric(points: Array, period: npt.NDArray[np.int64], signs: Array | float
 
 
 def _store_found(search: Search, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> None:
-    """Stores what a search has found for the damped members ``rows``."""
+    """Stores the results of a search for the damped members ``rows``."""
     at = (rows, search.start[rows])
     evidence.final[rows], evidence.outcome[rows] = search.starts.state[at], search.starts.outcome[at]
     evidence.return_distance[rows] = search.starts.gap[at]

@@ -98,15 +98,15 @@ def drifted(members: Members, states: Array, period: npt.NDArray[np.int64], **fl
         beyond = np.isnan(new.size)  # the film pulled in: later steps stay shorter
         longest[rows[beyond]] = leap.doublings[beyond] - 1
         most[rows] = np.minimum(most[rows], longest[rows])
-        gone = rows[good]
-        point[gone] += leap.step[good]
-        time[gone] += turn[gone] * 2.0 ** leap.doublings[good]
-        at.put(gone, new.take(good))
+        advanced = rows[good]
+        point[advanced] += leap.step[good]
+        time[advanced] += turn[advanced] * 2.0 ** leap.doublings[good]
+        at.put(advanced, new.take(good))
         there = good & leap.settled & (np.abs(leap.step).max(axis=1) < 0.1 * NEAR_RETURN * own.size)
         there &= new.growth < fastest_growth[rows]
         ends[rows[there]] = True
         course.append(np.full(states.shape, np.nan))
-        course[-1][gone] = point[gone]
+        course[-1][advanced] = point[advanced]
         rows = rows[~there & (2.0 ** most[rows] >= FEWEST_PERIODS)]
     return Drift(point, time, ends, _passed(np.stack(course, axis=1)))
 
@@ -141,21 +141,21 @@ def _repeated(at: Returned, most: npt.NDArray[np.int64], slowest: Array) -> _Lea
     """
     total, power = np.tile(np.eye(at.gap.shape[1]), (len(at.gap), 1, 1)), at.tangent.copy()
     step, gap = at.gap.copy(), mapped(power, at.gap)
-    doublings, going = np.zeros(len(gap), dtype=np.int64), np.ones(len(gap), dtype=bool)
+    doublings, active = np.zeros(len(gap), dtype=np.int64), np.ones(len(gap), dtype=bool)
     settled = np.zeros(len(gap), dtype=bool)
     with np.errstate(all="ignore"):
         fewest = np.log2(np.fmax(slowest, -1.0 / np.log(np.minimum(at.growth, 1.0 - SMALLEST_DECAY))))
         for _ in range(MOST_DOUBLINGS):
             sums, powers = total + power @ total, power @ power
             steps, gaps = mapped(sums, at.gap), mapped(powers, at.gap)
-            settled |= going & (doublings >= fewest) & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
+            settled |= active & (doublings >= fewest) & (np.abs(steps - step).max(axis=1) < SETTLED * at.size)
             near = np.abs(steps).max(axis=1) < REACH * at.size  # false where a step is not finite
-            going &= near & (doublings < most) & ~settled
-            if not going.any():
+            active &= near & (doublings < most) & ~settled
+            if not active.any():
                 break
-            total[going], power[going] = sums[going], powers[going]
-            step[going], gap[going] = steps[going], gaps[going]
-            doublings += going
+            total[active], power[active] = sums[active], powers[active]
+            step[active], gap[active] = steps[active], gaps[active]
+            doublings += active
     return _Leap(doublings, step, total, gap, settled)
 
 

@@ -106,10 +106,10 @@ def _pulled_in(job: Job, run: npt.NDArray[np.intp], switches: Mapping[str, Array
     """Ends the members of ``run`` whose film has pulled in at the start; true if there are any."""
     before = job.runs.copy()
     for film, border in job.members.system.borders:
-        gone = run[np.isnan(switches.get(border.switch or "", np.zeros(run.size)))]
-        _end(job, gone, Outcome.PULLED_IN)
+        ended = run[np.isnan(switches.get(border.switch or "", np.zeros(run.size)))]
+        _end(job, ended, Outcome.PULLED_IN)
         if film is not None:
-            job.result.pull_in[gone, film] = FilmPullIn.MINIMUM
+            job.result.pull_in[ended, film] = FilmPullIn.MINIMUM
     return bool((job.runs != before).any())
 
 

@@ -128,9 +128,9 @@ class Run:
         while work.going and not self._stop.is_set():
             before = time.perf_counter()
             work.advance(steps)
-            took = time.perf_counter() - before
+            seconds = time.perf_counter() - before
             steps = max(
-                1, 2 * steps if took < 0.5 * CALL_SECONDS else steps // 2 if took > 2.0 * CALL_SECONDS else steps
+                1, 2 * steps if seconds < 0.5 * CALL_SECONDS else steps // 2 if seconds > 2.0 * CALL_SECONDS else steps
             )
             yield
 
