@@ -37,5 +37,6 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(monkeypatch):
         assert float(own["driven_meridional_slack_voltage"]) == pytest.approx(omega * 0.53)
         assert float(own["driven_chaos_voltage"]) == np.inf
         assert float(own["examined_voltage"]) == 1.212
+        assert float(own["examined_step_voltage"]) == pytest.approx(1.212 / 20.0)
     np.testing.assert_allclose(examined[0], 1.212 * np.arange(1.0, 21.0) / 20.0)
     assert np.isnan(found["safe_peak_voltage"].values[1])

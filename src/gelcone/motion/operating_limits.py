@@ -50,9 +50,9 @@ def operating_limits(
     -------
     Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
     `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
-    ``driven_error_voltage`` (NaN where none is met; of chaos, whose windows may be narrower than the peaks examined
-    are apart, it is the width of one edge, and another window may begin below); ``safe_peak_voltage`` below all of
-    them; and ``outcome``, that of a member without voltage being an error.
+    ``driven_error_voltage`` (NaN where none is met); ``examined_step_voltage``, the distance between the peaks
+    examined: a window of chaos narrower than that may be missed, and the first one met may then begin lower;
+    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error.
 
     Raises
     ------
@@ -122,6 +122,7 @@ _LIMITS = (
     {
         "safe peak": "peak voltage below every limit",
         "examined": "peak voltage up to which the driven motion was examined",
+        "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
         "driven error": "width to which the driven limits are known",
     }
     | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
@@ -141,7 +142,8 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
     examined = np.fmin(high[DRIVEN_LIMITS.index("pull-in")], volts[-1])
     return (
-        {"safe peak": float(safe), "examined": float(examined), "driven error": float(error)}
+        {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}
+        | {"driven error": float(error)}
         | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
         | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
     )
