@@ -332,3 +332,23 @@ def test_each_film_of_a_pair_has_the_state_of_its_own_place_voltage_and_branches
     for found, right in ((first, film.state(0.2, 0.3, [0.9, 1.0], n)), (second, film.state(0.7, 0.6, [0.7, 1.1], own))):
         for value, exact in zip(found[:-1], right[:-1], strict=True):
             assert np.ravel(value)[0] == pytest.approx(float(np.ravel(exact)[0]), rel=1e-13)
+
+
+@pytest.mark.parametrize("samples", [10, 3, 1])
+def test_what_is_evaluated_along_motions_in_blocks_has_the_bits_of_the_whole(monkeypatch, samples):
+    """No more samples than a block are evaluated at once, so that the memory of long runs is bounded."""
+    members, times = grid().members(), np.linspace(0.0, 9.0, 60).reshape(6, 10)
+    states = np.stack([0.5 + 0.1 * np.sin(times), 0.1 * np.cos(times)], axis=-1)
+    whole, sizes, currents = members.along(members.system.currents, times, states), [], members.system.currents
+    monkeypatch.setattr("gelcone.physics.members.SAMPLES", samples)
+
+    def observed(tau, z, n):
+        sizes.append((tau.shape, z[1].shape))
+        return currents(tau, z, n)
+
+    in_blocks = members.along(observed, times, states)
+    assert [part[0] for part in sizes] == [part[1] for part in sizes]
+    assert [part[0][-1] for part in sizes] == [min(samples, 10 - begin) for begin in range(0, 10, samples)]
+    for one, other in zip(in_blocks, whole, strict=True):
+        assert one.tobytes() == other.tobytes()
+    assert members.along(currents, times[:, :0], states[:, :0])[0].shape == (6, 0)

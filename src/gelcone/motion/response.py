@@ -314,7 +314,7 @@ def _variables(
     assert run.work is not None
     x, u, z = run.states[..., 0], run.states[..., 1], list(np.moveaxis(run.states, -1, 0))
     system, n = members.system, members.numbers(trailing=1)
-    currents = system.currents(run.times, z, n)
+    currents = members.along(system.currents, run.times, run.states)
     voltages = members.voltages(run.times, run.states)
     bias = np.broadcast_to(system.bias.energy(x, n), x.shape)
     series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
@@ -330,7 +330,7 @@ def _variables(
     strain, field, power_in = (sum(parts[1:], parts[0]) for parts in zip(*energies, strict=True))
     mechanical, stored = 0.5 * u * u + bias, strain + field
     work = dict(zip(system.causes, np.moveaxis(run.work, -1, 0), strict=True))
-    powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
+    powers = dict(zip(system.causes, members.along(system.powers, run.times, run.states), strict=True))
     losses = [cause for cause in LOSSES if cause in work]
     dissipated = dissipated_energy(system, run.work) + lost
     if "source" in work:

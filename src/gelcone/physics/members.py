@@ -158,6 +158,8 @@ class Ensemble:
 
 BLOCK = 2**24
 """More than the rows of any block."""
+SAMPLES = 2**14
+"""Samples of a motion that are evaluated at once: a membrane takes up to 20 kB for the current of each."""
 
 
 class Rows(Mapping[str, Array]):
@@ -353,5 +355,9 @@ class Members(Ensemble):
     def along(self, values: Callable[..., Sequence[Any]], times: Array, states: Array) -> list[Array]:
         """Evaluate a function of the system, such as `currents`, along motions, (members, samples) each, at ``times``
         (members, samples) and ``states`` (members, samples, N)."""
-        found = values(times, list(np.moveaxis(states, -1, 0)), self.numbers(times.ndim - 1))
-        return [np.broadcast_to(value, times.shape) for value in found]
+        z, n, blocks = np.moveaxis(states, -1, 0), self.numbers(times.ndim - 1), []
+        for begin in range(0, max(times.shape[-1], 1), SAMPLES):
+            own = times[..., begin : begin + SAMPLES]
+            found = values(own, list(z[..., begin : begin + SAMPLES]), n)
+            blocks.append([np.broadcast_to(value, own.shape) for value in found])
+        return [np.concatenate(parts, axis=-1) for parts in zip(*blocks, strict=True)]
