@@ -43,7 +43,7 @@ SMALL = {
     "creep": ["--set", "material.viscous_modulus_1=4 kPa", "--set", "material.relaxation_time_1=2 s", "--film", "taut"],
     "drive": ["--lowest", "9 Hz", "--highest", "11 Hz"],
     "sweep": ["--over", "material.fung_b=0.1:0.2:2"],
-    "validate": ["--displacements", "10 mm", "--elements", "10"],
+    "validate": ["--over", "displacement=10 mm", "--elements", "10"],
     "basin": ["--over", "displacement=10 mm:12 mm:2", "--over", "velocity=0 m/s:0.1 m/s:2"],
     "envelope": ["--over", "frequency=9 Hz:11 Hz:2", "--over", "peak_voltage=0.6 kV:1 kV:2"],
 }

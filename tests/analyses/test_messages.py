@@ -8,9 +8,25 @@ import pytest
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        (["static", "soft-film", "--voltages", "0 V:2 kV"], "must be a range from:to:count"),
+        (["static", "soft-film", "--over", "voltage=0 V:2 kV"], "must be a range from:to:count"),
         (["simulate", "soft-film", "--set", "voltage_amplitude=0 V:2 kV"], "must be a range from:to:count"),
-        (["static", "soft-film", "--displacements", "5 mm,4 mm"], "--displacements: must increase"),
+        (["static", "soft-film", "--over", "displacement=5 mm,4 mm"], "--over displacement: must increase"),
+        (["static", "--voltages", "1"], "No such option '--voltages'; give --over voltage=..."),
+        (["static", "--displacements", "1"], "No such option '--displacements'; give --over displacement=..."),
+        (["film", "--height", "1"], "No such option '--height'; give --over displacement=..."),
+        (
+            ["transfer", "--frequencies", "1"],
+            "No such option '--frequencies'; give --over drive_frequency=..., with a device --over frequency=...",
+        ),
+        (
+            ["film", "soft-film", "--over", "voltage=-1kV"],
+            "--over voltage=-1kV: must be at least 0; leave",
+        ),
+        (["transfer", "biased-pump", "--bias", "1 kV", "--over", "frequency=-1 Hz"], "--over frequency=-1 Hz: must be"),
+        (
+            ["static", "soft-film", "--over", "frequency=1 Hz"],
+            "--over frequency: cannot be swept here; static sweeps",
+        ),
         (["continue", "frequency", "5 Hz"], "takes [DEVICE] PARAMETER FROM TO, not 2 words: frequency 5 Hz"),
         (["continue", "no-such", "frequency", "5 Hz", "9 Hz"], "no-such"),
         (["locus"], "takes [DEVICE] EVENT, not 0 words: none"),
@@ -31,8 +47,8 @@ import pytest
             "--set voltage=0,5: may be one number or two; write 0.5 with a point, or the list [0, 5]",
         ),
         (
-            ["static", "biased-pump", "--displacements", "500 mm,600 mm"],
-            "displacements from 500 mm to 600 mm: none is reached; stay within 66 mm",
+            ["static", "biased-pump", "--over", "displacement=500 mm,600 mm"],
+            "--over displacement=500 mm,600 mm: none is reached; stay within 66 mm",
         ),
         (
             [

@@ -1,6 +1,5 @@
 """Constant voltages in words, of made-up numbers."""
 
-import pytest
 import xarray as xr
 
 from gelcone import words
@@ -8,9 +7,8 @@ from gelcone.analyses import (
     statics,
 )  # fmt: skip
 from gelcone.codes import Outcome
-from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
-from tests.analyses.said import INF, NAN, SUBJECT, said
+from tests.analyses.said import INF, NAN, said
 from tests.edited import coded, edited, made
 
 
@@ -68,11 +66,3 @@ def test_each_device_of_an_ensemble_has_all_that_a_single_one_has():
     at = [k for k, line in enumerate(lines) if not line.startswith(" ")]
     assert [lines[k] for k in at] == ["spring_rate 10 N/m:", "spring_rate 15 N/m:"]
     assert [line.removeprefix("  ") for line in lines[1 : at[1]]] == alone
-
-
-def test_displacements_that_do_not_increase_are_refused():
-    found = statics.static_arguments(SUBJECT, {"displacements": [0.1, 0.2], "voltages": [0.5]})
-    assert found == {"displacements": [0.1, 0.2], "voltages": [0.5]}
-    for wrong in ([0.1, 0.1], [0.2, 0.1]):
-        with pytest.raises(InputError, match="--displacements: must increase"):
-            statics.static_arguments(SUBJECT, {"displacements": wrong})

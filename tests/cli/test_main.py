@@ -70,8 +70,8 @@ def test_a_wrong_option_leads_to_the_help_of_its_command(command_line):
 def test_an_option_of_grids_leads_to_the_command_that_takes_it(option, command_line):
     _, _, said = command_line("settled", option, "voltage=1:2:3")
     assert re.fullmatch(rf"Error: No such option.*{option}.*; gelcone sweep --analysis settled takes it\n", said)
-    _, _, said = command_line("creep", option, "voltage=1:2:3")
-    assert said.endswith("; see gelcone creep --help\n")
+    _, _, said = command_line("section", option, "voltage=1:2:3")
+    assert said.endswith("; see gelcone section --help\n")
 
 
 def test_doubts_are_said_once_and_lost_workers_every_time(ended):

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("computed_once")
 
 COMMANDS = {
     "simulate": ["--periods", "10"],
-    "static": ["--voltages", "0 V:1.5 kV:4"],
+    "static": ["--over", "voltage=0 V:1.5 kV:4"],
     "frequency": ["--over", "frequency=7 Hz:13 Hz:4"],
     "envelope": ["--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=500 V:1.5 kV:3"],
     "map": ["--over", "film_thickness=0.2 mm:0.3 mm:3", "--over", "moving_mass=4 g:8 g:3", "--patience", "1 s"],
@@ -132,14 +132,14 @@ def test_help_explains_subjects_and_commands(command_line, topic):
     ("arguments", "told"),
     [
         (["--set", "voltage=500"], "'voltage' is not a device field; did you mean 'voltage_amplitude'?"),
-        (["--times", "20,40"], "--times 20: has no unit; with a device give one, such as '5 ms'"),
+        (["--over", "time=20,40"], "--over time 20: has no unit; with a device give one, such as '5 ms'"),
         (["--initial", "1,0"], "--initial displacement 1: has no unit"),
         (["--set", "film_thickness=0.2"], "Warning: film_thickness = 200 mm is outside the usual range"),
         (["--set", "initial_height=0"], "Warning: the disc starts at rest in the middle of the flat film"),
     ],
 )
 def test_what_was_silent_is_said(command_line, device_file, arguments, told):
-    length = [] if "--times" in arguments else ["--periods", "2"]
+    length = [] if "--over" in arguments else ["--periods", "2"]
     _, _, err = command_line("simulate", "mine.toml", *length, *arguments)
     assert told in err
 
@@ -150,10 +150,10 @@ def test_what_was_silent_is_said(command_line, device_file, arguments, told):
         (["simulate", "--set", "voltage=1e155"], "voltage = 1e+155: is beyond what the equations can be computed with"),
         (["simulate", "--set", "spring_stiffness=1e300"], "spring_stiffness = 1e+300: is beyond"),
         (["simulate", "mine.toml", "--set", "voltage_amplitude=1e200 V"], "voltage_amplitude"),
-        (["simulate", "--periods", "3", "--times", "1,2"], "periods and times are both given; give one of them"),
+        (["simulate", "--periods", "3", "--over", "time=1,2"], "periods and times are both given; give one of them"),
         (["static", "--initial", "1,0"], "--initial: static does not start from a state"),
         (["bifurcation", "--over", "voltage=0:1:3", "--set", "voltage=1"], "--set voltage: is swept by --over voltage"),
-        (["static", "--voltages", "0:1:10000000"], "a range takes 2 to 100000"),
+        (["static", "--over", "voltage=0:1:10000000"], "a range takes 2 to 100000"),
         (["simulate", "--out", ""], "'--out': is empty"),
         (["simulate", "--out", "store.zarr/inside"], "lies inside the store"),
         (["simulate", "mine.toml", "--set", "film_thickness=0.2:0.3 mm:3"], "0.2 has no unit, but the others do"),

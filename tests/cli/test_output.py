@@ -217,5 +217,6 @@ def test_an_answer_without_runs_has_not_failed(amplitude, code, command_line):
     """A transfer function by linear theory alone; signals that settle, and such as end in failure."""
     about = ("rest_height=0.8", "hoop_prestretch=1.4", "damping_ratio=0.1", "stretch_limit=20")
     settings = [word for setting in about for word in ("--set", setting)]
-    found = command_line("transfer", *settings, "--bias", "0.6", "--frequencies", "1", "--amplitudes", amplitude)
+    over = ("--over", "drive_frequency=1", "--over", f"amplitude={amplitude}")
+    found = command_line("transfer", *settings, "--bias", "0.6", *over)
     assert found[0] == code, found

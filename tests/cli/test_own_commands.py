@@ -317,13 +317,14 @@ def test_the_methods_and_seeds_of_draws_reach_the_draw(monkeypatch):
 
 @pytest.mark.parametrize("way", [("--samples", "draws.nc"), ("--uncertain", "damping_ratio=0.1:0.2")])
 def test_a_data_sheet_of_draws_is_run_as_was_typed(way, command_line, calls):
-    name, found, _ = ask(command_line, calls, "datasheet", *way, "--count", "8", "--seed", "3", "--voltages", "0.1,0.2")
+    drawn = ("--count", "8", "--seed", "3", "--over", "voltage=0.1,0.2")
+    name, found, _ = ask(command_line, calls, "datasheet", *way, *drawn)
     assert name == "run_drawn"
     assert found["analysis"] is ANALYSES["datasheet"]
     assert found["samples"] == (Path("draws.nc") if way[0] == "--samples" else None)
     assert found["uncertain"] == (() if way[0] == "--samples" else (way[1],))
     assert found["drawn"] == {"count": 8, "method": "sobol", "seed": 3}
-    assert found["typed"]["voltages"] == "0.1,0.2"
+    assert found["typed"]["over"] == ("voltage=0.1,0.2",)
     assert (found["typed"]["out"], found["typed"]["force"], found["typed"]["as_json"]) == (None, False, False)
 
 

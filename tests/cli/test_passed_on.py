@@ -111,7 +111,7 @@ def test_no_option_of_a_command_is_left_out():
         assert len(own) == len(set(own))
         samples = ("samples",) if analysis.drawn or (analysis.swept and analysis.takes == "model") else ()
         more = {"locus": ("on",), "datasheet": DRAWS}.get(name, samples)
-        over = ("over",) if analysis.over else ()
+        over = ("over",) if analysis.over or analysis.axes else ()
         first = "words" if analysis.arguments else "device"
         known = {first, *SUBJECT[2:], *DRIVE, *over, *analysis.options, *more, *OUTPUT}
         assert set(own) == known, name

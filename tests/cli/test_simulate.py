@@ -51,7 +51,9 @@ def test_times_agree_with_34_digit_arithmetic(run, case):
     settings = [part for key, name in names.items() for part in ("--set", f"{name}={case['parameters'][key]}")]
     table = np.array(case["trajectory"])
     times = ",".join(map(str, table[:, 0]))
-    code, out, err = run("simulate", *settings, "--initial", ",".join(case["initial"]), "--times", times, "--json")
+    code, out, err = run(
+        "simulate", *settings, "--initial", ",".join(case["initial"]), "--over", f"time={times}", "--json"
+    )
     assert (code, err) == (0, "")
     found = result(out)
     assert found["time"] == table[:, 0].tolist()
@@ -83,7 +85,7 @@ def test_json_holds_what_a_program_needs(run):
 
 
 def test_what_no_number_can_hold_is_a_word_and_an_infinite_limit_says_so(run):
-    arguments = ("simulate", "--set", "stretch_limit=inf", "--set", "voltage_bias=3", "--times", "1,900", "--json")
+    arguments = ("simulate", "--set", "stretch_limit=inf", "--set", "voltage_bias=3", "--over", "time=1,900", "--json")
     code, out, _ = run(*arguments)
     found = result(out)
     assert code == 1, "every member failed"
@@ -95,7 +97,7 @@ def test_what_no_number_can_hold_is_a_word_and_an_infinite_limit_says_so(run):
 
 @pytest.mark.parametrize("values", ["0.5,1", "0.5:1:2", " 0.5 , 1 "])
 def test_a_list_or_a_range_makes_an_ensemble(run, values):
-    code, out, _ = run("simulate", "--set", f"voltage={values}", "--times", "1,2,3", "--json")
+    code, out, _ = run("simulate", "--set", f"voltage={values}", "--over", "time=1,2,3", "--json")
     found = result(out)
     assert code == 0
     assert found["parameters"]["voltage"] == [0.5, 1.0]
@@ -149,24 +151,24 @@ def test_every_device_that_ships_runs_in_si_units(run, name):
 
 
 def test_a_device_is_changed_in_its_units(run):
-    base = result(run("simulate", "paper-table1", "--times", "20 ms", "--json")[1])
+    base = result(run("simulate", "paper-table1", "--over", "time=20 ms", "--json")[1])
     same = result(
-        run("simulate", "paper-table1", "--times", "20ms", "--set", "film_radius=50 mm", "--json")[1],
+        run("simulate", "paper-table1", "--over", "time=20ms", "--set", "film_radius=50 mm", "--json")[1],
     )
     assert same == base
     softer = result(
-        run("simulate", "paper-table1", "--times", "20 ms", "--set", "material.shear_modulus=10 kPa", "--json")[1]
+        run("simulate", "paper-table1", "--over", "time=20 ms", "--set", "material.shear_modulus=10 kPa", "--json")[1]
     )
     assert softer["parameters"] is None
     assert softer["subject"]["fields"]["material"]["shear_modulus"] == 1e4
     assert softer["displacement"] != base["displacement"]
-    code, out, err = run("simulate", "paper-table1", "--times", "20 ms", "--set", "voltage=0.2", "--json")
+    code, out, err = run("simulate", "paper-table1", "--over", "time=20 ms", "--set", "voltage=0.2", "--json")
     assert (code, out) == (2, "")
     assert err == "Error: --set voltage: 'voltage' is not a device field; did you mean 'voltage_amplitude'?\n"
 
 
 def test_initial_states_and_times_of_a_device_may_have_units(run):
-    arguments = ("simulate", "paper-table1", "--initial", "5 mm, 10 mm/s", "--times", "0 ms, 1 ms", "--json")
+    arguments = ("simulate", "paper-table1", "--initial", "5 mm, 10 mm/s", "--over", "time=0 ms, 1 ms", "--json")
     found = result(run(*arguments)[1])
     assert found["displacement"][0] == pytest.approx(5.0, rel=1e-14)
     assert found["velocity"][0] == pytest.approx(0.01, rel=1e-14)
@@ -177,8 +179,8 @@ def test_initial_states_and_times_of_a_device_may_have_units(run):
 def test_a_device_file_of_ones_own(run, tmp_path):
     text = gelcone.devices.device.shipped_devices()["soft-film"].read_text()
     (tmp_path / "mine.toml").write_text(text.replace('"530 V"', '"265 V"'))
-    mine = result(run("simulate", "mine.toml", "--times", "1 s", "--json")[1])
-    theirs = result(run("simulate", "soft-film", "--times", "1 s", "--json")[1])
+    mine = result(run("simulate", "mine.toml", "--over", "time=1 s", "--json")[1])
+    theirs = result(run("simulate", "soft-film", "--over", "time=1 s", "--json")[1])
     assert 2.0 * np.array(mine["drive_voltage"]) == pytest.approx(np.array(theirs["drive_voltage"]))
 
 
@@ -298,8 +300,8 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--periods", "many"], "'many' is not a valid float"),
         (["simulate", "--initial", "1"], "--initial '1': must be a displacement and a velocity"),
         (["simulate", "--initial", "up,0"], "--initial displacement 'up': must be a number"),
-        (["simulate", "--times", "soon"], "--times 'soon': must be a number"),
-        (["simulate", "--times", "1,,2"], "has an empty value"),
+        (["simulate", "--over", "time=soon"], "--over time 'soon': must be a number"),
+        (["simulate", "--over", "time=1,,2"], "has an empty value"),
         # not a number, infinite
         (["simulate", "--set", "voltage=nan"], "voltage = nan: must be a number"),
         (["simulate", "--set", "voltage=inf"], "voltage = inf: must be finite"),
@@ -307,7 +309,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--set", "stretch_limit=nan"], "stretch_limit = nan: must be a number"),
         (["simulate", "--initial", "nan,0"], "--initial displacement nan: must be finite"),
         (["simulate", "--initial", "1,inf"], "--initial velocity inf: must be finite"),
-        (["simulate", "--times", "nan"], "--times nan: must be finite"),
+        (["simulate", "--over", "time=nan"], "--over time nan: must be finite"),
         (["simulate", "--periods", "nan"], "--periods nan: must be a positive number of drive periods"),
         (["simulate", "--periods", "inf"], "--periods inf: must be a positive number of drive periods"),
         # bounds
@@ -317,9 +319,12 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "--set", "voltage=0.5,-1"], "voltage = -1: must be at least 0"),
         (["simulate", "--periods", "0"], "--periods 0: must be a positive number of drive periods"),
         (["simulate", "--periods", "-2"], "--periods -2: must be a positive number of drive periods"),
-        (["simulate", "--times", "2,1"], "times: 1 comes after 2; they must increase, sort them"),
-        (["simulate", "--times", "-1,1"], "times: -1 is among them; they must be finite and not before 0"),
-        (["simulate", "--times", "0"], "--times 0: the run has no length; give at least one later time"),
+        (["simulate", "--over", "time=2,1"], "--over time: must increase; sort the values"),
+        (
+            ["simulate", "--over", "time=-1,1"],
+            "--over time=-1,1: -1 is among them; they must be finite and not before 0",
+        ),
+        (["simulate", "--over", "time=0"], "--over time=0: the run has no length; give at least one later time"),
         (["simulate", "paper-table1", "--set", "film_radius=0"], "film_radius = 0.0: must be greater than 0 m"),
         (["simulate", "paper-table1", "--set", "moving_mass=-1 g"], "moving_mass = '-1 g': must be greater than 0 kg"),
         (["simulate", "paper-table1", "--set", "disc_radius=60 mm"], "must be less than film_radius = 50 mm"),
@@ -340,7 +345,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_data_behind(run, monkeypatch):
         (["simulate", "paper-table1", "--set", "film_radius=50 MM"], "'MM' is not a unit of length"),
         (["simulate", "paper-table1", "--set", "film_radius=50 V"], "V is a unit of voltage, not of length"),
         (["simulate", "paper-table1", "--set", "film_radius=about 50 mm"], "is not one decimal number and one unit"),
-        (["simulate", "paper-table1", "--times", "20 mm"], "is a unit of length, not of time"),
+        (["simulate", "paper-table1", "--over", "time=20 mm"], "is a unit of length, not of time"),
         # files
         (["simulate", "none.toml"], "none.toml: there is no such file"),
         (["simulate", "paper-tabel1"], "paper-table1"),
@@ -415,7 +420,7 @@ def test_a_process_prints_one_line_for_bad_input_and_exits_with_2(tmp_path):
 
 
 def test_a_process_prints_one_json_object(tmp_path):
-    done = started("simulate", "--times", "1,2", "--json", cwd=tmp_path)
+    done = started("simulate", "--over", "time=1,2", "--json", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert result(done.stdout)["time"] == [1.0, 2.0]
     assert os.listdir(tmp_path) == []
@@ -454,6 +459,6 @@ def test_an_interrupt_ends_a_long_run_without_traceback_and_without_files(tmp_pa
 
 
 def test_an_ensemble_of_which_some_run_has_succeeded(run):
-    code, out, _ = run("simulate", "--set", "stretch_limit=0.4,50", "--times", "1", "--json")
+    code, out, _ = run("simulate", "--set", "stretch_limit=0.4,50", "--over", "time=1", "--json")
     assert code == 0
     assert result(out)["outcome"] == ["outside", "ok"]

@@ -23,7 +23,8 @@ def gelcone(command_line):
 
 
 def test_forces_side_by_side_as_json(gelcone):
-    code, out, err = gelcone("validate", "--set", "radius_ratio=0.3", "--displacements", "0.5,1,1.5", *FAST, "--json")
+    over = ("--over", "displacement=0.5,1,1.5")
+    code, out, err = gelcone("validate", "--set", "radius_ratio=0.3", *over, *FAST, "--json")
     content = result(out)
     assert (code, err) == (0, "")
     assert content["displacement"] == [0.5, 1.0, 1.5]
@@ -42,7 +43,7 @@ def test_forces_side_by_side_as_json(gelcone):
 
 
 def test_voltages_make_rows_and_slack_is_marked(gelcone):
-    code, out, _ = gelcone("validate", "--displacements", "0.1,1", "--voltages", "0,0.5,1", *FAST, "--json")
+    code, out, _ = gelcone("validate", "--over", "displacement=0.1,1", "--over", "voltage=0,0.5,1", *FAST, "--json")
     content = result(out)
     assert code == 0
     assert content["constant_voltage"] == [0.0, 0.5, 1.0]
@@ -55,9 +56,8 @@ def test_voltages_make_rows_and_slack_is_marked(gelcone):
 
 def test_the_film_named_membrane_agrees_with_the_elements(gelcone):
     """Within 1e-3 of the force and of the voltage at which it pulls in, where the cone is off by 14 to 44 %."""
-    code, out, _ = gelcone(
-        "validate", "--displacements", "0.5,1", "--voltages", "0,0.4,0.6", "--wrinkles", "relax", *FAST, "--json"
-    )
+    over = ("--over", "displacement=0.5,1", "--over", "voltage=0,0.4,0.6")
+    code, out, _ = gelcone("validate", *over, "--wrinkles", "relax", *FAST, "--json")
     content = result(out)
     assert code == 0
     rows = [np.array(content[f"{name}deviation"], dtype=object) for name in ("", "membrane_")]
@@ -73,24 +73,26 @@ def test_the_film_named_membrane_agrees_with_the_elements(gelcone):
 
 def test_a_film_that_is_not_computed_as_membrane_is_compared_without_it(gelcone):
     film = ("--set", "stretch_limit=1.75", "--set", "prestretch=1.5", "--set", "prestretch_mode=equibiaxial")
-    code, out, _ = gelcone("validate", *film, "--displacements", "0.1", "--wrinkles", "relax", *FAST)
+    code, out, _ = gelcone("validate", *film, "--over", "displacement=0.1", "--wrinkles", "relax", *FAST)
     assert code == 0
     assert "the membrane" not in out.split("mesh at")[0].split("less 1:")[1]
 
 
 def test_radius_ratios_and_prestretches_make_an_ensemble(gelcone):
     arguments = ["--set", "radius_ratio=0.2,0.5", "--set", "prestretch=1.1,1.3", "--set", "prestretch_mode=equibiaxial"]
-    code, out, _ = gelcone("validate", *arguments, "--displacements", "0.5,1", *FAST, "--json")
+    code, out, _ = gelcone("validate", *arguments, "--over", "displacement=0.5,1", *FAST, "--json")
     content = result(out)
     assert code == 0
     assert content["radius_ratio"] == [0.2, 0.5]
     assert np.shape(content["continuum_force"]) == (2, 1, 2)
-    code, out, _ = gelcone("validate", *arguments, "--displacements", "0.5,1", *FAST)
+    code, out, _ = gelcone("validate", *arguments, "--over", "displacement=0.5,1", *FAST)
     assert "prestretch 1.1, radius_ratio 0.2:" in out
 
 
 def test_text_and_files(gelcone, tmp_path):
-    code, out, err = gelcone("validate", "--displacements", "0.1:1.5:5", "--voltages", "0,1", *FAST, "--out", tmp_path)
+    code, out, err = gelcone(
+        "validate", "--over", "displacement=0.1:1.5:5", "--over", "voltage=0,1", *FAST, "--out", tmp_path
+    )
     assert (code, err) == (0, "")
     assert "disc over film a/b 0.2" in out
     assert "of the stretch limit at" in out
@@ -99,7 +101,7 @@ def test_text_and_files(gelcone, tmp_path):
     result = load(tmp_path / "validate.nc")
     assert result["continuum_force"].dims == ("constant_voltage", "displacement")
     assert (tmp_path / "validate.png").read_bytes().startswith(b"\x89PNG")
-    code, _, err = gelcone("validate", "--displacements", "0.5", *FAST, "--out", tmp_path)
+    code, _, err = gelcone("validate", "--over", "displacement=0.5", *FAST, "--out", tmp_path)
     assert code == 2
     assert "exists already" in err
 
@@ -124,7 +126,7 @@ def test_the_figure_marks_every_kind_of_point(tmp_path):
 
 def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):
     code, out, err = gelcone(
-        "validate", "paper-table1", "--displacements", "20 mm,40 mm", "--voltages", "0 V", *FAST, "--json"
+        "validate", "paper-table1", "--over", "displacement=20 mm,40 mm", "--over", "voltage=0 V", *FAST, "--json"
     )
     content = result(out)
     assert (code, err) == (0, "")
@@ -144,9 +146,9 @@ def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):
         (["paper-table1", "--set", "radius_ratio=0.3"], "radius_ratio"),
         (["paper-table1", "--set", "disc_radius=60 mm"], "must be less than film_radius"),
         (["paper-table1", "--set", "film_thickness=0 mm"], "film_thickness"),
-        (["--displacements", "9,10"], "no film spans them within its stretch limit"),
-        (["--displacements", "1,1"], "each given once"),
-        (["--voltages", "-1"], "voltage"),
+        (["--over", "displacement=9,10"], "no film spans them within its stretch limit"),
+        (["--over", "displacement=1,1"], "--over displacement: must increase"),
+        (["--over", "voltage=-1"], "--over voltage=-1: "),
         (["--elements", "1"], "--elements 1: "),
         (["--initial", "1,0"], "leave it out"),
     ],
@@ -160,6 +162,6 @@ def test_input_that_cannot_be_used_is_one_line(gelcone, arguments, told):
 
 def test_without_scikit_fem_the_command_says_how_to_get_it(gelcone, monkeypatch):
     monkeypatch.setitem(sys.modules, "skfem", None)
-    code, _, err = gelcone("validate", "--displacements", "1")
+    code, _, err = gelcone("validate", "--over", "displacement=1")
     assert code == 1
     assert "pip install 'gelcone[fem]'" in err

@@ -82,6 +82,19 @@ def test_every_option_is_explained(name):
 
 
 @pytest.mark.parametrize("name", ANALYSES)
+def test_several_values_of_a_quantity_are_an_axis_which_over_gives(name):
+    """One manner on the command line: what takes a list or a range of a quantity is declared as an axis."""
+    analysis = ANALYSES[name]
+    assert not [n for n, option in analysis.options.items() if option.quantity and option.kind is None]
+    for keyword, axis in analysis.axes.items():
+        option = analysis.axis_options[keyword]
+        assert option.help.endswith("."), keyword
+        assert option.help.count("(") == option.help.count(")"), option.help
+        assert option.unset or axis.default, keyword
+        assert analysis.quantities[keyword] == option.quantity
+
+
+@pytest.mark.parametrize("name", ANALYSES)
 def test_the_help_of_an_option_names_every_choice(name):
     """All choices that an entry of the docstring quotes, wherever it does."""
     analysis = ANALYSES[name]

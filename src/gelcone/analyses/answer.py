@@ -120,7 +120,7 @@ def _option_quantities(command: str, shown: xr.Dataset) -> dict[str, str]:
 
     names = [COMMANDS.get(command), shown.attrs.get("analysis")]
     known = [ANALYSES[name] for name in names if name is not None and name in ANALYSES]
-    return {option.name: option.quantity for one in known for option in one.options.values()}
+    return {name: quantity for one in known for name, quantity in one.quantities.items()}
 
 
 def units_json(shown: xr.Dataset) -> dict[str, str]:

@@ -19,7 +19,7 @@ from gelcone.atlas.uncertain import Method, draw
 from gelcone.errors import InputError
 from gelcone.files import read_text
 from gelcone.quantity import Array
-from gelcone.register.analysis import Analysis, annotation_of
+from gelcone.register.analysis import Analysis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,13 +63,7 @@ def drawn_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]
     options = dict(given)
     over = options.pop("over", ())
     options |= read_options(replace(analysis, takes="device"), subject, options)
-    if not analysis.axes:
-        return options
-    axes = subject.axes(over, analysis)
-    if subject.device is not None:
-        scales = subject.device.scales
-        axes = {k: v * float(scales.size(annotation_of(analysis.call, k)[1])) for k, v in axes.items()}
-    return options | axes
+    return options | (subject.axes(over, analysis, in_si=True) if analysis.axes else {})
 
 
 def _of_table(path: Path, subject: Subject) -> dict[str, Array]:

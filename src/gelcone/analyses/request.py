@@ -7,7 +7,9 @@ numbers are dimensionless.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -75,26 +77,28 @@ class Subject:
         self._not_set(swept)
         return swept
 
-    def axes(self, texts: Iterable[str], analysis: Analysis) -> dict[str, Array]:
-        """The values of ``--over`` for an analysis with axes of its own: keyword -> dimensionless values.
+    def axes(self, texts: Iterable[str], analysis: Analysis, *, in_si: bool = False) -> dict[str, Array]:
+        """The values of ``--over`` for an analysis with axes of its own: keyword -> values, dimensionless or, with a
+        device, ``in_si``.
 
         Raises `InputError` for another name, and what `read_over` refuses.
         """
-        named = {k: a.of_model if self.device is None else a.of_device for k, a in analysis.axes.items()}
-        known = {name: keyword for keyword, name in named.items()}
+        known = {axis.name(self.device is not None): (keyword, axis) for keyword, axis in analysis.axes.items()}
         found: dict[str, Array] = {}
-        form = f"name=from:to:count, for example {example(self.device, next(iter(known)))}"
+        form = f"name=from:to:count or name=v1,v2,..., for example {example(self.device, next(iter(known)))}"
         for name, values in pairs("--over", texts, form).items():
             if name not in known:
                 own = " and ".join(known)
                 raise InputError(f"--over {name}: cannot be swept here; {analysis.command} sweeps {own}")
-            _, quantity = annotation_of(analysis.call, known[name])
-            numbers = np.atleast_1d(read_measures(f"--over {name}", values, quantity, self.device))
-            if numbers.size < 2 and (one := analysis.axes[known[name]].one):
-                at = f'gelcone {one} --set "{name}={values}"'
+            keyword, axis = known[name]
+            _, quantity = annotation_of(analysis.call, keyword)
+            numbers = np.atleast_1d(read_measures(f"--over {name}", values, quantity, self.device, in_si=in_si))
+            if numbers.size < axis.least and axis.one:
+                at = f'gelcone {axis.one} --set "{name}={values}"'
                 raise InputError(f"--over {name}: has one point; give at least two, or take {at}")
-            found[known[name]] = increasing(f"--over {name}", numbers)
-        self._not_set(named[keyword] for keyword in found if analysis.axes[keyword].replaces)
+            found[keyword] = increasing(f"--over {name}", numbers, axis.least)
+            if axis.replaces:
+                self._not_set([name])
         defaults = {k: np.linspace(*a.default) for k, a in analysis.axes.items() if a.default is not None}
         return defaults | found
 
@@ -102,6 +106,24 @@ class Subject:
         for name in swept:
             if name in self.given:
                 raise InputError(f"--set {name}: is swept by --over {name}; leave one of them out")
+
+    @contextmanager
+    def axes_as_typed(self, texts: Iterable[str], analysis: Analysis) -> Iterator[None]:
+        """Name the axes in errors of the input as ``--over`` gave them."""
+        try:
+            yield
+        except InputError as error:
+            raise InputError(self._as_typed(str(error), texts, analysis)) from None
+
+    def _as_typed(self, message: str, texts: Iterable[str], analysis: Analysis) -> str:
+        """A message about ``voltages = -1.0: ...`` as one about ``--over voltage=-1: ...``."""
+        typed = pairs("--over", texts, "")
+        for keyword, axis in analysis.axes.items():
+            name = axis.name(self.device is not None)
+            found = re.match(rf"({keyword}s?|{name})( (=|from) [^:]*)?: ", message)
+            if found and name in typed:
+                return f"--over {name}={typed[name]}: {message[found.end() :]}"
+        return message
 
     def without_initial(self, remedy: str) -> None:
         """`InputError` with the remedy where an initial state was stated."""

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines, state_lines
-from gelcone.errors import InputError
 from gelcone.physics.balance import PullIn
 from gelcone.words import FAILINGS, event_label, members_of, shortened, sized, strength_in_words
 
@@ -16,13 +14,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
-
-
-def static_arguments(subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `gelcone.static`."""
-    if (np.diff(np.atleast_1d(given.get("displacements", 0.0))) <= 0.0).any():
-        raise InputError("--displacements: must increase; sort the values and remove duplicates")
-    return dict(given)
 
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:

@@ -105,9 +105,9 @@ def _states(name: str, text: str | None, device: Device | None) -> Array:
     return increasing(option, np.atleast_1d(read_measures(option, text, quantity, device, in_si=True)))
 
 
-def increasing(option: str, values: Array) -> Array:
-    """``values``, refused where they are fewer than two or do not increase."""
-    if values.size < 2:
+def increasing(option: str, values: Array, least: int = 2) -> Array:
+    """``values``, refused where they are fewer than the ``least`` number of them or do not increase."""
+    if values.size < least:
         raise InputError(f"{option}: has one point; a sweep takes at least two values")
     if not (values[1:] > values[:-1]).all():
         raise InputError(f"{option}: must increase; sort the values and remove duplicates")

@@ -70,7 +70,6 @@ FILLED_SHARE = 0.4
     answers="frequency",
     drawn=True,
     file_only=("followed_orbit",),
-    over="The drive frequencies, drive_frequency=from:to:count or =f1,f2,... (device: 'frequency=4 Hz:9 Hz:80').",
     single=True,
     examples=(
         "biased-pump",
@@ -97,9 +96,9 @@ def frequency(
     Parameters
     ----------
     model : one actuator, or an ensemble of one dimension, with damping; the frequencies replace its own.
-    frequencies : angular drive frequencies, positive and increasing, at least two: shape (frequencies,), or (members,
-        frequencies) for members with frequencies of their own. Default for one actuator: 81, evenly on a log scale,
-        from a tenth to three times its natural frequency under the bias, and more where the stroke bends.
+    frequencies : angular drive frequencies, positive and increasing, at least two. Shape (frequencies,), or (members,
+        frequencies) for members with frequencies of their own. Default 81 for one actuator, evenly on a log scale, from
+        a tenth to three times its natural frequency under the bias, and more where the stroke bends.
     initial : displacement and velocity from which each sweep starts, shape (2,) or (members, 2). Default (1, 0).
     branches : whether branches of periodic orbits, stable and unstable, are followed too; see `continue_branch`; of
         one actuator. Default no.

@@ -137,7 +137,7 @@ def _main() -> None:
     try:
         code = group.main(prog_name="gelcone", standalone_mode=False)
     except click.UsageError as error:
-        _fail(f"{error.format_message().rstrip('.')}; {_remedy(error)}", 2)
+        _fail(_said(error), 2)
     except click.Abort:
         raise KeyboardInterrupt from None
     except InputError as error:
@@ -173,12 +173,19 @@ def as_typed(message: str, typed: list[str]) -> str:
     return message
 
 
-def _remedy(error: click.UsageError) -> str:
-    """Where options are explained, or the command that takes options of grids and draws for the one that was typed."""
+def _said(error: click.UsageError) -> str:
+    """An error of usage with its remedy: the axis that ``--over`` takes for a keyword of Python, the command that takes
+    options of grids and draws, or where options are explained."""
     name = analyses.COMMANDS.get((error.ctx and error.ctx.info_name) or "")
-    if getattr(error, "option_name", "") in ("--over", "--uncertain") and name and analyses.ANALYSES[name].swept:
-        return f"gelcone sweep --analysis {name} takes it"
-    return f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
+    option, analysis = getattr(error, "option_name", ""), analyses.ANALYSES[name] if name else None
+    if analysis and (axis := analysis.axes.get(option[2:])):
+        with_device = "" if axis.of_device == axis.of_model else f", with a device --over {axis.of_device}=..."
+        return f"No such option {option!r}; give --over {axis.of_model}=...{with_device}"
+    if analysis and analysis.swept and option in ("--over", "--uncertain"):
+        remedy = f"gelcone sweep --analysis {name} takes it"
+    else:
+        remedy = f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
+    return f"{error.format_message().rstrip('.')}; {remedy}"
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:

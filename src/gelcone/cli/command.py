@@ -83,7 +83,7 @@ def run(
     with progress_bar(analysis.command) as progress:
         if "progress" in analysis.signature.parameters:
             arguments["progress"] = progress
-        with device_words(subject.device):
+        with subject.axes_as_typed(given.get("over", ()), analysis), device_words(subject.device):
             result = plain(analysis.call)(subject.target if analysis.planned else subject.model, **arguments)
     return deliver(answers_of(analysis), result, subject, out, force, as_json, draw)
 
@@ -117,6 +117,7 @@ def _run_draws(
     answers = drawn_answers(analysis.name) if analysis.drawn else answers
     check_folder(out, answers.command, how["force"])
     start = subject.beginning if starts and (subject.starts or subject.device is None) else None
-    with progress_bar(analysis.command) as progress, device_words(subject.device):
+    words = subject.axes_as_typed(given.get("over", ()), analysis), device_words(subject.device)
+    with progress_bar(analysis.command) as progress, words[0], words[1]:
         result = over_draws(subject.target, draws, analysis.name, initial=start, progress=progress, **options)
     return deliver(answers, result, subject, out, **how)

@@ -13,7 +13,7 @@ import click
 from gelcone.analyses.request import Subject, read_subject
 from gelcone.errors import InputError
 from gelcone.register.analyses import ANALYSES
-from gelcone.register.analysis import Analysis, Option
+from gelcone.register.analysis import Analysis, Axis, Option
 
 SUBJECT = ("device", "preset", "film", "settings", "initial")
 OUTPUT = ("out", "force", "as_json")
@@ -141,8 +141,29 @@ def json_parameter() -> click.Option:
 
 def over_parameter(analysis: Analysis) -> list[click.Parameter]:
     """--over, where the analysis takes it."""
-    option = click.Option(["--over"], multiple=True, metavar="NAME=VALUES", help=analysis.over)
-    return [option] if analysis.over else []
+    text = analysis.over or (_axes_help(analysis) if analysis.axes else "")
+    option = click.Option(["--over"], multiple=True, metavar="NAME=VALUES", help=text)
+    return [option] if text else []
+
+
+def _axes_help(analysis: Analysis) -> str:
+    """The explanation of the axes of an analysis by their names, with the forms of their values."""
+    single = all(axis.least == 1 for axis in analysis.axes.values())
+    forms = "NAME=from:to:count, NAME=v1,v2,... or NAME=v1" if single else "NAME=from:to:count or NAME=v1,v2,..."
+    own = [_axis_help(axis, analysis.axis_options[name]) for name, axis in analysis.axes.items()]
+    return " ".join([f"Increasing values, {forms}.", *own])
+
+
+def _axis_help(axis: Axis, option: Option) -> str:
+    """The explanation of an axis."""
+    own = "" if axis.of_device == axis.of_model else f"{axis.of_device}, "
+    device = f"{own}in {_units(option.quantity)}"
+    default = option.unset
+    if axis.default is not None:
+        first, last, count = axis.default
+        default = f"{first:g}:{last:g}:{count}, dimensionless"
+    explained = f"{option.help[:1].lower()}{option.help[1:-1]}"
+    return f"{axis.of_model} (with a device {device}): {explained} [default: {default}]."
 
 
 def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:

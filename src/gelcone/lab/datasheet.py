@@ -26,6 +26,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,13 +46,14 @@ STEPS = 4000
 
 
 @analysis(
+    axes={"voltages": Axis("voltage", "voltage", least=1)},
     answers="datasheet",
     single=True,
     file_only=(
         "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "equilibrium",
         "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
     ),
-    examples=("biased-pump --out results", 'biased-pump --voltages "0.5 kV,1 kV,1.5 kV" --film wrinkling --json'),
+    examples=("biased-pump --out results", 'biased-pump --over "voltage=0.5 kV,1 kV,1.5 kV" --film wrinkling --json'),
 )  # fmt: skip
 def datasheet(
     model: ConeModel,

@@ -29,6 +29,7 @@ from gelcone.physics.statics import every_balance
 from gelcone.physics.system import BIAS_SHARE
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,12 +52,13 @@ NEWTON_STEPS, CONVERGED = 12, 1e-9
 
 
 @analysis(
+    axes={"voltages": Axis("voltage", "voltage", least=1)},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement", "current", "heating", "margin"),
     examples=(
         'biased-pump --film wrinkling --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
-        '--voltages "1 kV,2 kV" --out results',
+        '--over "voltage=1 kV,2 kV" --out results',
         'biased-pump --film taut --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
         '--duration "600 s" --json',
     ),

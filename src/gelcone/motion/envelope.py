@@ -50,8 +50,6 @@ HELD_SHARE = 0.1
     },
     answers="envelope",
     drawn=True,
-    over="Drive frequencies or peak voltages in place of the default ones: drive_frequency=from:to:count, "
-    "voltage=from:to:count (of a device: 'frequency=5 Hz:20 Hz:31', 'peak_voltage=500 V:2 kV:16').",
     examples=(
         "biased-pump --out results",
         'my-device.toml --over "frequency=5 Hz:20 Hz:31" --margin 0.3 --json',

@@ -25,6 +25,7 @@ from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import balances_of, each
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,10 +34,14 @@ FORCE_SAMPLES = 401
 
 
 @analysis(
+    axes={
+        "voltages": Axis("voltage", "voltage", least=1),
+        "displacements": Axis("displacement", "displacement", least=1),
+    },
     answers="statics",
     examples=(
-        "--set spring_stiffness=1.5 --voltages 0,1,1.5 --out results",
-        'paper-table1 --voltages "0 kV:10 kV:11" --json',
+        "--set spring_stiffness=1.5 --over voltage=0,1,1.5 --out results",
+        'paper-table1 --over "voltage=0 kV:10 kV:11" --json',
     ),
 )
 def static(

@@ -213,8 +213,6 @@ def onset_voltage(
         "voltages": Axis("voltage", "voltage_amplitude", default=(0.0, 2.0, 100)),
     },
     answers="stability",
-    over="drive_frequency or voltage (of a device: frequency or voltage_amplitude), with its values as "
-    "from:to:count or v1,v2,...; may be given for both.",
     single=True,
     examples=(
         "--over drive_frequency=0.2:3:120 --over voltage=0:2:100 --out results",
@@ -236,7 +234,8 @@ def tongues(
     Parameters
     ----------
     model : one actuator, with ``rest_height`` 0 (or no spring); its own voltage plays no part, except for the bias.
-    frequencies, voltages : increasing, at least two each.
+    frequencies : increasing drive frequencies, at least two.
+    voltages : increasing voltage amplitudes, at least two.
     highest : voltage amplitude up to which the onset at the model's own frequency is searched. Default three times the
         static pitchfork voltage.
     tolerance : relative error of one integration step. Default 1e-15.

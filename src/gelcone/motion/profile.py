@@ -22,6 +22,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,10 +52,11 @@ class Held(Code):
 
 
 @analysis(
+    axes={"height": Axis("displacement", "displacement", least=1), "voltage": Axis("voltage", "voltage", least=1)},
     answers="profile",
     examples=(
-        "--film membrane --set radius_ratio=0.3 --height 0.8 --voltage 0.3",
-        'paper-table1 --film membrane --height "10 mm:30 mm:5" --voltage "0 kV:4 kV:5" --out results',
+        "--film membrane --set radius_ratio=0.3 --over displacement=0.8 --over voltage=0.3",
+        'paper-table1 --film membrane --over "displacement=10 mm:30 mm:5" --over "voltage=0 kV:4 kV:5" --out results',
     ),
 )
 def film(

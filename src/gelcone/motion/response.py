@@ -27,6 +27,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Times
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +48,7 @@ MOST_SAMPLES = 20_000
 
 
 @analysis(
+    axes={"times": Axis("time", "time", least=1)},
     answers="trajectories",
     examples=("--set voltage=1.04 --set drive_frequency=0.1 --json", "paper-table1 --periods 30 --out results"),
 )
@@ -68,7 +70,7 @@ def simulate(
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     periods : length of the run in periods 2 pi/omega of the voltage, when ``times`` is not given. Default 20, or the
         whole of a drive that does not repeat.
-    times : dimensionless sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
+    times : sample times, increasing from 0 or later; default even ones, at least 100 a drive period and
         20 an oscillation at the fastest rate (at most 20,000 in all).
     tolerance : relative error of one step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.

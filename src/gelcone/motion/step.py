@@ -18,6 +18,7 @@ from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Time, Voltage, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,11 +38,12 @@ LATE = 0.1
 
 
 @analysis(
+    axes={"voltages": Axis("voltage", "voltage", least=1)},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement"),
     examples=(
-        'biased-pump --voltages "0.5 kV,1 kV" --out results',
+        'biased-pump --over "voltage=0.5 kV,1 kV" --out results',
         'biased-pump --film wrinkling --set "series_resistance=5 MOhm" --before "0.7 kV" --json',
     ),
 )

@@ -20,6 +20,7 @@ from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Frequencies, Voltage, Voltages
+from gelcone.register.analysis import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,12 +39,16 @@ Complex = npt.NDArray[np.complex128]
 
 
 @analysis(
+    axes={
+        "frequencies": Axis("drive_frequency", "frequency", least=1),
+        "amplitudes": Axis("amplitude", "amplitude", least=1),
+    },
     answers="trajectories",
     single=True,
     file_only=("drive_frequency", "gain", "phase", "admittance", "admittance_phase"),
     examples=(
         "biased-pump --out results",
-        'biased-pump --film taut --bias "1 kV" --amplitudes "20 V,400 V" --frequencies "5 Hz:20 Hz:16" --json',
+        'biased-pump --film taut --bias "1 kV" --over "amplitude=20 V,400 V" --over "frequency=5 Hz:20 Hz:16" --json',
     ),
 )
 def transfer(

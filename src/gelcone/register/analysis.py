@@ -28,15 +28,28 @@ _KINDS: Mapping[str, type] = {"float": float, "int": int, "bool": bool, "str": s
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of an analysis: its name for a model and for a device, whether it ``replaces`` the actuator's own value,
-    which then must not be set, from where to where, in how many steps, it runs by default, and the command that answers
-    at ``one`` value."""
+    """An axis of an analysis, whose values ``--over`` gives.
+
+    Attributes
+    ----------
+    of_model : its name for a model.
+    of_device : its name for a device.
+    replaces : whether it replaces the actuator's own value, which then must not be set.
+    default : from where to where, in how many steps, it runs by default; None where the function decides.
+    least : the number of values that it takes at least.
+    one : the command that answers at one value, where two are the least.
+    """
 
     of_model: str
     of_device: str
     replaces: bool = False
     default: tuple[float, float, int] | None = None
+    least: int = 2
     one: str = ""
+
+    def name(self, of_device: bool) -> str:
+        """The name on the command line, with a device or without one."""
+        return self.of_device if of_device else self.of_model
 
 
 @dataclass(frozen=True)
@@ -68,7 +81,7 @@ class Analysis:
     file_only : variables of many values, which files hold and JSON does not.
     kinds : variables, of small whole numbers, that distinguish kinds of cells; a map is refined where they change.
     bulky : variables that a sweep leaves out unless it is asked for them, because they hold many values a cell.
-    over : help text of ``--over``; empty where the command takes none.
+    over : help text of ``--over``; empty where the command takes none, or takes the ``axes``.
     axes : keyword -> the axis that ``--over`` sets.
     arguments : keyword -> what stands for it in the help, of arguments in the order of the command line.
     flags : keyword -> flags of the command line, where they are not ``--`` and the keyword.
@@ -136,6 +149,20 @@ class Analysis:
             for name, parameter in self.signature.parameters.items()
             if name in self.flags or name not in (*NOT_OPTIONS, *self.arguments, *self.axes)
         }
+
+    @cached_property
+    def axis_options(self) -> Mapping[str, Option]:
+        """Keyword of an axis -> it as an option, in the order in which the axes are declared."""
+        explained = explanations(self.call)
+        return {
+            name: self._option(name, self.signature.parameters[name], *explained.get(name, ("", "")))
+            for name in self.axes
+        }
+
+    @property
+    def quantities(self) -> Mapping[str, str]:
+        """Option or keyword of an axis -> the quantity that it measures; empty for a pure number."""
+        return {name: option.quantity for name, option in {**self.options, **self.axis_options}.items()}
 
     def _option(self, name: str, parameter: inspect.Parameter, explanation: str, unset: str) -> Option:
         default = None if parameter.default is inspect.Parameter.empty else parameter.default
