@@ -148,7 +148,7 @@ def test_a_cubic_bias_without_cube_is_the_spring():
     )
     one, other = (gelcone.integrate(model, (1.0, 0.0), [20.0]) for model in (spring, cubic))
     np.testing.assert_allclose(other.states, one.states, rtol=1e-12)
-    voltages = [float(gelcone.pitchfork_voltage(model)) for model in (spring, cubic)]
+    voltages = [float(gelcone.pitchfork_voltage(model).pitchfork_voltage) for model in (spring, cubic)]
     assert voltages[1] == pytest.approx(voltages[0], rel=1e-12)
 
 

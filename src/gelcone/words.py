@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
-from gelcone.devices.scales import MEASURES
-from gelcone.devices.units import DIMENSIONS, format_si
+from gelcone.devices.scales import MEASURES, Measure
+from gelcone.devices.units import DIMENSIONS, format_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,12 +153,8 @@ def is_toleranced(sheet: xr.Dataset) -> bool:
 
 
 def interval_in_words(sheet: xr.Dataset, name: str) -> str:
-    """The 95 % interval of a number of a data sheet over the draws, with one unit where both ends have the same, and
-    one number where they do not differ."""
-    low, high = (sized(sheet[f"{name}_{end}"], 3) for end in ("low", "high"))
-    (first, _, unit), (_, _, other) = low.partition(" "), high.partition(" ")
-    shared = unit == other and math.isfinite(sheet[f"{name}_low"])
-    return high if low == high else f"{first if shared else low} to {high}"
+    """The 95 % interval of a number of a data sheet over the draws."""
+    return sized_range(sheet[f"{name}_low"], sheet[f"{name}_high"], 3)
 
 
 ATOM = 1e-10
@@ -167,15 +163,38 @@ ATOM = 1e-10
 
 def sized(variable: xr.DataArray, digits: int = 4) -> str:
     """A single number with the unit in which it reads well."""
+    return sized_range(variable, variable, digits)
+
+
+def sized_range(low: xr.DataArray, high: xr.DataArray, digits: int = 4) -> str:
+    """Two ends of a range with the unit in which the larger reads well; one number where they do not differ."""
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return " to ".join(dict.fromkeys(_alone(end, digits) for end in (low, high)))
+    measure = _measure_of(low)
+    if measure is None:
+        ends = dict.fromkeys(f"{float(end):.{digits}g}" for end in (low, high))
+        return f"{' to '.join(ends)}{unit_of(low)}"
+    least, most = (_without_atoms(float(end) / measure.per_unit, measure.unit) for end in (low, high))
+    if measure.unit == "m" and least == most == 0.0:
+        return f"0{unit_of(low)}"
+    return format_range(least, most, measure.unit, digits)
+
+
+def _alone(variable: xr.DataArray, digits: int) -> str:
+    """A single number with its unit, or the words for one that is not finite."""
+    return sized(variable, digits) if math.isfinite(variable) else missing(float(variable), variable)
+
+
+def _measure_of(variable: xr.DataArray) -> Measure | None:
+    """The measure of a variable that is in the unit in which results are read; None for another."""
     measure = MEASURES.get(str(variable.attrs.get("quantity")))
-    value = float(variable)
-    if measure is None or measure.unit not in DIMENSIONS or unit_of(variable) != f" {measure.shown}":
-        return measured(variable, digits)
-    if not math.isfinite(value):
-        return missing(value, variable)
-    own = value / measure.per_unit
-    small = measure.unit == "m" and abs(own) < ATOM
-    return f"0{unit_of(variable)}" if small else format_si(own, measure.unit, digits)
+    known = measure is not None and measure.unit in DIMENSIONS and unit_of(variable) == f" {measure.shown}"
+    return measure if known else None
+
+
+def _without_atoms(value: float, unit: str) -> float:
+    """A value in SI, 0 for a length shorter than an atom."""
+    return 0.0 if unit == "m" and abs(value) < ATOM else value
 
 
 def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:

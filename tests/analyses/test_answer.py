@@ -241,7 +241,7 @@ def test_how_members_of_a_text_end():
 def test_the_heading_of_an_ensemble_has_the_range_of_what_differs():
     device = gelcone.find_device("biased-pump").replace(film="taut", frequency=[5.0, 10.0, 5.0])
     own = " ".join(" ".join(answer.heading(Subject(device.to_model(), device))).split())
-    assert "frequency 5 Hz to 10 Hz (2 values)" in own
+    assert "frequency 5 to 10 Hz (2 values)" in own
     assert "frequency" not in " ".join(answer.heading(Subject(device.to_model(), device), ["frequency"]))
     plain = " ".join(answer.heading(Subject(MODEL.replace(voltage=[0.25, 0.75]))))
     assert "voltage 0.25 to 0.75 (2 values)" in plain

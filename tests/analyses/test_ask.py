@@ -1,5 +1,6 @@
 """What was typed becomes the arguments of an analysis, and a result the words of the command that gave it."""
 
+import inspect
 import warnings
 from types import SimpleNamespace
 
@@ -71,10 +72,59 @@ def test_a_result_is_answered_by_the_analysis_of_its_title():
         assert answers.command == ANALYSES[name].command
     drawn = result.assign_attrs(title="draws: of it", analysis="operating_limits")
     assert ask.answer_to(drawn)[0].command == "operating-limits"
+    other, _ = ask.answer_to(result.assign_attrs(title="folds of the equilibria"))
+    assert (other.command, other.words) == ("folds-of-the-equilibria", tables.any_words)
+    del result.attrs["model"]
     for title, shown in (("material: gel", "'material'"), ("", "'none of gelcone'")):
         with pytest.raises(InputError) as error:
             ask.answer_to(result.assign_attrs(title=title))
-        assert str(error.value) == f"the result is {shown}, which no command prints; read its variables in Python"
+        assert str(error.value) == f"the result is {shown}, which has no words; read its variables in Python"
+
+
+OF_THE_LAB = {"design", "fit_device", "fit_material", "fitted_draws", "plan_device"}
+"""Functions whose results the tests of their commands print."""
+AS_GIVEN = {"load", "show", "to_si", "over_draws"}
+"""Functions that return the result of another."""
+
+
+def made_by_hand(pump):
+    """Function -> a small result, of the public functions that are no command."""
+    lifted = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4)
+    flat = gelcone.ConeModel(spring_stiffness=[0.5, 1.5], drive_frequency=0.5)
+    draws = gelcone.draw({"damping_ratio": gelcone.Uniform(0.05, 0.1)}, 4)
+    plan = gelcone.Plan(lifted.replace(voltage=0.3, voltage_bias=0.6), {"drive_frequency": [0.6, 0.8]}, draws=draws)
+    cells = gelcone.sweep(plan)
+    times, omega = np.linspace(0.0, 5e-3, 8), np.linspace(0.1, 1.0, 9)
+    return {
+        "pull_in_voltage": gelcone.pull_in_voltage(pump),
+        "pitchfork_voltage": gelcone.pitchfork_voltage(flat),
+        "fold_voltages": gelcone.fold_voltages(lifted.replace(rest_height=0.3, spring_stiffness=0.5)),
+        "stroke_and_blocked_force": gelcone.stroke_and_blocked_force(pump, ["0.5 kV", "1 kV"]),
+        "small_signal_response": gelcone.small_signal_response(lifted.replace(voltage_bias=0.6), omega),
+        "onset_voltage": gelcone.onset_voltage(flat),
+        "floquet_multipliers": gelcone.floquet_multipliers(flat),
+        "follow": gelcone.follow(pump, times, 0.0127 + 1e-6 * np.sin(np.pi * times / 5e-3) ** 2),
+        "sense": gelcone.sense(pump, ["0.6 nF"], voltage="0.5 kV"),
+        "probability": gelcone.probability(cells, gelcone.Regime.PERIODIC),
+        "tolerances": gelcone.tolerances(cells),
+    }
+
+
+def test_every_public_function_that_returns_a_result_has_words(pump):
+    """What no command gives is printed by its names, numbers of a device in its units."""
+    functions = {name for name in gelcone.__all__ if inspect.isfunction(getattr(gelcone, name))}
+    returned = {n for n in functions if "Dataset" in str(inspect.signature(getattr(gelcone, n)).return_annotation)}
+    made = made_by_hand(pump)
+    assert returned - ANALYSES.keys() - OF_THE_LAB - AS_GIVEN == made.keys()
+    words = {name: gelcone.in_words(result) for name, result in made.items()}
+    for name, text in words.items():
+        for variable in made[name].drop_vars("outcome", errors="ignore").data_vars.values():
+            if variable.size:
+                assert " ".join(variable.attrs["long_name"].split()) in " ".join(text.split()), (name, variable.name)
+    assert "constant voltage: 500 V, 1 kV" in words["stroke_and_blocked_force"]
+    assert "phase of the displacement: -" in words["small_signal_response"]
+    assert words["small_signal_response"].endswith(" degree in 9 values")
+    assert "is there a voltage that gives the motion: yes in 6 of 8, no in 2 of 8" in words["follow"]
 
 
 def test_the_start_of_a_result_is_dimensionless(pump):

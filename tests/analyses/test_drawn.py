@@ -33,8 +33,8 @@ def test_an_envelope_of_draws():
     lines = lines[len(answer.heading(SUBJECT, ["prestretch"])) :]
     assert lines[:5] == [
         "4 draws of prestretch", f"1 of 4 runs failed: {Outcome.PULLED_IN.meaning}",
-        "pull-in at constant voltage: 20 V, 95 % within 20 V to 20 V; none in 1 of 4 draws",
-        "recommended constant voltage, 20% below its limits: 16 V, 95 % within 16 V to 16 V; none in 1 of 4 draws",
+        "pull-in at constant voltage: 20 V, 95 % within 20 V; none in 1 of 4 draws",
+        "recommended constant voltage, 20% below its limits: 16 V, 95 % within 16 V; none in 1 of 4 draws",
         "recommended drive, 20% below its limits:",
     ]  # fmt: skip
     assert lines[5].split() == [
@@ -87,10 +87,10 @@ def test_a_frequency_response_of_draws():
     lines = drawn.over_draws_words(shown, SUBJECT).splitlines()[len(answer.heading(SUBJECT, ["prestretch"])) :]
     assert lines == [
         "2 draws of prestretch", "drive frequency 10 to 14 Hz, 2 values",
-        "swept up, largest stroke: 2 mm, 95 % within 2 mm to 2 mm",
-        "swept up, its frequency: 11 Hz, 95 % within 11 Hz to 11 Hz",
-        "swept down, largest stroke: 4 mm, 95 % within 4 mm to 4 mm",
-        "swept down, its frequency: 12 Hz, 95 % within 12 Hz to 12 Hz",
+        "swept up, largest stroke: 2 mm, 95 % within 2 mm",
+        "swept up, its frequency: 11 Hz, 95 % within 11 Hz",
+        "swept down, largest stroke: 4 mm, 95 % within 4 mm",
+        "swept down, its frequency: 12 Hz, 95 % within 12 Hz",
         "the sweeps differ, with jumps, in 1 of 2 draws",
     ]  # fmt: skip
 

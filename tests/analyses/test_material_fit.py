@@ -74,7 +74,7 @@ def test_a_fitted_material_names_its_law_its_numbers_and_their_intervals(branche
         title="material fit: a gel", temperature=NAN, permittivity_note="",
     )  # fmt: skip
     lines = [
-        f"a gel: {rule}", "  fitted to 2 tests", "  shear_modulus 20 kPa (95 %: 18 kPa to 24 kPa)",
+        f"a gel: {rule}", "  fitted to 2 tests", "  shear_modulus 20 kPa (95 %: 18 to 24 kPa)",
         "  stretch_limit 50",
         "  relative_permittivity 4.5", "_quality_lines", "_compared_lines", "_test_lines", "_notes",
     ]  # fmt: skip

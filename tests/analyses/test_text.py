@@ -491,7 +491,7 @@ def test_numbers_over_draws_have_their_median_their_interval_and_how_many_have_n
         }
     )
     assert grids.number_lines(known) == [
-        "stroke of the disc: 50 mm, 95 % within 2.5 mm to 97.5 mm; none in 1 of 102 draws",
+        "stroke of the disc: 50 mm, 95 % within 2.5 to 97.5 mm; none in 1 of 102 draws",
         "pull_in: not reached in 101 of 102 draws; none in 1 of 102 draws",
     ]
 

@@ -147,7 +147,7 @@ def test_members_whose_runs_differ_in_length_say_from_which_to_which():
     time = xr.DataArray(
         [[0.0, 1250.0], [0.0, 1428.0]], dims=("member", "sample"), attrs={"units": "ms", "quantity": "time"}
     )
-    assert trajectories._lengths(time) == "1.25 s to 1.428 s"
+    assert trajectories._lengths(time) == "1.25 to 1.428 s"
     assert trajectories._lengths(time[0]) == "1.25 s"
 
 

@@ -151,8 +151,9 @@ ARGUMENTS = {
 BOUNDS = {("design", "seed"): (0, 2**31), ("measured", "seed"): (0, 2**31), ("studio", "port"): (0, 65535)}
 REPEATED = {
     "fit": {"data", "free", "profile", "predict"}, "map": {"settings", "over"},
-    "sweep": {"settings", "over", "uncertain", "keep"}, "datasheet": {"settings", "uncertain"}, "export": {"settings"},
-    "simulate": {"settings"}, "frequency": {"settings", "over"}, "design": set(), "measured": set(), "paper": set(),
+    "sweep": {"settings", "over", "uncertain", "keep"}, "datasheet": {"settings", "over", "uncertain"},
+    "export": {"settings"}, "simulate": {"settings", "over"}, "frequency": {"settings", "over"},
+    "design": set(), "measured": set(), "paper": set(),
 }  # fmt: skip
 FLAGS = {
     "fit": {"plan"}, "map": {"uniform"}, "sweep": {"indices", "at_once"}, "design": {"nominal"}, "paper": {"quick"},

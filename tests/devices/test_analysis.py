@@ -39,7 +39,7 @@ def test_options_of_a_device_are_si_numbers_or_texts():
     numbers = gelcone.simulate(DEVICE, (0.005, 0.0), times=[0.01, 0.02])
     xr.testing.assert_identical(texts, numbers)
     np.testing.assert_allclose(texts.time, [10.0, 20.0])
-    assert float(gelcone.pitchfork_voltage(DEVICE.replace(film="taut"))) > 100.0
+    assert float(gelcone.pitchfork_voltage(DEVICE.replace(film="taut")).pitchfork_voltage) > 100.0
     ramp = gelcone.stroke_and_blocked_force(DEVICE, ["0 V", "1 kV"])
     np.testing.assert_allclose(ramp.constant_voltage, [0.0, 1000.0])
 
@@ -166,12 +166,11 @@ def test_a_start_has_the_states_of_material_and_amplifier():
         gelcone.simulate(AMPLIFIED, ("2 mm", 0.0, 0.9), times=["10 ms"])
 
 
-def test_a_number_that_an_analysis_returns_is_in_si():
-    """Of one device and of several that differ in their unit of voltage."""
+def test_the_pitchfork_of_devices_that_differ_in_their_unit_of_voltage_is_in_volts():
     device = DEVICE.replace(film="taut", initial_height=0.0)
     for one in (device, device.replace(film_thickness=[1e-4, 2e-4])):
-        own = gelcone.pitchfork_voltage(one.to_model()) * one.scales.voltage
-        np.testing.assert_allclose(gelcone.pitchfork_voltage(one), own, rtol=1e-14)
+        own = gelcone.pitchfork_voltage(one.to_model()).pitchfork_voltage * one.scales.voltage
+        np.testing.assert_allclose(gelcone.pitchfork_voltage(one).pitchfork_voltage, own, rtol=1e-14)
         assert np.all(own > 100.0)
 
 
@@ -274,18 +273,18 @@ def test_what_a_function_does_not_take_is_refused_in_words(call, message):
         call()
 
 
-def test_an_analysis_gets_numbers_without_units_and_its_answer_has_that_of_si():
-    """Seconds and not the milliseconds of results; the model, its start and options by position or name."""
+def test_an_analysis_gets_numbers_without_units():
+    """The model, its start and options by position or name; what is not a Dataset comes back as it is."""
     seen = {}
 
-    def wait(model, initial=(1.0, 0.0), span: "Time" = 5.0, *, level: "Voltage" = 2.0, count=3) -> "Time":
+    def wait(model, initial=(1.0, 0.0), span: "Time" = 5.0, *, level: "Voltage" = 2.0, count=3):
         """Do nothing."""
         seen.update(model=model, initial=initial, span=span, level=level, count=count)
         return 7.0
 
     scales = DEVICE.scales
     run = for_devices(wait)
-    assert run(DEVICE, ("1 mm", "0.1 m/s"), "3 s", level=500.0) == pytest.approx(7.0 * scales.time)
+    assert run(DEVICE, ("1 mm", "0.1 m/s"), "3 s", level=500.0) == 7.0
     np.testing.assert_allclose(seen["initial"], [1e-3 / scales.length, 0.1 / scales.velocity])
     assert float(seen["span"]) == pytest.approx(3.0 / scales.time)
     assert float(seen["level"]) == pytest.approx(500.0 / scales.voltage)

@@ -100,11 +100,11 @@ def test_of_several_discs_too_large_the_worst_is_named_with_its_own_film():
 @pytest.mark.parametrize(
     ("name", "most", "told"),
     [
-        ("moving_mass", 5.0, "moving_mass = 5.05 kg is outside the usual range, 100 mg to 500 g; check its unit"),
-        ("gravity", 20.0, "gravity = 20.2 m/s^2 is outside the usual range, 500 mm/s^2 to 20 m/s^2; check its unit"),
-        ("series_resistance", 1e8, "series_resistance = 101 Mohm is outside the usual range, 1 kohm to 100 Mohm"),
-        ("initial_height", 1.0, "initial_height = 1.01 m is outside the usual range, 1 mm to 100 mm"),
-        ("film_thickness", 20e-3, "film_thickness = 20.2 mm is outside the usual range, 20 um to 2 mm"),
+        ("moving_mass", 5.0, "moving_mass = 5.05 kg is outside the usual range, 0.1 to 500 g; check its unit"),
+        ("gravity", 20.0, "gravity = 20.2 m/s^2 is outside the usual range, 0.5 to 20 m/s^2; check its unit"),
+        ("series_resistance", 1e8, "series_resistance = 101 Mohm is outside the usual range, 0.001 to 100 Mohm"),
+        ("initial_height", 1.0, "initial_height = 1.01 m is outside the usual range, 1 to 100 mm"),
+        ("film_thickness", 20e-3, "film_thickness = 20.2 mm is outside the usual range, 0.02 to 2 mm"),
     ],
 )
 def test_values_far_beyond_the_usual_are_doubted_from_ten_times_on_and_gravity_and_resistance_at_once(name, most, told):

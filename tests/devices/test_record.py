@@ -40,7 +40,7 @@ def test_what_lies_outside_the_usual_range_widened_is_implausible(value, odd):
 def test_an_example_is_given_or_the_middle_of_the_usual_range():
     assert LENGTH.example_value() == 1e-3
     assert LENGTH.example_text() == "1 mm"
-    assert LENGTH.typical_text() == "100 um to 10 mm"
+    assert LENGTH.typical_text() == "0.1 to 10 mm"
     assert Field("x", "ohm m", typical=(1e7, 1e14)).typical_text() == "1e+07 to 1e+14 ohm m"
     own = Field("x", "m", typical=(1e-4, 1e-2), example=3e-3)
     assert (own.example_value(), own.example_text()) == (3e-3, "3 mm")

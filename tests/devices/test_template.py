@@ -71,7 +71,7 @@ def test_a_field_says_whether_it_is_needed_its_unit_and_its_usual_range():
     assert _terms(fields["damping_ratio"])[0] == "required, or give damping_coefficient or quality_factor"
     assert _terms(fields["initial_height"])[0].startswith("optional, ")
     assert _terms(fields["beam_rate"])[0] == "optional, no beam when left out"
-    assert [term for term in _terms(fields["disc_radius"]) if term.startswith("usual ")] == ["usual 1 mm to 50 mm"]
+    assert [term for term in _terms(fields["disc_radius"]) if term.startswith("usual ")] == ["usual 1 to 50 mm"]
     assert _terms(fields["name"])[0] == "optional, the file's name when left out"
     assert not any(term.startswith(("SI unit", "usual")) for term in _terms(fields["name"]))
 

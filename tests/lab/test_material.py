@@ -238,6 +238,6 @@ def test_a_table_of_a_fit_has_its_intervals_as_comments():
     assert lines[0] == "# material fit: own, made by gelcone 9.9. Paste it into a device file."
     (modulus,) = (line for line in lines if line.startswith("shear_modulus"))
     assert modulus.startswith('shear_modulus = "8 kPa"')
-    assert modulus.endswith("# 95 %: 7 kPa to 9.5 kPa")
+    assert modulus.endswith("# 95 %: 7 to 9.5 kPa")
     (limit,) = (line for line in lines if line.startswith("stretch_limit"))
     assert "95 %" not in limit

@@ -90,7 +90,9 @@ def test_limits_are_those_of_each_analysis_alone():
     onset = gelcone.onset_voltage(model.take([0]))
     assert float(result["onset_voltage"][0]) == float(onset["onset_voltage"][0])
     assert float(result["onset_error"][0]) == float(onset["onset_error"][0]) > 0.0
-    assert float(result["pitchfork_voltage"][0]) == float(gelcone.pitchfork_voltage(model.take([0]))[0])
+    assert float(result["pitchfork_voltage"][0]) == float(
+        gelcone.pitchfork_voltage(model.take([0])).pitchfork_voltage[0]
+    )
     # A film that is lifted at rest has no onset from flat rest, but still pulls in.
     assert np.isnan(result["onset_voltage"].values[1:]).all()
     pull_in = gelcone.pull_in_voltage(model.take([2]))["pull_in_voltage"]

@@ -106,7 +106,7 @@ def test_one_per_cent_below_onset_motions_die_and_above_they_grow(model):
 def test_a_tongue_between_two_points_of_the_scan_is_found():
     """At omega = 0.2 the first tongue is 0.020 wide, a step of the coarse scan 0.037, and no point falls inside."""
     model = ConeModel(damping_ratio=0.05, spring_stiffness=1.5, drive_frequency=0.2)
-    scan = model.replace(voltage=np.linspace(0.0, 3.0 * float(pitchfork_voltage(model)), 101))
+    scan = model.replace(voltage=np.linspace(0.0, 3.0 * float(pitchfork_voltage(model).pitchfork_voltage), 101))
     unstable = floquet_multipliers(scan).growth_rate.values > 0.0
     fine, coarse = onset_voltage(model, steps=2048), onset_voltage(model, steps=100)
     assert scan.voltage[unstable.argmax() - 1] > float(fine.onset_voltage) + 0.02
@@ -124,7 +124,7 @@ def test_onset_is_none_where_rest_stays_stable_and_zero_where_it_never_was():
 
 def test_by_default_three_times_the_pitchfork_is_searched():
     model = ConeModel(spring_stiffness=[0.5, 1.5])
-    np.testing.assert_allclose(onset_voltage(model).searched[:, 1], 3.0 * pitchfork_voltage(model))
+    np.testing.assert_allclose(onset_voltage(model).searched[:, 1], 3.0 * pitchfork_voltage(model).pitchfork_voltage)
 
 
 def test_tongues_agree_with_their_parts():
@@ -303,7 +303,7 @@ def test_tongues_are_those_of_the_grid_and_the_onsets_those_of_each_frequency_an
     of the rows up to the highest voltage."""
     asked, parts, omegas, volts = [], {}, np.array([0.3, 0.5]), np.array([0.1, 0.2, 0.4])
     parts = record(
-        monkeypatch, floquet, monodromy=maps_of(6), _boundaries=numbers(2, 1, at=50.0), pitchfork_voltage=0.9
+        monkeypatch, floquet, monodromy=maps_of(6), _boundaries=numbers(2, 1, at=50.0), pitchfork_voltages=[0.9]
     )
     monkeypatch.setattr(floquet, "onset_voltage", made_up_onsets(asked))
     model = BASE.replace(voltage_bias=-0.25)

@@ -31,7 +31,7 @@ def searches(monkeypatch):
         }
 
     monkeypatch.setattr(module, "onset_voltage", onset)
-    monkeypatch.setattr(module, "pitchfork_voltage", lambda members: 0.1 * members.values["stretch_limit"])
+    monkeypatch.setattr(module, "pitchfork_voltages", lambda members: 0.1 * members.values["stretch_limit"])
     monkeypatch.setattr(
         module, "jump_voltages", lambda members: (members.values["stretch_limit"], np.full(members.size, PullIn.FILM))
     )
@@ -84,7 +84,7 @@ def test_at_once_the_branches_of_pitchfork_and_pull_in_are_held_and_those_of_the
     model = MIXED.replace(viscous_modulus_1=1.0, relaxation_time_1=1e4).members()
     seen = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "pitchfork_voltage", lambda members: seen.append(members.system.film) or np.zeros(3))
+        patch.setattr(module, "pitchfork_voltages", lambda members: seen.append(members.system.film) or np.zeros(3))
         patch.setattr(
             module, "jump_voltages", lambda members: seen.append(members.system.film) or (np.ones(3), np.zeros(3))
         )

@@ -30,7 +30,7 @@ def test_a_constant_voltage_grows_where_it_is_above_the_pitchfork():
     result = floquet_multipliers(model)
     expected = np.real(-0.1 + np.sqrt((0.01 - 1.5 + bias**2).astype(complex)))
     np.testing.assert_allclose(result.growth_rate, expected, atol=1e-12)
-    assert ((result.margin > 0.0).values == (bias > pitchfork_voltage(model))).all()
+    assert ((result.margin > 0.0).values == (bias > pitchfork_voltage(model).pitchfork_voltage)).all()
 
 
 def test_a_long_repeat_does_not_overflow():

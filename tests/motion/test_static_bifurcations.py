@@ -5,6 +5,8 @@ import pytest
 
 from gelcone import (
     ConeModel,
+    InputError,
+    Outcome,
     PullIn,
     fold_voltages,
     pitchfork_voltage,
@@ -16,21 +18,30 @@ from tests.motion.balances import SOFTENING, TABLE1, random_model, settled
 
 
 def test_the_pitchfork_is_the_root_of_the_small_signal_stiffness():
-    assert pitchfork_voltage(TABLE1) == np.sqrt(1.5)
+    assert pitchfork_voltage(TABLE1).pitchfork_voltage == np.sqrt(1.5)
     model = ConeModel(prestretch=[0.9, 1.0, 1.3], spring_stiffness=1.0, prestretch_mode="equibiaxial")
     A = B = np.array([0.9, 1.0, 1.3]) ** 2
     G = 1.0 / (A * B)
     expected = np.sqrt(1.0 + (A - G) / (1.0 - (A + B + G - 3.0) / 50.0))
-    np.testing.assert_allclose(pitchfork_voltage(model), expected, rtol=1e-14)
+    np.testing.assert_allclose(pitchfork_voltage(model).pitchfork_voltage, expected, rtol=1e-14)
     np.testing.assert_allclose(static(model, [0.0]).pitchfork_voltage, expected, rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    "changes", [{"rest_height": 0.1}, {"prestretch": 0.6, "spring_stiffness": 0.1}, {"stretch_limit": 0.1}]
-)
+@pytest.mark.parametrize("changes", [{"rest_height": 0.1}, {"prestretch": 0.6, "spring_stiffness": 0.1}])
 def test_there_is_no_pitchfork_without_a_stable_flat_film(changes):
-    model = ConeModel(prestretch=1.3).replace(**changes) if "stretch_limit" in changes else TABLE1.replace(**changes)
-    assert np.isnan(pitchfork_voltage(model))
+    found = pitchfork_voltage(TABLE1.replace(**changes))
+    assert np.isnan(found.pitchfork_voltage)
+    assert np.isnan(found.pitchfork_displacement)
+
+
+def test_a_member_that_reaches_nothing_has_no_pitchfork_and_says_so():
+    """Alone it is refused, as by the other statics."""
+    found = pitchfork_voltage(ConeModel(prestretch=1.3, stretch_limit=[0.1, 50.0]))
+    assert found.outcome.values.tolist() == [Outcome.OUTSIDE, Outcome.OK]
+    assert np.isfinite(found.pitchfork_voltage).values.tolist() == [False, True]
+    for function in (pitchfork_voltage, pull_in_voltage):
+        with pytest.raises(InputError, match=r"stretch_limit = 0\.1"):
+            function(ConeModel(prestretch=1.3, stretch_limit=0.1))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -67,7 +78,7 @@ def test_pull_in_in_a_fold_is_where_a_slow_ramp_jumps_and_to_where():
 
 
 def test_a_slow_ramp_leaves_the_flat_film_gradually_in_a_pitchfork_which_is_no_pull_in():
-    result, voltage = pull_in_voltage(TABLE1), float(pitchfork_voltage(TABLE1))
+    result, voltage = pull_in_voltage(TABLE1), float(pitchfork_voltage(TABLE1).pitchfork_voltage)
     assert PullIn(int(result.pull_in_kind)) == PullIn.NEVER
     assert (voltage, float(result.pull_in_voltage)) == (np.sqrt(1.5), np.inf)
     ramp = np.array([0.9, 0.99, 1.06, 1.2]) * voltage
@@ -83,7 +94,7 @@ def test_a_subcritical_pitchfork_jumps():
     )
     result = pull_in_voltage(model)
     assert PullIn(int(result.pull_in_kind)) == PullIn.PITCHFORK
-    assert float(result.pull_in_voltage) == pitchfork_voltage(model)
+    assert float(result.pull_in_voltage) == pitchfork_voltage(model).pitchfork_voltage
     voltage = float(result.pull_in_voltage)
     assert float(result.pull_in_to) > 0.9
     jumped = settled(model, [1.03 * voltage], 0.0)

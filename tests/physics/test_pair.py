@@ -84,7 +84,7 @@ def test_of_two_equally_near_equilibria_past_a_pitchfork_the_higher_one_is_taken
     model = gelcone.ConeModel(
         film="taut", second_film="taut", second_flat_height=apart, rest_height=0.5 * apart, hoop_prestretch=1.2
     )
-    lost = float(gelcone.pitchfork_voltage(model))
+    lost = float(gelcone.pitchfork_voltage(model).pitchfork_voltage)
     levels = lost * np.array([0.98, 1.02, 1.1])
     found = gelcone.stroke_and_blocked_force(model, levels)["displacement"].values
     places = gelcone.static(model, levels)["equilibrium_displacement"].values

@@ -79,7 +79,6 @@ def test_quantities_come_from_annotations():
     assert annotation_of(gelcone.regime, "transient") == (float, "time")
     assert annotation_of(gelcone.regime, "tolerance") == (float, "")
     assert annotation_of(gelcone.static, "displacements") == (None, "length")
-    assert annotation_of(gelcone.pitchfork_voltage, "return") == (None, "voltage")
     assert annotation_of(gelcone.section, "repeats") == (int, "")
     assert annotation_of(gelcone.regime, "initial") == (None, "")
 

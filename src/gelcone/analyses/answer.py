@@ -17,7 +17,7 @@ from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
 from gelcone.devices.si import DEVICE
-from gelcone.devices.units import format_si
+from gelcone.devices.units import format_range
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
@@ -293,8 +293,7 @@ def _several(name: str, value: Any, swept: Collection[Any]) -> bool:
 
 def _spread(name: str, values: Any, unit: str = "1") -> str:
     """Name, smallest and largest value of a number of an ensemble, and the number of its values."""
-    low, high = (f"{end:.4g}" if unit == "1" else format_si(float(end), unit) for end in (values.min(), values.max()))
-    return f"{name} {low} to {high} ({len(np.unique(values))} values)"
+    return f"{name} {format_range(values.min(), values.max(), unit)} ({len(np.unique(values))} values)"
 
 
 def _stiff_line(subject: Subject) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ import numpy as np
 
 from gelcone.analyses import tables
 from gelcone.analyses.answer import in_si, result_json
+from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import read_measure, read_measures
 from gelcone.devices.analysis import check_one
@@ -70,21 +72,20 @@ TITLES: Mapping[str, str] = {
 }
 """Title of a result, up to a colon -> the analysis that gave it."""
 DRAWS = "draws"
-"""That of an analysis of every draw, which its attribute names."""
+"""The title of an analysis of every draw, which its attribute names."""
 
 
 def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     """The answers of the command that gave a result, and its subject; `InputError` for another Dataset."""
-    check_result("in_words", result)
     title = str(result.attrs.get("title", "")).partition(":")[0]
     from gelcone.dataset import model_of
     from gelcone.devices.si import device_of
 
-    if title not in (*TITLES, DRAWS):
+    if "model" not in result.attrs:
         raise InputError(
-            f"the result is {title or 'none of gelcone'!r}, which no command prints; read its variables in Python"
+            f"the result is {title or 'none of gelcone'!r}, which has no words; read its variables in Python"
         )
-    answers = drawn_answers(result.attrs["analysis"]) if title == DRAWS else answers_of(find_analysis(TITLES[title]))
+    answers = _answers_to(title, result)
     device = device_of(result)
     initial = _initial_of(result, device)
     if device is not None:
@@ -93,8 +94,17 @@ def answer_to(result: xr.Dataset) -> tuple[Answers, Subject]:
     return answers, Subject(model_of(result.drop_vars([name for name in result.coords if name in own])), None, initial)
 
 
+def _answers_to(title: str, result: xr.Dataset) -> Answers:
+    """The answers of the command that gave a result of this title; of another the numbers by their names."""
+    if title == DRAWS:
+        return drawn_answers(result.attrs["analysis"])
+    if title in TITLES:
+        return answers_of(find_analysis(TITLES[title]))
+    return Answers(re.sub(r"\W+", "-", title.lower()), tables.any_words)
+
+
 def in_words(result: xr.Dataset) -> str:
-    """Return what the command that gives such a result prints.
+    """Return what the command that gives such a result prints, or the numbers of a result that no command gives.
 
     Parameters
     ----------
@@ -106,7 +116,7 @@ def in_words(result: xr.Dataset) -> str:
 
     Raises
     ------
-    InputError : for a Dataset that is not the result of an analysis.
+    InputError : for a Dataset that is not a result of gelcone.
 
     Examples
     --------
@@ -115,6 +125,9 @@ def in_words(result: xr.Dataset) -> str:
     >>> words.splitlines()[0], words.count("1.2247")
     ('cone model, dimensionless', 1)
     """
+    check_result("in_words", result)
+    if (lab := lab_answer(result)) is not None:
+        return lab[0]()
     answers, subject = answer_to(result)
     return answers.words(in_si(result, subject), subject)
 

@@ -32,6 +32,7 @@ from gelcone.words import (
     regime_counts,
     shortened,
     sized,
+    sized_range,
     unit_of,
     validity_in_words,
     with_error,
@@ -225,10 +226,10 @@ def spread_in_words(own: xr.DataArray) -> str:
     if np.isnan(found).any():
         return none
     more = f"; {none}" * bool(lost)
-    low, middle, high = (sized(own[0].copy(data=value)) for value in found)
+    low, middle, high = (own[0].copy(data=value) for value in found)
     if np.isinf(found).all():
-        return f"{middle} in {own.size - lost} of {own.size} draws{more}"
-    return f"{middle}, 95 % within {low} to {high}{more}"
+        return f"{sized(middle)} in {own.size - lost} of {own.size} draws{more}"
+    return f"{sized(middle)}, 95 % within {sized_range(low, high)}{more}"
 
 
 def membranes_lines(shown: xr.Dataset) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gelcone.analyses.answer import result_json
 from gelcone.devices.materials import Material
-from gelcone.devices.units import format_si
+from gelcone.devices.units import format_range, format_si
 from gelcone.lab.material import fitted_material, unit_of
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _parameter_lines(result: xr.Dataset, gel: Material) -> list[str]:
     for k, name in enumerate(map(str, result["parameter"].values)):
         unit = unit_of(name)
         value, low, high = (float(result[key][k]) for key in ("value", "low", "high"))
-        spread = f" (95 %: {format_si(low, unit, 3)} to {format_si(high, unit, 3)})" if np.isfinite(low) else ""
+        spread = f" (95 %: {format_range(low, high, unit, 3)})" if np.isfinite(low) else ""
         lines.append(f"{name} {format_si(value, unit, 4)}{spread}")
     note = str(result.attrs["permittivity_note"])
     return [*lines, f"relative_permittivity {gel.relative_permittivity:.4g}{f' ({note})' if note else ''}"]

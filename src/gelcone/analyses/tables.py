@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections import Counter
 from itertools import zip_longest
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from gelcone.analyses.answer import WIDTH, heading, outcome_lines, state_lines
 from gelcone.codes import Outcome
@@ -15,8 +18,10 @@ from gelcone.words import (
     event_label,
     measured,
     members_of,
+    missing,
     shortened,
     sized,
+    sized_range,
     validity_in_words,
     varied_names,
 )
@@ -48,6 +53,49 @@ def table_words(shown: xr.Dataset, subject: Subject) -> str:
         found = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
         lines += [f"{label}: {value}" for label, value in found.items()]
     return "\n".join([*lines, *validity_in_words(shown)])
+
+
+MOST_VALUES = 6
+"""Most values of a series that are listed; of a longer one the smallest and the largest."""
+
+
+def any_words(shown: xr.Dataset, subject: Subject) -> str:
+    """The numbers of a result that no command gives: single ones as `table_words`, series by their values or ends."""
+    if "outcome" in shown:
+        lines = table_words(shown, subject).splitlines()
+        members = members_of(shown, range(shown["outcome"].size)[:MOST_LINES])
+    else:
+        lines, members = heading(subject), [("", shown)]
+        lines += [f"{label}: {value}" for label, value in _rows(shown).items()]
+    for name, member in members:
+        series = series_lines(member)
+        lines += [f"{name}:", *(f"  {line}" for line in series)] if name and series else series
+    return "\n".join(lines)
+
+
+def series_lines(shown: xr.Dataset) -> list[str]:
+    """A line for each variable and axis of several numbers or names: its values or, of many, the ends."""
+    series = [v for v in shown.data_vars.values() if v.dims and v.size]
+    axes = [shown[dim] for dim in dict.fromkeys(d for v in series for d in v.dims) if dim in shown.coords]
+    return [f"{v.attrs.get('long_name', v.name)}: {_series(v)}" for v in (*axes, *series) if v.dtype.kind in "bfiuOU"]
+
+
+def _series(variable: xr.DataArray) -> str:
+    """The values of a variable one by one or, of many, how many there are and their ends."""
+    flat = variable.stack(flat=variable.dims) if variable.ndim > 1 else variable
+    if flat.size <= MOST_VALUES:
+        return ", ".join(measured(one) if flat.dtype.kind in "OU" else _value(one) for one in flat)
+    count = f"{' x '.join(map(str, variable.shape))} values"
+    if flat.dtype.kind in "OU":
+        return count
+    if flat.dtype.kind == "b" or "flag_meanings" in variable.attrs:
+        names = Counter(_value(one) for one in flat)
+        return ", ".join(f"{name} in {number} of {flat.size}" for name, number in names.items())
+    known = flat.values[np.isfinite(flat.values)]
+    if not known.size:
+        return f"{missing(np.nan, variable)} in {count}"
+    low, high = (flat[0].copy(data=end) for end in (known.min(), known.max()))
+    return f"{sized_range(low, high)} in {count}"
 
 
 def _columns(shown: xr.Dataset) -> list[str]:
@@ -105,6 +153,8 @@ def _rows(member: xr.Dataset, apart: str = r"validity_") -> dict[str, str]:
 
 def _value(variable: xr.DataArray) -> str:
     """A number with its unit; the meaning of a code; yes or no."""
+    if variable.dtype.kind == "b":
+        return "yes" if variable else "no"
     if variable.name == "pull_in_kind":
         return PullIn(int(variable)).meaning
     if "flag_meanings" in variable.attrs and float(variable) in variable.attrs["flag_values"]:

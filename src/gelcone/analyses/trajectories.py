@@ -19,6 +19,7 @@ from gelcone.words import (
     members_of,
     shortened,
     sized,
+    sized_range,
     unit_of,
     validity_in_words,
     varied_names,
@@ -65,7 +66,7 @@ def simulate_words(shown: xr.Dataset, subject: Subject) -> str:
 def _lengths(time: xr.DataArray) -> str:
     """The length of a run, of members that differ in it the shortest and the longest."""
     ends = time.isel({time.dims[-1]: -1})
-    return " to ".join(dict.fromkeys(sized(end, 5) for end in (ends.min(keep_attrs=True), ends.max(keep_attrs=True))))
+    return sized_range(ends.min(keep_attrs=True), ends.max(keep_attrs=True), 5)
 
 
 def _reach(member: xr.Dataset) -> list[str]:

@@ -74,8 +74,7 @@ def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concaten
             result = call(model.to_model(), **arguments)
         if hasattr(result, "data_vars"):
             return to_si(result, model)  # type: ignore[return-value]
-        _, returned = annotation_of(function, "return")
-        return result * model.scales.size(returned) if returned else result
+        return result
 
     run.__doc__ = with_units(function)
     return cast(Any, run)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gelcone.devices.units import FieldError, format_si, parse_many
+from gelcone.devices.units import FieldError, format_range, format_si, parse_many
 
 REQUIRED: Any = object()
 """Default of a required field."""
@@ -92,11 +92,9 @@ class Field:
         """The typical range with units; empty if there is none."""
         if self.typical is None:
             return ""
-        ends = [format_si(end, self.unit) for end in self.typical]
-        if any("e+" in text for text in ends):  # beyond the largest prefix
-            ends = [f"{end:g}" for end in self.typical]
-            ends[-1] += f" {self.unit}"
-        return " to ".join(ends)
+        low, high = self.typical
+        text = format_range(low, high, self.unit)
+        return f"{low:g} to {high:g} {self.unit}" if "e+" in text else text  # beyond the largest prefix
 
 
 MOST_UNKNOWN = 20

@@ -9,7 +9,7 @@ import numpy as np
 from gelcone import markup
 from gelcone.devices.fields import GEL, DeviceFields
 from gelcone.devices.record import Field
-from gelcone.devices.units import format_si
+from gelcone.devices.units import format_range, format_si
 
 
 def device_html(device: DeviceFields) -> str:
@@ -39,5 +39,5 @@ def _with_unit(field: Field, value: Any) -> str:
     """A value with its unit as text; of an ensemble the range and the count."""
     if not field.unit or isinstance(value, str):
         return str(getattr(value, "name", None) or value)
-    least, most = format_si(float(np.min(value)), field.unit), format_si(float(np.max(value)), field.unit)
-    return least if np.ndim(value) == 0 else f"{least} to {most} ({np.size(value)})"
+    text = format_range(float(np.min(value)), float(np.max(value)), field.unit)
+    return text if np.ndim(value) == 0 else f"{text} ({np.size(value)})"

@@ -295,12 +295,29 @@ def format_si(value: float, unit: str, digits: int = 4) -> str:
     >>> format_si(0.0005, "m"), format_si(8.4e3, "V"), format_si(1.25, "1")
     ('500 um', '8.4 kV', '1.25')
     """
+    numbers, symbol = _in_one_unit([value], unit, digits)
+    return f"{numbers[0]} {symbol}".rstrip()
+
+
+def format_range(low: float, high: float, unit: str, digits: int = 4) -> str:
+    """Write the ends of a range (SI) with one unit, that in which `format_si` writes the larger; equal ends once.
+
+    >>> format_range(10e3, 700e6, "V/s"), format_range(0.0005, 0.0005, "m"), format_range(0.0, 2.0, "1")
+    ('0.01 to 700 V/us', '500 um', '0 to 2')
+    """
+    numbers, symbol = _in_one_unit([low, high], unit, digits)
+    return f"{' to '.join(dict.fromkeys(numbers))} {symbol}".rstrip()
+
+
+def _in_one_unit(values: Sequence[float], unit: str, digits: int) -> tuple[list[str], str]:
+    """Texts of the numbers in the unit that leaves 1 to 1000 before the point of the largest, and that unit."""
     dimension = DIMENSIONS[unit]
-    rounded = float(f"{value:.{digits}g}")
+    rounded = [float(f"{value:.{digits}g}") for value in values]
     # choosing after rounding keeps 999.96 mm from being written as "1000 mm"
+    largest = max((abs(value) for value in rounded if math.isfinite(value)), default=0.0)
     scales = sorted((float(f"1e{dimension.powers[symbol]}"), symbol) for symbol in dimension.shown)
-    fitting = [s for s in scales if abs(rounded) >= s[0]] or scales[:1]
+    fitting = [s for s in scales if largest >= s[0]] or scales[:1]
     scale, symbol = fitting[-1]
-    if rounded == 0.0 or not math.isfinite(rounded):
+    if largest == 0.0:
         scale, symbol = 1.0, "" if unit == "1" else unit
-    return f"{rounded / scale:.{digits}g} {symbol}".rstrip()
+    return [f"{value / scale:.{digits}g}" for value in rounded], symbol

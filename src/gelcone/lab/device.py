@@ -119,7 +119,7 @@ def plan_device(
     predicted = predictions_of(problem, np.zeros(plan.priors.size), plan.covariance, asked)
     result = _with_plan(result, problem, plan).merge(predicted)
     about = {"title": f"device plan: {device.name}", "film": str(problem.device.film), **_about(problem)}
-    return result.assign_attrs(predicted.attrs | about)
+    return result.assign_attrs(predicted.attrs | about | {"planned": device.to_toml()})
 
 
 def fit_device(

@@ -16,7 +16,7 @@ from gelcone._version import __version__
 from gelcone.devices.materials import Material
 from gelcone.devices.record import Record
 from gelcone.devices.template import material_text
-from gelcone.devices.units import FieldError, format_si
+from gelcone.devices.units import FieldError, format_range
 from gelcone.errors import InputError, check_kind, check_name, check_names, check_result
 from gelcone.lab.coupons import Coupon, Spectrum, same_temperature
 from gelcone.lab.material_fit import (
@@ -204,7 +204,7 @@ def fitted_text(result: xr.Dataset) -> str:
     for k, name in enumerate(result["parameter"].values):
         low, high = float(result["low"][k]), float(result["high"][k])
         if np.isfinite(low):
-            comments[str(name)] = "95 %: " + " to ".join(format_si(end, unit_of(str(name)), 3) for end in (low, high))
+            comments[str(name)] = f"95 %: {format_range(low, high, unit_of(str(name)), 3)}"
     head = f"# {result.attrs['title']}, made by gelcone {result.attrs['gelcone_version']}. Paste it into a device file."
     return f"{head}\n{material_text(material, comments)}\n"
 

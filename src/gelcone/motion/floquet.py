@@ -23,10 +23,11 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.monodromy import STILL_STABLE, Monodromy, Options, monodromy
 from gelcone.motion.settle import next_power_of_two
 from gelcone.motion.start import start_states
-from gelcone.motion.static_bifurcations import pitchfork_voltage
+from gelcone.motion.static_bifurcations import pitchfork_voltages
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
 from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array, Frequencies, Voltage, Voltages
 from gelcone.register.analysis import Axis
@@ -277,7 +278,7 @@ def tongues(
     onset = onset_voltage(
         rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=weighted(progress, 0.4)
     )
-    static = pitchfork_voltage(model) - abs(model.voltage_bias)
+    static = pitchfork_voltages(every_balance(model))[0] - abs(model.voltage_bias)
     plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus)
@@ -426,7 +427,7 @@ def _refine(members: Members, low: Array, high: Array, rising: Array, options: O
 
 def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
     if highest is None:
-        pitchfork = pitchfork_voltage(model).ravel()
+        pitchfork = pitchfork_voltages(every_balance(model))
         members = model.members()
         film = BEFORE_PULL_IN * np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
         bias = np.abs(members.number("voltage_bias"))

@@ -13,11 +13,12 @@ from gelcone.devices.analysis import analysis
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.start import inside, start_states
-from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltage
+from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltages
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array
 
@@ -91,7 +92,7 @@ def limits_cells(
         part = members.take(reachable)
         outcome[reachable] = Outcome.OK
         held = films_at_once(part) if at_once else part
-        found["pitchfork_voltage"][reachable] = pitchfork_voltage(held)
+        found["pitchfork_voltage"][reachable] = pitchfork_voltages(every_balance(held))
         found["pull_in_voltage"][reachable], kind[reachable] = jump_voltages(held)
     advance(progress, 0.1 if flat.any() else 1.0)
     if flat.any():

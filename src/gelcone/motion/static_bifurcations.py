@@ -11,8 +11,8 @@ from gelcone.devices.analysis import for_devices
 from gelcone.motion.static_results import PLACE, label_static, padded, rests_near
 from gelcone.physics.balance import ROUNDING, PullIn, StaticBalance, rest_of
 from gelcone.physics.members import Ensemble
-from gelcone.physics.statics import balances_of, each, every_balance
-from gelcone.quantity import Array, Lengths, VoltageArray
+from gelcone.physics.statics import balances_of, each
+from gelcone.quantity import Array, Lengths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,7 @@ PULL_IN_KIND = "how the disc jumps or pulls in"
 
 
 @for_devices
-def pitchfork_voltage(model: Ensemble) -> VoltageArray:
+def pitchfork_voltage(model: Ensemble) -> xr.Dataset:
     """Compute the constant voltage at which the flat film, or a raised pair of equal films, loses stability.
 
     For a single film it is the root of the small-signal stiffness, kappa + (A - G)/(1 - (A+B+G-3)/J) for the taut cone
@@ -38,9 +38,9 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
 
     Returns
     -------
-    Voltages of the ensemble's shape; of a device in volts. NaN where x = 0 is not an equilibrium (``rest_height`` with
-    a spring; of two films where they do not rest in their middle), cannot be reached or is unstable without voltage
-    already, or where the film pulls in before.
+    Dataset over the ensemble's dims: ``pitchfork_voltage`` and ``pitchfork_displacement``, the place that the disc
+    leaves there. NaN where x = 0 is not an equilibrium (``rest_height`` with a spring; of two films where they do not
+    rest in their middle), cannot be reached or is unstable without voltage already, or where the film pulls in before.
 
     Raises
     ------
@@ -49,10 +49,12 @@ def pitchfork_voltage(model: Ensemble) -> VoltageArray:
     Examples
     --------
     >>> import gelcone
-    >>> gelcone.pitchfork_voltage(gelcone.ConeModel(spring_stiffness=[0.5, 1.5])).round(4).tolist()
+    >>> found = gelcone.pitchfork_voltage(gelcone.ConeModel(spring_stiffness=[0.5, 1.5]))
+    >>> found.pitchfork_voltage.values.round(4).tolist()
     [0.7071, 1.2247]
     """
-    return pitchfork_voltages(every_balance(model)).reshape(model.shape)
+    balances = balances_of(model)
+    return label_static(model, balances, pitchfork_variable(balances), title="pitchfork")
 
 
 def pitchfork_voltages(balances: list[StaticBalance]) -> Array:

@@ -192,10 +192,7 @@ def command_name(name: str) -> str:
 
 @cache
 def annotation_of(function: Callable[..., Any], name: str) -> tuple[type | None, str]:
-    """The type of a parameter (None: not a plain number or text), and the quantity that it measures or an empty text.
-
-    ``return`` is the name of the value that is returned.
-    """
+    """The type of a parameter (None: not a plain number or text), and the quantity that it measures, or empty."""
     function = inspect.unwrap(function)
     text = str(function.__annotations__.get(name, "")).removesuffix(" | None")
     alias = function.__globals__.get(text)

@@ -105,7 +105,7 @@ def test_thresholds_are_those_of_one_member_and_of_flat_rest_only_where_the_film
 
         return of
 
-    monkeypatch.setattr(module, "pitchfork_voltage", lambda model: np.array([1.5]))
+    monkeypatch.setattr(module, "pitchfork_voltages", lambda model: np.array([1.5]))
     monkeypatch.setattr(module, "onset_voltage", found(onset_voltage=2.5))
     monkeypatch.setattr(module, "pull_in_voltage", found(pull_in_voltage=3.5, rest_displacement=0.7))
     thresholds = module._thresholds(ConeModel(voltage=[0.3, 0.4], rest_height=height))

@@ -13,12 +13,13 @@ from gelcone.codes import Outcome, Regime
 from gelcone.errors import MissingDependency
 from gelcone.motion.attractor.classification import classify
 from gelcone.motion.floquet import onset_voltage
-from gelcone.motion.static_bifurcations import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.static_bifurcations import pitchfork_voltages, pull_in_voltage
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.statics import STATIC_VOLTAGES
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study
 from gelcone.paper.unwrinkled import UnwrinkledFilm
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
 from gelcone.presets import find_preset
 from gelcone.quantity import Array
 
@@ -148,9 +149,9 @@ def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
 
 
 def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
-    cone = float(pitchfork_voltage(model))
+    cone = float(pitchfork_voltages(every_balance(model))[0])
     fitted = model.replace(film=film)
-    found = float(pitchfork_voltage(fitted))
+    found = float(pitchfork_voltages(every_balance(fitted))[0])
     if np.isnan(found):
         return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
     return Threshold(name, (cone, cone), _with_fit_error(model, film, found), np.nan)

@@ -14,13 +14,14 @@ from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.regime import label_evidence
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
-from gelcone.motion.static_bifurcations import pitchfork_voltage, pull_in_voltage
+from gelcone.motion.static_bifurcations import pitchfork_voltages, pull_in_voltage
 from gelcone.motion.swing import swing
 from gelcone.paper.effort import Effort
 from gelcone.paper.films import OTHER_FILMS, film_of_device
 from gelcone.paper.studies.study import Progress, Study, about, merged
 from gelcone.paper.studies.triples import SPACING
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
 from gelcone.progress import Progress as MaybeProgress
 from gelcone.progress import advance, weighted
 
@@ -91,10 +92,10 @@ def _thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
     """Voltages at which rest is lost, one for all members, which differ in their voltage alone."""
     one = model.take([0])
     flat = bool(one.members().symmetric.all())
-    lost = pull_in_voltage(one)
+    lost, pitchfork = pull_in_voltage(one), pitchfork_voltages(every_balance(one))
     onset = onset_voltage(one)["onset_voltage"].values[0] if flat else np.nan
     return {
-        "pitchfork_voltage": ((), pitchfork_voltage(one)[0], "constant voltage at which flat rest is lost", "voltage"),
+        "pitchfork_voltage": ((), pitchfork[0], "constant voltage at which flat rest is lost", "voltage"),
         "onset_voltage": ((), onset, "drive voltage at which flat rest is lost (Floquet)", "voltage"),
         "pull_in_voltage": ((), lost["pull_in_voltage"].values[0], "voltage at which a slow ramp is lost", "voltage"),
         "rest_displacement": ((), lost["rest_displacement"].values[0], "rest without voltage", "length"),

@@ -48,7 +48,7 @@ class TautCone(BranchedFilm):
     --------
     >>> import gelcone
     >>> model = gelcone.ConeModel(film=gelcone.TautCone(gelcone.NeoHookean(), "equibiaxial"), prestretch=1.2)
-    >>> gelcone.pitchfork_voltage(model).round(4).item()
+    >>> gelcone.pitchfork_voltage(model).pitchfork_voltage.round(4).item()
     1.5677
     """
 
