@@ -24,7 +24,8 @@ def window(**changes):
         "stroke": ("peak_voltage", [0.0, 8.0], "mm"), "blocked_force": ("peak_voltage", [0.0, 0.5], "N"),
         "natural_frequency": ("peak_voltage", [12.0, 10.0], "Hz"), "static_displacement": ("peak_voltage", [1.0, 2.0]),
         "own_peak": (None, 900.0, "V"), "own_frequency": (None, 12.0, "Hz"), "kick_tried": (at, [NAN, NAN], "m/s"),
-        "kick_low": (at, [0.25, 0.5], "m/s"), "kick_high": (at, [0.375, 0.625], "m/s"), "coexisting": (at, [0, 0]),
+        "kick_low": (at, [0.25, 0.5], "m/s"), "kick_high": (at, [0.375, 0.625], "m/s"),
+        "coexisting_motions": (at, [0, 0]),
         "motion_regime": ((at, "motion"), [[3], [3]]), "motion_outcome": ((at, "motion"), [[0], [0]]),
         "motion_period": ((at, "motion"), [[0], [0]]), "motion_stroke": ((at, "motion"), [[5.0], [5.0]], "mm"),
         **{f"motion_validity_{n}": ((at, "motion"), [[0.0], [0.0]]) for n in words.FAILINGS},
@@ -182,7 +183,7 @@ def test_the_film_whose_pull_in_limits_an_envelope():
      (5, 2, 0, "left the domain, stretch limit")],
 )  # fmt: skip
 def test_where_a_kick_leads(regime, outcome, period, goal):
-    shown = window(kick_tried=[NAN, 0.75], coexisting=[0, 1], motion_regime=regime, motion_outcome=outcome,
+    shown = window(kick_tried=[NAN, 0.75], coexisting_motions=[0, 1], motion_regime=regime, motion_outcome=outcome,
                    motion_period=period, motion_validity_near_limit=0.25)  # fmt: skip
     *_, kick, span, to = said(envelope.envelope_words, shown)
     assert kick == (
@@ -220,7 +221,8 @@ def test_a_film_that_is_held_and_gets_warm():
 def test_neighbouring_frequencies_with_the_same_other_motions_are_one_line():
     """The smallest kick of them, where it is, and the range of strokes; what does not hold is the most of them."""
     shown = window(
-        kick_tried=[0.75, 0.5], coexisting=[1, 1], motion_regime=3, motion_validity_near_limit=[[0.125], [0.25]],
+        kick_tried=[0.75, 0.5], coexisting_motions=[1, 1], motion_regime=3,
+        motion_validity_near_limit=[[0.125], [0.25]],
         motion_validity_breakdown=[[0.5], [0.0]], motion_stroke=[[5.0], [6.0]], kick_low=[0.5, 0.25],
         kick_high=[0.625, 0.375],
     )  # fmt: skip

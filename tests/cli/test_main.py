@@ -71,7 +71,13 @@ def test_an_option_of_grids_leads_to_the_command_that_takes_it(option, command_l
     _, _, said = command_line("settled", option, "voltage=1:2:3")
     assert re.fullmatch(rf"Error: No such option.*{option}.*; gelcone sweep --analysis settled takes it\n", said)
     _, _, said = command_line("section", option, "voltage=1:2:3")
-    assert said.endswith("; see gelcone section --help\n")
+    other = "see gelcone section --help" if option == "--over" else "gelcone sweep and gelcone datasheet take it"
+    assert said.endswith(f"; {other}\n")
+
+
+def test_draws_are_given_as_a_table_where_distributions_are_not_taken(command_line):
+    _, _, said = command_line("envelope", "--uncertain", "damping_ratio=0.1:0.2")
+    assert said == "Error: No such option '--uncertain'; give a table of draws, --samples FILE\n"
 
 
 def test_doubts_are_said_once_and_lost_workers_every_time(ended):

@@ -1,5 +1,7 @@
 """Analyses of a device: options in SI, its own start, results in SI; sweeps over its fields; and what is refused."""
 
+import inspect
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,6 +21,7 @@ from gelcone.devices.analysis import (
 )
 from gelcone.errors import DoubtfulInput, InputError
 from gelcone.quantity import Time, Voltage
+from gelcone.register.analyses import ANALYSES
 
 DEVICE = gelcone.find_device("soft-film")
 
@@ -343,7 +346,7 @@ OF_ONE = {
     "rates": lambda own: gelcone.rates(own),
     "environment": lambda own: gelcone.environment(own),
     "Plan": lambda own: gelcone.Plan(own, {"frequency": [1.0, 2.0]}),
-    "branches": lambda own: gelcone.continue_branch(own, "frequency", "5 Hz", "6 Hz"),
+    "continue_branch": lambda own: gelcone.continue_branch(own, "frequency", "5 Hz", "6 Hz"),
     "export": lambda own: gelcone.export(own, "own.fmu"),
     "studio": lambda own: gelcone.studio(own),
 }  # fmt: skip
@@ -355,3 +358,14 @@ def test_what_takes_one_actuator_says_so_in_the_same_words(name):
         OF_ONE[name](DEVICE.replace(frequency=[7.0, 8.0, 9.0]))
     text = "takes one actuator, not an ensemble of 3; give every field and parameter one value"
     assert str(raised.value) == f"{name}: {text}"
+
+
+@pytest.mark.parametrize("name", [name for name, one in ANALYSES.items() if one.planned])
+def test_an_analysis_of_one_actuator_refuses_an_ensemble_in_its_own_name(name):
+    """Also those that make a plan, with models as with devices."""
+    asked = {"over": {}, "parameter": "voltage", "values": [0.1], "low": 0.1, "high": 0.2, "event": "fold"}
+    taken = inspect.signature(getattr(gelcone, name)).parameters
+    given = {word: value for word, value in asked.items() if word in taken}
+    for several in (gelcone.ConeModel(voltage=[0.1, 0.2]), DEVICE.replace(film="taut", frequency=["8 Hz", "9 Hz"])):
+        with pytest.raises(InputError, match=f"^{name}: takes one actuator, not an ensemble of 2; give every field"):
+            getattr(gelcone, name)(several, **given)

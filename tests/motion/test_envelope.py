@@ -572,7 +572,7 @@ def test_coexisting_motions_are_sought_at_given_frequencies_with_a_window_alone(
     kinds = ("stroke", "lowest", "highest", "period", "regime", "outcome", "kick_low", "kick_high")
     for k, name in enumerate(kinds):
         np.testing.assert_array_equal(found[f"motion_{name}"], each + 10.0 * k, err_msg=name)
-    for k, name in enumerate(("coexisting", "kick_low", "kick_high", "kick_tried")):
+    for k, name in enumerate(("coexisting_motions", "kick_low", "kick_high", "kick_tried")):
         np.testing.assert_array_equal(found[name], each[:, 0] + k, err_msg=name)
 
 

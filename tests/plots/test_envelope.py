@@ -46,7 +46,7 @@ def envelope(**changed):
         "recommended_constant": ((), 1.2),
         "window_stroke": ("drive_frequency", [0.1, 0.2, 0.3]),
         "window_power": ("drive_frequency", [1.0, 2.0, 3.0]),
-        "coexisting": ("drive_frequency", [0, 1, np.nan]),
+        "coexisting_motions": ("drive_frequency", [0, 1, np.nan]),
         "motion_regime": (("drive_frequency", "motion"), [[np.nan], [1.0], [np.nan]]),
         "motion_outcome": (("drive_frequency", "motion"), [[np.nan], [0.0], [np.nan]]),
         "kick_high": ("drive_frequency", [np.inf, 0.7, np.nan]),
@@ -93,13 +93,13 @@ def test_where_another_motion_coexists_a_ring_says_how_small_a_kick_leads_there(
     driven_limits(envelope(motion_outcome=[[np.nan], [float(Outcome.PULLED_IN)], [np.nan]]), pulled_in)
     line(pulled_in, "a kick from 0.7 on\nleads to pull-in")
     mixed = blank()
-    both = {"coexisting": [0, 1, 1], "kick_high": [np.inf, 0.7, 0.5], "motion_regime": [[np.nan], [1.0], [1.0]]}
+    both = {"coexisting_motions": [0, 1, 1], "kick_high": [np.inf, 0.7, 0.5], "motion_regime": [[np.nan], [1.0], [1.0]]}
     ends = [[np.nan], [float(Outcome.PULLED_IN)], [0.0]]
     driven_limits(envelope(motion_outcome=ends, **both), mixed)
     np.testing.assert_array_equal(
         data_of(line(mixed, "a kick from 0.5 on\nleads to another motion")), [[2.0, 4.0], [0.8, 1.2]]
     )
-    driven_limits(envelope(coexisting=[0, 0, np.nan]), alone)
+    driven_limits(envelope(coexisting_motions=[0, 0, np.nan]), alone)
     assert not [one for one in alone.lines if "kick" in str(one.get_label())]
 
 

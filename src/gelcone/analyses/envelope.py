@@ -233,7 +233,7 @@ def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
         return
     largest, unit = f"{_plain(np.nanmax(tried))}", unit_of(shown["kick_low"])
     kick = "kick, a sudden change of the disc's velocity"
-    if not (shown["coexisting"].values > 0).any():
+    if not (shown["coexisting_motions"].values > 0).any():
         yield f"no other motion was found within the window: no {kick}, up to {largest}{unit} leads away"
         return
     yield f"where a {kick}, can lead from the recommended drive (tried up to {largest}{unit}):"
@@ -248,7 +248,7 @@ def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
 
 def _goals(one: xr.Dataset) -> tuple[str, ...]:
     """The motions that coexist with the window's at one drive frequency, by rising kick."""
-    return tuple(_goal(one.isel(motion=n)) for n in range(int(np.nan_to_num(one["coexisting"]))))
+    return tuple(_goal(one.isel(motion=n)) for n in range(int(np.nan_to_num(one["coexisting_motions"]))))
 
 
 def _goal(motion: xr.Dataset) -> str:

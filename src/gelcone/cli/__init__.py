@@ -183,6 +183,10 @@ def _said(error: click.UsageError) -> str:
         return f"No such option {option!r}; give --over {axis.of_model}=...{with_device}"
     if analysis and analysis.swept and option in ("--over", "--uncertain"):
         remedy = f"gelcone sweep --analysis {name} takes it"
+    elif analysis and analysis.drawn and option == "--uncertain":
+        return f"No such option {option!r}; give a table of draws, --samples FILE"
+    elif analysis and option in ("--uncertain", "--samples"):
+        return f"No such option {option!r}; gelcone sweep and gelcone datasheet take it"
     else:
         remedy = f"see {error.ctx.command_path if error.ctx else 'gelcone'} --help"
     return f"{error.format_message().rstrip('.')}; {remedy}"

@@ -88,6 +88,8 @@ def for_swept_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Co
         check_options(function, options, units=isinstance(model, Device))
         if not isinstance(model, Device):
             check_model(model, function.__name__)
+        check_one(model, function.__name__)
+        if not isinstance(model, Device):
             return function(model, *args, **options)
         bound = inspect.signature(function).bind(model, *args, **options)
         given = set(bound.arguments)

@@ -122,12 +122,12 @@ def envelope(
     rises as long as it gives no heat away; ``static_heating`` that at a constant voltage.
 
     At that peak, too, at the given or default frequencies, other motions to which kicks lead
-    (`gelcone.motion.coexisting`): ``coexisting``, their number (in `regime` and its sweeps it is 1 or 0);
-    ``kick_low`` and ``kick_high``, the interval of the smallest sudden change of the disc's velocity that leads away
-    from the window's motion (both infinite: none up to ``kick_tried``); and over ``motion`` as well, padded with NaN,
-    for each other motion ``motion_stroke``, ``motion_lowest``, ``motion_highest``, ``motion_period``,
-    ``motion_regime``, ``motion_outcome``, ``motion_kick_low`` and ``motion_kick_high`` (NaN for one found without a
-    kick), and its shares outside the model's validity, ``motion_validity_*``.
+    (`gelcone.motion.coexisting`): ``coexisting_motions``, their number; ``kick_low`` and ``kick_high``, the interval
+    of the smallest sudden change of the disc's velocity that leads away from the window's motion (both infinite: none
+    up to ``kick_tried``); and over ``motion`` as well, padded with NaN, for each other motion ``motion_stroke``,
+    ``motion_lowest``, ``motion_highest``, ``motion_period``, ``motion_regime``, ``motion_outcome``,
+    ``motion_kick_low`` and ``motion_kick_high`` (NaN for one found without a kick), and its shares outside the
+    model's validity, ``motion_validity_*``.
 
     The power is the mean of all losses over 12 drive periods, which in a settled motion is the power of the voltage
     source. ``driven_damper_power`` and ``window_damper_power`` are the part 2 zeta x'^2 of the damper: friction, or the
@@ -319,7 +319,14 @@ def _coexisting(
     shares = validity_variables(found["validity"], of_ok, members.system, of_motion, "coexisting motion")
     variables: dict[str, dataset.Variable] = {}
     variables |= (
-        {"coexisting": (of_frequency, all_frequencies(found["motions"]), "motions other than the window's", "count")}
+        {
+            "coexisting_motions": (
+                of_frequency,
+                all_frequencies(found["motions"]),
+                "motions other than the window's",
+                "count",
+            )
+        }
         | {
             name: (of_frequency, all_frequencies(found[name]), meaning, dataset.absent("velocity"))
             for name, meaning in kicks.items()

@@ -102,7 +102,7 @@ def broken_at_jumps(frequency: Any, values: Any) -> tuple[Any, Any]:
 
 def coexisting_motions(envelope: xr.Dataset, axes: Axes) -> None:
     """Rings at the frequencies at which other motions coexist with those at the window's edge."""
-    others = np.flatnonzero(envelope["coexisting"].values > 0)
+    others = np.flatnonzero(envelope["coexisting_motions"].values > 0)
     if not others.size:
         return
     at, peak = (envelope[name].values[others] for name in ("drive_frequency", "recommended_peak"))
