@@ -305,7 +305,7 @@ def lasting_in_words(member: xr.Dataset) -> list[str]:
 
 
 def _fates_in_words(member: xr.Dataset) -> list[str]:
-    """Where nearby starts end, if not all in the same."""
+    """List the motions in which nearby starts end, if they differ."""
     regimes, periods = member["fate_regime"].values, member["fate_period"].values
     shares = zip(*(member[f"fate_share{end}"].values for end in ("", "_low", "_high")), strict=True)
     fates = [
@@ -361,7 +361,7 @@ UNKNOWN_STRENGTH = "breakdown unknown: the dielectric strength is not given"
 
 
 def validity_in_words(result: xr.Dataset) -> list[str]:
-    """Where the model does not hold: for which share of the motion, or in how many of the motions; empty if unknown.
+    """State the share of the motion, or the number of motions, for which the model does not hold; empty if unknown.
 
     A film that wrinkles may be slack: of it the shares of its states come first.
     """
@@ -388,7 +388,7 @@ def strength_in_words(result: xr.Dataset) -> list[str]:
 
 
 def film_state_in_words(result: xr.Dataset) -> list[str]:
-    """For which share of the time films that wrinkle were in each state, the mean of all motions; empty for others."""
+    """State the share of the time of wrinkling films in each state, the mean of all motions; empty for others."""
     lines = []
     for prefix, film in (("", "film"), ("second_", "second film")):
         start = f"{prefix}film_state_"

@@ -115,7 +115,7 @@ def options_json(command: str, shown: xr.Dataset, device: Device | None) -> dict
 
 
 def _option_quantities(command: str, shown: xr.Dataset) -> dict[str, str]:
-    """What the options of a command, or of the analysis that it asks of every cell, measure."""
+    """Map the options of a command, and of the analysis that it asks of every cell, to their quantities."""
     from gelcone.register.analyses import ANALYSES, COMMANDS
 
     names = [COMMANDS.get(command), shown.attrs.get("analysis")]
@@ -218,7 +218,7 @@ def _period(value: Any) -> Any:
 
 
 def _codes(name: str, variable: xr.DataArray) -> dict[int, Any] | None:
-    """What the codes of a variable stand for; None for one that holds numbers."""
+    """Map the codes of a variable to their names; None for a variable that holds numbers."""
     if "flag_meanings" in variable.attrs:
         values, words = map(int, variable.attrs["flag_values"]), variable.attrs["flag_meanings"]
         names = [regime.label for regime in Regime] if words == _REGIMES else words.split()

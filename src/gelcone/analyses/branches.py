@@ -113,13 +113,13 @@ def _event_line(event: xr.Dataset) -> str:
 
 
 def _located(event: xr.Dataset, place: str) -> str:
-    """Where an event is, with its error and unit."""
+    """The place of an event, with its error and unit."""
     value, error = event[f"event_{place}"], event["event_error" if place == "value" else f"event_{place}_error"]
     return f"{float(value):.10g} ± {float(error):.0e}{unit_of(value)}"
 
 
 def _check_lines(shown: xr.Dataset, name: str) -> list[str]:
-    """What brute force says."""
+    """Report the agreement of a branch with direct simulation."""
     cycles, orbits, seeded = (int(shown[key]) for key in ("checked_cycles", "checked_orbits", "seeded"))
     ran = f"{orbits} stable orbits run from 1e-5 away" if orbits else "no stable orbit decays fast enough to be run"
     explanations = [str(text) for text in shown["flag_explanation"].values]

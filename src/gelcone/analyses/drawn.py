@@ -70,7 +70,7 @@ def _first_limits(shown: xr.Dataset) -> np.ndarray:
 
 
 def _own_line(shown: xr.Dataset) -> str:
-    """In how many draws the device's own drive lies inside the window."""
+    """Count the draws in which the device's own drive lies inside the window."""
     at, peak = shown["own_frequency"].values, shown["own_peak"].values
     frequency, window = shown["drive_frequency"].values, shown["recommended_peak"].values
     there = (at >= frequency[0]) & (at <= frequency[-1])

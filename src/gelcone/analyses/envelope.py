@@ -88,7 +88,7 @@ def _creep_words(shown: xr.Dataset) -> Iterator[str]:
 
 
 def _held_words(shown: xr.Dataset) -> str:
-    """For how long a constant voltage is held; empty without end."""
+    """State for how long a constant voltage is held; empty where that is without end."""
     return f"held for {lasting(float(shown['holding_time']), shown['holding_time'], 3)}" if _HELD in shown else ""
 
 
@@ -215,7 +215,7 @@ def _bends(x: Values, y: Values) -> list[int]:
 
 
 def _from_words(shown: xr.Dataset) -> str:
-    """What the limits hold for; results of gelcone 0.2 do not say."""
+    """State the start from which the limits hold; results of gelcone 0.2 do not store it."""
     return _FROM.get(json.loads(shown.attrs["options"]).get("limits_from", ""), "")
 
 
@@ -227,7 +227,7 @@ _FROM = {
 
 
 def _coexisting_lines(shown: xr.Dataset) -> Iterator[str]:
-    """Which motions coexist with the window's, and how large a kick leads to them."""
+    """List the motions that coexist with the window's, and the size of the kick that leads to them."""
     tried = shown["kick_tried"].values
     if np.isnan(tried).all():
         return
@@ -261,7 +261,7 @@ def _goal(motion: xr.Dataset) -> str:
 
 
 def _kick_lines(part: xr.Dataset, goals: tuple[str, ...]) -> Iterator[str]:
-    """How large a kick it takes at neighbouring drive frequencies from which the same motions can be reached."""
+    """State the size of the kick at neighbouring drive frequencies from which the same motions can be reached."""
     frequency, high = part["drive_frequency"], part["kick_high"].values
     least = int(np.argmin(high))
     span = _range(frequency)
@@ -322,7 +322,7 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
 
 
 def _own_line(shown: xr.Dataset) -> str:
-    """Where the device's own drive lies."""
+    """Compare the device's own drive with the window."""
     peak, frequency = float(shown["own_peak"]), float(shown["own_frequency"])
     volt, hertz = unit_of(shown["own_peak"]), unit_of(shown["own_frequency"])
     own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
@@ -348,7 +348,8 @@ _OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant")
 
 
 def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) -> str:
-    """What a drive exceeds that is below all limits of the film; empty if it is not, or not at a frequency examined."""
+    """Name the limit that a drive exceeds while it is below all limits of the film; empty if there is none, or at a
+    frequency that was not examined."""
     at = np.flatnonzero(shown["drive_frequency"].values == frequency)
     if not at.size:
         return ""

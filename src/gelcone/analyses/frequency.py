@@ -63,7 +63,7 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
 
 
 def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
-    """Where each sweep jumps, from which stroke to which."""
+    """List the jumps of each sweep, with the strokes before and after."""
     if not shown.sizes["jump"]:
         return ["no jump: where both sweeps find a motion, it is the same"]
     lines = ["jumps (the sweeps differ between):"]

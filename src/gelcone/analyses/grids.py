@@ -84,7 +84,7 @@ def bifurcation_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _threshold_lines(shown: xr.Dataset) -> list[str]:
-    """Where the regime changes, on which branch, from what to what."""
+    """List the changes of the regime, each with its branch and the regimes on both sides."""
     from gelcone.atlas.bifurcation import thresholds_of
 
     name = shown.attrs["parameter"]
@@ -338,7 +338,7 @@ def _draws_text(shown: xr.Dataset, drawn: list[str]) -> str:
 
 
 def _regime_lines(shown: xr.Dataset) -> list[str]:
-    """How often each regime was found, where that was the question, and where the model does not hold."""
+    """Count the cells of each regime, where regimes were asked for, and those in which the model does not hold."""
     counts = [counts_text(shown)] if "regime" in shown else []
     return counts + validity_in_words(shown)
 

@@ -96,6 +96,6 @@ def _test_lines(result: xr.Dataset) -> list[str]:
 
 
 def _notes(result: xr.Dataset) -> list[str]:
-    """What was interpreted in the files, each note once, with the files or tests that it is about."""
+    """List the assumptions made about the files, each once, with the files or tests that it concerns."""
     lines = [f"  {', '.join(where)}: {note}" for note, where in json.loads(result.attrs["reading"])]
     return ["read as:", *lines] if lines else []

@@ -61,7 +61,7 @@ def _place(cell: xr.Dataset) -> str:
 
 
 def _state(cell: xr.Dataset) -> str:
-    """How the film is held, or why not."""
+    """Name the state of the film, or the reason why it is not held."""
     if int(cell["held"]) != Held.HELD:
         return Held(int(cell["held"])).meaning
     share = float(cell["wrinkled_share"])

@@ -116,7 +116,7 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
 
 
 def _pull_in_lines(shown: xr.Dataset) -> list[str]:
-    """Where the film of a single run pulls in, if it may wrinkle."""
+    """State where the film of a single run pulls in, if it may wrinkle."""
     kind = shown.get("pull_in_kind")
     if kind is None or kind.ndim or int(kind) <= 0:
         return []
@@ -279,7 +279,7 @@ def spectrum_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _run_lines(shown: xr.Dataset) -> list[str]:
-    """Where the spectrum of the run of a drive that does not repeat lies."""
+    """State the range of the spectrum of a run whose drive does not repeat."""
     amplitude, frequency = (shown[name].values.ravel()[1:] for name in ("amplitude", "frequency"))
     unit, highest = unit_of(shown["frequency"]), int(np.argmax(amplitude))
     power = np.cumsum(amplitude**2) / np.sum(amplitude**2)

@@ -79,7 +79,7 @@ def _place(one: xr.Dataset, k: int) -> str:
 
 
 def _limit_lines(member: xr.Dataset) -> list[str]:
-    """Where continuum and cone come to shares of the stretch limit."""
+    """List the displacements at which continuum and cone reach shares of the stretch limit."""
     lines = []
     for k, share in enumerate(member["share"].values):
         found, cone = (float(member[name][k]) for name in LIMITS)

@@ -182,7 +182,7 @@ def option_parameters(options: Iterable[Option]) -> list[click.Parameter]:
 
 
 def _metavar(option: Option) -> str | None:
-    """What stands for the value in the help; None leaves that to its type."""
+    """The placeholder of the value in the help; None leaves it to the type."""
     if option.quantity:
         return "VALUE" if option.kind else "VALUES"
     return None if option.kind else "VALUES"

@@ -61,7 +61,7 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 class Output(NamedTuple):
-    """Where the result of a command goes: the folder of ``--out``, whether files are overwritten, and whether JSON is
+    """The destination of a result: the folder of ``--out``, whether files are overwritten, and whether JSON is
     printed."""
 
     command: str

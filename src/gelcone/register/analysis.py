@@ -118,7 +118,7 @@ class Analysis:
 
     @property
     def planned(self) -> bool:
-        """Whether it makes a plan of what it is given, and so takes the device in place of its model."""
+        """True for an analysis that makes a plan, and so takes the device in place of its model."""
         return self.takes == "device"
 
     @property
