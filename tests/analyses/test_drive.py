@@ -41,7 +41,7 @@ def test_limit_and_kick_are_in_words(kick, words):
         {"limit": "pull-in", "largest": "stroke"},
     )
     text = drive_words(drive, Subject(find_preset("base").model))
-    assert "limited by pull-in at 1000 V: 20% below it; this voltage stays below all limits from 10 Hz to 14 Hz" in text
+    assert "limited by pull-in at 1000 V: 20% below it; this voltage stays below all limits from 10 to 14 Hz" in text
     assert ("kick" in text) == (words is not None)
     assert words is None or words in text
     assert "stroke changes by, % per %: spring_rate -2, moving_mass +0.5" in text
@@ -74,7 +74,7 @@ def test_the_best_drive(largest):
     assert lines == [
         f"largest {largest}: {named} at 11 Hz and 1100 V peak (offset 700 V, amplitude 400 V)",
         f"  {others}, apparent power 90 mVA",
-        "  limited by pull-in at 1375 V: 20% below it; this voltage stays below all limits from 10 Hz to 13 Hz",
+        "  limited by pull-in at 1375 V: 20% below it; this voltage stays below all limits from 10 to 13 Hz",
         "  a kick of 0.25 m/s leads to another motion",
         "  stroke changes by, % per %: spring_rate -2, moving_mass +0.5",
         "  a change of 1 % ends the motion or its period: film_thickness",
@@ -85,3 +85,16 @@ def test_the_best_drive(largest):
         "  no kick that was tried leads to another motion",
     ]
     assert "kick" not in drive.drive_words(best(kick=NAN), SUBJECT)
+
+
+def test_numbers_of_a_drive_read_as_elsewhere():
+    """In the unit that leaves 1 to 1000 before the point, both ends of the frequencies in one."""
+    shown = best(apparent_power=0.5, frequency_high=1300.0)
+    measures = {"peak_voltage": "voltage", "apparent_power": "apparent power", "frequency_low": "frequency",
+                "frequency_high": "frequency"}  # fmt: skip
+    for name, quantity in measures.items():
+        shown[name].attrs["quantity"] = quantity
+    text = drive.drive_words(shown, SUBJECT)
+    assert "11 Hz and 1.1 kV peak" in text
+    assert "apparent power 0.5 mVA" in text
+    assert "from 0.01 to 1.3 kHz" in text

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.analyses.answer import WIDTH, heading
-from gelcone.words import measured
+from gelcone.words import sized, sized_range
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,24 +23,22 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
     """The best drive: first a line with all that is needed to use it, then margins and sensitivities."""
     peak, limit = float(shown["peak_voltage"]), float(shown["limit_voltage"])
     largest = shown.attrs["largest"]
-    parts = f"offset {measured(shown['voltage_bias'])}, amplitude {measured(shown['voltage'])}"
+    parts = f"offset {sized(shown['voltage_bias'])}, amplitude {sized(shown['voltage'])}"
     lines = [
         *heading(subject, ["voltage_amplitude", "voltage_offset", "frequency", "voltage", "voltage_bias"]),
-        f"largest {largest}: {measured(shown[largest])} at {measured(shown['drive_frequency'])} and "
-        f"{measured(shown['peak_voltage'])} peak ({parts})",
+        f"largest {largest}: {sized(shown[largest])} at {sized(shown['drive_frequency'])} and "
+        f"{sized(shown['peak_voltage'])} peak ({parts})",
         f"  {', '.join(_yields(shown, largest))}",
     ]
     if np.isfinite(limit):
-        named = (
-            f"limited by {shown.attrs['limit']} at {measured(shown['limit_voltage'])}: {1.0 - peak / limit:.0%} below"
-        )
-        ends = f"{measured(shown['frequency_low'])} to {measured(shown['frequency_high'])}"
+        named = f"limited by {shown.attrs['limit']} at {sized(shown['limit_voltage'])}: {1.0 - peak / limit:.0%} below"
+        ends = sized_range(shown["frequency_low"], shown["frequency_high"])
         lines.append(f"  {named} it; this voltage stays below all limits from {ends}")
     else:
         lines.append("  no limit was met at this frequency, up to the highest voltage examined")
     kick = float(shown["kick"])
     if np.isfinite(kick):
-        lines.append(f"  a kick of {measured(shown['kick'])} leads to another motion")
+        lines.append(f"  a kick of {sized(shown['kick'])} leads to another motion")
     elif np.isinf(kick):
         lines.append("  no kick that was tried leads to another motion")
     return "\n".join([*lines, *_sensitivities(shown)])
@@ -48,8 +46,8 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def _yields(shown: xr.Dataset, largest: str) -> list[str]:
     names = {"stroke": "stroke", "work": "work a period", "speed": "rms speed", "power": "mean power"}
-    named = [f"{words} {measured(shown[name])}" for name, words in names.items() if name != largest]
-    return [*named, f"apparent power {measured(shown['apparent_power'])}"]
+    named = [f"{words} {sized(shown[name])}" for name, words in names.items() if name != largest]
+    return [*named, f"apparent power {sized(shown['apparent_power'])}"]
 
 
 def _sensitivities(shown: xr.Dataset) -> list[str]:

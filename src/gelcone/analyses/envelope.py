@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading
 from gelcone.codes import Outcome, Regime
-from gelcone.words import FAILINGS, lasting, measured, motion_in_words, shortened, unit_of
+from gelcone.words import FAILINGS, lasting, motion_in_words, shortened, sized, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,11 +76,11 @@ def _creep_words(shown: xr.Dataset) -> Iterator[str]:
         yield "the film creeps: no constant voltage pulls it in, at once or in the long run"
         return
     yield (
-        f"the film creeps: at constant voltage it pulls in above {measured(shown['instant_voltage'])} at once, "
-        f"above {measured(shown['long_time_voltage'])} after a while (gelcone creep says when)"
+        f"the film creeps: at constant voltage it pulls in above {sized(shown['instant_voltage'])} at once, "
+        f"above {sized(shown['long_time_voltage'])} after a while (gelcone creep says when)"
     )
     yield (
-        f"up to {measured(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
+        f"up to {sized(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
         "that time"
         if "holding_voltage" in shown
         else "limits at constant voltage are those in the long run, with --duration those of a time"
