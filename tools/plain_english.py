@@ -3,7 +3,7 @@
     python tools/plain_english.py              (ends with 1 if something is found)
 
 Docstrings, texts and comments are searched for `WORDS`, and names for the word told. Public functions, classes and
-modules need a docstring, but methods inherit that of a base class; none begins with one of `BEGINNINGS`.
+modules need a docstring, but methods inherit that of a base class; none, private ones too, begins with `BEGINNINGS`.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ WORDS = {
     r"(?<!there )(?:is|are) no\b(?! (?:longer|more than))": "is not a",
 }
 """What is not written (a regular expression between word boundaries), and what is written instead."""
-BEGINNINGS = ("What", "The same", "Its", "That of", "How", "Whether or not", "As ")
-"""A docstring stands alone: it begins with a verb or names the thing."""
+BEGINNINGS = re.compile(
+    r"(?:What|Of|How|That|Where|Whose|Which|Whether it|Than|So|As|With|For|In|By|To|And|Or|But|If|When|Its|The same)\b"
+)
+"""A docstring stands alone, a private one too: it begins with a verb or names the thing."""
 
 
 def findings(path: Path) -> Iterator[tuple[int, str]]:
@@ -59,7 +61,10 @@ def _docstrings(module: ast.Module) -> Iterator[tuple[int, str]]:
         line = getattr(node, "lineno", 1)
         if docstring is None:
             yield line, f"{getattr(node, 'name', 'the module')} has no docstring"
-        elif docstring.startswith(BEGINNINGS):
+    for node in ast.walk(module):
+        documented = isinstance(node, ast.Module | ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef)
+        if documented and BEGINNINGS.match(docstring := ast.get_docstring(node) or ""):
+            line = getattr(node, "lineno", 1)
             yield line, f"a docstring begins with {docstring.split(maxsplit=1)[0]!r}; let it stand alone"
 
 

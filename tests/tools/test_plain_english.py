@@ -45,11 +45,16 @@ def test_other_words_are_not(tmp_path, fine):
     assert found(tmp_path, f'"""Module."""\n# {fine}\n') == []
 
 
-@pytest.mark.parametrize("beginning", ["What it is.", "The same of two.", "Its length.", "How it runs."])
-def test_a_docstring_stands_alone(tmp_path, beginning):
-    ((line, reason),) = found(tmp_path, f'"""Module."""\n\n\ndef run():\n    """{beginning}"""\n')
+@pytest.mark.parametrize("name", ["run", "_run"])
+@pytest.mark.parametrize(
+    "beginning",
+    ["What it is.", "The same of two.", "Its length.", "How it runs.", "Of a film.", "Whether it runs.", "In volts."],
+)
+def test_a_docstring_stands_alone_a_private_one_too(tmp_path, beginning, name):
+    ((line, reason),) = found(tmp_path, f'"""Module."""\n\n\ndef {name}():\n    """{beginning}"""\n')
     assert (line, "stand alone" in reason) == (4, True)
-    assert found(tmp_path, '"""Module."""\n\n\ndef run():\n    """Run it."""\n') == []
+    for fine in ("Run it.", "Toggle it.", "Ordered values.", "Whether a film runs."):
+        assert found(tmp_path, f'"""Module."""\n\n\ndef {name}():\n    """{fine}"""\n') == []
 
 
 def test_public_names_have_docstrings_and_private_ones_need_none(tmp_path):
