@@ -139,8 +139,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
         if int(one["outcome"]) != Outcome.OK:
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
             continue
-        way = abs(float(one["end"]) - float(one["begin"]))
-        unit = unit_of(one["end"])
+        way = abs(one["end"] - one["begin"]).assign_attrs(one["end"].attrs)
         rise, settling = (float(one[name]) for name in ("rise_time", "settling_time"))
         if np.isnan(one["overshoot"]):
             lines.append(f"{name} does not move the disc from {sized(one['end'])}")
@@ -149,7 +148,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
         if np.isfinite(settling):
             settles = f"settled after {lasting(settling, one['settling_time'], 4)}"
         lines.append(
-            f"{name} moves by {way:.4g}{unit} to {sized(one['end'])} (a slow ramp ends at "
+            f"{name} moves by {sized(way)} to {sized(one['end'])} (a slow ramp ends at "
             f"{sized(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
             f"{float(one['overshoot']):.1%}, {settles}, drift at the end {round(float(one['drift']), 4) + 0.0:.2%}"
         )
