@@ -1,6 +1,6 @@
 """Cost of a map's cell: the share of Python, the gain from threads and processes, and the time of another version.
 
-python benchmarks/cells.py [VOLTAGES] [PRESTRETCHES] [--turns N] [--against SOURCE]
+    python benchmarks/cells.py [VOLTAGES] [PRESTRETCHES] [--turns N] [--against SOURCE]
 
 The uniform map of the base set over voltage (0 to 2) and pre-stretch (0.4 to 2); default 101 by 81 cells. Times of one
 thread are processor time, so that a busy machine tells the same; those of several are wall time and need free cores.

@@ -1,6 +1,6 @@
 """Cost of Lyapunov exponents compared with other tools, at equal error, in one run.
 
-python benchmarks/exponents.py [MEMBERS [PERIODS]] (default 1,024 and 300)
+    python benchmarks/exponents.py [MEMBERS [PERIODS]]      (default 1,024 and 300)
 
 All follow the same ensemble from (1, 0) and measure by how much a deviation grows. The peers (the extra ``bench``; one
 that is absent is left out) follow a single deviation, which is cheaper; gelcone and the hand-written loop over heyoka's

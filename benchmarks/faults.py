@@ -1,7 +1,7 @@
 """Robustness of stores: a map that is killed and resumed again and again ends with the same bytes as an undisturbed
 one.
 
-python benchmarks/faults.py [KILLS] (default 20)
+    python benchmarks/faults.py [KILLS]      (default 20)
 
 A map runs in a process of its own, once undisturbed, and then with KILLS times SIGKILL, after each of which it is
 resumed. The moments are random shares of the time that the undisturbed run computed; the first kill falls into the

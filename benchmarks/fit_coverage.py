@@ -1,6 +1,6 @@
 """Coverage of the intervals of device fits, with simulated devices, instruments and noise.
 
-python benchmarks/fit_coverage.py [taut|wrinkling|wrong] [REPEATS] [SEED] (default taut 200 0)
+    python benchmarks/fit_coverage.py [taut|wrinkling|wrong] [REPEATS] [SEED]      (default taut 200 0)
 
 taut: film taut in all tests. wrinkling: its hoops turn slack within the tests. wrong: a taut film fitted to data of one
 that wrinkles. Printed are the shares of fields and gains, and of predictions, within their 95 % intervals, the share of

@@ -1,6 +1,6 @@
 """Coverage of stated intervals: exponents and lifetimes of chaos, against far longer runs.
 
-python benchmarks/intervals.py [MODELS [SEED]] (default 60 and 7)
+    python benchmarks/intervals.py [MODELS [SEED]]      (default 60 and 7)
 
 Exponents: points from a hard random set, half of them around the paper's two sets, at which 24 starts are still chaotic
 after 40,000 time units. At each, the exponents of `RUNS` starts are averaged as `gelcone lyapunov` averages them, and

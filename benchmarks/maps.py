@@ -1,6 +1,6 @@
 """Refined maps: work saved, features missed, and growth of the work, for the base set over voltage and pre-stretch.
 
-python benchmarks/maps.py [POINTS] [MODE] [SAMPLE] (default 65, that is 64 cells and one a side; radial; 4,096)
+    python benchmarks/maps.py [POINTS] [MODE] [SAMPLE]   (default 65, that is 64 cells and one a side; radial; 4,096)
 
 The uniform map of POINTS by POINTS cells (a power of 2 and one, so that grids nest) stands beside the refined one: all
 of its cells, or where it has more than SAMPLE, so many drawn at random, which give its work and its regimes with a

@@ -1,6 +1,6 @@
 """Time of a force-displacement curve of the membrane: 50 displacements on 200 elements, one core.
 
-OMP_NUM_THREADS=1 python benchmarks/membrane.py
+    OMP_NUM_THREADS=1 python benchmarks/membrane.py
 
 Times are those of the processor. A curve is to take less than 5 s. Where the film pulls in, its path is followed past
 the folds of the voltage, which takes longer. Then forces and pull-in voltages of the film that wrinkles, on two meshes.

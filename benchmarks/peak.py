@@ -1,6 +1,6 @@
 """Share of the processor's peak of fused multiply-adds that the engine reaches, on one thread.
 
-python benchmarks/peak.py [TURNS]
+    python benchmarks/peak.py [TURNS]
 
 The operations of a step are counted in the text that is compiled: a fused multiply-add is two, whatever else adds,
 multiplies or divides is one; comparisons, events and all that serves single members count nothing, and neither do lanes

@@ -1,6 +1,6 @@
 """Speed ratios measured in one run, each from the fastest of several interleaved repetitions.
 
-python benchmarks/speed.py [REPETITIONS] [--against SOURCE] (default 5)
+    python benchmarks/speed.py [REPETITIONS] [--against SOURCE]      (default 5)
 
 * An ensemble through `gelcone.integrate` against the same work in a bare loop over a hand-written heyoka integrator.
 * Two threads against one, beside what two threads of bare loops gain on this machine.

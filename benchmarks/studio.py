@@ -1,8 +1,9 @@
 """Response times of the studio in a real browser: from the input event to the painted pixels.
 
-python benchmarks/studio.py (all of it but what follows, some two minutes) python benchmarks/studio.py --controls (a
-drag of every slider of every shipped device and preset, ten minutes) python benchmarks/studio.py --controls biased-pump
-base (of some) python benchmarks/studio.py --pages 8 --minutes 10 (many pages at once: errors, memory, processes left)
+python benchmarks/studio.py                    (all of it but what follows, some two minutes)
+python benchmarks/studio.py --controls         (a drag of every slider of every shipped device and preset, ten minutes)
+python benchmarks/studio.py --controls biased-pump base       (of some)
+python benchmarks/studio.py --pages 8 --minutes 10     (many pages at once: errors, memory, processes left)
 
 Beside every time stand the processor time that the studio's own processes took and the share of the machine that others
 used meanwhile: on a busy machine the first of the three says little.

@@ -1,6 +1,6 @@
 """Cost of the wrinkling film relative to the taut one: processor time per unit time over the cells of the base map.
 
-python benchmarks/wrinkling.py [TURNS] (default 5)
+    python benchmarks/wrinkling.py [TURNS]      (default 5)
 
 Both films integrate the same cells, in turns, on one thread, events included; the shortest of TURNS counts. Printed for
 each tolerance and for what is kept: processor time per unit time, and the ratio of both films; first over all cells,

@@ -272,5 +272,5 @@ def test_pieces_that_change_with_what_stays_free_are_refused(pair):
         own = Exported(pair.device, "pump", True, 1e-7)
         waveform = SimpleNamespace(pieces=SimpleNamespace(name="mine", table=table))
         vars(own)["system"] = SimpleNamespace(waveform=waveform)
-        with pytest.raises(InputError, match="waveform = mine: its pieces change with voltage or frequency"):
+        with pytest.raises(InputError, match="the pieces of the waveform mine change with voltage or frequency"):
             _ = own.pieces

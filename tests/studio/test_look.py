@@ -209,7 +209,7 @@ def test_numbers_of_the_source_and_of_pull_in_are_in_words(shelf, monkeypatch):
     assert look.electrical(subject, "run").words == {"numbers": [{"current": 1.5}]}
     assert asked["of_source"][0]["run"] == "run"
     for film in ("cone", "membrane"):
-        monkeypatch.setattr(look, "film_of", lambda model, film=film: film)
+        monkeypatch.setattr(look, "pull_in_film", lambda model, film=film: film)
         assert look.margins(subject).words == {"numbers": [{f"static pull-in of the {film}": 2.5}]}
     assert all(call["subject"] is subject for call in asked["in_words"])
 

@@ -55,6 +55,9 @@ LEAST_RISE = 1e-3
 """Share of the largest slope of W that limits from below the slope over which relative errors are taken."""
 NEXT = 1e-3
 """Distance of p below the cut at which the pull-in curve turns vertical."""
+LOW_FLAT, BEFORE_END, QUADRATURE = 0.04, 0.98, 16
+"""Highest s of states from which the area of a flat film that never falls slack follows, up to this share of the end of
+their columns; and points of the quadrature between."""
 
 
 @dataclass
@@ -147,7 +150,7 @@ def fit_piece(film: FittedFilm, piece: str, begin: float, end: float) -> None:
     _force(film, piece, fitted, u, inside)
     _lengths(film, piece, fitted, u, inside)
     if piece == "near" or film.numbers["cut_squared"] < 0.0:
-        _flat_area(film, fitted)
+        _flat_area(film, piece, fitted)
     for one, own in zip((fitted, checked), whole, strict=True):
         below = np.flatnonzero(own & _below(film, piece, one))
         film.errors.append(_error(film, piece, one, below))
@@ -341,19 +344,41 @@ def _lengths(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Ar
         _set(film, piece, what, chebyshev_to_powers(found.reshape(LENGTH[0] + 1, LENGTH[1] + 1)))
 
 
-def _flat_area(film: FittedFilm, fitted: Columns) -> None:
-    """Fits the area of the flat film less 1, by powers of V, to the lowest heights, and with a strong hoop also to
-    those at which the film falls slack; 0 where no ring moves."""
+def _flat_area(film: FittedFilm, piece: str, fitted: Columns) -> None:
+    """Fits the area of the flat film less 1, by powers of V; 0 where no ring moves.
+
+    Data are the states at the lowest height; with a strong hoop also those that fall slack, whose area is that of the
+    flat film, or in a film that never does the low states, from which the flat film follows by the fitted force.
+    """
     values = np.zeros(FLAT + 1)
     if film.gel.A != film.gel.B:
         V, area = fitted.along(int(np.argmin(fitted.heights)), fitted.measures.area)
-        if film.gel.has_rims:
+        weight = np.ones(V.size)
+        if film.gel.has_rims and piece == "near":
             ends = [fitted.along(k, fitted.measures.area) for k in range(fitted.heights.size)]
             near = [(own[-1], last[-1]) for own, last in ends if own.size and own[-1] > V[-1]]
             V, area = np.append(V, [one for one, _ in near]), np.append(area, [other for _, other in near])
+            weight = np.ones(V.size)
+        elif film.gel.has_rims:
+            s = np.square(fitted.heights)[fitted.column]
+            low = (s <= LOW_FLAT) & (BEFORE_END * fitted.end[fitted.column] >= fitted.V)
+            s, V = s[low], fitted.V[low]
+            area, weight = fitted.measures.area[low] + _area_gained(piece, s, V, film.numbers), 1.0 / (s + LOW_FLAT)
         degree = min(FLAT, V.size - 1)
-        values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree)
+        values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree, w=weight)
     film.numbers |= {f"flat_area_{i}": float(value) for i, value in enumerate(values)}
+
+
+def _area_gained(piece: str, s: Array, V: Array, n: dict[str, float]) -> Array:
+    """Integral of the slope of k by V from the flat film to s: the area of the flat film less that at s."""
+    shift = n[f"{piece}_shift"]
+    begin = np.log(shift)
+    length = np.log(s + shift) - begin
+    total = np.zeros_like(s)
+    for place, share in zip(*np.polynomial.legendre.leggauss(QUADRATURE), strict=True):
+        shifted = np.exp(begin + 0.5 * (place + 1.0) * length)
+        total += 0.5 * share * shifted * force.pull(piece, shifted - shift, V, n).by_v
+    return length * total
 
 
 def _places(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Array) -> tuple[Array, ...]:

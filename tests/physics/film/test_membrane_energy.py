@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from gelcone import ConeModel
+from gelcone.membrane.columns import columns
+from gelcone.membrane.elements import Elements
+from gelcone.membrane.gel import Gel
 from gelcone.motion.response import simulate
+from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.membrane_energy import energy_and_area
 from tests.physics.film.membranes import MADE, film_of
 
@@ -51,6 +55,23 @@ def test_the_energy_of_a_flat_film_has_no_step_where_the_voltage_takes_its_tensi
     slack = film.work(0.0, np.array([0.2, 0.3]), [], n)
     assert work[3] - work[1] == pytest.approx(slack[1] - slack[0], rel=1e-9)
     assert abs(slack[0]) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("meridional", "hoop", "limit", "x"),
+    [
+        (0.94, 0.94, np.inf, 0.6),  # compressed: slack at low heights without voltage, too
+        (2.9, 3.1, 70.0, 0.08),  # with rims: in tension above the voltage up to which the flat film is
+    ],
+)
+def test_the_charge_is_that_of_states_where_the_flat_film_is_without_tension(meridional, hoop, limit, x):
+    film = MembraneFilm(prestretch_mode="radial")
+    own = {"meridional_prestretch": meridional, "hoop_prestretch": hoop, "radius_ratio": 0.1, "stretch_limit": limit}
+    n = film.numbers(film.complete(own))
+    V = 1.05 * n["flat_voltage"]
+    states = columns(Elements(Gel(film.law, n, n["A"], n["B"]), 0.1, 160), *np.array([[x], [V + 1e-3], [V]]))
+    assert states.V[-1] == pytest.approx(V, rel=1e-9)
+    assert float(film.capacitance(x, V, [], n)) == pytest.approx(states.measures.area[-1], rel=3e-3)
 
 
 @pytest.mark.parametrize("made", MADE)

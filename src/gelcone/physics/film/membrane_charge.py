@@ -135,8 +135,6 @@ def _places(piece: str, n: Numbers) -> tuple[Array, Array, Array]:
     s = np.interp(chebyshev.chebpts1(HEIGHTS), u, grid)
     with np.errstate(invalid="ignore"):
         end = formulas.tension(s, 0.0, n) if piece == "near" else formulas.pull_in(s, n)
-    if n["A"] < n["B"] and n["B"] > 1.0:  # above, the film without tension that the energy refers to is another
-        end = np.minimum(end, n["flat_voltage"])
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(VOLTAGES) / (VOLTAGES - 1.0))
     V = np.maximum(end, 0.0)[:, None] * share * TOP
     weight = np.where(share == 1.0, BORDER if piece == "near" else 1.0, 1.0) + 0.0 * V

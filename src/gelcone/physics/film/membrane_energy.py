@@ -39,15 +39,16 @@ def energy_and_area(law: StrainEnergyLaw, s: Any, V: Any, n: Numbers) -> tuple[A
 
 
 def _without_tension(law: StrainEnergyLaw, V: Any, n: Numbers) -> tuple[Any, Any]:
-    """Energy and area of the flat film where it is in tension, else of the slack one."""
-    flat = np.minimum(V, n["flat_voltage"])
+    """Energy and area of the flat film, where it is in tension or its rims are, else of the slack one."""
+    has_rims = (n["A"] < n["B"]) & (n["B"] > 1.0)
+    flat = np.where(has_rims, V, np.minimum(V, n["flat_voltage"]))
     powers = formulas.powers(flat, FLAT + 1)
     coefficients = [n[f"flat_area_{i}"] for i in range(FLAT + 1)]
     area = 1.0 + sum(c * power for c, power in zip(coefficients, powers, strict=False))
     energy = -0.5 * (
         flat + sum(c * power / (i + 1.0) for i, (c, power) in enumerate(zip(coefficients, powers[1:], strict=True)))
     )
-    beyond = flat < V
+    beyond = np.logical_not(has_rims) & ((flat < V) | (n["flat_voltage"] <= 0.0))
     slack, before = (membrane_slack.energy_and_area(law, np.where(beyond, value, flat), n) for value in (V, flat))
     return np.where(beyond, energy + slack[0] - before[0], energy), np.where(beyond, slack[1], area)
 
