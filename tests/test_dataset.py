@@ -109,5 +109,5 @@ def test_every_long_name_stands_alone():
         (path, part.value) for path, part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)
     ]
     assert "period in forcing periods, 0 if none" in dict(map(reversed, texts))
-    leaning = r"(and|its|the same|that|of it)\b|.*\bits 95 %"
+    leaning = r"(and|its|the same|that|of it|of that)\b|.*\bits 95 %"
     assert [(path.name, text) for path, text in texts if re.match(leaning, text)] == []

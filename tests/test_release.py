@@ -19,6 +19,13 @@ def test_the_public_names_are_those_of_the_list():
     assert [name for name in dir(gelcone) if not name.startswith("__")] == listed
 
 
+def test_files_have_names_that_every_system_takes():
+    """Windows takes none with a bar, an angle or a quotation mark."""
+    folders = [path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
+    names = [path.name for path in ROOT.iterdir()] + [path.name for folder in folders for path in folder.rglob("*")]
+    assert [name for name in names if not re.fullmatch(r"[\w. +@-]+", name)] == []
+
+
 def test_a_star_import_takes_the_public_names_and_no_others():
     scope = {}
     exec("from gelcone import *", scope)

@@ -26,11 +26,15 @@ Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel
     state_space, rates, follow, sense       for control: linear, as a function, feed-forward, self-sensing
     environment                             for learned control: many devices at once in Gymnasium
     bifurcation, map, basin                 over one parameter, two, or initial states
+    continue_branch, locus, thresholds_of   branches of periodic orbits, their bifurcations, ends of regimes
+    validate                                forces of the cone against finite elements
     Plan, sweep, show, cluster              any analysis over any parameters, in stores, on clusters
     Uniform, Normal, draw, over_draws, probability, tolerances   uncertain parameters
 Results, each an xarray.Dataset
     plot, in_words, table, save, load, export, to_si, model_of; also result.gelcone.plot() and so on; Outcome, Regime,
     PullIn, Onset
+    integrate                               bare trajectories, without labels
+    studio                                  the studio's page in a notebook
 Models and their components
     ConeModel; Film, Bias, Waveform, Circuit, StrainEnergyLaw and those that ship
 

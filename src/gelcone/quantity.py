@@ -109,7 +109,7 @@ class Quantity:
 
 
 ALL_CORES = "leave it out to use all cores"
-"""Remedy for a number of threads or processes that is none."""
+"""Remedy for an unusable number of threads or processes."""
 MOST = 10**12
 """No run could end that counts further."""
 

@@ -19,6 +19,7 @@ from gelcone.analyses.lab import lab_answer
 from gelcone.analyses.request import Subject
 from gelcone.analyses.values import read_measure, read_measures
 from gelcone.devices.analysis import check_one
+from gelcone.devices.points import STATES
 from gelcone.errors import DoubtfulInput, InputError, check_result
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -137,9 +138,10 @@ def _initial_of(result: xr.Dataset, device: Device | None) -> Any:
     stated = json.loads(result.attrs["options"]).get("initial")
     if device is None:
         return result["initial"].values[..., :2] if "initial" in result else stated
-    scales = np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
     if "initial" in result:
-        return result["initial"].values[..., :2] / (scales * [1e3, 1.0])
+        shown = np.broadcast_arrays(*(device.scales.shown(quantity) for quantity in STATES.values()))
+        return result["initial"].values[..., :2] / np.stack(shown, axis=-1)
+    scales = np.stack(np.broadcast_arrays(device.scales.length, device.scales.velocity), axis=-1)
     return device.initial_state() if stated is None else stated / scales
 
 
@@ -191,7 +193,7 @@ def warn_at_rest(subject: Subject) -> None:
 def read_options(analysis: Analysis, subject: Subject, given: Mapping[str, Any]) -> dict[str, Any]:
     """Options of an analysis that measure something, read from their texts: in SI for a plan, else dimensionless.
 
-    A number that is none is dimensionless.
+    A value that is not a text is dimensionless.
     """
     texts = {name for name, value in given.items() if isinstance(value, str)}
     measured = {name: option for name, option in analysis.options.items() if option.quantity and name in texts}

@@ -17,7 +17,7 @@ FILES = ("design.nc", "design.png")
 
 def design_command() -> click.Command:
     """`gelcone design`."""
-    text = """Find devices that do what is wished in spite of the tolerances of their fields.
+    text = """Find devices that meet the requirements of a wish in spite of the tolerances of their fields.
 
     A wish is a TOML file: what the device must do, which fields are free within which bounds, and the tolerance of
     each; `gelcone init --wish wish.toml` writes one to fill in. Designs are searched along the first two objectives,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -185,6 +186,9 @@ def _metavar(option: Option) -> str | None:
     """The placeholder of the value in the help; None leaves it to the type."""
     if option.quantity:
         return "VALUE" if option.kind else "VALUES"
+    choices = re.findall(r'"(\w+)"', option.help) if option.kind is str else []
+    if len(choices) > 1:
+        return "|".join(choices)
     return None if option.kind else "VALUES"
 
 

@@ -23,11 +23,11 @@ ROUNDING = 1e-9
 MEANINGS: Mapping[str, tuple[str, dataset.Of]] = {
     "current": ("largest current into a film", dataset.absent("current", infinite=JUMPS)),
     "power": ("mean power that the source gives", "power"),
-    "damper_power": ("of that what the damping of the disc, or a load that acts as one, takes", "power"),
-    "film_power": ("what the film takes", "power"),
-    "resistor_power": ("what the circuit's resistance takes, or is lost where a voltage jumps", "power"),
-    "leak_power": ("what leaks through the film", "power"),
-    "dielectric_power": ("what a permittivity that follows late takes", "power"),
+    "damper_power": ("mean power dissipated by the damping of the disc, or taken by a load that acts as one", "power"),
+    "film_power": ("mean power dissipated in the film", "power"),
+    "resistor_power": ("mean power dissipated in the circuit's resistance, or where a voltage jumps", "power"),
+    "leak_power": ("mean power dissipated by leakage through the film", "power"),
+    "dielectric_power": ("mean power dissipated by a permittivity that follows late", "power"),
     "apparent_power": (
         "apparent power, rms voltage times rms current of the sources",
         dataset.absent("apparent power", infinite=JUMPS),

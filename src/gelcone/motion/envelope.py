@@ -92,8 +92,8 @@ def envelope(
     Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
     ``natural_frequency``, ``static_field``, ``static_hoop_stress``, ``static_meridional_stress``; over
     ``static_limit``: ``static_limit_voltage`` (infinity: none on the way to pull-in or the stretch limit, NaN: unknown
-    or not applicable); and
-    ``recommended_constant``, the lowest of them less the margin.
+    or not applicable); ``recommended_constant``, the lowest of them less the margin; ``rest_displacement``; and
+    ``own_peak`` and ``own_frequency`` of the device's own drive.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,

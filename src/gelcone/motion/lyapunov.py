@@ -63,7 +63,7 @@ def lyapunov(
     model : one actuator or an ensemble.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
     window : length of the finite window from the start, dimensionless time. Default 500.
-    transient : time discarded before the long average; default by damping and drive.
+    transient : time discarded before the long average; default by damping, drive and slow states.
     budget : longest averaging time. Averaging stops earlier once the largest exponent is 3 standard errors off zero and
         longer blocks give no larger errors; at least 100 blocks of at least a forcing period and 64 time units are
         averaged. Default 20,000, or 10,000,000 for a ``precision``.

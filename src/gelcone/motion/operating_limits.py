@@ -12,7 +12,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.driven import driven
-from gelcone.motion.envelope import plane_of
+from gelcone.motion.envelope import plane_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS
 from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
@@ -139,7 +139,7 @@ def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
     low, high = found["low"][0], found["high"][0]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, np.nan))
-    safe = min(np.fmin.reduce(low), np.fmin.reduce(static), volts[-1])
+    safe = recommended_peaks(found["low"], np.nanmin(static, initial=np.inf), volts, margin=0.0)[0]
     examined = np.fmin(high[DRIVEN_LIMITS.index("pull-in")], volts[-1])
     return (
         {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}

@@ -60,7 +60,7 @@ def regime(
     transient : time after which the motion is first examined; default by damping, drive and slow states. Where a film
         creeps so slowly that this is long, the drift is followed by the map over the forcing period instead.
     patience : time for which a damped motion that does not settle is followed before it is called chaotic, and all
-        starts next to it together. Default 100,000, or 300 forcing periods where those are longer.
+        starts next to it together. Default the longest of 100,000, 300 forcing periods and 5 default transients.
     budget : longest averaging time of the exponents. Default 20,000.
     tolerance : relative error of one integration step. Default 1e-15. Once chaos has pulled nearby starts
         apart, a damped motion is followed with at least 1e-6: it forgets the error, and is polished when it has
@@ -75,8 +75,10 @@ def regime(
     time, from the Floquet multipliers of the cycle where there is one and averaged elsewhere, ``averaged_time``,
     ``return_distance`` (of the motion a period later, over its size), ``cycle_distance`` (of the motion from the cycle,
     over its size; with damping, where there is one), ``zero_one`` (only where the motion does not return),
-    ``section`` (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``doubtful`` (1 where
-    the evidence does not agree: read it before you believe the name), ``outcome``.
+    ``section`` (..., point, state), ``lowest`` and ``highest`` displacement, ``settled_time``, ``sign`` of the largest
+    exponent (0: uncertain), ``doubtful`` (1 where the evidence does not agree: read it before you believe the name),
+    ``validity_*`` and for a wrinkling film ``film_state_*``, shares of the settled motion's time as in
+    `gelcone.simulate`, and ``outcome``.
     Of chaos: ``seen_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within 1e-9 the
     ``share_chaotic`` that still is, and the mean ``lifetime`` (infinite if none has ended) between ``lifetime_low``
     and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents are those of the
@@ -182,6 +184,4 @@ def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any],
 
 def _labelled(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
     """Findings of all members as a Dataset over the ensemble's dims."""
-    result = dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)
-    result["regime"].attrs |= dataset.flags(Regime)
-    return result
+    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)

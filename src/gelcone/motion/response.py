@@ -78,7 +78,11 @@ def simulate(
 
     Returns
     -------
-    Dataset over the ensemble's dims and ``time`` (``sample`` if the members' drive frequencies differ).
+    Dataset over the ensemble's dims and ``time`` (``sample`` if the members' drive frequencies differ):
+    ``displacement`` and ``velocity`` of the disc; ``drive_voltage``, ``current`` and ``true_field`` of the film,
+    ``meridional_stretch``, ``hoop_stretch`` and ``thickness_stretch``, the true ``meridional_stress`` and
+    ``hoop_stress``; ``kinetic_energy``, ``film_energy``, ``spring_energy`` and ``field_energy``; ``input_power`` and
+    ``dissipated_power``; and for a wrinkling film ``film_state``.
     Energies and powers are per mu Vol; stored energy includes the field energy v^2 q/2, and ``supplied_energy`` is the
     work of the voltage source, integrated along the motion. ``dissipated_energy`` is the loss in the damping of the
     disc, the film and the circuit; if there is more than the damping, ``damper_dissipation``, ``film_dissipation``,

@@ -48,7 +48,8 @@ def settled(
     ----------
     model : one actuator or an ensemble, with damping.
     initial : displacement and velocity at time 0, shape (2,) or ensemble shape + (2,). Default (1, 0).
-    transient, patience : as in `regime`; by default chaos is followed for 32 transients alone.
+    transient : as in `regime`.
+    patience : as in `regime`. Default that of `regime`, but for chaos at most 32 transients.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).

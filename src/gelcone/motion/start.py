@@ -26,7 +26,7 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     ----------
     model : one actuator or an ensemble.
     initial : displacement and velocity, or all N states; shape (2,) or (N,), or the ensemble's shape followed by
-        either. States that are not given start from `start_values`.
+        either. States that are not given start from those of `Members.start_states`.
 
     Raises
     ------

@@ -117,7 +117,6 @@ def triptych(
         variables[f"section_{name}"] = (("repeat",), values, f"{name} once every forcing period", quantity)
     options = budgets | {"periods": periods, "late_periods": late_periods, "tolerance": tolerance}
     result = dataset.label(model, variables, outcome=found.outcome, options=options, title="triptych")
-    result["regime"].attrs |= dataset.flags(Regime)
     return dataset.with_initial(result, model, states)
 
 

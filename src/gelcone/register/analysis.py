@@ -231,8 +231,9 @@ def _explanation(name: str, text: str) -> tuple[str, str]:
     if text.startswith("as in `"):
         import gelcone
 
-        other = text.split("`")[1].removeprefix("gelcone.")
-        return explanations(getattr(gelcone, other)).get(name, ("", ""))
+        other, _, own = text.removeprefix("as in `").partition("`")
+        said, default = explanations(getattr(gelcone, other.removeprefix("gelcone."))).get(name, ("", ""))
+        return said, own.partition("Default ")[2].strip().rstrip(".") or default
     text = f"{text} ".replace("`", "").replace("; default ", ". Default ").replace(". Default: ", ". Default ")
     sentences = text.replace("; ", ". ").split(". ")
     default = next((s.removeprefix("Default ") for s in sentences if s.startswith("Default ")), "")
