@@ -4,13 +4,16 @@ No line of gelcone knows the components of `tests.toys`: what they add - paramet
 drawn, saved and shown all the same.
 """
 
+import inspect
 import json
+import re
 
 import numpy as np
 import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError
+from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.register.analyses import ANALYSES
 from tests.answers import result
 from tests.toys import TOYS, CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
@@ -61,6 +64,27 @@ def not_swept(analysis, typed):
     return [text for option, value in pairs if value.partition("=")[0] not in swept for text in (option, value)]
 
 
+def documentation(name, known=()):
+    """The docstring of a public function, with those of the functions that it refers to."""
+    own = inspect.getdoc(getattr(gelcone, name))
+    named = set(re.findall(r"`(?:gelcone\.)?(\w+)`", own)) - {name, *known}
+    others = {one for one in named if inspect.isfunction(getattr(gelcone, one, None))}
+    return " ".join([own, *(documentation(other, (*known, name)) for other in sorted(others))])
+
+
+def undocumented(name, found):
+    """The variables of a result that its docstring does not name; of a family it names the beginning."""
+    words = set(re.findall(r"\w+", documentation(name))) | {
+        state.name for state in gelcone.model_of(found).system.states
+    }
+    families = ("validity_", "film_state_", "second_", "motion_validity_", "motion_film_state_", "static_", "driven_")
+    left = [str(own) for own in found.data_vars if own not in words and not str(own).startswith(families)]
+    return [own for own in left if own not in LIMITS]
+
+
+LIMITS = {f"{limit.replace(' ', '_').replace('-', '_')}_voltage" for limit in STATIC_LIMITS}
+
+
 @pytest.mark.parametrize("toy", ["together", *(pytest.param(toy, marks=pytest.mark.slow) for toy in MODELS)])
 @pytest.mark.parametrize("name", ASKED)
 def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, undrawn, tmp_path):
@@ -81,7 +105,9 @@ def test_every_analysis_takes_components_of_ones_own(name, toy, command_line, un
     typed = dict(setting.split("=", 1) for setting in TYPED[toy][1::2])
     (written,) = (tmp_path / "results").glob("*.nc")
     assert int((tmp_path / "results" / f"{written.stem}.png").read_text().split()[0]) > 0
-    model = gelcone.model_of(gelcone.load(written))
+    found = gelcone.load(written)
+    assert name == "sweep" or undocumented(name, found) == []  # a sweep has the variables of its analysis
+    model = gelcone.model_of(found)
     for kind in TOYS if toy == "together" else [toy]:
         own, expected = OWN[kind], float(typed[OWN[kind]])
         assert answer["parameters"][own] == expected

@@ -56,7 +56,7 @@ def deliver(
 
 
 def print_json(content: dict[str, Any]) -> None:
-    """One JSON object. Numbers that are not finite are null or the words of their variable, infinite parameters "inf"."""
+    """Prints one JSON object. Numbers that are not finite are null or in words; infinite parameters are "inf"."""
     click.echo(json.dumps(plain(content), allow_nan=False))
 
 

@@ -77,15 +77,15 @@ def datasheet(
     Dataset of `gelcone.static` at 0 and the voltages, and over ``constant_voltage``: ``stiffness_at_rest``, the slope
     of the force where the disc rests under the voltage; ``stroke_work``, of a stroke from a stop at rest on a load that
     follows the force, and ``load_work``, the largest on a constant load; ``volume_work`` and ``mass_work``, the work of
-    a stroke over the film's volume and over all that moves, and
-    ``volume_power`` and ``mass_power``, these times the natural frequency; ``capacitance`` and ``field_energy``
-    (unknown of two films);
-    ``coupling``, the share of the electrical energy of a small slow cycle that comes out as work, (g^2/K)/(dQ/dv +
-    g^2/K) with the blocked force's slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the
-    held film; ``natural_frequency``, ``half_width`` of its resonance, ``bandwidth``, to which the small-signal response
-    stays above half power, and ``rise_time``, from 10 to 90 % of a small step. Of the drive: ``drive_stroke``,
-    ``peak_current``, ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute
-    ``first_limit`` names the lowest, ``first_limit_voltage``.
+    a stroke over the film's volume and over all that moves, and ``volume_power`` and ``mass_power``, these times the
+    natural frequency; ``capacitance`` and ``field_energy`` (unknown of two films); ``coupling``, the share of the
+    electrical energy of a small slow cycle that comes out as work, (g^2/K)/(dQ/dv + g^2/K) with the blocked force's
+    slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the held film; ``natural_frequency``,
+    ``half_width`` of its resonance, ``bandwidth``, to which the small-signal response stays above half power, ``gain``,
+    that response over the static one at each ``drive_frequency``, and ``rise_time``, from 10 to 90 % of a small step.
+    Over ``ramp_voltage``: ``ramp_stroke`` and ``ramp_blocked_force``. Of the drive: ``drive_stroke``, ``peak_current``,
+    ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute ``first_limit`` names the
+    lowest, ``first_limit_voltage``.
 
     Raises
     ------

@@ -69,14 +69,15 @@ def static(
     Dataset over the ensemble's dims, ``constant_voltage``, ``displacement`` and ``equilibrium`` (padded with NaN;
     ``equilibria`` counts them). ``force`` holds the disc at x and ``stiffness`` is its slope, both NaN beyond the
     stretch limit and where a film held at x has pulled in. ``slope`` is that of the force at
-    ``equilibrium_displacement``, which is ``stable`` where the energy
-    has a minimum. ``branch_*`` trace the equilibria over the voltage, pieces parted by NaN, with the folds among the
-    points. Pitchfork, folds and pull-in are those of `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`,
-    ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those of `stroke_and_blocked_force`.
-    ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
-    (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; one has pulled in that lies beyond
-    the displacement from which a slow ramp jumps. The ``outcome`` of a member is ``outside`` where its pre-stretch
-    exceeds the stretch limit at every displacement.
+    ``equilibrium_displacement``, which is ``stable`` where the energy has a minimum, and ``film_state`` the state of a
+    wrinkling film there. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the equilibria over the
+    voltage, pieces parted by NaN, with the folds among the points. ``pitchfork_voltage``, ``pitchfork_displacement``,
+    ``fold_voltage``, ``fold_displacement`` and pull-in are those of `pitchfork_voltage`, `fold_voltages` and
+    `pull_in_voltage`; ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those of
+    `stroke_and_blocked_force`. ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
+    (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; an equilibrium beyond the
+    displacement from which a slow ramp jumps counts as pulled in. The ``outcome`` of a member is ``outside`` where its
+    pre-stretch exceeds the stretch limit at every displacement.
 
     Raises
     ------

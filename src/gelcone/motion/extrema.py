@@ -52,8 +52,8 @@ def extrema(
     -------
     Dataset over the ensemble's dims and ``extremum``, in the order of time and padded with NaN where members differ in
     number: ``displacement``, ``velocity`` (the residual of the refinement), ``time`` since the start, ``phase`` within
-    the forcing period (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding); and
-    ``count``.
+    the forcing period (0 to 1, as exact late as early), ``maximum`` (1: a maximum, -1: a minimum, 0: padding);
+    ``count``; and ``outcome``.
 
     Raises
     ------

@@ -250,7 +250,8 @@ def tongues(
     ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and ``boundary_voltage`` (``boundary``, NaN-padded):
     all voltages at which the stability changes, each between two neighbours of the grid and narrowed down. At
     ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork. ``own_onset_voltage``,
-    ``own_onset_kind`` and ``own_searched`` are those of `onset_voltage` at the model's own frequency.
+    ``own_onset_kind`` and ``own_searched`` are those of `onset_voltage` at the model's own frequency; ``outcome`` is
+    that of a place.
 
     Raises
     ------

@@ -81,11 +81,13 @@ def film(
     -------
     Dataset over the ensemble's dims, ``height`` (one entry at the rests), ``constant_voltage`` and ``ring``, from the
     disc to the rim. Of each state ``displacement``, ``held`` (a `Held`) and ``film_state``; ``force``, which pulls the
-    disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_voltage`` at that height; the largest
-    true field and the mounted radius of its ring, that field over the dielectric strength, the largest share of the
-    stretch limit, the least firmness (slope of a ring's meridional tension, zero where it localises) and the share of
-    the mounted area that is wrinkled. Of each ring ``mounted_radius``, ``ring_radius``, ``ring_height`` above the rim,
-    true stretches, thickness, field, firmness, and ``wrinkle_excess``, the share of the hoop that lies in wrinkles.
+    disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_voltage`` at that height;
+    ``largest_field`` and ``largest_field_radius``, the mounted radius of its ring, ``breakdown_share``, that field over
+    the dielectric strength, ``largest_limit_share`` of the stretch limit, ``least_firmness`` (slope of a ring's
+    meridional tension, zero where it localises) and ``least_firmness_radius``, and ``wrinkled_share`` of the mounted
+    area. Of each ring ``mounted_radius``, ``ring_radius``, ``ring_height`` above the rim, ``meridional_stretch``,
+    ``hoop_stretch``, ``thickness``, ``true_field``, ``limit_share``, ``firmness``, and ``wrinkle_excess``, the share of
+    the hoop that lies in wrinkles. ``outcome`` is that of the member.
     What belongs to the rings is NaN where the film is not held in tension; of a slack film the force is 0 and the
     capacitance known. In a double cone the second film's variables have ``second_`` before their names.
 

@@ -83,28 +83,34 @@ def simulate(
     ``meridional_stretch``, ``hoop_stretch`` and ``thickness_stretch``, the true ``meridional_stress`` and
     ``hoop_stress``; ``kinetic_energy``, ``film_energy``, ``spring_energy`` and ``field_energy``; ``input_power`` and
     ``dissipated_power``; and for a wrinkling film ``film_state``.
-    Energies and powers are per mu Vol; stored energy includes the field energy v^2 q/2, and ``supplied_energy`` is the
-    work of the voltage source, integrated along the motion. ``dissipated_energy`` is the loss in the damping of the
-    disc, the film and the circuit; if there is more than the damping, ``damper_dissipation``, ``film_dissipation``,
-    ``resistor_dissipation`` and ``leak_dissipation`` are its parts. ``energy_residual`` is the error of the energy
-    balance. For a film whose charge is not known during a run, the supplied energy follows from the first law, and
-    the residual compares the disc's energies alone; NaN if such a film has states of its own.
+
+    Energies and powers are per mu Vol; stored energy includes the field energy v^2 q/2, and ``supplied_energy`` is
+    the work of the voltage source, integrated along the motion. ``dissipated_energy`` is the loss in the damping of
+    the disc, the film and the circuit; if there is more than the damping, ``damper_dissipation``,
+    ``film_dissipation``, ``resistor_dissipation`` and ``leak_dissipation`` are its parts. ``energy_residual`` is the
+    error of the energy balance. For a film whose charge is not known during a run, the supplied energy follows from
+    the first law, and the residual compares the disc's energies alone; NaN if such a film has states of its own.
+
     Flags mark samples at which the model is not valid: ``hoop_slack``, ``meridional_slack`` (a true stress is
-    negative), ``breakdown`` (the true field exceeds the model's ``dielectric_strength``) and ``near_limit`` (the strain
-    is within 1 % of the stretch limit). ``validity_*`` are their shares of the run's time, between the times at which
-    they begin and end, and ``validity_error`` the error of these; NaN for breakdown at an unknown strength.
-    ``validity_pulled_in`` is 1 for a run that ended with a pull-in.
-    ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half of
-    the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones, which an amplifier must deliver
-    (currents are infinite if the voltage of an ideal source jumps); ``slew_limited`` and ``current_limited`` are the
-    shares of the time at the limits of a limited source. For films that creep or leak ``heat`` is the mean heat in them
-    over their volume in the second half, and ``heating`` the rate at which their temperature then rises while they
-    give no heat away.
-    In a double cone energies, powers and flags are those of both films together; voltage, current, stretches, stresses
-    and field of the second film have the prefix ``second_``.
+    negative), ``breakdown`` (the true field exceeds the model's ``dielectric_strength``), ``near_limit`` (the strain
+    is within 1 % of the stretch limit) and of a cone ``beyond_membrane`` (its membrane would have pulled in).
+    ``validity_*`` are their shares of the run's time, between the times at which they begin and end, and
+    ``validity_error`` the error of these; NaN for breakdown at an unknown strength. ``validity_pulled_in`` is 1 for a
+    run that ended with a pull-in.
+
+    ``rms_voltage``, ``rms_current`` and their product ``apparent_power`` are those of the source in the second half
+    of the run, ``peak_current``, ``peak_charge`` and ``peak_slew_rate`` its largest ones, which an amplifier must
+    deliver (currents are infinite if the voltage of an ideal source jumps); ``slew_limited`` and ``current_limited``
+    are the shares of the time at the limits of a limited source. For films that creep or leak ``heat`` is the mean
+    heat in them over their volume in the second half, and ``heating`` the rate at which their temperature then rises
+    while they give no heat away.
+
+    In a double cone energies, powers and flags are those of both films together; voltage, current, stretches,
+    stresses and field of the second film have the prefix ``second_``.
+
     For a wrinkling film ``film_state_*`` are the shares of the time in each of its states, between the exact times of
-    their changes; ``pull_in_time``, ``_displacement``, ``_voltage`` and ``_kind`` (`FilmPullIn`) describe a pull-in,
-    which ends the run (NaN and 0: none).
+    their changes; ``pull_in_time``, ``pull_in_displacement``, ``pull_in_voltage`` and ``pull_in_kind`` (`FilmPullIn`)
+    describe a pull-in, which ends the run (NaN and 0: none). ``outcome`` is how the run ended.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def section(
     Returns
     -------
     Dataset over the ensemble's dims and ``repeat`` (numbered from the start of the run) with ``displacement``,
-    ``velocity`` and any further state at ``time``; NaN from where a member failed.
+    ``velocity`` and any further state at ``time``, NaN from where a member failed; and ``outcome``.
 
     Raises
     ------

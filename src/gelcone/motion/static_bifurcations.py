@@ -112,8 +112,8 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
     -------
     Dataset over the ensemble's dims: ``pull_in_voltage`` (infinity if never, NaN where nothing is stable at v = 0);
     ``pull_in_kind``, a `PullIn`; ``pull_in_from``, the displacement there; ``pull_in_to``, where the disc goes: to the
-    next stable equilibrium that the force leads to, infinity when there is none, NaN if never. ``rest_displacement`` is
-    where the ramp starts.
+    next stable equilibrium that the force leads to, infinity when there is none, NaN if never; ``rest_displacement``,
+    where the ramp starts; and ``outcome``.
 
     Raises
     ------

@@ -81,10 +81,11 @@ def transfer(
     -------
     Dataset over ``drive_frequency`` with the ``gain`` (displacement over voltage) and its ``phase`` ahead of the
     voltage in degrees, the ``admittance`` (current of the source over voltage) and its ``admittance_phase``, all by
-    linear theory; over ``amplitude`` and ``measured_frequency`` the same names with ``measured_`` before them: the
-    fundamentals of the settled motion on which a run from the linear one ends, NaN where it does not repeat with the
-    drive or has no settled motion. Of a film whose charge is not known in a program the linear admittance is NaN.
-    ``equilibrium`` is the displacement under the bias, ``natural_frequency`` that of small undamped motions about it,
+    linear theory; over ``amplitude`` and ``measured_frequency`` ``measured_gain``, ``measured_phase``,
+    ``measured_admittance`` and ``measured_admittance_phase``, with their ``outcome``: the fundamentals of the settled
+    motion on which a run from the linear one ends, NaN where it does not repeat with the drive or has no settled
+    motion. Of a film whose charge is not known in a program the linear admittance is NaN. ``equilibrium`` is the
+    displacement under the ``bias_voltage``, ``natural_frequency`` that of small undamped motions about it,
     ``resonance`` where the gain of linear theory is largest, between the lowest and the highest frequency, and
     ``largest_gain`` the gain there.
 

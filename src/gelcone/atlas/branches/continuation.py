@@ -113,12 +113,14 @@ def continue_branch(
     0, other whole numbers with -1): ``value`` of the parameter and ``orbit`` at each point, its nodes over one period
     from phase 0 on (``nodes_per_repeat`` of them to a forcing period); ``multiplier_real`` and ``multiplier_imag`` over
     the period, ``stable``, ``lyapunov`` (the largest exponent), ``lowest`` and ``highest`` displacement, and
-    ``validity_*`` as in `regime`; of each branch
-    ``period`` in forcing periods, ``symmetric``, ``ended`` at either ``end`` (codes of `Ending`), ``level`` and the
-    event at which it is ``born``. Of each event ``event_kind``, ``event_value`` with ``event_error``, ``event_branch``,
-    ``event_born_branch``, ``event_supercritical`` (-1: none is born), ``event_curvature`` and its orbit and
-    multipliers. Of brute force ``run_value``, ``run_period`` and ``run_section``; of the contradictions ``flag_kind``,
-    ``flag_branch`` and ``flag_value``.
+    ``validity_*`` as in `regime`; of each branch ``period`` in forcing periods, ``symmetric``, ``resting``, ``ended``
+    at either ``end`` (codes of `Ending`), ``level`` and the event at which it is ``born``. Of each event
+    ``event_kind``, ``event_value`` with ``event_error``, ``event_branch``, ``event_point`` (before it),
+    ``event_born_branch``, ``event_supercritical`` (-1: none is born), ``event_curvature``, ``event_resolved`` (1 where
+    it converged), ``event_orbit``, ``event_multiplier_real`` and ``event_multiplier_imag``. Of brute force
+    ``run_value``, ``run_period`` and ``run_section``; of the contradictions ``flag_kind``, ``flag_explanation``,
+    ``flag_branch`` and ``flag_value``; and how much was compared: ``checked_cycles``, ``checked_orbits`` and
+    ``seeded``, the branches that a cycle of brute force started.
 
     Raises
     ------
