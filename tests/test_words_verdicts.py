@@ -173,7 +173,7 @@ def test_an_interval_has_one_unit_where_both_ends_have_it_and_one_number_where_t
         return words.interval_in_words(xr.Dataset({"a_low": ((), low, attrs), "a_high": ((), high, attrs)}), "a")
 
     assert of(2.0, 3.0) == "2 to 3 mW"
-    assert of(0.5, 3.0) == "500 uW to 3 mW"
+    assert of(0.5, 3.0) == "0.5 to 3 mW"
     assert of(3.0, 3.0) == "3 mW"
     assert of(NAN, 3.0) == "unknown to 3 mW"
 

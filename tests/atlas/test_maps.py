@@ -295,7 +295,7 @@ def test_sweeps_and_states_are_checked():
         bifurcation(FAST, "voltage", [0.1, 0.2], bisections=-1)
     with pytest.raises(InputError, match="belongs to the initial state"):
         bifurcation(FAST, "displacement", [0.1, 0.2])
-    with pytest.raises(InputError, match="Plan: takes one actuator, not an ensemble of 2"):
+    with pytest.raises(InputError, match="bifurcation: takes one actuator, not an ensemble of 2"):
         bifurcation(FAST.replace(voltage=[0.1, 0.2]), "damping_ratio", [0.1, 0.2])
 
 

@@ -152,7 +152,7 @@ def test_a_device_is_answered_in_its_units(command_line, undrawn):
     assert code == 0, err
     (line,) = [line for line in out.splitlines() if line.startswith("largest stroke: ")]
     result = gelcone.load("there/drive.nc")
-    assert f"{float(result['stroke']):.4g} mm at {float(result['drive_frequency']):.4g} Hz" in line
+    assert f"{1e3 * float(result['stroke']):.4g} um at {float(result['drive_frequency']):.4g} Hz" in line
     assert 8.0 <= float(result["drive_frequency"]) <= 14.0
     assert {"film_thickness", "material.shear_modulus", "frequency"} <= set(result["field"].values.tolist())
     device = gelcone.find_device("soft-film").replace(

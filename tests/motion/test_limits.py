@@ -31,6 +31,7 @@ def searches(monkeypatch):
         }
 
     monkeypatch.setattr(module, "onset_voltage", onset)
+    monkeypatch.setattr(module, "every_balance", lambda members: members)
     monkeypatch.setattr(module, "pitchfork_voltages", lambda members: 0.1 * members.values["stretch_limit"])
     monkeypatch.setattr(
         module, "jump_voltages", lambda members: (members.values["stretch_limit"], np.full(members.size, PullIn.FILM))

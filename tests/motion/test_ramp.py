@@ -67,7 +67,7 @@ def test_a_ramp_starts_where_it_is_asked_to(balances):
 def test_the_ramp_of_a_drive_is_that_of_its_balance(balances):
     """The blocked force is that at rest; beyond the film there is no stiffness."""
     levels = np.array([0.5, 1.0])
-    (balance,) = static_bifurcations.every_balance(ConeModel())
+    (balance,) = static_bifurcations.balances_of(ConeModel())
     found = ramp.drive_ramp(balance, levels)
     assert found.rest == 0.5
     assert found.displacement.tolist() == [0.75, 1.5]
