@@ -44,9 +44,7 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     >>> found.probability.values.tolist(), found.low.values.round(3).tolist()
     ([1.0, 1.0], [0.398, 0.398])
     """
-    check_result("probability", cells)
-    if "draw" not in cells.dims or "regime" not in cells:
-        raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
+    check_draws("probability", cells)
     if not 0.0 < confidence < 1.0:
         raise InputError(f"confidence = {confidence}: must be between 0 and 1")
     regime, failed = cells["regime"], cells["outcome"].isin([Outcome.STEP_LIMIT, Outcome.ERROR])
@@ -65,3 +63,10 @@ def probability(cells: xr.Dataset, kind: Regime = Regime.CHAOTIC, *, confidence:
     }
     coords = {str(dim): cells[dim] for dim in n.dims}
     return result.assign_coords(coords).assign(dataset.columns(tuple(coords), table))
+
+
+def check_draws(name: str, cells: xr.Dataset) -> None:
+    """`InputError` from the function ``name`` unless ``cells`` is a sweep with draws of the regime."""
+    check_result(name, cells)
+    if "draw" not in cells.dims or "regime" not in cells:
+        raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")

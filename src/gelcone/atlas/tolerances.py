@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone import dataset
+from gelcone.atlas.probability import check_draws
 from gelcone.codes import Outcome, Regime
-from gelcone.errors import InputError, check_result
 from gelcone.quantity import Array
 from gelcone.statistics import CONFIDENCE, share_interval
 
@@ -57,9 +57,7 @@ def tolerances(cells: xr.Dataset) -> xr.Dataset:
     >>> gelcone.tolerances(cells).probability.sel(risk="chaos").values.tolist()
     [0.0, 0.0]
     """
-    check_result("tolerances", cells)
-    if "draw" not in cells.dims or "regime" not in cells:
-        raise InputError("the sweep has no draws of the regime; give uncertain parameters and the analysis 'regime'")
+    check_draws("tolerances", cells)
     drawn = {str(name).removeprefix("drawn_"): cells[name].values for name in cells.coords if "drawn_" in str(name)}
     dims = [str(dim) for dim in cells["regime"].dims if dim != "draw"]
     own = base_draws(cells)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
@@ -13,6 +13,7 @@ from gelcone.membrane.columns import LOWEST_GRID, Columns, columns, longest
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.force import ALONE, CURVE, END, FLAT, KINK, LENGTH, MAIN, NEVER, SCALE
 from gelcone.membrane.gel import Array, Gel
+from gelcone.membrane.integrals import integrals
 from gelcone.membrane.least_squares import chebyshev_to_powers, line, products, products_with_slope, solved
 from gelcone.membrane.refusals import not_made, too_few
 from gelcone.membrane.slack import slack_voltage
@@ -55,9 +56,9 @@ LEAST_RISE = 1e-3
 """Share of the largest slope of W that limits from below the slope over which relative errors are taken."""
 NEXT = 1e-3
 """Distance of p below the cut at which the pull-in curve turns vertical."""
-LOW_FLAT, BEFORE_END, QUADRATURE = 0.04, 0.98, 16
-"""Highest s of states from which the area of a flat film that never falls slack follows, up to this share of the end of
-their columns; and points of the quadrature between."""
+LOW_FLAT, BEFORE_END = 0.04, 0.98
+"""Highest s of states from which the area of a flat film that never falls slack follows, and the share of the end of
+their columns up to which they are taken."""
 
 
 @dataclass
@@ -363,22 +364,12 @@ def _flat_area(film: FittedFilm, piece: str, fitted: Columns) -> None:
             s = np.square(fitted.heights)[fitted.column]
             low = (s <= LOW_FLAT) & (BEFORE_END * fitted.end[fitted.column] >= fitted.V)
             s, V = s[low], fitted.V[low]
-            area, weight = fitted.measures.area[low] + _area_gained(piece, s, V, film.numbers), 1.0 / (s + LOW_FLAT)
+            n, weight = film.numbers, 1.0 / (s + LOW_FLAT)
+            gained = integrals(partial(force.pull, piece), np.zeros_like(s), s, V, n, n[f"{piece}_shift"])[1]
+            area = fitted.measures.area[low] + gained
         degree = min(FLAT, V.size - 1)
         values[: degree + 1] = polynomial.polyfit(V, area - 1.0, degree, w=weight)
     film.numbers |= {f"flat_area_{i}": float(value) for i, value in enumerate(values)}
-
-
-def _area_gained(piece: str, s: Array, V: Array, n: dict[str, float]) -> Array:
-    """Integral of the slope of k by V from the flat film to s: the area of the flat film less that at s."""
-    shift = n[f"{piece}_shift"]
-    begin = np.log(shift)
-    length = np.log(s + shift) - begin
-    total = np.zeros_like(s)
-    for place, share in zip(*np.polynomial.legendre.leggauss(QUADRATURE), strict=True):
-        shifted = np.exp(begin + 0.5 * (place + 1.0) * length)
-        total += 0.5 * share * shifted * force.pull(piece, shifted - shift, V, n).by_v
-    return length * total
 
 
 def _places(film: FittedFilm, piece: str, fitted: Columns, u: Array, inside: Array) -> tuple[Array, ...]:

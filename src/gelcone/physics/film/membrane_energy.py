@@ -8,7 +8,6 @@ where the force has kinks: at the cut between the pieces of `gelcone.membrane.fo
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -17,14 +16,13 @@ import numpy as np
 
 from gelcone.membrane import force as formulas
 from gelcone.membrane.force import FLAT
+from gelcone.membrane.integrals import integrals
 from gelcone.physics.bracket import halved
 from gelcone.physics.component import Numbers
 from gelcone.physics.film import membrane_slack
 from gelcone.physics.laws import StrainEnergyLaw
 
 BISECTIONS = 48
-POINTS = 16
-"""Quadrature points between two kinks of the force."""
 
 
 def energy_and_area(law: StrainEnergyLaw, s: Any, V: Any, n: Numbers) -> tuple[Any, Any]:
@@ -33,7 +31,7 @@ def energy_and_area(law: StrainEnergyLaw, s: Any, V: Any, n: Numbers) -> tuple[A
     for piece, low, high in _parts(s, V, n):
         if (high <= low).all():
             continue
-        k, by_v = _integrals(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
+        k, by_v = integrals(partial(formulas.pull, piece), low, high, V, n, n[f"{piece}_shift"])
         energy, area = energy + 0.5 * k, area - by_v
     return energy, area
 
@@ -86,21 +84,3 @@ def _kink(piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> An
     sign = np.sign(distance(low))
     none = sign == np.sign(distance(high))
     return np.where(none, high, halved(lambda s: np.sign(distance(s)) == sign, low, high, BISECTIONS)[1])
-
-
-def _integrals(pull: Callable[..., formulas.Pull], low: Any, high: Any, V: Any, n: Numbers, c: Any) -> tuple[Any, Any]:
-    """Integrals over s of k and of its derivative by V.
-
-    The variable is log s where ``low`` is positive, since both vary there with V over the voltage of a slack film;
-    elsewhere it is log(s + c).
-    """
-    add = np.where(low > 0.0, 0.0, c)
-    begin = np.log(low + add)
-    length = np.log(np.maximum(high, low) + add) - begin
-    places, weights = np.polynomial.legendre.leggauss(POINTS)
-    k = by_v = 0.0
-    for place, weight in zip(0.5 * (places + 1.0), 0.5 * weights, strict=True):
-        shifted = np.exp(begin + place * length)
-        own = pull(shifted - add, V, n)
-        k, by_v = k + weight * shifted * own.k, by_v + weight * shifted * own.by_v
-    return length * k, length * by_v
