@@ -185,7 +185,7 @@ def outcome_array(values: Any, dims: tuple[str, ...]) -> xr.DataArray:
     return xr.DataArray(np.asarray(values, dtype=np.int8), dims=dims, attrs=OUTCOME_ATTRIBUTES)
 
 
-OUTCOME_ATTRIBUTES = {"long_name": "how the run of the member ended", "units": "1"} | flags(Outcome)
+OUTCOME_ATTRIBUTES = attributes("how the run of the member ended", Outcome)
 
 
 def model_of(dataset: xr.Dataset) -> ConeModel:

@@ -105,6 +105,12 @@ def test_a_draw_that_fails_at_one_frequency_has_failed(monkeypatch):
     assert found.outcome.values.tolist() == [gelcone.Outcome.OK, gelcone.Outcome.PULLED_IN]
 
 
+def test_an_envelope_of_which_all_draws_are_refused_says_why():
+    still, axes = gelcone.ConeModel(voltage=0.0), {"frequencies": [0.8, 0.9], "peaks": [0.5, 1.0]}
+    with pytest.raises(gelcone.InputError, match="the envelope scales the device's drive; give it an amplitude"):
+        gelcone.over_draws(still, {"damping_ratio": np.array([0.1, 0.2])}, "envelope", **axes)
+
+
 def test_a_path_is_no_draws_and_a_frame_is():
     """Of pandas; how to read a file is said."""
     with pytest.raises(gelcone.InputError, match=r"draws = 'd.csv': must be name -> values or a Dataset; read a file"):

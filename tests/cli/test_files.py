@@ -7,6 +7,7 @@ import pytest
 
 from gelcone.analyses.ask import TITLES
 from gelcone.register.analyses import ANALYSES
+from tests.answers import answer
 
 BASE = ("--preset", "base")
 COMMANDS = [
@@ -64,7 +65,8 @@ def test_a_device_is_shown(command_line):
     code, out, err = command_line("show", "mine.toml")
     assert (code, err) == (0, "")
     assert 'film_thickness = "200 um"' in out
-    assert json.loads(command_line("show", "mine.toml", "--json")[1])["film_thickness"] == 2e-4
+    shown = answer(command_line("show", "mine.toml", "--json")[1])
+    assert (shown["command"], shown["result"]["film_thickness"]) == ("show", 2e-4)
 
 
 @pytest.mark.parametrize("command", ["show", "export"])

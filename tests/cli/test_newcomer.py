@@ -1,6 +1,5 @@
 """A newcomer's first minutes: a device file of one's own, three numbers changed, and what it does."""
 
-import json
 import re
 import time
 
@@ -115,7 +114,7 @@ def test_a_device_is_printed_as_a_file_that_reads_back(command_line, tmp_path):
     (tmp_path / "copy.toml").write_text(out, encoding="utf-8")
     assert gelcone.find_device(tmp_path / "copy.toml") == gelcone.find_device("biased-pump")
     code, out, _ = command_line("devices", "soft-film", "--json")
-    assert gelcone.Device(**json.loads(out)) == gelcone.find_device("soft-film")
+    assert gelcone.Device(**answer(out)["result"]) == gelcone.find_device("soft-film")
 
 
 @pytest.mark.parametrize("topic", ["device", "units", "simulate", "map", None])

@@ -93,7 +93,8 @@ def over_draws(
 
     Raises
     ------
-    InputError : as `Plan`, for draws without names, an unknown analysis, and options that it does not take of draws.
+    InputError : as `Plan`, for draws without names, an unknown analysis, options that it does not take of draws, and if
+        all draws of an envelope or a frequency response are refused.
 
     Examples
     --------
@@ -191,7 +192,10 @@ Result = tuple[dict[str, Variable], Array, dict[str, Any]]
 
 
 def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, progress: Progress) -> Result:
-    """The limits of every draw over the drive frequency, as `gelcone.envelope` finds them."""
+    """The limits of every draw over the drive frequency, as `gelcone.envelope` finds them.
+
+    Raises the `InputError` of the last draw if all are refused.
+    """
     taken = {"frequencies": None, "peaks": None, "margin": MARGIN, "limits_from": "rest"}
     own = _options("envelope", options, taken)
     if not 0.0 <= own["margin"] < 1.0:
@@ -213,8 +217,8 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         try:
             plane = plane_of(single(members, row), threads, from_)
             found, static[row], volts = _window(plane, omegas[row], peaks[row], counted)
-        except InputError:
-            outcome[row] = Outcome.ERROR
+        except InputError as error:
+            outcome[row], refused = Outcome.ERROR, error
             counted.finish()
             continue
         low[row], high[row] = found["low"].T, found["high"].T
@@ -223,6 +227,8 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         top[row] = volts[-1]
         constant[row] = (1.0 - own["margin"]) * min(lowest, top[row])
         counted.finish()
+    if (outcome == Outcome.ERROR).all():
+        raise refused
     least = np.where(np.isnan(low), np.inf, low)
     first = np.where(np.isfinite(least.min(axis=1)), least.argmin(axis=1), -1)
     along, each = ("drive_frequency",), ("driven_limit", "drive_frequency")

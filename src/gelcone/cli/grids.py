@@ -20,7 +20,7 @@ from gelcone.atlas.maps import ALSO, TITLE, with_quantity
 from gelcone.atlas.plan import DEFAULT_INITIAL, Plan
 from gelcone.atlas.record import show, stored_sweep
 from gelcone.atlas.sweep import check_sweepable, sweep
-from gelcone.cli.lists import list_devices
+from gelcone.cli.lists import print_device
 from gelcone.cli.options import (
     OUTPUT,
     PLACE,
@@ -274,7 +274,7 @@ def run_show(*, place: Path, out: Path | None, force: bool, as_json: bool) -> in
     if place.suffix == ".toml":
         if out is not None:
             raise InputError(f"--out {out}: a device has no figure; leave it out")
-        list_devices(name=str(place), as_json=as_json)
+        print_device("show", str(place), as_json)
         return 0
     if place.is_dir():
         check_folder(out, SHOW.command, force)

@@ -21,15 +21,10 @@ def devices_command() -> click.Command:
 
 def list_devices(*, name: str | None, as_json: bool) -> None:
     """Prints name, title and file of each device, or one device."""
-    from gelcone.devices.device import find_device
     from gelcone.devices.files import shipped_devices
 
     if name is not None:
-        device = find_device(name)
-        if as_json:
-            print_json(device.parameters())
-        else:
-            click.echo(device_source(name) or device.to_toml(), nl=False)
+        print_device("devices", name, as_json)
         return
     devices = {
         stem: (path, str(tomllib.loads(path.read_text(encoding="utf-8"))["name"]))
@@ -41,6 +36,17 @@ def list_devices(*, name: str | None, as_json: bool) -> None:
         return
     for stem, (path, title) in devices.items():
         click.echo(f"{stem}\n  {title}\n  {path}")
+
+
+def print_device(command: str, name: str, as_json: bool) -> None:
+    """Prints a device: its file, or its fields as JSON."""
+    from gelcone.devices.device import find_device
+
+    device = find_device(name)
+    if as_json:
+        print_json(bare_answer(command, device.parameters()))
+    else:
+        click.echo(device_source(name) or device.to_toml(), nl=False)
 
 
 def materials_command() -> click.Command:
