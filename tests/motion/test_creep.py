@@ -314,6 +314,19 @@ def test_a_run_ends_where_the_film_pulls_in_or_meets_its_limit_and_is_unknown_wh
     np.testing.assert_array_equal(ends, [np.inf, *numbers(5, at=3.0)[1:3], np.nan, 0.0])
 
 
+@pytest.mark.parametrize("circuit", [{}, {"filter_time": 0.5}])
+def test_films_in_opposite_phase_creep_to_where_statics_rest(circuit):
+    """At v the second film has 2 v0 - v, with the bias of the device."""
+    films = {"second_film": TautCone(branches=1), "second_drive": "opposite", "second_flat_height": 1.2}
+    gel = {"viscous_modulus_1": 0.5, "relaxation_time_1": 2.0, "hoop_prestretch": 1.4, "second_prestretch": 1.2}
+    drive = {"voltage": 0.2, "voltage_bias": 0.4, "damping_ratio": 0.2}
+    model = ConeModel(film=TautCone(branches=1), **films, **circuit, **gel, **drive)
+    found = gelcone.creep(model, [0.1, 0.6], duration=80.0)
+    statics = gelcone.static(model, [0.1, 0.6])
+    np.testing.assert_allclose(found.end, statics.equilibrium_displacement[:, 0], rtol=1e-8)
+    np.testing.assert_allclose(found.displacement[:, 0], found.begin, rtol=1e-12)
+
+
 def test_heat_is_over_the_volume_of_both_films_and_the_current_that_into_both():
     members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive="same", leakage_time=7.0, voltage=0.0,
                         voltage_bias=[0.2, 0.3]).members()  # fmt: skip

@@ -141,3 +141,20 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     units = {found[name].attrs["quantity"] for name in ("end", "begin", "equilibrium", "displacement")}
     assert units == {"length"}
     assert {found[name].attrs["quantity"] for name in ("rise_time", "settling_time", "time")} == {"time"}
+
+
+@pytest.mark.parametrize("circuit", [{}, {"filter_time": 0.5}, {"series_resistance": 0.2}])
+@pytest.mark.parametrize("drive", ["same", "opposite", "constant"])
+def test_a_double_cone_ends_where_a_slow_ramp_does_and_stays_where_it_rests(drive, circuit):
+    """Films in opposite phase had the bias of the voltage after the step, and rested nowhere before it."""
+    films = {"second_film": "taut", "second_drive": drive, "second_flat_height": 1.2, "second_prestretch": 1.2}
+    own = {"second_voltage": 0.5} if drive == "constant" else {}
+    command = {"voltage": 0.2, "voltage_bias": 0.4, "damping_ratio": 0.2}
+    model = gelcone.ConeModel(**films, **own, **circuit, **command, hoop_prestretch=1.4)
+    found = gelcone.step(model, [0.0, 0.1, 0.6], before=0.2)
+    ramp = gelcone.static(model, [0.0, 0.1, 0.2, 0.6]).equilibrium_displacement.values[:, 0]
+    np.testing.assert_allclose(found.end, ramp[[0, 1, 3]], rtol=1e-4)
+    np.testing.assert_allclose(found.begin, ramp[2], rtol=1e-12)
+    if not circuit:  # which are off before the step
+        still = gelcone.step(model, [0.2], before=0.2, duration=10.0)
+        np.testing.assert_allclose(still.displacement, ramp[2], rtol=1e-9)

@@ -131,6 +131,35 @@ VARIANTS = {
 """Results of the same kinds that are drawn in another way."""
 
 
+FILTERED = gelcone.find_device("soft-film").replace({"film": "taut", "filter_frequency": "300 Hz"})
+IN_TIME = {"transient": "0.5 s", "budget": "1 s"}
+
+
+@pytest.mark.parametrize(
+    ("draw", "label"),
+    [
+        (lambda: gelcone.regime(FILTERED, **IN_TIME), "displacement (mm)"),
+        (lambda: gelcone.section(FILTERED, repeats=5, discard=5), "displacement (mm)"),
+        (
+            lambda: gelcone.bifurcation(FILTERED, "frequency", ["8 Hz", "9 Hz"], bisections=0, **IN_TIME),
+            "displacement (mm)\nonce per forcing period",
+        ),
+        (
+            lambda: gelcone.basin(
+                FILTERED, {"displacement": ["2 mm", "5 mm"], "velocity": ["0 m/s", "0.1 m/s"]}, **IN_TIME
+            ),
+            "initial displacement (mm)",
+        ),
+        (lambda: gelcone.triptych(FILTERED, periods=3, late_periods=2, **IN_TIME), "displacement (mm)"),
+        (lambda: gelcone.simulate(FILTERED, periods=2), "displacement (mm)"),
+    ],
+)
+def test_a_device_of_more_states_than_two_is_drawn_in_its_units(draw, label):
+    figure = gelcone.plot(draw())
+    axes = figure.axes
+    assert label in {text for one in axes for text in (one.get_xlabel(), one.get_ylabel())}
+
+
 def drawn_numbers(figure):
     """Every number in the lines, points and cells of a figure."""
     found = []

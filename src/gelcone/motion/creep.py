@@ -15,6 +15,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
+from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
@@ -26,7 +27,6 @@ from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
-from gelcone.physics.system import BIAS_SHARE
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltages
 from gelcone.register.analysis import Axis
@@ -258,7 +258,7 @@ class _Held:
 
     def members(self, levels: Array) -> Members:
         """The actuator at the levels."""
-        return self.model.replace(voltage=0.0, voltage_bias=levels).members()
+        return at_constant_voltages(self.model, levels).members()
 
     def starts(self, levels: Array) -> tuple[Array, Array]:
         """Equilibria (levels, N) of the film at once, behind charged circuits, and its voltages; the displacement is
@@ -271,7 +271,7 @@ class _Held:
         """The start of one level. Levels are computed one by one, since films at different levels have different
         laws."""
         system, n = members.system, members.numbers_at(k)
-        command = np.float64(n["voltage_bias"])
+        command = np.float64(system.waveform.voltage(0.0, n))
         z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)
         volts, before = np.abs(command * system.circuit.gain(0.0, n)), np.inf
         for _ in range(1 if system.circuit.name == "ideal" else TURNS):
@@ -364,8 +364,7 @@ def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
 
 def _margin(held: Members, x: Array, volts: Array) -> Array:
     """The share by which voltages are below pull-in or a jump of films at once, with equilibria near ``x``."""
-    n = dict(held.numbers()) | {BIAS_SHARE: np.ones(held.size)}
-    system = held.system
+    n, system = dict(held.numbers()), held.system
 
     def follow(x: Array, volts: Array) -> tuple[Array, Any]:
         squared, step, slope = volts * volts, np.full(x.shape, np.inf), x

@@ -10,6 +10,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
+from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settle import LONGEST_TIME
@@ -61,7 +62,8 @@ def step(
 
     Parameters
     ----------
-    model : a single actuator; its own drive plays no part, but for the default of ``voltages``.
+    model : a single actuator; its own drive plays no part, but for the default of ``voltages`` and for its bias v0
+        where a second film in opposite phase has 2 v0 - v.
     voltages : constant voltages after the step. Default: the peak of the drive and, where it has one, its offset.
     before : constant voltage before the step, at which the disc rests. Default 0.
     duration : time after the step. Default eight decay times of the damping, or of the slowest state of a component.
@@ -96,8 +98,7 @@ def step(
     start = float(stroke_and_blocked_force(model, [before])["displacement"][0])
     if not np.isfinite(start):
         raise InputError(f"before = {before:g}: beyond pull-in, there is no equilibrium; lower it")
-    held = model.replace(voltage=0.0, voltage_bias=levels)
-    members = held.members()
+    members = at_constant_voltages(model, levels).members()
     lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
     times = np.linspace(0.0, lasts, int(samples) + 1)

@@ -69,10 +69,11 @@ def regime_points(result: xr.Dataset, axes: Axes) -> None:
 
 
 def state_labels(result: xr.Dataset) -> tuple[str, str]:
-    """Labels of displacement and velocity in ``section``, with units if it is in SI units (``mm, m/s``)."""
+    """Labels of displacement and velocity in ``section``, with units if it is in SI units (``mm, m/s``, and those of
+    further states)."""
     units = result["section"].attrs["units"]
     if "," in units:
-        length, velocity = units.split(",")
+        length, velocity, *_ = units.split(",")
         return f"displacement ({length.strip()})", f"velocity ({velocity.strip()})"
     if result["lowest"].attrs["units"] == "1":
         return "displacement", "velocity"

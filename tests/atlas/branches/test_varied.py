@@ -30,6 +30,13 @@ def test_a_field_that_moves_one_parameter_is_followed_as_that():
     assert varied.ends[0][0] == pytest.approx(model.drive_frequency, rel=1e-14)
 
 
+def test_a_gel_without_a_limit_does_not_disturb_which_parameters_move():
+    """A warning would be an error here."""
+    unlimited = PUMP.replace({"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"})
+    assert np.isinf(unlimited.to_model().viscous_limit_1)
+    assert vary(unlimited, {"frequency": (9.0, 11.0)}).parameters == ("drive_frequency",)
+
+
 def test_other_fields_are_asked_of_the_device():
     varied = vary(PUMP, {"film_thickness": (1.5e-4, 2.5e-4)})
     assert varied.parameters == ()

@@ -193,7 +193,7 @@ def _standing_for(varied: Varied) -> tuple[tuple[str, ...], Array]:
     spread = np.meshgrid(*(np.linspace(low, high, 3) for low, high in zip(varied.low, varied.high, strict=True)))
     fields = [axis.ravel() for axis in spread]
     model = varied.ensemble(fields)
-    moved = {name: v for name, v in model.values.items() if np.ptp(np.atleast_1d(v)) > 0.0}
+    moved = {name: v for name, v in model.values.items() if np.unique(v).size > 1}
     found, scales = [], []
     for field in fields:
         top = np.abs(field).argmax()
