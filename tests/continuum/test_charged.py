@@ -108,6 +108,17 @@ def test_rings_alike_fall_slack_where_the_cone_does():
     assert found.end == pytest.approx(float(cone.film.balancing(0.4, 0.0, cone.numbers())), rel=5e-3)
 
 
+def test_a_film_longer_than_its_slant_is_slack_from_no_voltage_on():
+    """Released, its meridian is 1/0.8 long, which is the slant at x = 0.75; above it bears a force, below it none."""
+    model = ConeModel(prestretch=0.8, prestretch_mode="equibiaxial")
+    found = membrane(model, 0.2, displacements=[0.3, 0.74, 0.76], voltages=[0.0, 0.1], wrinkles="relax", elements=8)
+    assert found["ending"].values.squeeze().tolist() == [[Ending.SLACK, Ending.SLACK, Ending.CONVERGED]] * 2
+    np.testing.assert_array_equal(found["force"].values.squeeze() > 0.0, [[False, False, True]] * 2)
+    np.testing.assert_array_equal(found["reached_voltage"].values.squeeze(), [[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]])
+    for name in ("hoop_slack", "meridional_slack"):
+        assert found[name].values.squeeze()[:, :2].all()
+
+
 def test_voltages_of_slack_films():
     assert np.sqrt(slack_limit(ConeModel())) == pytest.approx(0.691433, abs=1e-6)
     assert np.sqrt(slack_limit(NEO_HOOKEAN)) == pytest.approx(0.687365, abs=1e-6)

@@ -35,6 +35,18 @@ def test_the_mesh_converges_as_quadratic_elements_promise(prestretch, v):
     assert float(table["force_error"][-1]) < 1e-8
 
 
+def test_meshes_of_other_ratios_have_the_same_orders_and_errors_against_one_four_times_as_fine():
+    model, ratio, elements = ConeModel(prestretch=1.1), 0.3, [4, 8, 24]
+    table = mesh_convergence(model, ratio, displacement=0.8, voltage=0.3, elements=elements)
+    np.testing.assert_allclose(table["force_order"], [np.nan, 4.0, 4.0], atol=0.1)
+    np.testing.assert_allclose(table["shape_order"], [np.nan, 3.0, 3.0], atol=0.1)
+    force = [
+        membrane(model, ratio, displacements=0.8, voltages=0.3, elements=n).force.item() for n in (*elements, 4 * 24)
+    ]
+    np.testing.assert_allclose(table["force"], force[:-1], rtol=1e-12)
+    np.testing.assert_allclose(table["force_error"], np.abs(np.array(force[:-1]) - force[-1]), rtol=1e-5)
+
+
 def test_compare_puts_the_cone_beside_the_continuum():
     model = ConeModel(spring_stiffness=7.0, prestretch=[1.1, 1.2], prestretch_mode="equibiaxial")
     x, levels = np.array([0.5, 1.0]), np.array([0.0, 0.3])

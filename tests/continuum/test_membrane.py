@@ -159,6 +159,9 @@ def test_lowering_the_disc_finds_the_same_pulled_in_film_as_the_arc():
     single = membrane(ConeModel(), 0.2, displacements=1.9, voltages=0.6, elements=60)
     beside = membrane(ConeModel(), 0.2, displacements=[1.9, 2.0, 2.1], voltages=0.6, elements=60)
     assert single.force.item() == pytest.approx(beside.force[0, 0].item(), rel=1e-9)
+    assert (beside["folds"] == 2).all()
+    assert (beside["radius"].diff("ring") < 0.0).any("ring").all()  # a vertical line meets the film twice
+    assert beside["overhangs"].all()
 
 
 @pytest.mark.parametrize("v", [0.3, 0.6])
@@ -169,6 +172,8 @@ def test_a_curve_holds_the_points_that_single_runs_find(v):
         point = membrane(ConeModel(), 0.2, displacements=place, voltages=v, elements=60)
         assert point.ending.item() == curve["ending"][k]
         np.testing.assert_allclose(point.force.item(), curve["force"][k], rtol=1e-9)
+    back = (curve["radius"].diff("ring") < 0.0).any("ring")
+    np.testing.assert_array_equal(curve["overhangs"], back)
 
 
 def test_fifty_points_on_two_hundred_elements_take_less_than_five_seconds_of_one_core():
@@ -442,7 +447,7 @@ def test_a_film_that_wrinkles_ends_once_and_a_slack_one_pulls_in_at_the_voltage_
     start, squares = made(0.5, 0.0), [0.0, 0.1, 0.25, 0.35, 0.45]
     assert [s.ending for s in module._relaxed_states(FILM, start, squares)] == [Ending.CONVERGED] * 5
     assert [asked[1:] for asked in paths.asked] == [
-        (0.1, 0.1), (0.25, pytest.approx(0.15)), (0.35, pytest.approx(0.1)), (0.45, pytest.approx(0.1))
+        (0.0, 0.0), (0.1, 0.1), (0.25, pytest.approx(0.15)), (0.35, pytest.approx(0.1)), (0.45, pytest.approx(0.1))
     ]  # fmt: skip
     paths.ends = (Ending.SLACK, 0.3)
     found = module._relaxed_states(FILM, start, squares)

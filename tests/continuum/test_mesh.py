@@ -106,6 +106,13 @@ def test_a_disc_without_a_size_or_a_film_without_width_is_refused(ratio):
         check_radius_ratio(ratio)
 
 
+@pytest.mark.parametrize("elements", [1, 0, -3, 8.0, True, "8"])
+def test_a_film_is_cut_into_two_elements_at_least(elements):
+    with pytest.raises(InputError, match=f"elements = {elements!r}: must be a whole number, at least 2"):
+        mesh_film(ConeModel(), 0.2, elements)
+    assert len(mesh_film(ConeModel(), 0.2, 2).weight) == len(mesh_film(ConeModel(), 0.2, np.int64(2)).weight) == 2
+
+
 @pytest.mark.parametrize("ratio", ["0.2", True, [0.2], None, 0.2j])
 def test_a_radius_ratio_is_one_number(ratio):
     with pytest.raises(InputError, match="must be one number, the disc's radius over the film's"):

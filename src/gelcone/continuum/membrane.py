@@ -222,7 +222,7 @@ def _relaxed_states(film: Film, start: Point, squares: list[float]) -> list[Stat
     free film. ``reached`` is then the middle of the bracket of the V at which the tension ended."""
     state, limit, states = State(start, Ending.CONVERGED, 0, 0.0), slack_limit(film.model), []
     for square in squares:
-        if state.ending == Ending.CONVERGED and state.point is not None and square > state.reached:
+        if state.ending == Ending.CONVERGED and state.point is not None:
             found = charged(film, state.point, square, square - state.reached)
             ended = found.ending != Ending.CONVERGED
             state = State(found.points[-1], found.ending, 0, found.end if ended else square)
