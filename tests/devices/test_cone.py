@@ -40,6 +40,16 @@ def test_a_free_vibration_about_the_rest_without_voltage_decays_as_it_is_given(n
     assert undamped_cone(PUMP.replace({name: value})).damping_ratio == 0.0
 
 
+@pytest.mark.parametrize("payload", [None, "7 g"])
+def test_a_damping_coefficient_slows_down_all_of_the_mass(payload):
+    """By c u over moving mass and payload, m/s^2: the difference between a disc that moves and one at rest."""
+    device = PUMP.replace(payload=payload, damping_coefficient="30 mN s/m")
+    model, s = model_of_device(device), device.scales
+    still, moving = (float(model.system.rates(0.0, [0.3, u], model.own_numbers)[1]) for u in (0.0, 0.4 / s.velocity))
+    mass = device.moving_mass + (0.0 if payload is None else 7e-3)
+    assert (moving - still) * s.velocity / s.time == pytest.approx(-0.03 * 0.4 / mass, rel=1e-10)
+
+
 def test_loads_are_the_fields_that_are_given_and_own_biases_act_besides():
     assert model_of_device(PUMP).system.bias.name == "spring"
     loaded = PUMP.replace(beam_rate=20.0, gravity=9.81, constant_force="5 mN")

@@ -287,6 +287,15 @@ def test_replace(device):
     assert device.replace(release_height=0.01).replace(release_height=None) == device
 
 
+def test_a_waveform_begins_with_its_own_numbers_and_keeps_them_while_it_stays(device):
+    brief = device.replace({"waveform": "square", "waveform.duty": 0.3})
+    assert brief.replace(frequency=8.0).to_model().values["duty"] == 0.3
+    assert brief.replace(waveform="square") == device.replace(waveform="square")
+    assert brief.replace(waveform="square").to_model().values["duty"] == 0.5
+    for other in ("sine", "trapezoid", None):
+        assert brief.replace(waveform=other) == device.replace(waveform=other)
+
+
 def test_a_device_survives_pickling(device):
     assert pickle.loads(pickle.dumps(device)) == device
     with pytest.raises(InputError) as caught:

@@ -49,6 +49,17 @@ def test_every_parameter_of_a_device_is_its_field_over_its_unit():
         if not number.field.startswith("waveform."):
             expected = DEVICE.get(number.field) / unit.get(name, 1.0)
             assert float(values[name]) == pytest.approx(float(expected), rel=1e-12), name
+    given = {
+        "viscous_modulus_1": 7e3, "viscous_modulus_2": 3e3, "relaxation_time_1": 0.3, "relaxation_time_2": 5.0,
+        "viscous_limit_1": 40.0, "viscous_limit_2": 30.0, "yeoh_c2": 0.02, "yeoh_c3": 0.003, "leakage_time": 3e9,
+        "leakage_field": 9e6, "dielectric_share": 0.2, "dielectric_time": 0.05, "beam_stiffness": -20.0,
+        "beam_cubic": 4e5, "beam_height": 3e-3, "push": 0.05, "series_resistance": 2e6, "slew_rate": 3e4,
+        "current_limit": 4e-4, "voltage_bias": 300.0, "meridional_prestretch": 1.1, "hoop_prestretch": 1.2,
+        "spring_stiffness": DEVICE.spring_rate, "rest_height": DEVICE.initial_height,
+        "drive_frequency": DEVICE.frequency, "voltage": DEVICE.voltage_amplitude,
+    }  # fmt: skip
+    assert {name: values[name] * unit.get(name, 1.0) for name in given} == pytest.approx(given, rel=1e-12)
+    assert {name for name, number in told.items() if not number.field.startswith("waveform.")} == set(given)
     assert set(found) - set(told) == {name for name in SHIPPED if name.startswith("second_")} | {"prestretch"}
     assert set(unit) - set(told) == {"second_flat_height", "second_voltage"}
 

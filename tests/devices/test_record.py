@@ -29,7 +29,7 @@ FIELDS = {
     ("value", "odd"),
     [
         (1e-3, None), (1.1e-5, None), (0.9e-5, 0.9e-5), (0.099, None), (0.11, 0.11), (-0.11, -0.11), (0.0, None),
-        (np.inf, None), ([1e-3, 0.5, 0.6], 0.5), (None, None),
+        (np.inf, None), ([1e-3, 0.5, 0.6], 0.5), (None, None), (-1e-3, None), (-0.9e-5, -0.9e-5), ([-1e-3, -0.5], -0.5),
     ],
 )  # fmt: skip
 def test_what_lies_outside_the_usual_range_widened_is_implausible(value, odd):

@@ -51,6 +51,16 @@ def test_of_several_devices_means_are_drawn_and_ranges_shown(drawn):
     assert rows["frequency"] == "8 to 10 Hz (2)"
 
 
+@pytest.mark.parametrize(
+    ("offset", "row"),
+    [([0.0, 500.0], "0 to 500 V (2)"), ([500.0, 0.0, 300.0], "0 to 500 V (3)"), ([0.0, 0.0], None), (0.0, None)],
+)
+def test_a_field_is_shown_where_one_device_at_least_has_another_than_its_default(drawn, offset, row):
+    _, rows = drawn(PUMP.replace(voltage_offset=offset))
+    assert rows.get("voltage_offset") == row
+    assert rows["frequency"] == "10 Hz"  # a required one always
+
+
 def test_the_other_rim_is_drawn_in_the_plane_of_the_first_where_no_height_is_given(drawn):
     pair = gelcone.find_device("double-cone").replace(film="taut", second_film="taut", second_flat_height=None)
     (_, height, labels, second), _ = drawn(pair.replace(spring_rate=0.0))

@@ -90,7 +90,19 @@ def test_messages_are_said_in_fields_and_units_of_the_device(device):
         "damping_ratio = 0: give it some": "damping_coefficient = 0: give it some",
         "damping_ratio = 0.1: is small": "damping_coefficient: is small",
         f"initial displacement {two} is far": "initial displacement 2 mm is far",
-        f"budget = {float(1.5 / s.time)!r}: must be a positive time": "budget = 1.5 s: must be a positive time",
+        **{
+            f"{name} = {float(1.5 / s.time)!r}: a positive time of at most {float(9.0 / s.time)!r}": (
+                f"{name} = 1.5 s: a positive time of at most 9 s"
+            )
+            for name in ("budget", "transient", "patience", "window", "duration")
+        },
+        f"times: {float(0.2 / s.time)!r} comes after {float(0.3 / s.time)!r}": "times: 200 ms comes after 300 ms",
+        f"before = {float(2500.0 / s.voltage)!r}: is high": "before = 2.5 kV: is high",
+        f"voltages = [{float(3.0 / s.voltage)!r}, nan]: each once": "voltages = [3 V, nan]: each once",
+        f"displacements = [{two}, -{three}]: each once": "displacements = [2 mm, -3 mm]: each once",
+        f"displacements from {two} on: no film spans them within its stretch limit; give |x| below {three} or": (
+            "displacements from 2 mm on: no film spans them within its stretch limit; give |x| below 3 mm or"
+        ),
         f"voltages = {float(250.0 / s.voltage)!r}: are not": "voltages = 250 V: are not",
         f"push = {float(0.5 / s.force)!r}: is far; its default is 0.1": "constant_force = 500 mN: is far",
         f"displacements from {two} to {four}: none is reached; stay within {three}": "displacements from 2 mm to 4 mm: "
@@ -168,6 +180,34 @@ def test_an_axis_that_comes_to_differ_over_devices_is_a_coordinate_over_samples(
         np.testing.assert_allclose(found["time"].transpose("member", dim), expected)
         np.testing.assert_allclose(found["moving_mass"], [1.0, 4.0])
         assert found["moving_mass"].attrs["units"] == "g"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("rest_height", "mm"), ("voltage", "V"), ("spring_stiffness", "N/m"), ("prestretch", "1")]
+)
+def test_the_model_of_a_result_over_a_parameter_is_that_of_the_analysis(device, name, unit):
+    """The coordinate has the unit of the device's field."""
+    plain = device.replace(film="taut", initial_height="6 mm").to_model()
+    model = plain.replace(**{name: plain.values[name] * np.array([1.0, 1.05])})
+    shown = to_si(gelcone.limits(model), device)
+    assert shown[name].attrs["units"] == unit
+    back = gelcone.model_of(shown)
+    for own, value in model.values.items():
+        np.testing.assert_allclose(back.values[own], value, rtol=1e-12)
+
+
+def test_results_over_the_youngs_modulus_have_the_scales_of_a_gel_a_third_as_stiff_in_shear(device):
+    modulus = {"long_name": "modulus", "units": "Pa", "quantity": "device field"}
+    data = xr.Dataset(
+        {name: ((), 1.0, of(name)) for name in ("stress", "force", "time", "voltage")},
+        coords={"material.young_modulus": ("material.young_modulus", [30e3, 60e3], modulus)},
+    )
+    found = to_si(data, device)
+    np.testing.assert_allclose(found["stress"], [10.0, 20.0])  # kPa
+    for k, value in enumerate((30e3, 60e3)):
+        scales = device.replace({"material.young_modulus": value}).scales
+        for name in data:
+            assert float(found[name][k]) == pytest.approx(float(scales.shown(name)), rel=1e-12)
 
 
 def test_numbers_of_all_cells_become_those_of_each_behind_their_own_axes(device):

@@ -264,9 +264,15 @@ def _size(scales: Scales, quantity: str, number: str, unit: str) -> str:
 _NUMBER = r"[-+]?\d[\d.]*(?:e[-+]?\d+)?"
 _SIZES = (
     (rf"displacements from {_NUMBER} to {_NUMBER}: none is reached; stay within {_NUMBER}", "length", "m"),
+    (
+        rf"displacements from {_NUMBER} on: no film spans them within its stretch limit; give \|x\| below {_NUMBER}",
+        "length",
+        "m",
+    ),
     (rf"initial displacement {_NUMBER}", "length", "m"),
-    (rf"((transient|patience|budget|window) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
-    (rf"(?<!\w)voltages = {_NUMBER}", "voltage", "V"),
+    (r"(?<!\w)displacements = \[[^]]*\]", "length", "m"),
+    (rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
+    (rf"(?<!\w)(voltages|before) = (\[[^]]*\]|{_NUMBER})", "voltage", "V"),
 )
 """Numbers in messages that do not belong to a parameter, with their quantity and unit."""
 _RING = rf"({_NUMBER}) times film_radius - disc_radius"
