@@ -42,6 +42,22 @@ def test_cells_have_their_own_start_or_that_of_the_plan():
     np.testing.assert_allclose(pump.at(pump.grid)[1], [start] * 2)
 
 
+def test_draws_of_a_start_are_the_start():
+    plan = Plan(
+        FILTERED, {"voltage": [0.1, 0.2]}, (0.7, 0.5),
+        draws={"velocity": [0.3, -0.4], "film_voltage": [0.01, 0.02]},
+    )  # fmt: skip
+    _, states = plan.at(plan.grid)
+    np.testing.assert_array_equal(states, [[0.7, 0.3, 0.01], [0.7, -0.4, 0.02]] * 2)
+    _, states = Plan(ConeModel(), {}, (0.7, 0.5), draws={"displacement": [0.1, 0.2]}).at(
+        {"displacement": np.array([0.2])}
+    )
+    np.testing.assert_array_equal(states, [[0.2, 0.5]])
+    pump = Plan(PUMP, {}, draws={"displacement": ["3 mm", "4 mm"], "frequency": [8.0, 9.0]})
+    _, states = pump.at(pump.grid)
+    np.testing.assert_allclose(states, [[3e-3 / PUMP.scales.length, 0.0], [4e-3 / PUMP.scales.length, 0.0]])
+
+
 def test_the_states_of_components_can_be_swept_and_follow_from_the_start_where_they_are_not():
     plan = Plan(FILTERED, {"film_voltage": [0.1, 0.2], "displacement": [0.5, 0.6]})
     _, states = plan.at(plan.grid)

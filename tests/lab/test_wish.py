@@ -71,6 +71,18 @@ def test_a_wish_holds_what_is_written_in_si(wish):
     assert found.device.initial_height == pytest.approx((5e-3 * 0.04) ** 0.5)
 
 
+@pytest.mark.parametrize(("key", "low", "high"), [("confidence", 0.5, 0.99), ("margin", 0.0, 0.9)])
+def test_shares_of_a_wish_reach_from_their_lower_to_their_upper_bound(wish, key, low, high):
+    """A search of some hundred draws cannot tell a confidence above 99 % from certainty."""
+    for given, share in ((low, low), (high, high), (f'"{100.0 * high:g} %"', high)):
+        assert getattr(wish('frequency = "10 Hz"', f'frequency = "10 Hz"\n{key} = {given}'), key) == pytest.approx(
+            share
+        )
+    for given in (low - 0.01, high + 0.009):
+        with pytest.raises(InputError, match=f"{key} = {given}: must be a share from {low:g} to {high:g}"):
+            wish('frequency = "10 Hz"', f'frequency = "10 Hz"\n{key} = {given}')
+
+
 def test_bounds_about_zero_have_their_mean_in_the_middle():
     assert _middle((0.0, 2.0)) == 1.0
     assert _middle((-1.0, 3.0)) == 1.0

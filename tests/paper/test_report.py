@@ -20,7 +20,7 @@ from gelcone.paper import report as reporting
 from gelcone.paper.claims import Claim
 from gelcone.paper.figures.figure import PaperFigure
 from gelcone.paper.numbers import Number
-from gelcone.paper.report import DrawnFigure, JudgedClaim, report_html
+from gelcone.paper.report import DrawnFigure, JudgedClaim, WithFilm, report_html
 from gelcone.paper.run import run
 from gelcone.paper.truths import Share
 from gelcone.paper.verdicts import Finding, Verdict, judge
@@ -76,6 +76,24 @@ def page(tmp_path_factory):
         claims.append(JudgedClaim(claim, finding(**found), judge(finding(**found))))
         assert claims[-1].verdict is verdict
     return report_html(figures, claims, effort="quick", version="1.2.3", day=date(2026, 2, 3))
+
+
+@pytest.mark.parametrize(
+    ("ended", "others", "words"),
+    [
+        (0, 10, "reproduced"), (3, 7, "reproduced; 30% of the runs end by pull-in"),
+        (9, 1, "reproduced; 90% of the runs end by pull-in"), (10, 0, "every run ends by pull-in"),
+        (0, 0, "reproduced"),
+    ],
+)  # fmt: skip
+def test_a_verdict_with_another_film_says_how_many_runs_end_by_pull_in(ended, others, words):
+    own = finding(holds=True)
+    wrinkling = WithFilm("wrinkling", own, judge(own), Share(ended, others))
+    lost = WithFilm("membrane", finding(holds=False), Verdict.NOT_REPRODUCED, Share(0, 1))
+    claim = JudgedClaim(Claim("claim", "statement", 3, ("swing",), None), own, judge(own), (lost, wrinkling))
+    assert (claim.with_film("wrinkling"), claim.with_film("membrane")) == (words, "not reproduced")
+    assert claim.with_film("creeping") == ""
+    assert list(reporting.films_of([claim])) == ["wrinkling", "membrane"]
 
 
 class Outline(HTMLParser):

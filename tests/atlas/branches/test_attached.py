@@ -22,6 +22,7 @@ def test_every_settled_cycle_lies_on_a_branch(diagram):
     assert int(followed["checked_cycles"]) == 2
     assert int(followed["seeded"]) == 0
     assert not followed.sizes["flag"]
+    assert (followed.attrs["mirror"], followed.attrs["parameter"]) == (1, "voltage")  # of a film flat at rest
 
 
 def test_what_is_attached_comes_back_as_it_was(diagram):
@@ -38,7 +39,16 @@ def test_what_is_attached_comes_back_as_it_was(diagram):
         assert again[name].dims == variable.dims
         assert again[name].attrs == variable.attrs, name
         np.testing.assert_array_equal(again[name].values, variable.values)
-    assert {name: again.attrs[name] for name in KEPT} == {name: followed.attrs[name] for name in KEPT}
+    for name in ("mirror", "parameter"):
+        assert again.attrs[name] == followed.attrs[name]
+    assert again.attrs["mirror"] == 0  # a spring pushes the disc to one side
+    assert set(KEPT) == {"mirror", "parameter"}
+
+
+def test_the_parameter_of_branches_in_earlier_files_is_that_of_the_diagram(diagram):
+    earlier = diagram.assign_attrs()
+    del earlier.attrs["followed_parameter"]
+    assert attached_branches(earlier).attrs["parameter"] == "voltage"
 
 
 def test_branches_survive_the_file(diagram, tmp_path):
@@ -51,8 +61,10 @@ def test_branches_survive_the_file(diagram, tmp_path):
 
 
 def test_figure_and_json_hold_the_branches(diagram):
-    lines = [line for line in gelcone.plot(diagram).axes[0].lines if len(line.get_xdata()) > 30]
+    axes = gelcone.plot(diagram).axes[0]
+    lines = [line for line in axes.lines if len(line.get_xdata()) > 30]
     assert len(lines) > 3
+    assert "mirror image" in [text.get_text() for text in axes.get_legend().get_texts()]
     kinds = result_json(diagram)["followed_event_kind"]
     assert "loss_of_rest" in kinds
     assert "period_doubling" in kinds

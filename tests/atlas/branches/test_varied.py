@@ -23,6 +23,16 @@ def test_brute_force_does_not_begin_at_rest_in_the_flat_film():
     np.testing.assert_array_equal(still.starts([1.0]), [[1.0, 0.0]])
 
 
+@pytest.mark.parametrize("start", [(0.0, 0.2), (-0.4, 0.0), (0.3, -0.1)])
+def test_brute_force_begins_where_it_is_told_to_unless_nothing_would_move(start):
+    own = vary(find_preset("base").model, {"voltage": (0.9, 1.1)}, start)
+    np.testing.assert_array_equal(own.starts([1.0]), [start])
+    table1 = gelcone.find_device("paper-table1")
+    scales, given = table1.scales, (start[0] * 0.01, start[1] * 0.01)
+    found = vary(table1, {"voltage_amplitude": (100.0, 200.0)}, given).starts([0.5])
+    np.testing.assert_allclose(found, [[given[0] / scales.length, given[1] / scales.velocity]], rtol=1e-12)
+
+
 def test_a_field_that_moves_one_parameter_is_followed_as_that():
     varied = vary(PUMP, {"frequency": (9.0, 11.0)})
     assert varied.parameters == ("drive_frequency",)

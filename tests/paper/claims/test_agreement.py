@@ -77,6 +77,41 @@ def test_the_verdict_follows_from_the_forces(verdict, forces):
     assert ("do not agree" in found.why) == (not found.holds)
 
 
+@pytest.mark.parametrize(
+    ("off", "other", "share"), [(0.06, 0.01, (1, 0)), (0.01, 0.06, (0, 1)), (0.01, 0.01, (1, 0)), (0.06, 0.06, (0, 1))]
+)
+def test_the_share_is_that_of_the_other_radius_ratios_alone(off, other, share):
+    found = agreement({"continuum": made_up(off=off, other=other), "corrected": thresholds()})
+    assert (found.share.holding, found.share.failing, found.share.sample) == (*share, False)
+    assert found.neighbourhood == "radius ratio a/b = 0.5"
+
+
+def test_the_numbers_of_a_finding_are_of_each_radius_ratio():
+    """At x = 0.1, where the force is least, a cone off by 0.02 deviates by a fifth."""
+    study = made_up(off=0.01, other=-0.02)
+    study["folds"][1, 2, :4] = 1
+    found = agreement({"continuum": study, "corrected": thresholds()})
+    shown = {number.meaning: number.value for number in found.numbers}
+    assert shown == pytest.approx(
+        {
+            "largest deviation of the cone's force at v = 0, a/b = 0.2": 0.1,
+            "largest deviation of the cone's force at v = 0, a/b = 0.5": 0.2,
+            **{
+                f"share of the displacements with a film in tension, v = {v:g}, a/b = {r:g}": 1.0
+                for r in (0.2, 0.5)
+                for v in (0.0, 1.0, 1.5)
+            },
+            "share of the displacements with a film in tension, v = 1.5, a/b = 0.5": 0.6,
+            "displacement at 10% of the stretch limit next to the disc (cone 2)": 1.0,
+            "displacement at 50% of the stretch limit next to the disc (cone 5)": 3.0,
+        }
+    )
+    assert "the cone overestimates the force everywhere, by up to 10%" in found.unseen
+    assert "half of its stretch limit at a displacement of 3, the cone only at 5." in found.unseen
+    under = agreement({"continuum": made_up(off=-0.02), "corrected": thresholds()}).unseen
+    assert "the cone underestimates the force everywhere, by up to 20%" in under
+
+
 def test_a_film_that_wrinkles_is_compared_where_it_is_slack_too():
     """There both forces are zero; where it has pulled in there is nothing to compare."""
     slack = made_up(ending=Ending.SLACK)
