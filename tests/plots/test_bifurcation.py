@@ -169,6 +169,20 @@ def test_the_strip_changes_colour_where_bisection_found_the_threshold(branch, bo
     np.testing.assert_allclose(refined_edges(diagram(), branch), borders)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "borders"),
+    [
+        (1.0, 2.0, [0.5, 1.5, 3.0, 5.0]), (2.0, 4.0, [0.5, 1.5, 3.0, 5.0]), (1.0, 1.5, [0.5, 1.25, 3.0, 5.0]),
+        (1.5, 2.0, [0.5, 1.75, 3.0, 5.0]), (3.5, 4.0, [0.5, 1.5, 3.75, 5.0]), (2.0, 2.5, [0.5, 1.5, 2.25, 5.0]),
+    ],
+)  # fmt: skip
+def test_a_threshold_that_ends_at_a_value_moves_the_border_between_it_and_its_neighbour(low, high, borders):
+    """As where few bisections or none were made; the ends of the strip stay."""
+    ends = {"threshold_low": ("threshold", [low]), "threshold_high": ("threshold", [high])}
+    data = diagram(threshold_branch=("threshold", ["up"]), **ends)
+    np.testing.assert_allclose(refined_edges(data, "up"), borders)
+
+
 def test_thresholds_are_intervals_on_their_row_and_through_the_panels():
     """A wide one is a bar at the foot of its row, above which the regime shows."""
     panels, data = [blank(), blank(), blank()], diagram()

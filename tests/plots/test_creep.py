@@ -51,6 +51,14 @@ def test_a_film_that_never_pulls_in_says_so():
     assert "no voltage pulls it in" in texts(creep_figure(creep(long_time_voltage=np.inf)))
 
 
+def test_a_time_that_is_not_known_is_neither_one_of_pull_in_nor_held():
+    curve = creep_figure(creep(time_to_pull_in=[np.inf, np.nan, 4000.0])).axes[1]
+    np.testing.assert_allclose(data_of(line(curve, "held for the duration")), [[550.0], [20.0]])
+    np.testing.assert_allclose(data_of(curve.lines[0]), [[800.0], [4.0]])
+    lost = creep_figure(creep(time_to_pull_in=[np.nan, 8000.0, 4000.0])).axes[1]
+    assert lost.get_legend() is None
+
+
 def test_what_pulls_in_at_once_has_no_time_on_a_log_axis():
     curve = creep_figure(creep(time_to_pull_in=[np.inf, 8000.0, 0.0])).axes[1]
     np.testing.assert_allclose(curve.lines[0].get_xydata(), [[600.0, 8.0]])

@@ -149,6 +149,26 @@ def test_a_failed_member_says_so_instead_of_an_empty_picture():
     assert figure.axes[1].get_xlim() == (0.0, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("fails", "grey"),
+    [
+        ([5, 6, 7, 8], (1.0, 1.6)), ([7, 8], (1.4, 1.6)), (range(9), (0.0, 1.6)), ([0, 1, 6, 7, 8], (1.2, 1.6)),
+        ([3, 4], None), ([0, 1], None), ([], None),
+    ],
+)  # fmt: skip
+def test_voltages_from_the_first_beyond_which_the_model_holds_nowhere_are_grey(fails, grey):
+    """At all stable equilibria, that is: an unstable one that fails, or one of several, does not count."""
+    share = np.zeros((9, 3))
+    share[list(fails)] = 0.5
+    share[2, 0], share[3:, 1] = 0.5, 0.5
+    data = statics().assign(validity_breakdown=(("constant_voltage", "equilibrium"), share))
+    axes = blank()
+    equilibrium_branches(data, axes)
+    spans = [patch for patch in axes.patches if patch.get_label() == "model does not hold"]
+    shown = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in spans]
+    assert shown == ([] if grey is None else [pytest.approx(grey)])
+
+
 @pytest.mark.parametrize(("members", "rows"), [(2, 2), (5, 3)])
 def test_up_to_three_members_have_a_row_each(members, rows):
     figure = static_figure(statics(members=members))

@@ -332,6 +332,14 @@ def test_the_kind_of_a_result_decides_its_figure():
     assert figure_of(sweep("lyapunov")) is gelcone.plots.any_figure
 
 
+@pytest.mark.parametrize("title", [*FIGURES, "onset of motion"])
+def test_a_title_counts_up_to_a_colon(title):
+    """What stands behind it says more, such as the analysis of a sweep."""
+    drawn = getattr(gelcone.plots, FIGURES.get(title, "values.values_figure").split(".")[1])
+    for whole in (title, f"{title}: limits", f"{title}: of: all"):
+        assert figure_of(xr.Dataset(attrs={"title": whole, "gelcone_version": "1"})) is drawn
+
+
 def write_table():
     """Writes the table of what each figure shows anew, to be read and compared line by line."""
     made = {title: (make, {}) for title, make in RESULTS.items()} | VARIANTS

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gelcone import InputError
+from gelcone import InputError, Uniform, draw
 from gelcone.plots.map import map_figure
 from gelcone.plots.style import BLUE
 from gelcone.plots.sweep import WIDEST, probability_figure, sweep_figure
@@ -107,6 +107,16 @@ def test_draws_alone_are_ticks_of_a_density():
     assert (np.asarray(heights) == 0.0).all()
     assert axes.lines[0].get_linestyle() == "None"
     assert len(places) == 4
+
+
+def test_draws_that_serve_sobol_indices_alone_are_not_in_the_density():
+    """Of four blocks of 32 the first two are independent of one another."""
+    draws = draw({"a": Uniform(0.0, 1.0), "b": Uniform(0.0, 1.0)}, 64, indices=True)
+    assert len(draws["a"]) == 128
+    for drawn, count in ((draws, 63), ({"a": draws["a"]}, 127)):
+        data = swept(("draw",), (128,), {f"drawn_{name}": ("draw", values) for name, values in drawn.items()})
+        for axes, name in zip(sweep_figure(data).axes, ("stroke", "peak"), strict=True):
+            np.testing.assert_array_equal(axes.lines[0].get_xdata(), data[name].values[1 : count + 1])
 
 
 def test_a_sweep_over_two_parameters_is_a_map_for_each_variable():
