@@ -1,6 +1,7 @@
 """Results: labelled, on disk, and read back as they were."""
 
 import ast
+import json
 import re
 from pathlib import Path
 
@@ -10,7 +11,18 @@ import xarray as xr
 
 import gelcone
 from gelcone import ConeModel, InputError
-from gelcone.dataset import label, model_of, outcome_array
+from gelcone.codes import Outcome
+from gelcone.dataset import (
+    absent,
+    attributes,
+    columns,
+    flags_of,
+    label,
+    model_of,
+    of_states,
+    outcome_array,
+    with_initial,
+)
 
 
 def labelled(model, **variables):
@@ -42,6 +54,72 @@ def test_save_and_load_give_the_same_dataset(tmp_path):
     np.testing.assert_array_equal(model_of(read).voltage, [1 / 3, 0.2])
     with pytest.raises(InputError, match="exists already"):
         gelcone.save(result, tmp_path / "a.nc")
+
+
+def not_in_json(constant):
+    raise ValueError(f"{constant} is not JSON")
+
+
+def test_a_film_without_stretch_limit_is_stated_in_json_and_read_back():
+    model = ConeModel(stretch_limit=np.inf, voltage=0.25, rest_height=[0.0, 0.5])
+    stated = json.loads(labelled(model).attrs["model"], parse_constant=not_in_json)
+    assert (stated["stretch_limit"], stated["voltage"]) == ("inf", 0.25)
+    assert "rest_height" not in stated
+    found = model_of(labelled(model)).parameters()
+    assert {name: found[name] for name in ("stretch_limit", "voltage")} == {"stretch_limit": np.inf, "voltage": 0.25}
+    np.testing.assert_array_equal(found["rest_height"], [0.0, 0.5])
+
+
+def test_parameters_on_axes_of_their_own_give_every_combination_back():
+    coords = {name: (name, values, {"quantity": "parameter"})
+              for name, values in (("voltage", [0.1, 0.2]), ("rest_height", [0.3, 0.4, 0.5]))}  # fmt: skip
+    axes = xr.Dataset(coords=coords, attrs=labelled(ConeModel(drive_frequency=0.3)).attrs)
+    found = model_of(axes)
+    assert (found.shape, found.drive_frequency) == ((2, 3), 0.3)
+    np.testing.assert_array_equal(found.voltage, [[0.1] * 3, [0.2] * 3])
+    np.testing.assert_array_equal(found.rest_height, [[0.3, 0.4, 0.5]] * 2)
+
+
+def test_parameters_of_members_are_coordinates_with_their_meaning():
+    result = labelled(ConeModel(voltage=[[0.1], [0.2]], rest_height=[0.0, 0.1, 0.2]))
+    assert result.voltage.dims == result.rest_height.dims == ("member_0", "member_1")
+    np.testing.assert_array_equal(result.voltage, [[0.1] * 3, [0.2] * 3])
+    assert result.rest_height.attrs == {
+        "long_name": ConeModel().system.parameters["rest_height"].meaning, "units": "1", "quantity": "parameter"
+    }  # fmt: skip
+    assert labelled(ConeModel(voltage=[0.1, 0.2])).voltage.dims == ("member",)
+    assert (json.loads(result.attrs["options"]), result.attrs["title"]) == ({"steps": 3}, "numbers")
+    assert result.attrs["gelcone_version"] == gelcone.__version__
+
+
+def test_a_variable_is_named_by_its_own_words_or_by_those_of_its_parameter():
+    parameter = {"long_name": "stretch at rest", "units": "1", "quantity": "prestretch"}
+    assert attributes("", parameter) == parameter
+    assert attributes("largest of them", parameter) == parameter | {"long_name": "largest of them"}
+    assert attributes("phase", "angle") == {"long_name": "phase", "units": "degree", "quantity": "angle"}
+    ended = attributes("how it ended", Outcome)
+    assert (ended["long_name"], ended["units"], ended["quantity"]) == ("how it ended", "1", "flag")
+    assert ended["flag_meanings"].split()[ended["flag_values"].tolist().index(Outcome.PULLED_IN)] == "pulled_in"
+    assert (flags_of(("rise", "fall"))["flag_values"].tolist(), flags_of(("rise", "fall"))["flag_meanings"]) == (
+        [0, 1], "rise fall"
+    )  # fmt: skip
+    missing = absent("voltage", "not asked")
+    assert missing == {"units": "1", "quantity": "voltage", "nan_means": "not asked", "infinite_means": "not reached"}
+    table = {"a": ([1, 2], "first", "length"), "b": ([3.0, 4.0], "second", missing)}
+    found = xr.Dataset(columns("row", table))
+    assert (found.a.dims, found.b.dims, found.b.values.tolist()) == (("row",), ("row",), [3.0, 4.0])
+    assert found.a.attrs == {"long_name": "first", "units": "1", "quantity": "length"}
+    assert found.b.attrs == missing | {"long_name": "second"}
+
+
+def test_initial_states_have_the_shape_of_the_ensemble_and_their_names():
+    model = ConeModel(voltage=[[0.1], [0.2]], rest_height=[0.0, 0.1, 0.2])
+    states = np.arange(12.0).reshape(6, 2)
+    result = with_initial(labelled(model), model, states)
+    assert result.initial.dims == ("member_0", "member_1", "state")
+    assert result.state.values.tolist() == ["displacement", "velocity"]
+    np.testing.assert_array_equal(result.initial.sel(state="velocity"), [[1, 3, 5], [7, 9, 11]])
+    assert result.initial.attrs["state_quantities"] == of_states(model.system)["state_quantities"] == "length, velocity"
 
 
 SMALL = ConeModel(spring_stiffness=0.5, drive_frequency=0.3, voltage=0.4)
@@ -84,6 +162,28 @@ def test_what_is_not_a_result_is_refused_in_one_line(tmp_path):
             gelcone.load(path)
         assert message in str(error.value)
         assert "\n" not in str(error.value)
+
+
+def test_only_results_and_devices_are_saved(tmp_path):
+    device = gelcone.find_device("biased-pump").replace(spring_rate="16 N/m")
+    gelcone.save(device, tmp_path / "new" / "mine.toml")
+    assert gelcone.find_device(tmp_path / "new" / "mine.toml") == device
+    with pytest.raises(InputError, match="exists already"):
+        gelcone.save(device, tmp_path / "new" / "mine.toml")
+    gelcone.save(device.replace(spring_rate="17 N/m"), tmp_path / "new" / "mine.toml", force=True)
+    assert gelcone.find_device(tmp_path / "new" / "mine.toml").spring_rate == 17.0
+    with pytest.raises(InputError, match=r"^save: was given .*; give a result of an analysis, or a device$"):
+        gelcone.save([1.0], tmp_path / "list.nc")
+
+
+def test_a_file_that_another_program_changed_is_refused_with_the_remedy(tmp_path):
+    gelcone.save(labelled(ConeModel(), single=((), 1.0, "a number", "share")), tmp_path / "a.nc")
+    changed = xr.load_dataset(tmp_path / "a.nc")
+    changed.assign(single=2.0).to_netcdf(tmp_path / "b.nc")
+    with pytest.raises(
+        InputError, match=r"b\.nc: its contents do not .*; run it again, or open it with xarray\.open_d"
+    ):
+        gelcone.load(tmp_path / "b.nc")
 
 
 def test_a_dataset_from_elsewhere_has_no_model():

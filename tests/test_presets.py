@@ -1,6 +1,7 @@
 """Presets: the numbers of the paper's table, and `--preset` on the command line."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -44,6 +45,14 @@ def test_each_number_is_either_from_the_text_or_reconstructed(name):
     needed = {"spring_stiffness", "damping_ratio", "voltage", "drive_frequency", "stretch_limit", "rest_height"}
     assert needed <= preset.text.keys() | preset.reconstructed.keys()
     assert preset.purpose
+
+
+def test_a_claim_is_judged_with_another_film_on_the_same_numbers():
+    taut = find_preset("base")
+    other = replace(taut, changes={"film": "wrinkling", "voltage": 0.25}).model
+    numbers = taut.model.parameters() | {"film": "wrinkling", "voltage": 0.25}
+    assert {name: other.parameters()[name] for name in numbers} == numbers
+    assert (taut.model.system.film.name, other.system.film.name) == ("taut", "wrinkling")
 
 
 def test_an_unknown_preset_suggests_the_near_one():

@@ -1,11 +1,13 @@
 """Progress adds up, and a run is stopped by its watch."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
+import tqdm.auto
 
 from gelcone import ConeModel, simulate
-from gelcone.progress import Stopped, Watch, advance, split_progress, watching, weighted
+from gelcone.progress import Counted, Stopped, Watch, advance, bar, barred, split_progress, watching, weighted
 
 
 def test_a_share_is_reported_to_a_progress_if_there_is_one():
@@ -66,3 +68,49 @@ def test_a_watch_belongs_to_its_thread():
         other.start()
         other.join()
     assert len(ended) == 1
+
+
+@pytest.mark.parametrize(("shares", "rest"), [([], [1.0]), ([0.25, 0.5], [0.25]), ([0.25, 0.75], []), ([1.25], [])])
+def test_work_that_ends_early_reports_the_rest(shares, rest):
+    told = []
+    counted = Counted(told.append)
+    for share in shares:
+        counted(share)
+    counted.finish()
+    counted.finish()
+    assert told == shares + rest
+    Counted(None).finish()
+
+
+@pytest.fixture
+def bars(monkeypatch):
+    """The bars shown so far."""
+    shown, own = [], tqdm.auto.tqdm
+    monkeypatch.setattr("tqdm.auto.tqdm", lambda **options: shown.append(own(**options)) or shown[-1])
+    return shown
+
+
+def test_a_bar_adds_shares_and_takes_counts_of_cells_as_they_stand(bars, capsys):
+    with bar("map") as report:
+        report(0.25)
+        report(SimpleNamespace(computed=2, asked=4))
+        assert bars[0].n == pytest.approx(0.5)
+        report(SimpleNamespace(computed=3, asked=4))
+    assert (bars[0].n, bars[0].total) == (pytest.approx(0.75), 1.0)
+    assert "map: " in capsys.readouterr().err
+    with bar("nothing to do") as report:
+        report(SimpleNamespace(computed=0, asked=0))
+    assert bars[1].n == 0.0
+
+
+def test_a_function_shows_a_bar_of_its_name_where_it_is_asked_for(bars):
+    @barred
+    def search(start, *, progress=None, steps=2):
+        advance(progress, 0.25 * steps)
+        return start + steps
+
+    told = []
+    assert (search(1), search(1, progress=None), search(1, progress=told.append, steps=3)) == (3, 3, 4)
+    assert (bars, told) == ([], [0.75])
+    assert search(2, progress=True, steps=3) == 5
+    assert [(one.desc, one.n) for one in bars] == [("search", 0.75)]

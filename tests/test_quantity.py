@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gelcone.errors import InputError
-from gelcone.quantity import LARGEST, Quantity
+from gelcone.quantity import ALL_CORES, LARGEST, MOST, Quantity, check_count, spread
 
 ANY = Quantity("a", "anything finite", 0.25)
 POSITIVE = Quantity("p", "positive", 1.0, positive=True)
@@ -116,8 +116,60 @@ def test_refused_values(quantity, value, message):
     assert "\n" not in str(error.value)
 
 
-def test_a_size_that_overflows_is_refused():
-    for value in (1e31, -1e200, [1.0, 1e155]):
-        with pytest.raises(InputError, match="is beyond what the equations can be computed with"):
-            ANY.check("x", value)
-    assert LIMIT.check("x", np.inf) == np.inf
+@pytest.mark.parametrize(
+    ("quantity", "value", "named"),
+    [
+        (ANY, 1e31, "1e+31"), (ANY, -1e200, "-1e+200"), (ANY, np.nextafter(LARGEST, np.inf), "1e+30"),
+        (ANY, [1.0, 1e155], "1e+155"), (ANY, [-1e40, 1.0], "-1e+40"), (ANY, [1e40, -1e50, 2.0], "-1e+50"),
+        (LIMIT, [np.inf, 1e31], "1e+31"),
+    ],
+)  # fmt: skip
+def test_a_size_that_overflows_is_refused_and_named(quantity, value, named):
+    with pytest.raises(InputError, match="is beyond what the equations can be computed with; give a smaller") as error:
+        quantity.check("x", value)
+    assert str(error.value).startswith(f"x = {named}: ")
+
+
+def test_the_largest_sizes_pass():
+    assert ANY.check("x", -LARGEST) == -LARGEST
+    np.testing.assert_array_equal(LIMIT.check("x", [LARGEST, np.inf]), [LARGEST, np.inf])
+
+
+@pytest.mark.parametrize("value", [2, MOST, np.int8(3), np.uint64(2)])
+def test_whole_numbers_from_the_least_on_pass(value):
+    check_count("steps", value, 2)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (1, "steps = 1: must be at least 2; leave it out to use all cores"),
+        (-3, "steps = -3: must be at least 2; leave it out to use all cores"),
+        (True, "steps = True: must be at least 2; leave it out to use all cores"),
+        (2.0, "steps = 2.0: must be a whole number, at least 2; leave it out to use all cores"),
+        ("4", "steps = '4': must be a whole number, at least 2; leave it out to use all cores"),
+        (None, "steps = None: must be a whole number, at least 2; leave it out to use all cores"),
+        (MOST + 1, "steps = 1000000000001: must be at most 1000000000000"),
+    ],
+)
+def test_other_numbers_are_refused_with_the_remedy(value, message):
+    with pytest.raises(InputError) as error:
+        check_count("steps", value, 2, ALL_CORES)
+    assert str(error.value) == message
+    with pytest.raises(InputError) as error:
+        check_count("steps", value, 2)
+    assert str(error.value) == message.partition(";")[0]
+
+
+def test_true_is_not_a_number_of_anything():
+    with pytest.raises(InputError, match=r"^steps = True: must be at least 1$"):
+        check_count("steps", True, 1)
+
+
+def test_a_value_is_spread_over_a_shape():
+    np.testing.assert_array_equal(spread(2, (2, 2)), [[2.0, 2.0], [2.0, 2.0]])
+    np.testing.assert_array_equal(spread([1.0, 2.0], (2, 2)), [[1.0, 2.0], [1.0, 2.0]])
+    own = np.array([1.0, 2.0])
+    assert spread(own, (2,)) is own
+    with pytest.raises(ValueError, match="broadcast"):
+        spread(own, (3,))

@@ -58,6 +58,8 @@ def test_draws_without_a_value_are_left_out_and_infinite_ones_are_the_largest():
 
 
 def test_where_most_draws_have_no_value_no_interval_is_stated():
-    half = np.array([[1.0, 1.0], [1.0, np.nan], [np.nan, np.nan]])
-    np.testing.assert_allclose(spread(half)[:, 0], 1.0)
-    assert np.isnan(spread(half)[:, 1]).all()
+    """Three quarters, half and a quarter of the draws have a value."""
+    values = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, np.nan], [1.0, np.nan, np.nan], [np.nan, np.nan, np.nan]])
+    np.testing.assert_array_equal(spread(values), np.broadcast_to([1.0, 1.0, np.nan], (3, 3)))
+    assert np.isnan(spread([np.nan, np.nan])).all()
+    assert spread(np.zeros((4, 2, 5))).shape == (3, 2, 5)

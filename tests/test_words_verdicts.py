@@ -167,6 +167,35 @@ def test_the_single_numbers_of_a_data_sheet_with_and_without_draws():
     ]  # fmt: skip
 
 
+def test_the_rows_of_a_data_sheet_over_its_voltages_with_and_without_draws():
+    """Rest, at 0 V, is not among the columns; the interval is that at the highest voltage."""
+    units = {"constant_voltage": ("V", "voltage"), "stroke": ("mm", "length"), "capacitance": ("nF", "capacitance")}
+    names = ("constant_voltage", *words.SHEET_ROWS)
+    sheet = made({n: ("constant_voltage", [0.0, 500.0, 1500.0], units.get(n, ("1",))[0]) for n in names[1:]},
+                 {"constant_voltage": ("constant_voltage", [0.0, 500.0, 1500.0], "V")})  # fmt: skip
+    for name, (_, quantity) in units.items():
+        sheet[name].attrs["quantity"] = quantity
+    rows = dict(words.sheet_rows(sheet))
+    assert list(rows) == ["constant voltage", *words.SHEET_ROWS.values()]
+    assert rows["constant voltage"] == ["500 V", "1.5 kV"]
+    assert rows["free stroke"] == ["500 mm", "1.5 m"]
+    assert rows["capacitance"] == ["500 nF", "1.5 uF"]
+    ends = {f"{name}_{end}": sheet[name] * factor for name in names[1:] for end, factor in (("low", 0.5), ("high", 2))}
+    for name, own in ends.items():
+        own.attrs = sheet[name.rpartition("_")[0]].attrs
+    drawn = dict(words.sheet_rows(sheet.assign(ends).assign_attrs(drawn="{}")))
+    assert drawn["constant voltage"] == [*rows["constant voltage"], "95 % at 1.5 kV"]
+    assert drawn["capacitance"] == ["500 nF", "1.5 uF", "0.75 to 3 uF"]
+
+
+@pytest.mark.parametrize(
+    ("count", "most", "picked"),
+    [(5, 20, [0, 1, 2, 3, 4]), (20, 20, list(range(20))), (9, 3, [0, 4, 8]), (10, 4, [0, 3, 6, 9]), (1, 3, [0])],
+)
+def test_things_are_picked_evenly_with_the_first_and_the_last(count, most, picked):
+    assert words.evenly(count, most).tolist() == picked
+
+
 def test_an_interval_has_one_unit_where_both_ends_have_it_and_one_number_where_they_agree():
     def of(low, high):
         attrs = {"units": "mW", "quantity": "power"}

@@ -13,7 +13,6 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel
-from gelcone.__main__ import main as start_command
 from gelcone.cli import COMMANDS, SECTIONS
 from tests.answers import answer, result
 
@@ -424,16 +423,6 @@ def test_a_process_prints_one_json_object(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert result(done.stdout)["time"] == [1.0, 2.0]
     assert os.listdir(tmp_path) == []
-
-
-def test_the_command_has_one_thread_of_blas_unless_others_are_asked_for(monkeypatch):
-    monkeypatch.setattr("gelcone.cli.main", lambda: None)
-    for given, expected in (("", "1"), ("3", "3")):
-        monkeypatch.setenv("OPENBLAS_NUM_THREADS", given)
-        if not given:
-            monkeypatch.delenv("OPENBLAS_NUM_THREADS")
-        start_command()
-        assert os.environ["OPENBLAS_NUM_THREADS"] == expected
 
 
 INTERRUPTED = """
