@@ -111,6 +111,19 @@ def test_the_hump_of_a_neo_hookean_gel_and_of_one_with_a_low_limit():
     assert np.isfinite(stiff.crumpling(1.5))
 
 
+@pytest.mark.parametrize(
+    ("A", "B", "rims"),
+    [
+        (1.0, 1.5, True), (1.2, 1.2 + 1e-9, True), (1.2, 1.2, False), (1.4, 1.1, False), (0.8, 0.9, False),
+        (0.8, 1.0, False), (0.8, 1.0 + 1e-9, True),
+    ],
+)  # fmt: skip
+def test_a_film_has_rims_where_its_hoop_is_stretched_and_more_than_its_meridian(A, B, rims):
+    gel = gel_of("neo-hookean", A, B)
+    assert gel.has_rims is rims
+    assert pytest.approx(1.0 / gel.G, rel=1e-15) == A * B
+
+
 def test_roots_lie_between_ends_whose_signs_differ_and_are_unknown_elsewhere():
     places = np.array([0.3, -0.7, 0.9])
     np.testing.assert_allclose(root(lambda x, at: x - at, (np.full(3, -1.0), np.ones(3)), places), places, atol=1e-15)

@@ -1,5 +1,7 @@
 """One piece of a film's force, fitted to films whose formulas are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,42 @@ def test_the_stated_error_of_a_made_up_film_covers_its_forces_and_not_much_more(
     largest = max(map(np.max, errors))
     assert largest < n["film_error"] < 6.0 * largest
     assert n["film_error"] > 10.0 * made_up(kind, star=0.1)[1]["film_error"]
+
+
+def three_columns():
+    """A made-up film with its table, and columns of its states below, at and above the height 0.1."""
+    film, n = made_up("even")
+    heights = np.array([0.05, 0.3, 0.5])
+    top = 0.9 * film.slack(film.of_height(heights))
+    return film, module.FittedFilm(film, n), film.columns(None, heights, top, top)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_the_error_of_a_fit_too_high_and_of_one_too_low_is_stated(factor):
+    """Over the force of the state and a tenth of that without voltage at its height, or at 0.1 if that is greater."""
+    film, fitted, found = three_columns()
+    for at in (12, 26):  # one of the first column, which is low, and one of the second
+        force_of = found.measures.force.copy()
+        force_of[at] *= factor
+        other = replace(found, measures=found.measures._replace(force=force_of))
+        floor = 0.1 * max(other.first[found.column[at]], low(film))
+        expected = abs(1.0 - factor) * found.measures.force[at] / (force_of[at] + floor)
+        stated = [module._error(fitted, "near", other, np.array(own)) for own in ([at, 16], [16, at], [16])]
+        assert stated[:2] == pytest.approx([expected] * 2, rel=0.03)
+        assert stated[2] < 1e-2
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.8, 0.25), (1.25, 0.2)])
+def test_the_error_of_the_reduction_by_voltages_is_that_of_states_that_are_not_low(share, expected):
+    _, fitted, found = three_columns()
+    every, column = np.arange(found.V.size), found.column
+    assert module._gain_error(fitted, "near", found, every) < 0.02
+    for at, stated in ((5, 0.0), (20, expected), (40, expected)):
+        taken, force_of = found.first[column] - found.measures.force, found.measures.force.copy()
+        force_of[at] = found.first[column[at]] - share * taken[at]
+        other = replace(found, measures=found.measures._replace(force=force_of))
+        assert module._gain_error(fitted, "near", other, every) == pytest.approx(stated, abs=0.02)
+    assert module._gain_error(fitted, "near", found, every[found.V == 0.0]) == 0.0
 
 
 def low(film):

@@ -8,6 +8,7 @@ import pytest
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.attractor import classification
 from gelcone.motion.attractor.classification import Evidence, classify
+from gelcone.motion.attractor.lifetime import STARTS, Nearby
 from gelcone.motion.flow import integrate
 from gelcone.physics.model import ConeModel
 from tests.toys import TurningBias
@@ -88,6 +89,54 @@ def test_with_more_than_two_states_a_damped_motion_may_be_quasi_periodic(
     classification.judge(members, evidence)
     assert Regime(int(evidence.regime[0])).label == name
     assert evidence.doubtful.tolist() == [doubtful]
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "lifetime"),
+    [
+        ({}, "transient chaos", 1200.0),
+        ({"regime": Regime.REST}, "transient chaos", 1200.0),
+        ({"duration": 2000.0}, "periodic", 1200.0),  # no longer than a transient
+        ({"apart": np.inf}, "periodic", np.nan),  # no chaos
+        ({"ended": 0}, "periodic", np.inf),  # which none of the starts comes to
+        ({"early": 10.0}, "periodic", None),  # the others would have ended: chaos and the cycle coexist
+        ({"sign": 0}, "periodic", 1200.0),  # it may not attract
+        ({"regime": Regime.QUASI_PERIODIC}, "quasi-periodic", 1200.0),
+        ({"regime": Regime.CHAOTIC}, "chaotic", 1200.0),
+        ({"regime": Regime.CHAOTIC, "apart": np.inf}, "chaotic", 1400.0),
+        ({"outcome": Outcome.PULLED_IN}, "periodic", np.nan),
+    ],
+)
+def test_chaos_that_ends_after_longer_than_a_transient_is_transient(changes, name, lifetime):
+    """Half of the starts ended after 400, the others were followed for 800, both since they had separated at 100; each
+    takes at most 1e-3 to settle. The name is that of the attractor unless there was chaos that ends."""
+    case = {"regime": Regime.PERIODIC, "duration": 500.0, "apart": 100.0, "ended": STARTS // 2, "early": 500.0,
+            "sign": -1, "outcome": Outcome.OK} | changes  # fmt: skip
+    nearby, evidence = Nearby.at(np.zeros((2, 2)), STARTS), Evidence.blank(2)
+    nearby.ended[1, : case["ended"]], nearby.period[1, : case["ended"]] = case["early"], 1
+    nearby.followed[1], nearby.apart[1] = 900.0, case["apart"]
+    nearby.lowest[1], nearby.highest[1] = -1.0, 1.0
+    evidence.regime[:], evidence.sign[:], evidence.exponents[:] = case["regime"], case["sign"], -1e6
+    evidence.outcome[:] = case["outcome"]
+    members = ConeModel(damping_ratio=[0.1, 1e6]).members()
+    classification._store_lifetimes(members, np.array([1]), np.array([0.0, case["duration"]]), nearby, evidence)
+    assert Regime(int(evidence.regime[1])).label == name
+    assert evidence.regime[0] == case["regime"]
+    assert np.isnan(evidence.lifetime[0])
+    if lifetime is not None:
+        assert evidence.lifetime[1] == pytest.approx(lifetime, rel=1e-3, nan_ok=True)
+        assert np.isnan(lifetime) or evidence.share_chaotic[1] == 1.0 - case["ended"] / STARTS
+    assert evidence.coexisting[1] == ("early" in changes)
+
+
+def test_chaos_without_damping_never_ends():
+    members, evidence = ConeModel(damping_ratio=[0.0, 0.0]).members(), Evidence.blank(2)
+    evidence.regime[:], evidence.settled_time[:], evidence.averaged_time[:] = [Regime.CHAOTIC, Regime.REST], 300.0, 50.0
+    nearby = Nearby.at(np.zeros((2, 2)), STARTS)
+    classification._store_lifetimes(members, np.array([], dtype=int), np.zeros(2), nearby, evidence)
+    np.testing.assert_array_equal(evidence.seen_until, [350.0, np.nan])
+    np.testing.assert_array_equal(evidence.lifetime, [np.inf, np.nan])
+    assert (evidence.share_chaotic[0], evidence.lifetime_low[0], evidence.lifetime_high[0]) == (1.0, 0.0, np.inf)
 
 
 def mixed():

@@ -9,6 +9,7 @@ from gelcone.motion.attractor import search as module
 from gelcone.motion.attractor.search import (
     LONGEST_PERIOD,
     WINDOW,
+    Starts,
     cycles_reached,
     default_transient,
     follow,
@@ -126,6 +127,27 @@ def test_a_motion_that_has_not_arrived_is_followed_for_as_long_as_before_again_a
     followed.clear()
     search(chaos, np.array([[1.0, 0.0]]), patience=700.0)
     np.testing.assert_allclose(followed, [200.0, 200.0, 300.0], atol=4.0)
+
+
+@pytest.mark.parametrize("first", [(), (30.0,), (20.0, 30.0)])
+def test_times_count_from_the_start_however_often_a_motion_is_advanced(first):
+    """Chaos, whose starts separate after 30 time units, and a motion that is on its cycle some time after."""
+    members = ConeModel(
+        damping_ratio=[0.1, 0.3], spring_stiffness=0.9, drive_frequency=1.5, voltage=[2.5, 0.5]
+    ).members()
+    starts, period = Starts.at(np.tile([1.0, 0.0], (2, 1)), 2), members.forcing_period[0]
+    for until in (*first, 200.0):
+        starts.advance(members, np.arange(2), slice(0, 2), np.full(2, until), compared=True)
+        np.testing.assert_allclose(starts.followed, np.ceil(until / period) * period)
+    np.testing.assert_allclose(starts.apart, [16.0 * period, np.inf])
+    np.testing.assert_allclose(starts.ended, [[np.inf] * 2, [18.0 * period] * 2])
+    np.testing.assert_array_equal(starts.escaped, [[False] * 2, [True] * 2])
+    assert starts.period.tolist() == [[0, 0], [1, 1]]
+    before = starts.state.copy()
+    starts.advance(members, np.arange(2), slice(1, 2), np.full(2, 300.0))  # the second start, where it has not ended
+    moved = (starts.state != before).any(axis=2)
+    assert moved.tolist() == [[False, True], [False, False]]
+    assert (starts.followed > 250.0).tolist() == moved.tolist()
 
 
 def test_a_motion_that_has_arrived_is_followed_no_further():
