@@ -55,3 +55,27 @@ def test_one_member_that_can_start_is_enough():
     assert start_states(model, (0.3, 0.0)).tolist() == [[0.3, 0.0]] * 2
     with pytest.raises(InputError, match="stretch_limit"):
         start_states(model.replace(stretch_limit=1e-3), (0.3, 0.0))
+
+
+def test_one_member_whose_branch_can_start_is_enough():
+    """The branch of the first may be stretched less than the disc stretches it; the second is beyond its own limit."""
+    model = ConeModel(film="wrinkling", viscous_modulus_1=0.5, relaxation_time_1=10.0, viscous_limit_1=[0.01, 50.0])
+    assert start_states(model, (0.8, 0.0)).tolist() == [[0.8, 0.0, 1.0, 1.0]] * 2
+    for changes in ({"viscous_limit_1": [0.01, 0.02]}, {"stretch_limit": [50.0, 1e-3]}):
+        with pytest.raises(InputError, match=r"^initial displacement 0\.8: stretches a Maxwell branch beyond"):
+            start_states(model.replace(**changes), (0.8, 0.0))
+    assert start_states(model.replace(viscous_limit_1=0.01), (0.01, 0.0))[0].tolist() == [0.01, 0.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("initial", "message"),
+    [
+        ([[0.1, 0.0], [np.nan, 0.5]], r"^initial = \[nan, 0\.5\]: must be finite$"),
+        ([0.1, -np.inf], r"^initial = \[0\.1, -inf\]: must be finite$"),
+        ([[0.1, 0.0]] * 3, r"velocity, shape \(2,\) or shape \(2, 2\)$"),
+        ("high", r"^initial = 'high': must be a displacement and a velocity, shape"),
+    ],
+)
+def test_other_starts_of_two_members_are_refused(initial, message):
+    with pytest.raises(InputError, match=message):
+        start_states(ConeModel(voltage=[0.1, 0.2]), initial)

@@ -51,7 +51,7 @@ def start_states(model: Ensemble, initial: npt.ArrayLike) -> Array:
     states = complete(members, states)
     if not (within := inside(members, states[:, 0])).any():
         raise InputError(members.system.outside(float(states[0, 0]), members.numbers_at(0)))
-    if (within & members.system.overstretched(list(states.T), members.numbers())).all():
+    if not (within & ~members.system.overstretched(list(states.T), members.numbers())).any():
         raise InputError(
             f"initial displacement {states[0, 0]:g}: stretches a Maxwell branch beyond its viscous_limit; start lower, "
             "raise the limit, or give the states of the branch"
