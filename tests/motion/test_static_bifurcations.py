@@ -27,6 +27,20 @@ def test_the_pitchfork_is_the_root_of_the_small_signal_stiffness():
     np.testing.assert_allclose(static(model, [0.0]).pitchfork_voltage, expected, rtol=1e-14)
 
 
+def test_the_pitchfork_of_a_raised_pair_of_films_is_where_the_disc_leaves_their_middle():
+    """There the stiffnesses of both films and of the spring, whose rest is the middle, add up to none."""
+    heights, film, h = np.array([0.8, 1.0]), ConeModel(spring_stiffness=0.0), 1e-4
+    pair = ConeModel(spring_stiffness=1.5, second_film="taut", second_flat_height=heights, rest_height=0.5 * heights)
+    found = pitchfork_voltage(pair)
+    np.testing.assert_allclose(found.pitchfork_displacement, 0.5 * heights)
+    for x, v in zip(0.5 * heights, found.pitchfork_voltage.values, strict=True):
+        slope = (float(film.force(x + h, v)) - float(film.force(x - h, v))) / (2.0 * h)
+        assert 1.5 + 2.0 * slope == pytest.approx(0.0, abs=1e-6)
+    aside = pitchfork_voltage(pair.replace(rest_height=0.3))
+    assert np.isnan(aside.pitchfork_voltage).all()
+    assert np.isnan(aside.pitchfork_displacement).all()
+
+
 @pytest.mark.parametrize("changes", [{"rest_height": 0.1}, {"prestretch": 0.6, "spring_stiffness": 0.1}])
 def test_there_is_no_pitchfork_without_a_stable_flat_film(changes):
     found = pitchfork_voltage(TABLE1.replace(**changes))

@@ -11,6 +11,7 @@ from gelcone import ConeModel, Outcome, regime, settled, simulate
 from gelcone.motion import validity as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.validity import BLOCKS, SHARES, invalid, unknown, validity, validity_variables
+from gelcone.physics.film.wrinkling import STATES
 from gelcone.presets import find_preset
 from tests.recorded import numbers
 
@@ -241,6 +242,43 @@ def test_each_assumption_fails_by_its_own_number_of_its_own_film_and_member(monk
         np.testing.assert_allclose(own["meridional_slack"], -numbers(2, 3, at=at + 1.0))
         np.testing.assert_allclose(own["breakdown"], numbers(2, 3, at=at + 2.0) - [[2.0], [4.0]])
         np.testing.assert_allclose(own["near_limit"], numbers(2, 3, at=at + 3.0) - module.NEAR_LIMIT)
+
+
+@pytest.mark.parametrize(
+    ("film", "hoops", "meridians"),
+    [
+        (ConeModel(film="wrinkling"), {"hoop_slack", "crumpled"}, {"meridional_slack", "crumpled"}),
+        (ConeModel(film="membrane", radius_ratio=0.2), {"partly_wrinkled", "wrinkled", "slack"}, {"slack"}),
+        (ConeModel(film="taut"), set(), set()),
+    ],
+    ids=["wrinkling", "membrane", "taut"],
+)
+def test_hoops_and_meridians_are_slack_in_these_states_of_a_film(film, hoops, meridians):
+    kinds, places = film.system.film.kinds, module.slack_places(film.system.films[0])
+    found = {name: {kinds[k] for k in own} for name, own in places.items()}
+    assert found == {"hoop_slack": hoops, "meridional_slack": meridians}
+
+
+def test_slack_of_a_film_that_wrinkles_follows_from_its_state_and_is_no_fault_of_the_model():
+    """Four samples, one in each state; a film that bears compression is slack where a stress is negative."""
+    model = ConeModel(film="wrinkling", second_film="taut", second_drive="same", second_flat_height=0.8)
+    members, motion = model.members(), np.zeros((1, 4, 2))
+    states = [
+        made_up_state(true_field=np.zeros((1, 4))),
+        made_up_state(
+            hoop_stress=np.array([[1.0, 1.0, -1.0, 0.0]]), meridional_stress=np.array([[1.0, 1.0, 1.0, -1.0]])
+        ),
+    ]
+    states[0].kind = np.array([[model.system.film.kinds.index(kind) for kind in STATES]])
+    wrinkling, taut = module.broken_by_film(members, motion, [np.zeros((1, 4))] * 2, states)
+    assert wrinkling["hoop_slack"].tolist() == [[False, True, False, True]]
+    assert wrinkling["meridional_slack"].tolist() == [[False, False, True, True]]
+    assert taut["hoop_slack"].tolist() == [[False, False, True, False]]
+    assert taut["meridional_slack"].tolist() == [[False, False, False, True]]
+    either, untrue = (f(members, motion, [np.zeros((1, 4))] * 2, states) for f in (module.broken, module.outside))
+    assert either["hoop_slack"].tolist() == [[False, True, True, True]]
+    for name in module.SLACK_IN:
+        assert untrue[name].tolist() == taut[name].tolist()
 
 
 def test_shares_and_their_error_are_over_the_time_that_each_motion_ran():

@@ -20,8 +20,6 @@ from gelcone.physics.model import ConeModel
 from tests.physics.test_system import ViscousFilm
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, ThreeHarmonics
 
-pytest.importorskip("heyoka")
-
 MODELS = {
     "cone": ConeModel(voltage_bias=0.2, rest_height=0.1, prestretch=1.1),
     "toys": ConeModel(film=PowerFilm(1.3), bias=CubicBias(), waveform=ThreeHarmonics(), voltage_bias=0.1),
@@ -43,6 +41,7 @@ def start(model):
 @every_model
 @pytest.mark.parametrize("keep", KEEPS)
 def test_the_program_has_a_variable_for_each_state_and_for_what_is_kept(name, keep):
+    pytest.importorskip("heyoka")
     system = MODELS[name].system
     count = len(system.states)
     compiled = heyoka.equations(system, keep)
@@ -53,8 +52,7 @@ def test_the_program_has_a_variable_for_each_state_and_for_what_is_kept(name, ke
 
 @every_model
 def test_compiled_rates_are_those_of_the_system(name):
-    import heyoka as hk
-
+    hk = pytest.importorskip("heyoka")
     model = MODELS[name]
     compiled = heyoka.equations(model.system, "work")
     function = hk.cfunc([right for _, right in compiled], vars=[left for left, _ in compiled][:-2])
@@ -67,8 +65,7 @@ def test_compiled_rates_are_those_of_the_system(name):
 
 
 def test_every_function_of_the_contract_is_there():
-    import heyoka as hk
-
+    hk = pytest.importorskip("heyoka")
     z = hk.make_vars("z")
     xp = heyoka.functions()
     for name in ("sin", "cos", "exp", "log", "log1p", "sqrt"):
@@ -315,6 +312,25 @@ def test_a_film_that_finds_no_minimum_has_pulled_in(device, start, ends):
     assert run.pull_in[0, 0] == FilmPullIn.MINIMUM
     assert run.end_times[0] == pytest.approx(ends, rel=3e-6)
     assert run.steps[0] < 1000
+
+
+def test_the_kind_of_a_pull_in_is_that_of_the_film_at_its_border():
+    """Held at three heights under a slow drive, a flat film ends where it finds no minimum and raised ones where they
+    localise, at the voltage at which the film held there does; the shares of its states last as long as it does."""
+    heights = np.array([0.3, 1.0, 2.0])
+    held = {"spring_stiffness": 100.0, "damping_ratio": 1.0, "voltage": 2.0, "drive_frequency": 0.05}
+    for pull_in, kinds in (("first", [1, 2, 2]), ("minimum", [1, 1, 1])):
+        model = ConeModel(film="wrinkling", pull_in=pull_in, rest_height=heights, **held)
+        run = integrate(model, np.stack([heights, 0.0 * heights], axis=1), [60.0])
+        assert (run.outcome == Outcome.PULLED_IN).all()
+        assert [FilmPullIn(kind) for kind in run.pull_in[:, 0]] == [FilmPullIn(kind) for kind in kinds]
+        squared = (2.0 * np.sin(0.05 * run.end_times)) ** 2
+        limit = model.system.film.highest_squared(run.end_states[:, 0], model.members().numbers())
+        np.testing.assert_allclose(squared, limit, rtol=1e-9)
+        np.testing.assert_allclose(run.film_times[:, 0].sum(axis=1), run.end_times, rtol=1e-12)
+    below = integrate(model, np.stack([heights, 0.0 * heights], axis=1), 0.99 * run.end_times[:, None])
+    assert (below.outcome == Outcome.OK).all()
+    assert (below.pull_in == FilmPullIn.NONE).all()
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,30 @@ def test_a_film_that_creeps_pulls_in_where_its_voltage_is_set_beyond_the_end_of_
     np.testing.assert_array_equal(steps.states, before)
 
 
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_a_film_whose_field_reaches_its_strength_breaks_down_and_one_that_pulls_in_does_not(film):
+    """The first is weak; the third, under the highest voltage, pulls in if it wrinkles."""
+    model = gelcone.ConeModel(
+        film=film, rest_height=0.4, damping_ratio=0.1, voltage=0.0, dielectric_strength=[0.5, 50.0, 50.0]
+    )
+    system = driven(model.system, breaks_down=True)
+    steps, own = Steps(system, 1e-10, 3, 1e6), Members(system, model.members().values, 3).own_numbers
+    steps.set_all(np.array([np.broadcast_to(own[name], 3) for name in steps.numbers]), np.arange(3))
+    steps.states[:], steps.lengths[:] = [0.4, 0.0], 1.0
+    sides = system.switches(np.zeros(3), list(steps.states.T), own)
+    for place, name in enumerate(steps.switch_names):
+        steps.switches[:, place] = sides[name]
+    before, switches = steps.states.copy(), steps.switches.copy()
+    steps.set("input_voltage_rate", np.array([0.8, 0.3, 3.0]))
+    third = Outcome.OK if film == "taut" else Outcome.PULLED_IN
+    assert steps.step().tolist() == [Outcome.PULLED_IN, Outcome.OK, third]
+    assert steps.broke_down.tolist() == [True, False, False]
+    steps.states[:], steps.switches[:] = before, switches
+    steps.set("input_voltage_rate", 0.3)
+    assert steps.step().tolist() == [Outcome.OK] * 3
+    assert not steps.broke_down.any()
+
+
 def test_numbers_that_are_set_together_count_from_the_next_step_on_too(made):
     steps, right = made
     steps.step()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from gelcone.membrane.gel import Gel
 from gelcone.physics.differentiate import evaluated, gradients
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS
@@ -128,6 +129,24 @@ def test_a_film_pulls_in_by_whichever_comes_first(limit):
         np.testing.assert_array_equal(WrinklingCone(pull_in=pull_in).highest_squared(x, n), ends)
     assert (localises < ends).any()
     assert (localises > ends).any()
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+def test_a_film_localises_where_its_tension_no_longer_grows_with_its_length(law):
+    """The firmness of a ring of the membrane with a slack hoop, which other formulas give, falls below zero."""
+    for lm, lh in ((1.0, 1.0), (1.1, 0.9), (0.9, 1.2)):
+        film = WrinklingCone(law=LAWS[law])
+        n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, **PARAMETERS[law])
+        x = np.linspace(0.8, 3.0, 12)
+        V = film.elastic._localising(x * x, n)
+        some = np.isfinite(V) & (film.elastic.highest_squared(x, n) == V)
+        assert some.any()
+        length, V, gel = np.sqrt(1.0 + x[some] ** 2), V[some], Gel(LAWS[law], n, lm**2, lh**2)
+        below, at, above = (gel.at(length, np.ones(V.size), share * V) for share in (0.98, 1.0, 1.02))
+        assert ((below.firmness > 0.0) & (above.firmness < 0.0) & (above.width > 1.0)).all()
+        smooth = at.width > 1.0 + 1e-9  # elsewhere the firmness jumps, where the hoop falls slack
+        assert smooth.any()
+        np.testing.assert_allclose((at.firmness / (below.firmness - above.firmness))[smooth], 0.0, atol=1e-6)
 
 
 def test_a_slack_film_comes_to_its_hoop_at_the_height_of_its_edge():
