@@ -98,9 +98,10 @@ def test_a_bar_adds_shares_and_takes_counts_of_cells_as_they_stand(bars, capsys)
         report(SimpleNamespace(computed=3, asked=4))
     assert (bars[0].n, bars[0].total) == (pytest.approx(0.75), 1.0)
     assert "map: " in capsys.readouterr().err
-    with bar("nothing to do") as report:
-        report(SimpleNamespace(computed=0, asked=0))
-    assert bars[1].n == 0.0
+    for computed, asked in ((0, 0), (1, 1)):
+        with bar("little to do") as report:
+            report(SimpleNamespace(computed=computed, asked=asked))
+        assert bars[-1].n == computed
 
 
 def test_a_function_shows_a_bar_of_its_name_where_it_is_asked_for(bars):

@@ -312,6 +312,8 @@ def test_which_motions_of_a_sweep_do_not_follow_the_drive():
     assert {kind: where.values.tolist() for kind, where in kinds.items()} == {
         "subharmonic": [False, True, False, False, False], "not periodic": [False, False, True, False, False],
     }  # fmt: skip
+    earlier = words.kinds_of_motion(made(own))["not periodic"]  # files that do not state which motions rest
+    assert earlier.values.tolist() == [False, False, True, False, True]
     cells = made({"regime": ("c", [int(Regime.CHAOTIC), 0, 0, int(Regime.TRANSIENT)])})
     assert words.regime_counts(cells) == {"rest": 2, "chaotic": 1, "transient": 1}
 
@@ -358,6 +360,12 @@ def test_a_number_has_as_many_digits_as_are_asked_for(value, digits, text):
     attrs = {"units": "mW", "quantity": "power"}
     assert words.sized(xr.DataArray(value, attrs=attrs), digits) == text
     assert words.measured(xr.DataArray(value, attrs={"units": "N"}), digits) == f"{value:.{digits}g} N"
+
+
+def test_a_number_has_four_digits_unless_others_are_asked_for():
+    low, high = (xr.DataArray(value, attrs={"units": "mW", "quantity": "power"}) for value in (1.23456, 23.4567))
+    assert (words.sized(low), words.measured(low)) == ("1.235 mW", "1.235 mW")
+    assert words.sized_range(low, high) == "1.235 to 23.46 mW"
 
 
 def test_a_text_is_itself_and_what_is_not_finite_is_said_in_its_own_words():

@@ -74,7 +74,7 @@ class Quantity:
         if isinstance(value, float) and self._allows(value):  # most are; arrays of one number take ten times as long
             return float(value)
         try:
-            if isinstance(value, str | bytes | bool) or np.asarray(value).dtype.kind not in "iuf":
+            if np.asarray(value).dtype.kind not in "iuf":
                 raise TypeError
             array = np.array(value, dtype=float)
         except (TypeError, ValueError):
