@@ -220,7 +220,8 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         for name in ("pull_in_voltage", "first_limit_voltage", "safe_peak_voltage")
         if name in sheet
     }
-    lines = [f"pull-in under constant voltage: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
+    whose = f" of the {sheet.attrs['pull_in_of']}" if "pull_in_of" in sheet.attrs else ""
+    lines = [f"pull-in{whose} under constant voltage: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
     if "first_limit_voltage" in sheet:
         first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
         way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"

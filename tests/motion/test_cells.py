@@ -211,6 +211,12 @@ def test_operating_limits_of_a_wrinkling_cone_have_the_pull_in_of_the_membrane()
     assert float(found.pull_in_voltage) == float(plane.static_limit_voltage.sel(static_limit="pull-in"))
     assert float(found.driven_pull_in_voltage) == float(plane.limit_high.sel(driven_limit="pull-in")[0])
     assert float(found.pull_in_voltage) < 0.95 * float(gelcone.limits(model).pull_in_voltage)  # the cone's
+    assert found.pull_in_of == gelcone.datasheet(model, [0.1]).pull_in_of == "membrane"
+    assert found.pull_in_voltage.long_name.endswith("pull-in of the membrane")
+    assert found.driven_pull_in_voltage.long_name.endswith("pull-in of the membrane")
+    assert "pull-in of the membrane under constant voltage" in gelcone.in_words(gelcone.datasheet(model, [0.1]))
+    taut = operating_limits(model.replace(film="taut"))
+    assert (taut.pull_in_of, taut.hoop_slack_voltage.long_name[-10:]) == ("cone", "hoop slack")
 
 
 def test_operating_limits_of_members_without_voltage_or_inside(operating):

@@ -337,4 +337,4 @@ def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr
             dataset.absent("voltage", infinite="none"),
         )
     })  # fmt: skip
-    return found.assign(listed).assign(voltage).assign_attrs(first_limit=first)
+    return found.assign(listed).assign(voltage).assign_attrs(first_limit=first, pull_in_of=limits.attrs["pull_in_of"])

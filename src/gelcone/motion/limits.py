@@ -51,7 +51,8 @@ def limits(
     stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; infinity where it stays
     stable up to the highest voltage searched, NaN where the film does not rest flat); ``pitchfork_voltage``
     (`gelcone.pitchfork_voltage`); ``pull_in_voltage``, at which the disc jumps or a film pulls in on a slow ramp
-    (infinity if never; a pitchfork from which the disc rises gradually is not one), and ``pull_in_kind``, how (a
+    (infinity if never; a pitchfork from which the disc rises gradually is not one; of the film as given, `envelope` and
+    `operating_limits` take a wrinkling cone for the membrane, which pulls in earlier), and ``pull_in_kind``, how (a
     `PullIn`); and ``outcome``.
 
     Raises

@@ -12,8 +12,8 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.driven import driven
-from gelcone.motion.envelope import plane_of, recommended_peaks
-from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
+from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
@@ -37,7 +37,10 @@ def operating_limits(
 
     They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
     to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice
-    the lowest quasi-static limit where that is less. Only the proportion of the member's own voltages matters.
+    the lowest quasi-static limit where that is less. Only the proportion of the member's own voltages matters:
+    amplitude and offset rise together, and with the offset the voltage of a second film in opposite phase. A wrinkling
+    cone pulls in where the membrane does for which it stands, at a lower voltage than `limits` has of the cone; the
+    attribute ``pull_in_of`` says whose pull-in it is.
 
     Parameters
     ----------
@@ -68,10 +71,11 @@ def operating_limits(
     '0.901 +- 0.001'
     """
     start_states(model, (0.0, 0.0))
-    found, refused = _limits_of_members(model.members(), threads, progress)
+    found, refused, whose = _limits_of_members(model.members(), threads, progress)
     if refused and not (found.outcome == Outcome.OK).any():
         raise refused[0]
-    return dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
+    result = dataset.label(model, found.variables, outcome=found.outcome, options={}, title="operating limits")
+    return result.assign_attrs(pull_in_of=whose)
 
 
 def operating_limits_cells(
@@ -86,26 +90,37 @@ def operating_limits_cells(
     return _limits_of_members(members, threads, progress)[0]
 
 
-def _limits_of_members(members: Members, threads: int | None, progress: Progress) -> tuple[Findings, list[InputError]]:
-    """The limits of all members, and the errors of those that are refused."""
+def _limits_of_members(
+    members: Members, threads: int | None, progress: Progress
+) -> tuple[Findings, list[InputError], str]:
+    """The limits of all members, the errors of those that are refused, and whose the pull-in is: of the ``membrane``,
+    of the ``cone``, or of one in some members and of the other in the rest."""
     found, refused = {name: np.full(members.size, np.nan) for name in _LIMITS}, list[InputError]()
+    whose = set[str]()
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     for row in range(members.size):
         if inside(members, 0.0)[row]:
             try:
-                values = _limits_of(single(members, row), threads)
-                outcome[row] = Outcome.OK
+                plane = plane_of(single(members, row), threads)
+                values, outcome[row] = _limits_of(plane), Outcome.OK
+                whose.add(pull_in_of(plane))
             except InputError as error:
                 values, outcome[row] = {}, Outcome.ERROR
                 refused.append(error)
             for name, value in values.items():
                 found[name][row] = value
         advance(progress, 1.0 / members.size)
+    of = " or ".join(sorted(whose, reverse=True))
     variables: dict[str, dataset.Variable] = {
-        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _LIMITS[name], _limit(name))
+        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _meaning(name, of), _limit(name))
         for name, values in found.items()
     }
-    return Findings(variables, outcome), refused
+    return Findings(variables, outcome), refused, of
+
+
+def _meaning(name: str, of: str) -> str:
+    """The meaning of a limit; that of pull-in says whose it is."""
+    return f"{_LIMITS[name]} of the {of}" if of and name.endswith("pull-in") else _LIMITS[name]
 
 
 def _limit(name: str) -> dict[str, str]:
@@ -130,12 +145,11 @@ _LIMITS = (
 )
 
 
-def _limits_of(model: ConeModel, threads: int | None) -> dict[str, float]:
-    """The limits of a single model by the names in `_LIMITS`. Raises `InputError` for a drive without voltage."""
-    plane = plane_of(model, threads)
+def _limits_of(plane: Plane) -> dict[str, float]:
+    """The limits of a single model by the names in `_LIMITS`."""
     static = static_limits_of(plane)
     volts = peaks_of(static)
-    found = driven(plane, np.array([float(model.drive_frequency)]), volts, refine=False, progress=None)
+    found = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
     with np.errstate(invalid="ignore"):
         error = np.fmax.reduce(np.where(np.isfinite(high), high - low, np.nan))

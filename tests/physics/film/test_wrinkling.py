@@ -307,7 +307,7 @@ def test_the_energy_of_a_film_that_creeps_has_the_force_as_its_slope():
 
 def test_a_film_says_what_happens_where_it_pulls_in_and_how_it_creeps():
     words = {pull_in: WrinklingCone(pull_in=pull_in).describe() for pull_in in ("first", "minimum", "snap")}
-    assert words["first"].endswith("pull-in voltages are upper bounds")
+    assert words["first"].endswith("pulls in at a higher voltage than the membrane that it stands for")
     assert words["minimum"] == words["first"] + "; its localisation is left out (study)"
     assert "until it snaps back (study)" in words["snap"]
     assert WrinklingCone(branches=1).describe() == words["first"] + "; it creeps: 1 Maxwell branch, logarithmic flow"

@@ -293,7 +293,10 @@ class WrinklingCone(TautCone):
 
     def describe(self) -> str:
         ends = _STUDIES[self.pull_in] + self.viscous.words
-        return f"wrinkling film: a homogeneous cone without compression; pull-in voltages are upper bounds{ends}"
+        return (
+            "wrinkling film: a homogeneous cone without compression, which pulls in at a higher voltage than the "
+            f"membrane that it stands for{ends}"
+        )
 
     # --- statics -----------------------------------------------------------------------------------------------------
 
