@@ -371,6 +371,19 @@ def test_an_answer_is_written_and_printed_in_the_units_of_its_device(monkeypatch
     assert len(written) == 1
 
 
+def test_a_figure_that_fails_does_not_cost_the_result(monkeypatch, tmp_path):
+    from types import SimpleNamespace
+
+    result = gelcone.limits(find_preset("base").model)
+    monkeypatch.setattr(output, "in_si", lambda own, subject: own)
+    with pytest.raises(ZeroDivisionError):
+        output.deliver(
+            SimpleNamespace(command="limits"), result, None, tmp_path / "there", False, False, lambda own: 1 / 0
+        )
+    assert [path.name for path in (tmp_path / "there").iterdir()] == ["limits.nc"]
+    assert gelcone.load(tmp_path / "there" / "limits.nc").identical(result)
+
+
 @pytest.mark.parametrize("name", SAMPLED)
 def test_draws_start_where_was_said_or_the_analysis_refuses_it(name, asked, command_line, tmp_path):
     (tmp_path / "draws.csv").write_text(TABLE)

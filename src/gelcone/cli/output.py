@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 import numpy as np
 
-from gelcone.analyses.answer import answer_json, bare_answer, in_si, plain, write_results
+from gelcone.analyses.answer import answer_json, bare_answer, in_si, plain, result_paths, write_results
 from gelcone.analyses.ask import Answers
 from gelcone.cli.waiting import BAR_SECONDS, STORED, logging, preparing, ticking
 from gelcone.codes import Outcome
+from gelcone.dataset import save
 from gelcone.files import check_writable, write_together
 from gelcone.plots import plot
 
@@ -45,7 +46,7 @@ def deliver(
     outcomes = result["outcome"].values if "outcome" in result else np.zeros(0)
     code = int(outcomes.size > 0 and bool((outcomes != Outcome.OK).all()))
     shown = in_si(result, subject)
-    paths = () if out is None else write_results(out, answers.command, shown, draw(shown), force)
+    paths = () if out is None else _write(out, answers.command, shown, draw, force)
     if as_json:
         print_json(answer_json(answers.command, answers.json(shown), shown, subject))
         return code
@@ -53,6 +54,16 @@ def deliver(
     for path in paths:
         click.echo(f"wrote {path}")
     return code
+
+
+def _write(out: Path, name: str, shown: xr.Dataset, draw: Callable[..., Figure], force: bool) -> tuple[Path, Path]:
+    """Writes result and figure; a figure that fails does not cost the result of a long run."""
+    try:
+        figure = draw(shown)
+    except Exception:
+        save(shown, result_paths(out, name)[0], force=force)
+        raise
+    return write_results(out, name, shown, figure, force)
 
 
 def print_json(content: dict[str, Any]) -> None:
