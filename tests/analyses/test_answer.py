@@ -1,6 +1,7 @@
 """Answers: plain JSON, SI units, and the lines that all texts share."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from gelcone.analyses.answer import ending_lines, in_si, outcome_lines, paramete
 from gelcone.analyses.request import Subject
 from gelcone.codes import FilmPullIn
 from gelcone.devices.si import shown_values
+from gelcone.plots import style
 from gelcone.register.analyses import ANALYSES
 from tests.analyses.said import INF, MODEL, NAN
-from tests.edited import made
+from tests.edited import edited, made
 
 
 def test_plain_values_are_json():
@@ -269,3 +271,37 @@ def test_of_films_of_an_ensemble_the_largest_error_is_stated(monkeypatch):
 def test_the_error_of_a_model_s_film(swept, stated):
     text = " ".join(answer.heading(Subject(gelcone.ConeModel(film="membrane", radius_ratio=0.25)), [swept]))
     assert ("its force is known" in text) == stated
+
+
+@pytest.mark.parametrize("out", ["map.zarr", "map.zarr/a", "map.zarr/a/b/c", "maps/a", "map"])
+def test_files_are_not_written_into_a_store_however_deep(out, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "map.zarr").mkdir()
+    (tmp_path / "map.zarr" / "zarr.json").write_text("{}")
+    if out.startswith("map.zarr"):
+        with pytest.raises(gelcone.InputError) as error:
+            answer.check_folder(Path(out), "limits", True)
+        store = tmp_path / "map.zarr"
+        assert str(error.value) == f"{out}: lies inside the store {store}; choose a folder outside"
+    else:
+        answer.check_folder(Path(out), "limits", False)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["map.zarr", "zarr.json"]
+
+
+def test_a_result_and_its_figure_are_replaced_only_where_that_was_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setattr(style, "draw_file", lambda figure, path: path.write_text(figure))
+    result, out = made({"height": (None, 12.5, "mm")}), tmp_path / "there"
+    places = answer.write_results(out, "limits", result, "first", False)
+    assert places == (out / "limits.nc", out / "limits.png")
+    ways = (answer.check_folder, lambda *to: answer.write_results(*to[:2], edited(result, height=13.5), "then", to[2]))
+    for ask in ways:
+        for name in ("limits.nc", "limits.png"):  # either of them
+            (out / name).rename(out / "other")
+            with pytest.raises(gelcone.InputError, match=rf"limits\.{'png' if name.endswith('nc') else 'nc'}: exists"):
+                ask(out, "limits", False)
+            (out / "other").rename(out / name)
+        assert (float(gelcone.load(places[0])["height"]), places[1].read_text()) == (12.5, "first")
+        ask(out, "limits", True)
+    assert (float(gelcone.load(places[0])["height"]), places[1].read_text()) == (13.5, "then")
+    answer.check_folder(out, "settled", False)
+    answer.check_folder(None, "limits", False)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gelcone.codes import Outcome
 from gelcone.devices.scales import MEASURES
 from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows, sized
 from tests.analyses.said import NAN, said
-from tests.edited import made
+from tests.edited import edited, made
 
 VOLTS = {"units": "V", "quantity": "voltage"}
 
@@ -83,3 +84,5 @@ def test_the_columns_of_a_data_sheet_are_those_of_the_voltages_above_0(draws, la
         ["stiffness", "at", "rest", "0", *(["(0)"] if draws else [])],
     ]
     assert rest[2] == f"pull-in under constant voltage: 9{', 95 % within 4' if draws else ''}"
+    failed = said(datasheet_words, edited(shown, outcome=int(Outcome.PULLED_IN)))
+    assert failed == [f"failed: {Outcome.PULLED_IN.meaning}", *lines]

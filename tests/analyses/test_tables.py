@@ -113,3 +113,28 @@ def test_members_that_differ_in_no_field_have_no_row_of_names():
         "for each of the 2:",
         "  a number: 1 mm",
     ]
+
+
+@pytest.mark.parametrize(
+    ("values", "attrs", "said"),
+    [
+        ([1.0, 2.5, 3.0, 4.0, 5.0, 6.0], {}, "1 mm, 2.5 mm, 3 mm, 4 mm, 5 mm, 6 mm"),
+        ([3.0, 1.0, NAN, 4.0, 5.0, 9.0, 6.0], {}, "1 to 9 mm in 7 values"),
+        ([[3.0, 1.0, 2.0, 4.0], [5.0, 9.0, 6.0, 7.0]], {}, "1 to 9 mm in 2 x 4 values"),
+        ([[1.0, 2.0], [3.0, NAN]], {}, "1 mm, 2 mm, 3 mm, unknown"),
+        ([NAN] * 7, {"nan_means": "not applicable"}, "not applicable in 7 values"),
+        (["a", "b"], {}, "a, b"),
+        (["a"] * 7, {}, "7 values"),
+        ([True, False, True], {}, "yes, no, yes"),
+        ([True, False] + [True] * 5, {}, "yes in 6 of 7, no in 1 of 7"),
+        ([0, 1, 1, 1, 1, 1, 0], dict(coded("n", [0], ("rest", "period_doubling")).attrs),
+         "rest in 2 of 7, period doubling in 5 of 7"),
+    ],
+)  # fmt: skip
+def test_a_series_is_said_by_its_values_or_of_more_than_six_by_its_ends(values, attrs, said):
+    values = np.array(values)
+    dims, usual = ["at", "n"][-values.ndim :], {"long_name": "the height", "units": "mm", "quantity": "length"}
+    shown = xr.Dataset({"height": (dims, values, usual | attrs), "single": 1.0, "none": ("k", [])})
+    assert tables.series_lines(shown) == [f"the height: {said}"]
+    (first, second) = tables.series_lines(shown.assign_coords(n=np.arange(values.shape[-1]) + 1.0))  # without a label
+    assert (first.partition(": 1")[0], second) == ("n", f"the height: {said}")

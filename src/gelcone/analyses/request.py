@@ -146,9 +146,11 @@ def read_subject(
 
     Raises
     ------
-    InputError : for a device together with a preset, unknown names, and values that cannot be used.
+    InputError : for a device together with a preset, a film given twice, unknown names, and values that cannot be used.
     """
     given = read_pairs(settings, device is not None)
+    if film is not None and "film" in given:
+        raise InputError(f"--film {film} and --set film={given['film']} are both given; give one or the other")
     if device is not None:
         if preset is not None:
             raise InputError(f"--preset {preset} and the device {device!r} are both given; give one or the other")

@@ -159,6 +159,6 @@ def _value(variable: xr.DataArray) -> str:
         return PullIn(int(variable)).meaning
     if "flag_meanings" in variable.attrs and float(variable) in variable.attrs["flag_values"]:
         return event_label(variable)
-    if variable.attrs["long_name"].startswith(YES):
+    if variable.attrs.get("long_name", "").startswith(YES):
         return "yes" if variable else "no"
     return sized(variable, DIGITS)
