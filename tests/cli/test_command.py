@@ -59,6 +59,17 @@ def test_words_of_a_command_are_in_their_places_behind_the_device():
     places = {"parameter": "voltage", "low": "1", "high": "2"}
     assert command._in_places(own, ("voltage", "1", "2")) == {"device": None, **places}
     assert command._in_places(own, ("biased-pump", "voltage", "1", "2")) == {"device": "biased-pump", **places}
+    form = "continue: takes [DEVICE] PARAMETER FROM TO, "
+    for words, said in (
+        (("biased-pump", "voltage", "1"), "and behind the device biased-pump a word is missing"),
+        (("own.toml", "voltage", "1"), "and behind the device own.toml a word is missing"),
+        (("voltage", "1"), "not 2 words: voltage 1"),
+        (("own.toml", "voltage", "1", "2", "3"), "not 5 words: own.toml voltage 1 2 3"),
+        ((), "not 0 words: none"),
+    ):
+        with pytest.raises(gelcone.InputError) as error:
+            command._in_places(own, words)
+        assert str(error.value) == form + said
 
 
 @pytest.mark.parametrize(
@@ -93,6 +104,37 @@ def test_what_draws_show_is_said_in_the_words_of_draws(name, delivered, command_
     assert (answers.command, answers.words) == (right().command, right().words)
     assert command_line(name, *typed)[0] == 0
     assert story[-1][1].words == answers_of(find_analysis(name)).words != answers.words
+
+
+def test_draws_of_a_table_are_not_drawn_again(delivered, command_line):
+    """What would be drawn of distributions is in the table already; both together are refused, not one ignored."""
+    story, _ = delivered
+    Path("draws.csv").write_text(THICKNESS)
+    typed = ("datasheet", *PUMP, "--samples", "draws.csv")
+    assert command_line(*typed)[0] == 0
+    assert [event for event, *_ in story] == ["checked", "computed", "delivered"]
+    story.clear()
+    for name, said in (("film_thickness=0.1 mm:0.2 mm", "hold it already"), ("moving_mass=5 g~1%", "hold all that is")):
+        code, _, err = command_line(*typed, "--uncertain", name)
+        assert (code, story) == (2, [])
+        both = f"--samples draws.csv and --uncertain {name.partition('=')[0]}"
+        assert err.startswith(f"Error: {both}: the samples {said}")
+
+
+def test_distributions_are_drawn_as_was_typed(delivered, command_line, monkeypatch):
+    """How many, in which order, and from which seed; those of a model or a device, for whichever points they are."""
+    drawn = []
+    monkeypatch.setattr(command, "read_draws", lambda *given, **how: drawn.append((given, how)) or {})
+    uncertain = ("--uncertain", "film_thickness=0.1 mm:0.2 mm", "--uncertain", "moving_mass=5 g~1%")
+    for typed, how in (
+        ((), {"count": 64, "method": "sobol", "seed": 0}),
+        (("--count", "8", "--method", "latin-hypercube", "--seed", "5"),
+         {"count": 8, "method": "latin-hypercube", "seed": 5}),
+    ):  # fmt: skip
+        assert command_line("datasheet", *PUMP, *uncertain, *typed)[0] == 0
+        (texts, subject), found = drawn.pop()
+        assert (texts, subject.device.film) == (uncertain[1::2], "taut")
+        assert found == {"indices": False, **how}
 
 
 def test_draws_are_of_one_actuator(delivered, command_line):

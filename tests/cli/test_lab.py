@@ -6,6 +6,7 @@ import pytest
 
 import gelcone
 from gelcone.cli import command, lab
+from gelcone.lab import device, device_tests
 from gelcone.plots import style
 
 DEVICE = "disc_radius = '8 mm'\n"
@@ -67,6 +68,40 @@ def test_what_cannot_be_fitted_is_refused_in_full_words(typed, message, command_
         assert err == f"Error: {message}\n"
 
 
+@pytest.mark.parametrize("option", ["films", "loss"])
+@pytest.mark.parametrize("given", [None, "a", "a,b", "a, b, c"])
+@pytest.mark.parametrize("plan", [False, True])
+def test_a_plan_is_that_of_one_structure_and_a_fit_compares_several(option, given, plan, monkeypatch, command_line):
+    """A fit or a plan is asked for with the words of the option, and what is not given is left to it."""
+    asked = []
+
+    def stop(kind):
+        def ask(device, tests, free, **how):
+            asked.append((kind, how))
+            raise gelcone.InputError("asked")
+
+        return ask
+
+    monkeypatch.setattr(device_tests, "read_device_tests", str)
+    monkeypatch.setattr(device, "fit_device", stop("fit"))
+    monkeypatch.setattr(device, "plan_device", stop("plan"))
+    typed = ("--predict", "pull-in", *(("--plan",) if plan else ("--profile", "mass")))
+    typed += () if given is None else (f"--{option}", given)
+    code, _, err = command_line("fit", "biased-pump", "--data", "a.toml", "--free", "moving_mass~3%", *typed)
+    words = None if given is None else given.replace(" ", "").split(",")
+    assert code == 2
+    if plan and words and len(words) > 1:
+        assert (err, asked) == (f"Error: --{option}: a plan is that of one structure; give one\n", [])
+    elif plan:
+        one = {"films": "film", "loss": "loss"}
+        own = {name: words[0] if words and key == option else None for key, name in one.items()}
+        assert asked == [("plan", own | {"predict": ("pull-in",)})]
+    else:
+        several = {"films": "films", "loss": "losses"}
+        own = {name: words if key == option else None for key, name in several.items()}
+        assert asked == [("fit", own | {"predict": ("pull-in",), "profile": ("mass",)})]
+
+
 @pytest.mark.parametrize("text", ["1,x", "1.5", "", "one"])
 def test_numbers_of_branches_are_whole(text):
     with pytest.raises(gelcone.InputError) as error:
@@ -76,7 +111,20 @@ def test_numbers_of_branches_are_whole(text):
     assert (lab._counts("0, 3"), lab._words(" a ,b")) == ([0, 3], ["a", "b"])
 
 
-@pytest.mark.parametrize("drawn", [(), ("--uncertain", "film_thickness=0.2 mm~0.01 mm")])
+DRAWN = {
+    (): None,
+    ("--uncertain", "film_thickness=0.2 mm~0.01 mm", "--count", "8", "--seed", "5"): (
+        None, ("film_thickness=0.2 mm~0.01 mm",), {"count": 8, "method": "sobol", "seed": 5},
+    ),
+    ("--samples", "draws.nc"): (Path("draws.nc"), (), {"count": 64, "method": "sobol", "seed": 0}),
+    ("--samples", "draws.nc", "--uncertain", "a=1:2", "--method", "latin-hypercube"): (
+        Path("draws.nc"), ("a=1:2",), {"count": 64, "method": "latin-hypercube", "seed": 0},
+    ),
+}  # fmt: skip
+"""What is typed of draws, and what the sheet is computed of; None: of the device alone."""
+
+
+@pytest.mark.parametrize("drawn", DRAWN)
 @pytest.mark.parametrize("more", [(), ("--out", "there"), ("--out", "there", "--force"), ("--out", "there", "--json")])
 def test_a_data_sheet_is_also_a_page_where_files_are_written(drawn, more, monkeypatch, command_line, tmp_path):
     """The figure of the sheet, as PDF next to it; one that exists is kept before any work is done."""
@@ -86,6 +134,7 @@ def test_a_data_sheet_is_also_a_page_where_files_are_written(drawn, more, monkey
 
     def run(analysis, *given, out, force, as_json, draw, **typed):
         ran.append((analysis.name, out, force, as_json))
+        assert given == (DRAWN[drawn] or ())
         if out is not None:
             assert draw("the sheet") == "page of the sheet"
         return 1

@@ -78,15 +78,19 @@ def test_an_option_of_grids_leads_to_the_command_that_takes_it(option, command_l
 def test_draws_are_given_as_a_table_where_distributions_are_not_taken(command_line):
     _, _, said = command_line("envelope", "--uncertain", "damping_ratio=0.1:0.2")
     assert said == "Error: No such option '--uncertain'; give a table of draws, --samples FILE\n"
+    _, _, said = command_line("section", "--samples", "draws.csv")
+    assert said == "Error: No such option '--samples'; gelcone sweep and gelcone datasheet take it\n"
 
 
-def test_doubts_are_said_once_and_lost_workers_every_time(ended):
+def test_doubts_are_said_once_as_they_were_typed_and_lost_workers_every_time(ended, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["gelcone", "limits", "--a", "3 m"])
+
     def doubtful():
         for _ in range(2):
-            warnings.warn("a = 3:\n   is unusual", DoubtfulInput, stacklevel=1)
+            warnings.warn("a = 3: is\n   unusual", DoubtfulInput, stacklevel=1)
             warnings.warn("worker lost", LostWorker, stacklevel=1)
 
-    lines = ["Warning: a = 3: is unusual", "Warning: worker lost", "Warning: worker lost"]
+    lines = ["Warning: --a '3 m': is unusual", "Warning: worker lost", "Warning: worker lost"]
     assert ended(doubtful) == (0, "".join(f"{line}\n" for line in lines))
 
 
@@ -145,6 +149,7 @@ def test_an_unknown_command_suggests_the_nearest(command_line):
         ("envelope --margin 2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
         ("envelope --margin=2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
         ("drive --lowest=5;Hz", "lowest = 5.0: must increase", "--lowest '5 Hz': must increase"),
+        ("drive --lowest= 5", "lowest = 0.0: must increase", "--lowest '': must increase"),
         ("drive --lowest 5", "lowest: is given alone; give highest too", "--lowest: is given alone; give highest too"),
         ("section --discard-time 1", "discard_time = 1.0: ends late", "--discard-time 1: ends late"),
         ("fit --free a~3% --free b", "free b = 0: is small", "--free b = 0: is small"),
@@ -170,3 +175,25 @@ def test_errors_and_doubts_are_said_as_they_were_typed(command_line):
 
 def test_a_message_stays_as_it_is_where_nothing_was_typed():
     assert cli.as_typed("margin = 2.0: must be below 1", []) == "margin = 2.0: must be below 1"
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if "-" in name])
+def test_a_command_is_also_found_by_its_name_in_python(name, command_line):
+    assert command_line(name.replace("-", "_"), "--help") == command_line(name, "--help")
+    assert command_line(name, "--help")[0] == 0
+
+
+OF_DEVICE = {"frequencies": "frequency", "peaks": "peak_voltage", "tongues voltages": "voltage_amplitude"}
+"""Axes that a device has under another name than a model."""
+AXES = [(name, keyword) for name, own in REGISTERED.items() for keyword in ANALYSES[own].axes]
+
+
+@pytest.mark.parametrize(("name", "keyword"), AXES)
+def test_a_keyword_of_python_leads_to_the_axis_that_over_takes(name, keyword, command_line):
+    """By its name for a model, and by that for a device where it is another."""
+    _, _, said = command_line(name, f"--{keyword}", "1")
+    axis = ANALYSES[REGISTERED[name]].axes[keyword]
+    remedy = f"give --over {axis.of_model}=..."
+    if own := OF_DEVICE.get(keyword) or OF_DEVICE.get(f"{name} {keyword}"):
+        remedy += f", with a device --over {own}=..."
+    assert said == f"Error: No such option '--{keyword}'; {remedy}\n"

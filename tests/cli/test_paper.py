@@ -109,3 +109,24 @@ def test_lines_are_cut_to_the_width_of_a_terminal_alone(terminal, line, monkeypa
     monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
     assert paper._cut("abcdefghij") == line
     assert paper._cut("abcdefgh") == "abcdefgh"
+
+
+@pytest.mark.parametrize(
+    ("typed", "names", "options"),
+    [
+        ((), (), {}),
+        (("7", "limit"), ("7", "limit"), {}),
+        (("7", "--force"), ("7",), {"force": True}),
+        (("--quick",), (), {"quick": True}),
+        (("7", "--out", "there"), ("7",), {"out": Path("there")}),
+    ],
+)
+@pytest.mark.parametrize("cores", [2, 16])
+def test_what_is_typed_reaches_the_studies(typed, names, options, cores, found, command_line, monkeypatch):
+    """At most four processes, and no more than there are cores."""
+    asked = []
+    monkeypatch.setattr("gelcone.motion.flow.available_threads", lambda: cores)
+    monkeypatch.setattr(run, "run", lambda names, *, progress, **how: asked.append((names, how)) or found)
+    assert command_line("paper", *typed)[0] == 0
+    usual = {"quick": False, "out": None, "force": False, "workers": min(cores, 4)}
+    assert asked == [(names, usual | options)]
