@@ -1,13 +1,17 @@
 """The parameters of an exported device are all its fields that change the motion but those its film is fitted to."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from gelcone.errors import InputError
 from gelcone.export.parameters import FIXED
 from gelcone.export.sources import CODES, INPUT_VARIABLES, Exported
+from gelcone.physics.drive import Pieces
+from gelcone.physics.waveforms import Triangle
 from tests.export.instance import device
-from tests.export.test_c import BITS
+from tests.export.test_c import BITS, CREEPING
 
 DEVICES = ["taut", "beam and sine", "creeping", "amplifier", "second film"]
 
@@ -41,6 +45,35 @@ def test_every_field_that_changes_the_motion_can_be_changed_later(name):
         assert (field in own.parameters.values) == moved, field
 
 
+CHANGED = {
+    **{name: BITS[name][:2] for name in DEVICES},
+    "payload": ({"film": "taut", "payload": "1 g"}, False),
+    "damped otherwise": ({"film": "taut", "payload": "1 g", "damping_coefficient": None, "quality_factor": 9.0}, False),
+    "two that creep": ({**CREEPING, "second_film": "taut", "second_flat_height": 0.03}, True),
+    "constant voltage on the second": (
+        {"film": "wrinkling", "second_film": "taut", "second_drive": "constant", "second_voltage": 300.0}, True,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_numbers_and_units_follow_changed_parameters_as_those_of_the_changed_device(name):
+    """All parameters are changed at once, each by a share of its own."""
+    changes, inside = CHANGED[name]
+    own = Exported(device().replace(changes), "pump", inside, 1e-7)
+    values = {n: v * (1.0 + 0.01 * k) for k, (n, v) in enumerate(own.parameters.values.items(), start=1)}
+    names = {n: None for n in ("damping_ratio", "quality_factor") if own.device.get(n) is not None}
+    other = own.device.replace_quietly(names | {n: v for n, v in values.items() if v})
+    vars(own)["parameters"] = dataclasses.replace(own.parameters, values=values)
+    right, found = other.to_model().numbers(), own.numbers()
+    assert {"damping_ratio", "spring_stiffness"} <= set(own.parameters.nodes)
+    for number in set(own.program.used) & right.keys():
+        assert found[number] == pytest.approx(float(np.ravel(right[number])[0]), rel=1e-12), number
+    for quantity, value in own.scale_values.items():
+        if quantity != "1":
+            assert value == pytest.approx(float(other.scales.size(quantity)), rel=1e-12), quantity
+
+
 @pytest.mark.parametrize("name", DEVICES)
 def test_the_film_s_geometry_and_pre_stretches_stay_as_they_are(name):
     """The numbers of its force, which leave as they are, hang on them."""
@@ -61,10 +94,11 @@ def test_the_strength_is_the_device_s_own_before_its_gel_s():
 
 @pytest.mark.parametrize("given", [{"damping_ratio": 0.03}, {"quality_factor": 20.0}])
 def test_a_damping_that_is_given_otherwise_leaves_as_its_coefficient(given):
-    """c = 2 m zeta/T, of which the formulas give zeta back."""
-    own = Exported(device(film="taut", damping_coefficient=None, **given), "pump", False, 1e-7)
+    """c = 2 m zeta/T with all that is moved, of which the formulas give zeta back."""
+    own = Exported(device(film="taut", payload="1 g", damping_coefficient=None, **given), "pump", False, 1e-7)
     damping, zeta = own.parameters.values["damping_coefficient"], float(own.model.damping_ratio)
-    assert damping == pytest.approx(2.0 * own.device.moving_mass * zeta / float(own.device.scales.time), rel=1e-12)
+    carried = own.device.moving_mass + 1e-3
+    assert damping == pytest.approx(2.0 * carried * zeta / float(own.device.scales.time), rel=1e-12)
     assert own.numbers()["damping_ratio"] == pytest.approx(zeta, rel=1e-12)
 
 
@@ -130,9 +164,25 @@ def test_a_component_whose_numbers_are_not_formulas_is_refused_by_its_name():
 def test_a_drive_goes_inside_whose_pieces_do_not_change_with_it(waveform, count):
     pieces = Exported(device(film="taut", waveform=waveform), "pump", True, 1e-7).pieces
     assert (None if pieces is None else len(pieces.begins)) == count
+
+
+class Clipped(Triangle):
+    """A triangle whose corners depend on the offset over the amplitude."""
+
+    name = "clipped"
+
+    def table(self, n):
+        pieces = super().table(n)
+        return Pieces(pieces.begins + 0.1 * n["voltage_bias"] / n["voltage"], pieces.terms)
+
+
+@pytest.mark.parametrize("offset", [0.0, 300.0])
+@pytest.mark.parametrize(("waveform", "name"), [("chirp", "chirp"), (Clipped(), "clipped")])
+def test_a_drive_stays_outside_whose_pieces_change_with_it(waveform, name, offset):
+    """With its frequency, or with one of two voltages where both together leave them as they are."""
     with pytest.raises(InputError) as error:
-        _ = Exported(device(film="taut", waveform="chirp"), "pump", True, 1e-7).pieces
+        _ = Exported(device(film="taut", waveform=waveform, voltage_offset=offset), "pump", True, 1e-7).pieces
     assert str(error.value) == (
-        "drive: the pieces of the waveform chirp change with voltage or frequency, which stay free; leave it out and "
-        "give the voltage as an input"
+        f"drive: the pieces of the waveform {name} change with voltage or frequency, which stay free; leave it out "
+        "and give the voltage as an input"
     )

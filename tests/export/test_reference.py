@@ -15,6 +15,8 @@ from gelcone.export import reference
 from gelcone.export.compiler import find_compiler
 from gelcone.export.reference import Reference
 from gelcone.export.sources import Exported
+from gelcone.physics.drive import Pieces
+from gelcone.physics.waveforms import Triangle
 from tests.export.instance import STRICT, device
 
 compiles = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler here")
@@ -61,10 +63,22 @@ def test_a_test_program_notices_other_numbers(tmp_path):
 
 # --- the motion -------------------------------------------------------------------------------------------------------
 
+
+class Late(Triangle):
+    """A triangle whose first piece begins at three quarters of the period."""
+
+    name = "late"
+
+    def table(self, n):
+        pieces = super().table(n)
+        return Pieces(pieces.begins + 2.0 * np.pi, pieces.terms)
+
+
 WAVES = {
     "sine": "sine",
     "trapezoid": "trapezoid",
     "jumps": {"component": "square", "rise": 0.0, "duty": 0.3},
+    "late": "tests.export.test_reference:Late",
     "harmonics": "harmonics",
     "once": {"component": "staircase", "repeat": False},
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import re
 import shutil
 import subprocess
 import threading
@@ -235,3 +236,31 @@ def test_the_name_of_a_device_is_a_text_of_the_page_and_no_part_of_it(tmp_path, 
     page = (tmp_path / "pump.html").read_text(encoding="utf-8")
     assert "<h1>a &lt;script&gt;alert(1)&lt;/script&gt; &amp; co</h1>" in page
     assert "<script>alert" not in page
+
+
+@pytest.mark.parametrize("name", ["a.wasm", "a.js", "a.html"])
+def test_files_next_to_a_module_are_not_overwritten(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
+    taut = device(film="taut")
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match="exists already"):
+        gelcone.export(taut, tmp_path / "a.wasm")
+    assert (tmp_path / name).read_text() == "mine"
+    assert len(gelcone.export(taut, tmp_path / "a.wasm", force=True)) == 3
+
+
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_the_page_and_the_script_have_the_numbers_of_their_device(film, tmp_path, monkeypatch):
+    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"module")
+    own = Exported(device(film=film), "pump", False, 1e-7)
+    paths = wasm.write_wasm(own, tmp_path / "any.wasm", False)
+    assert [path.name for path in paths] == ["pump.wasm", "pump.js", "pump.html"]
+    module, script, page = (path.read_bytes().decode() for path in paths)
+    assert module == "module"
+    table = json.loads(re.search(r"VARIABLES = (\{.*?\})", script, re.DOTALL)[1])
+    assert table == {variable.name: k for k, variable in enumerate(own.variables)}
+    assert gelcone.__version__ in script
+    assert own.device.name in script.splitlines()[0]
+    assert f"[{own.device.disc_radius}, {own.device.film_radius}]" in page
+    assert ('own.get("true_field") / (strength || Infinity)' in page) == ("true_field" in own.outputs)
+    assert not re.search("DEVICE|FIELD_READ|GELCONE_VERSION|VARIABLES_TABLE", page + script)

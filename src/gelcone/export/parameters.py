@@ -22,7 +22,7 @@ from gelcone.errors import InputError
 from gelcone.physics.component import Component
 from gelcone.physics.film.gel import GelFilm
 from gelcone.physics.model import ConeModel
-from gelcone.physics.placed import PlacedFilm
+from gelcone.physics.placed import PREFIX, PlacedFilm
 from gelcone.physics.trace import Graph, Node, ordered
 
 FIXED = ("disc_radius", "film_radius", "prestretch", *DIRECT_PRESTRETCHES, *SECOND_PRESTRETCHES)
@@ -80,10 +80,12 @@ def _fixed(device: Device, name: str) -> bool:
 
 def _numbers(device: Device, model: ConeModel, scales: Scales, get: Any, graph: Graph) -> dict[str, Node]:
     """Trace the numbers of the formulas that are not the film's own."""
-    values = dict(model.values)
-    for parameter, (field, quantity) in numbers_of(device).items():
-        if parameter in values and device.get(field) is not None:
-            values[parameter] = scales.dimensionless(quantity, get(field))
+    values, known = dict(model.values), numbers_of(device)
+    for parameter, (field, quantity) in known.items():
+        of_second = () if PREFIX + parameter in known else (PREFIX + parameter,)  # which is of the same gel
+        if device.get(field) is not None:
+            number = scales.dimensionless(quantity, get(field))
+            values |= {name: number for name in (parameter, *of_second) if name in values}
     values |= following(device, get, scales)
     values["damping_ratio"] = get(DAMPING) * scales.time / (2.0 * carried_mass(get))
     system = model.system

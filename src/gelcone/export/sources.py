@@ -96,7 +96,7 @@ class Exported:
         if own is None:
             return None
         tables = [
-            own.table({**model.values, **{name: (1.0 + share) * model.values[name] for name in VOLTAGE}})
+            own.table({**model.values, **{name: model.values[name] + share * k for k, name in enumerate(VOLTAGE, 1)}})
             for share in (0, 1)
         ]
         if any((getattr(tables[0], part) != getattr(tables[1], part)).any() for part in ("begins", "terms")):

@@ -269,6 +269,21 @@ def test_where_a_film_has_no_length_no_switch_has_a_sign():
             np.testing.assert_array_equal(np.isnan(sign)[ends], lost)
 
 
+def test_a_single_state_has_the_lengths_and_switches_that_it_has_among_others():
+    """As numbers, not arrays; also where the minimum has ended and where descent of the energy finds it."""
+    film, n = film_of("log", "minimum")
+    x, _, y = samples("log", 20, 7)
+    for squared in 0.99 * film.highest_squared_held(x, y, n), np.full(20, 3.0):
+        together = film.creeping.solved(1.0 + x * x, squared, y, n)
+        signs = film.switches(x, squared, y, n)
+        for k in range(20):
+            own = x[k], squared[k], [value[k] for value in y], n
+            alone = film.creeping.solved(1.0 + own[0] ** 2, *own[1:])
+            np.testing.assert_allclose(alone, np.stack(together)[:, k], rtol=1e-12)
+            for name, sign in film.switches(*own).items():
+                np.testing.assert_array_equal(sign, signs[name][k])
+
+
 def test_the_border_of_the_meridian_is_its_stress_at_the_width_that_the_film_takes():
     (film, n), (x, squared, y) = film_of(), samples("log", 240, 13)
     q = 1.0 + x * x

@@ -160,7 +160,7 @@ class Creeping:
                 if not moving.any():
                     break
             whole = self._whole(self.tension(m, squared, width, y, n), m, width, y, n)
-            missed = ~np.broadcast_to(whole, m.shape) | moving
+            missed = np.asarray(~np.broadcast_to(whole, m.shape) | moving)
             m, width = np.where(missed, np.nan, m), np.where(missed, np.nan, width)
             missed &= np.isfinite(sum((q, squared, *y)))
             if missed.any():

@@ -1,9 +1,8 @@
-"""What leaves gelcone says of itself what is so: the description of an FMU, its machines, and the page.
+"""The description of an FMU says what is so, and its files are in their places.
 
 Nothing is compiled: every variable of the description is compared with the device, row by row.
 """
 
-import json
 import platform
 import re
 import xml.etree.ElementTree as ET
@@ -12,33 +11,15 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.export import fmu, wasm
+from gelcone.export import fmu
 from gelcone.export.sources import CODES, INPUT_VARIABLES, RATE, Exported
 from tests.export.instance import device
-
-
-@pytest.fixture(scope="module")
-def taut():
-    return device(film="taut")
 
 
 @pytest.fixture(scope="module")
 def behind():
     """An amplifier adds states, and switches with borders."""
     return Exported(device(film="taut", series_resistance="1 MOhm", current_limit="2 mA"), "pump", False, 1e-9)
-
-
-@pytest.mark.parametrize("name", ["a.wasm", "a.js", "a.html"])
-def test_files_next_to_a_module_are_not_overwritten(name, taut, tmp_path, monkeypatch):
-    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"")
-    (tmp_path / name).write_text("mine")
-    with pytest.raises(InputError, match="exists already"):
-        gelcone.export(taut, tmp_path / "a.wasm")
-    assert (tmp_path / name).read_text() == "mine"
-    assert len(gelcone.export(taut, tmp_path / "a.wasm", force=True)) == 3
-
-
-# --- the description of an FMU ----------------------------------------------------------------------------------------
 
 
 def rows(exported, fmi):
@@ -159,6 +140,22 @@ def test_the_token_is_that_of_the_sources_and_files_are_in_their_places(behind):
     assert 'modelIdentifier="pump"' in fmu._contents(behind, 3)["sources/buildDescription.xml"]
 
 
+def test_files_of_devices_that_differ_have_tokens_that_differ(behind):
+    """By which an importer notices a library of another description; the same device has the same token."""
+
+    def token(own, **options):
+        given = {"name": "pump", "inside": False, "tolerance": 1e-9} | options
+        description = fmu._contents(Exported(own, **given), 2)["modelDescription.xml"]
+        return ET.fromstring(description).get("guid")
+
+    taut = device(film="taut")
+    others = [taut.replace(film_thickness=1.01 * taut.film_thickness), taut.replace(film="wrinkling"), behind.device]
+    tokens = [token(own) for own in (taut, *others)]
+    tokens += [token(taut, inside=True), token(taut, tolerance=1e-7), token(taut, name="other")]
+    assert len(set(tokens)) == len(tokens)
+    assert token(device(film="taut")) == tokens[0]
+
+
 HOSTS = [
     ("Linux", "x86_64", "linux64", "x86_64-linux", ".so"), ("Linux", "aarch64", "", "aarch64-linux", ".so"),
     ("Windows", "AMD64", "win64", "x86_64-windows", ".dll"), ("Plan9", "x86_64", "", "", ""),
@@ -200,23 +197,3 @@ def test_the_library_of_another_machine_is_in_its_folder(name, monkeypatch):
         with pytest.raises(InputError, match=r"has no place in FMI 2\.0; give fmi = 3"):
             fmu._compilers("pump", 2, [name])
     assert set(fmu.PLATFORMS) == set(PLACES)
-
-
-# --- the page ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("film", ["taut", "wrinkling"])
-def test_the_page_has_the_numbers_of_its_device(film, tmp_path, monkeypatch):
-    monkeypatch.setattr(wasm, "_compiled", lambda exported: b"module")
-    own = Exported(device(film=film), "pump", False, 1e-7)
-    paths = wasm.write_wasm(own, tmp_path / "any.wasm", False)
-    assert [path.name for path in paths] == ["pump.wasm", "pump.js", "pump.html"]
-    module, script, page = (path.read_bytes().decode() for path in paths)
-    assert module == "module"
-    table = json.loads(re.search(r"VARIABLES = (\{.*?\})", script, re.DOTALL)[1])
-    assert table == {variable.name: k for k, variable in enumerate(own.variables)}
-    assert gelcone.__version__ in script
-    assert own.device.name in script.splitlines()[0]
-    assert f"[{own.device.disc_radius}, {own.device.film_radius}]" in page
-    assert ('own.get("true_field") / (strength || Infinity)' in page) == ("true_field" in own.outputs)
-    assert not re.search("DEVICE|FIELD_READ|GELCONE_VERSION|VARIABLES_TABLE", page + script)
