@@ -16,7 +16,7 @@ from gelcone.atlas.plan import Plan
 from gelcone.atlas.sweep import sweep
 from gelcone.errors import InputError
 from gelcone.physics.model import ConeModel
-from gelcone.register.analyses import ANALYSES, find_analysis, sweepable
+from gelcone.register.analyses import ANALYSES, COMMANDS, find_analysis, sweepable
 
 MODEL = ConeModel(damping_ratio=0.1, spring_stiffness=0.5, drive_frequency=0.6, voltage=0.6, dielectric_strength=0.8)
 VOLTAGES = [0.4, 1.0, 1.4]
@@ -117,6 +117,22 @@ def test_all_analyses_take_initial_threads_and_progress_alike(name):
     for n in named:
         assert parameters[n].default is None
         assert parameters[n].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+def test_analyses_are_in_the_order_of_the_listing_and_no_other_name_is_one():
+    """So are the commands, and the analyses that can be swept."""
+    listed = [name for name, (_, about) in gelcone._listing().items() if about]
+    assert listed != sorted(listed)
+    assert list(ANALYSES) == list(ANALYSES.summaries) == list(COMMANDS.values()) == listed
+    assert list(sweepable()) == [name for name in listed if ANALYSES[name].swept]
+    assert len(ANALYSES) == len(listed) > len(sweepable()) > 3
+    for name in ("Plan", "find_device", "InputError", "no_such", "analyses"):
+        assert name not in ANALYSES
+        assert ANALYSES.get(name) is None
+        with pytest.raises(KeyError):
+            ANALYSES[name]
+        with pytest.raises(InputError, match=f"'{name}' is not an analysis"):
+            find_analysis(name)
 
 
 def test_an_unknown_analysis_is_refused_with_the_nearest():

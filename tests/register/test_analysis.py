@@ -29,6 +29,13 @@ def test_settings_fill_in_defaults_and_refuse_what_is_no_option():
     with pytest.raises(InputError, match="'thread' is not an option of the analysis regime") as refused:
         regime.settings({"thread": 2})
     assert "'threads'" not in str(refused.value)  # which would be refused, too
+    assert regime.settings({"budget": 0.0, "transient": 0})["budget"] == 0.0
+    assert regime.settings({"transient": 0, "patience": None})["transient"] == 0.0
+    assert find_analysis("limits").settings({})["at_once"] is False
+    assert find_analysis("limits").settings({"at_once": True})["at_once"] is True
+    for wrong in (1, "yes", None):
+        with pytest.raises(InputError, match=f"at_once = {wrong!r}: must be True or False"):
+            find_analysis("limits").settings({"at_once": wrong})
     with pytest.raises(InputError, match="budget = True: must be a number"):
         regime.settings({"budget": True})
     assert [type(regime.settings({"budget": value})["budget"]) for value in (300, np.int64(300), 300.0)] == [float] * 3
@@ -50,6 +57,7 @@ def test_explanations_come_from_docstrings():
         budget, window : longest time; taken
             together. Default `all`.
         transient : as in `regime`.
+        patience : as in `gelcone.regime`, in turns. Default 32 `transient`.
         threads : shares; default one a core. Does not matter.
         none : whether not.
         store, keep : folder; kept. Default: nothing
@@ -64,10 +72,14 @@ def test_explanations_come_from_docstrings():
         """No parameters."""
 
     found = explanations(does)
-    assert list(found) == ["model", "budget", "window", "transient", "threads", "none", "store", "keep"]
+    assert list(found) == [
+        "model", "budget", "window", "transient", "patience", "threads", "none", "store", "keep",
+    ]  # fmt: skip
     assert found["budget"] == found["window"] == ("Longest time.", "all")
     assert found["transient"][0].startswith("Time after which")
     assert found["transient"][1].startswith("by damping")
+    assert found["patience"] == (explanations(gelcone.regime)["patience"][0], "32 `transient`")
+    assert explanations(gelcone.regime)["patience"][1] not in ("", found["patience"][1])
     assert found["threads"] == ("Shares.", "one a core")
     assert found["none"] == ("Whether not.", "")
     assert found["store"] == found["keep"] == ("Folder.", "nothing is stored")
@@ -124,3 +136,14 @@ def test_a_command_has_the_name_of_its_function_in_the_words_of_a_shell(name, co
 def test_what_cannot_be_swept_has_no_cells():
     with pytest.raises(InputError, match=r"static: cannot be swept; run `gelcone static` \(in Python gelcone.static\)"):
         _ = find_analysis("static").compute
+
+
+def test_an_axis_has_its_name_and_its_quantity():
+    """On the command line that of a model or of a device; the quantities of options and axes by their keywords."""
+    envelope = find_analysis("envelope")
+    names = {keyword: (axis.name(False), axis.name(True)) for keyword, axis in envelope.axes.items()}
+    assert names == {"frequencies": ("drive_frequency", "frequency"), "peaks": ("voltage", "peak_voltage")}
+    measured = {name: quantity for name, quantity in envelope.quantities.items() if quantity}
+    assert measured.items() >= {"frequencies": "frequency", "peaks": "voltage"}.items()
+    assert find_analysis("regime").quantities["budget"] == "time"
+    assert find_analysis("regime").quantities["tolerance"] == ""
