@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import gelcone
-from gelcone.atlas.uncertain import draw
 from gelcone.errors import InputError, MissingDependency
 from gelcone.export.sources import _kinds
-from gelcone.learn.episodes import Pool
 from tests.export.instance import device
 from tests.export.test_c import WRINKLING
 
@@ -152,16 +149,6 @@ def test_the_devices_are_those_that_the_seed_draws(taut):
         np.testing.assert_allclose(pool.time, [one.scales.time for one in own], rtol=1e-12)
 
 
-def test_drawn_devices_begin_each_at_its_own_rest(taut):
-    """However far from that of the device."""
-    wide = {"spring_rate": gelcone.Uniform(3.0, 60.0), "initial_height": gelcone.Uniform(0.012, 0.03)}
-    pool = Pool.of(taut, wide, 12, 3)
-    rests = gelcone.static(taut.replace_quietly(draw(wide, 12, seed=3)), ["0 V"]).rest_displacement.values
-    assert np.ptp(rests) > 5.0
-    np.testing.assert_allclose(1e3 * pool.starts[:, 0] * pool.length, rests, rtol=1e-9)
-    np.testing.assert_array_equal(pool.starts[:, 1], 0.0)
-
-
 def test_what_is_seen_and_earned_follows_from_the_motion(taut):
     vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), most="1 kV")
     vector.reset(seed=0)
@@ -199,20 +186,6 @@ def test_behind_a_leak_the_highest_height_is_that_of_the_voltage_that_is_left(ta
     task = gelcone.environment(behind, most="1 kV").episodes.task
     held = gelcone.stroke_and_blocked_force(behind, [0.0, 1e3 * gain]).displacement.values
     np.testing.assert_allclose(1e3 * np.array([task.lowest, task.highest]), held)
-
-
-def test_films_are_known_where_all_of_them_are():
-    """Lowest and highest displacement of two films, in metres."""
-    ends = [(-1.0, 2.0, None), (-0.5, 3.0, None)]
-    films = [SimpleNamespace(reach=lambda n, own=own: own) for own in ends]
-    pool = SimpleNamespace(
-        system=SimpleNamespace(films=films),
-        members=SimpleNamespace(numbers_at=lambda k: k),
-        size=2,
-        length=np.array([0.01, 0.02]),
-    )
-    low, high = Pool.reach.func(pool)
-    np.testing.assert_allclose([low, high], [[-0.005, -0.01], [0.02, 0.04]])
 
 
 # --- where it ends ----------------------------------------------------------------------------------------------------
@@ -281,7 +254,10 @@ def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
     ("options", "match"),
     [
         ({"count": 0}, "count = 0"),
-        ({"draws": 1}, "draws = 1"),
+        ({"count": 1.5}, r"count = 1\.5: must be a whole number of at least 1"),
+        ({"draws": 1}, "draws = 1: must be a whole number of at least 2"),
+        ({"tolerance": -1.0}, r"tolerance = -1\.0"),
+        ({"tolerance": 0.0}, r"tolerance = 0\.0"),
         ({"most": "0 V"}, "most = 0 V"),
         ({"most": "1 mm"}, "most"),
         ({"most": "9 kV"}, "pulls in"),

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.atlas.uncertain import draw
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, Outcome
 from gelcone.errors import InputError
 from gelcone.learn import environment as public
 from gelcone.learn import episodes as module
 from gelcone.learn.environments import HeightEnv, HeightVectorEnv
 from gelcone.learn.episodes import INPUTS, LARGEST, OBSERVED, Episodes, Task, task_of
+from tests.export.instance import device
 
 TASK = Task(most=1000.0, lowest=0.012, highest=0.016, period=0.002, steps=4, radian=0.05)
 LENGTH, VELOCITY, VOLTAGE, TIME = (np.array(v) for v in ((0.01, 0.02, 0.04), (1.0, 2.0, 4.0), (500.0, 250.0, 125.0),
@@ -195,7 +197,54 @@ def test_an_action_must_be_a_number(wrong, made):
         made(2)[0].advance([0.0, wrong])
 
 
-# --- as environments of Gymnasium -------------------------------------------------------------------------------------
+# --- the devices ------------------------------------------------------------------------------------------------------
+
+
+def test_drawn_devices_begin_each_at_its_own_rest():
+    """However far from that of the device."""
+    taut = device(film="taut")
+    wide = {"spring_rate": gelcone.Uniform(3.0, 60.0), "initial_height": gelcone.Uniform(0.012, 0.03)}
+    pool = module.Pool.of(taut, wide, 12, 3)
+    rests = gelcone.static(taut.replace_quietly(draw(wide, 12, seed=3)), ["0 V"]).rest_displacement.values
+    assert np.ptp(rests) > 5.0
+    np.testing.assert_allclose(1e3 * pool.starts[:, 0] * pool.length, rests, rtol=1e-9)
+    np.testing.assert_array_equal(pool.starts[:, 1], 0.0)
+
+
+TWO_RESTS = {"film": "taut", "initial_height": 0.0, "spring_rate": 0.01, "beam_rate": -20.0, "beam_cubic_rate": 4e5}
+
+
+@pytest.mark.parametrize("beams", [{}, {"beam_rate": gelcone.Uniform(-22.0, -18.0)}])
+def test_devices_of_two_rests_begin_at_that_of_the_device_or_where_they_are_released(beams):
+    """A buckled beam, whose flat state halfway is unstable. The velocity is that of the release in any case."""
+    own = device(**TWO_RESTS, release_velocity=0.25)
+    changes = draw(beams, 4, seed=0) if beams else {}
+    rests = np.ravel(gelcone.static(own.replace_quietly(changes), ["0 V"]).rest_displacement.values)
+    assert (rests > 3.0).all()
+    higher = {"release_height": gelcone.Uniform(1e-3, 2e-3)}
+    for one, uncertain, heights in (
+        (own, beams, 1e-3 * rests),
+        (own.replace(release_height="-6 mm"), beams, -6e-3),
+        (own, higher, draw(higher, 4, seed=0)["release_height"]),
+    ):
+        pool = module.Pool.of(one, uncertain, 4, 0)
+        assert pool.size == (4 if uncertain else 1)
+        np.testing.assert_allclose(pool.starts[:, 0] * pool.length, heights, rtol=1e-9)
+        np.testing.assert_allclose(pool.starts[:, 1] * pool.velocity, 0.25, rtol=1e-12)
+
+
+def test_films_are_known_where_all_of_them_are():
+    """Lowest and highest displacement of two films, in metres."""
+    ends = [(-1.0, 2.0, None), (-0.5, 3.0, None)]
+    films = [SimpleNamespace(reach=lambda n, own=own: own) for own in ends]
+    pool = SimpleNamespace(
+        system=SimpleNamespace(films=films),
+        members=SimpleNamespace(numbers_at=lambda k: k),
+        size=2,
+        length=np.array([0.01, 0.02]),
+    )
+    low, high = module.Pool.reach.func(pool)
+    np.testing.assert_allclose([low, high], [[-0.005, -0.01], [0.02, 0.04]])
 
 
 # --- what is asked for ------------------------------------------------------------------------------------------------

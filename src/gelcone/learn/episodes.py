@@ -102,9 +102,11 @@ class Pool:
         own = driven(model.system, breaks_down="dielectric_strength" in model.values)
         members = Members(own, model.members().values, model.size)
         disc = np.empty((members.size, 2))
-        disc[:] = drawn.initial_state() if device.release_height is not None else 0.0
-        if device.release_height is None:
+        disc[:, 1] = drawn.release_velocity / s.velocity
+        if drawn.release_height is None:
             disc[:, 0] = _rests(members, device.initial_state()[0] * device.scales.length / s.length)
+        else:
+            disc[:, 0] = drawn.release_height / s.length
         each = np.ones(members.size)
         return cls(
             members,
