@@ -219,6 +219,14 @@ def test_the_heading_of_a_text():
     assert answer.grid_text(grid, ["voltage", "material"]) == "voltage 800 to 900 V, 3 values; material a, b, 2 values"
 
 
+def test_the_heading_names_components_other_than_the_usual_ones():
+    own = MODEL.replace(waveform="triangle", bias="spring+tests.toys:CubicBias", circuit="charge")
+    lines = " ".join(line.strip() for line in answer.heading(Subject(own)))
+    for said in ("bias spring + cubic", "waveform triangle", "circuit charge"):
+        assert said in lines
+        assert said not in " ".join(answer.heading(Subject(MODEL)))
+
+
 def test_the_heading_states_the_error_of_a_film_that_stays_the_same():
     """Whatever else is swept; of films that differ the error of the first would be that of none."""
     device = gelcone.find_device("biased-pump")

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.devices.template import _terms, _value, fields_in_words, first_file
+from gelcone.devices.template import _terms, _value, component_in_words, fields_in_words, first_file
 from gelcone.devices.units import parse
+from gelcone.physics.bias import LinearSpring, Together, Weight
+from gelcone.physics.film.wrinkling import WrinklingCone
+from gelcone.physics.laws import LAWS
 
 PUMP = gelcone.find_device("biased-pump")
 DOUBLE = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
@@ -33,6 +36,54 @@ def test_a_law_and_a_waveform_that_are_not_the_usual_ones_are_said():
     assert set(fields_in_words(own)) - set(fields_in_words(DOUBLE)) == {
         "material PVC-DBA 6:1, changed", "law neo-hookean", "waveform triangle", "initial_height 3 mm",
     }  # fmt: skip
+
+
+def test_a_changed_number_of_a_gel_that_ships_is_said_and_the_others_are_not():
+    changed = DOUBLE.replace({"material.shear_modulus": "9 kPa", "material.viscous_modulus_1": "3 kPa",
+                              "material.relaxation_time_1": "50 ms"})  # fmt: skip
+    assert set(fields_in_words(changed)) - set(fields_in_words(DOUBLE)) == {
+        "material PVC-DBA 6:1, changed", "shear_modulus 9 kPa", "viscous_modulus_1 3 kPa", "relaxation_time_1 50 ms",
+    }  # fmt: skip
+    assert "shear_modulus 9 kPa" not in fields_in_words(changed, ["material.shear_modulus"])
+
+
+def test_all_numbers_of_a_gel_of_ones_own_are_said_once():
+    gel = {"name": "own gel", "shear_modulus": "9 kPa", "relative_permittivity": 5.5, "law": "yeoh", "yeoh_c2": 0.01,
+           "dielectric_strength": "22 MV/m", "resistivity": "2 Gohm m", "flow": "linear",
+           "viscous_modulus_1": "5 kPa", "relaxation_time_1": "50 ms"}  # fmt: skip
+    own = DOUBLE.replace(material=gel, dielectric_strength=None)
+    said = [
+        "material own gel", "shear_modulus 9 kPa", "relative_permittivity 5.5", "law yeoh", "yeoh_c2 0.01",
+        "dielectric_strength 22 MV/m", "viscous_modulus_1 5 kPa", "relaxation_time_1 50 ms", "flow linear",
+        "resistivity 2 Gohm m",
+    ]  # fmt: skip
+    assert [text for text in fields_in_words(own) if text in said] == said
+    assert set(fields_in_words(own)) - set(said) < set(fields_in_words(DOUBLE))
+    both = fields_in_words(own.replace(dielectric_strength="20 MV/m"))
+    assert [text for text in both if "strength" in text] == ["dielectric_strength 20 MV/m"]
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "texts"),
+    [
+        ("waveform", {"component": "samples", "shares": [0, 0.5, 1], "values": [0, 1, -1], "interpolation": "pchip"},
+         ["waveform samples (3 values, interpolation pchip)"]),
+        ("waveform", {"component": "staircase", "levels": [0, 1], "rise": 0.05, "repeat": False},
+         ["waveform staircase (2 levels, rise 0.05, no repeat)"]),
+        ("waveform", {"component": "square", "duty": 0.3}, ["waveform square", "waveform.duty 0.3"]),
+        ("waveform", "samples", ["waveform samples"]),
+        ("bias", {"component": "tests.toys:CubicBias", "bias_cubic": 0.4}, ["bias cubic", "bias.bias_cubic 0.4"]),
+        ("circuit", "charge", ["circuit charge"]),
+    ],
+)  # fmt: skip
+def test_a_component_is_said_with_its_data_and_its_numbers(part, value, texts):
+    own, before = PUMP.replace({part: value}), fields_in_words(PUMP)
+    assert [text for text in fields_in_words(own) if text not in before] == texts
+
+
+def test_parts_and_data_of_a_component_are_said_but_not_the_gel_s():
+    assert component_in_words(Together((LinearSpring(), Weight()))) == "spring + weight"
+    assert component_in_words(WrinklingCone(LAWS["yeoh"], "equibiaxial", pull_in="snap")) == "wrinkling (pull_in snap)"
 
 
 @pytest.mark.parametrize(

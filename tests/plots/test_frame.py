@@ -120,3 +120,14 @@ def test_no_line_of_the_note_parts_a_name_from_its_value():
     assert len(lines) > 5
     assert all(line.startswith(("parameter", "terms", "help", "glossary", "gelcone")) for line in lines)
     assert figure.get_size_inches()[1] == pytest.approx(3.0 + LINE * len(lines) + 0.06)
+
+
+def test_a_caption_names_the_components_and_numbers_of_one_s_own():
+    samples = {"component": "samples", "shares": [0, 0.5, 1], "values": [0, 1, -1], "repeat": True, "jump": True}
+    own = gelcone.find_device("biased-pump").replace(
+        {"material.shear_modulus": "9 kPa"}, waveform=samples, bias="tests.toys:CubicBias", film="taut"
+    )
+    words = fixed_parameters(gelcone.simulate(own, periods=1)).split(", ")
+    assert {"waveform samples (3 values", "bias cubic", "shear_modulus 9 kPa", "film taut"} <= set(words)
+    plain = gelcone.simulate(ConeModel(waveform=samples), periods=1)
+    assert "waveform samples" in fixed_parameters(plain).split(", ")

@@ -242,22 +242,27 @@ def first(variable: xr.DataArray) -> xr.DataArray:
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
+_USUAL_PARTS = {"bias": "spring", "waveform": "sine", "circuit": "ideal"}
+
+
 def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     """First lines of a text: what was computed on, with those numbers that are one and not swept."""
-    swept = set(swept)
-    if subject.device is not None:
-        from gelcone.devices.template import fields_in_words
+    from gelcone.devices.template import component_in_words, fields_in_words
 
+    swept = set(swept)
+    system = subject.model.system
+    if subject.device is not None:
         name, numbers = subject.device.name, fields_in_words(subject.device, swept)
         numbers += [_spread(k, v, subject.device.fields[k].unit) for k, v in subject.device if _several(k, v, swept)]
     else:
         given = {k: v for k, v in subject.model.parameters().items() if isinstance(v, float) and k not in swept}
         name, numbers = "cone model, dimensionless", [f"{k} {v:.4g}" for k, v in given.items()]
+        parts = {"bias": system.bias, "waveform": system.waveform, "circuit": system.circuit}
+        numbers += [f"{k} {component_in_words(v)}" for k, v in parts.items() if v.name != _USUAL_PARTS[k]]
         numbers += [_spread(k, v) for k, v in subject.model.values.items() if _several(k, v, swept)]
     unbroken = ", ".join(number.replace(" ", "\0") for number in numbers)
     wrapped = textwrap.wrap(unbroken, WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
     lines = [name, *(line.replace("\0", " ") for line in wrapped)]
-    system = subject.model.system
     abouts = [film.film.describe() for film in system.films]
     same = not swept & _names_of_films(subject)
     for k, film in enumerate(system.films):

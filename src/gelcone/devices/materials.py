@@ -19,7 +19,8 @@ from gelcone.errors import check_name
 from gelcone.physics.film.branches import FLOWS, MOST_BRANCHES
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 
-_CHANGED = ", changed"
+CHANGED = ", changed"
+"""Ending of the name of a gel that was changed."""
 RANGED = ("shear_modulus", "relative_permittivity")
 """Fields for which a material may state the range of the measurements."""
 
@@ -234,8 +235,8 @@ class Material(Record):
             dropped |= _LAW_FIELDS.keys() | self.strain_energy_law.parameters.keys()
         values = {name: value for name, value in values.items() if name not in dropped}
         values["sources"] = {name: source for name, source in self.sources.items() if name not in dropped}
-        if changed - {"sources"} and not self.name.endswith(_CHANGED):
-            values["name"] = self.name + _CHANGED
+        if changed - {"sources"} and not self.name.endswith(CHANGED):
+            values["name"] = self.name + CHANGED
         given: dict[str, Any] = {**values, **changes}
         return Material(**given)
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from gelcone.devices.materials import Material, load_materials
+from gelcone.devices.materials import CHANGED, Material, load_materials
 from gelcone.devices.record import Field, Record
 from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse
+from gelcone.physics.bias import Together
+from gelcone.physics.component import Component
+from gelcone.physics.film.film import Film
 
 COMMENT_COLUMN = 40
 HEAD = """\
@@ -199,8 +203,8 @@ def _rows(name: str, field: Field) -> list[str]:
 
 
 def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
-    """Texts ``name value unit`` of all numbers of a device that are set and not swept, of the gel, of a law other than
-    the default, and of all texts other than defaults."""
+    """Texts ``name value unit`` of all fields of a device that are set, not swept and not defaults: numbers, texts,
+    components and the gel. A film that ships is left out."""
     found = []
     for name, value in device:
         field = device.fields.get(name)
@@ -209,13 +213,61 @@ def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
         if field.unit and not (value == 0.0 and field.default == 0.0):
             found.append(f"{name} {format_si(value, field.unit)}")
         elif isinstance(value, Material):
-            found.append(f"{name} {value.name}")
-            law = value.plain("law", value.law)
-            if law != value.fields["law"].default:
-                found.append(f"law {law}")
+            skipped = {own for own, number in device if number is not None}  # a device's own number wins
+            found += _gel_in_words(value, skipped | {own.removeprefix("material.") for own in swept})
+        elif isinstance(value, Component):
+            found.append(f"{name} {component_in_words(value)}")
         elif isinstance(value, str) and name not in ("name", "film") and value != field.default:
             found.append(f"{name} {value}")
     return found
+
+
+def _gel_in_words(gel: Material, skipped: Collection[str]) -> list[str]:
+    """Texts of the name of a gel, and of its fields, not ``skipped``, that differ from those of the gel of that name
+    that ships, or from their defaults."""
+    ships = load_materials().get(gel.name.removesuffix(CHANGED))
+    law = gel.strain_energy_law
+    usual = dict(ships) if ships is not None else {"law": gel.fields["law"].default}
+    if ships is None or ships.law != gel.law:
+        usual |= {name: quantity.default for name, quantity in law.parameters.items()}
+    found = [f"material {gel.name}"]
+    for name, value in gel:
+        if value is None or name in (*skipped, "name", "sources") or np.ndim(value) or value == usual.get(name):
+            continue
+        unit = gel.fields[name].unit
+        found.append(
+            f"{name} {component_in_words(law) if name == 'law' else format_si(value, unit) if unit else value}"
+        )
+    return found
+
+
+def component_in_words(component: Component) -> str:
+    """The name of a component with its data other than defaults, of tables the number of entries."""
+    if isinstance(component, Together):
+        return " + ".join(map(component_in_words, component.parts))
+    own: tuple[dataclasses.Field[Any], ...] = (
+        dataclasses.fields(component) if dataclasses.is_dataclass(component) else ()
+    )
+    others = ("law", "prestretch_mode") if isinstance(component, Film) else ()  # the material's and the device's
+    data = {
+        one.name: value
+        for one in own
+        if one.name not in others and (value := getattr(component, one.name)) != one.default
+    }
+    entries = {
+        len(value): name for name, value in data.items() if isinstance(value, tuple)
+    }  # columns of one table: one
+    texts = [f"{count} {name}" for count, name in entries.items()]
+    texts += [_datum_in_words(name, value) for name, value in data.items() if not isinstance(value, tuple)]
+    return f"{component.name} ({', '.join(texts)})" if texts else component.name
+
+
+def _datum_in_words(name: str, value: Any) -> str:
+    if isinstance(value, bool):
+        return name if value else f"no {name}"
+    if isinstance(value, Component):
+        return f"{name} {component_in_words(value)}"
+    return f"{name} {value:.4g}" if isinstance(value, int | float) else f"{name} {value}"
 
 
 def unit_table() -> str:

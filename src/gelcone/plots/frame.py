@@ -33,7 +33,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
     swept |= set(str(attrs.get("parameters", "")).split(","))
     swept |= {name.removeprefix("drawn_") for name in swept}
     if (device := device_of(result)) is not None:
-        film = [f"film {device.film}"] if "film" not in swept and len(str(device.film)) < LONGEST_NAME else []
+        film = [f"film {device.film}"] if "film" not in swept and isinstance(device.film, str) else []
         return "fixed: " + ", ".join([*fields_in_words(device, swept), *film])
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
     usual |= {"waveform": "sine", "circuit": "ideal"}
@@ -41,6 +41,8 @@ def fixed_parameters(result: xr.Dataset) -> str:
     for name, value in json.loads(attrs["model"]).items():
         if name in swept or usual.get(name) == value:
             continue
+        if isinstance(value, dict):  # a component with data
+            value = value["component"]
         if isinstance(value, int | float):
             parts.append(f"{name.replace('_', ' ')} {value:.4g}")
         elif isinstance(value, str) and len(value) < LONGEST_NAME:
