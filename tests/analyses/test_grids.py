@@ -14,6 +14,7 @@ from gelcone.analyses import (
 from gelcone.atlas import probability as probability_module
 from gelcone.atlas import tolerances as tolerances_module
 from gelcone.codes import Outcome, Regime
+from gelcone.words import with_error
 from tests.analyses.said import INF, NAN, SUBJECT, said
 from tests.analyses.test_motions import HOLDS
 from tests.edited import edited, made
@@ -61,9 +62,7 @@ def test_a_map():
         "1 of 4 doubtful: the evidence disagrees, check before you rely on it",
     ]
     alike = grids.map_words(map_of(lyapunov=-0.25), SUBJECT).splitlines()[head:]
-    assert [line for line in alike if "exponent" in line] == [
-        "highest exponent -0.25 per second at voltage 800 V, damping_ratio 0.25"
-    ]
+    assert [line for line in alike if "exponent" in line] == ["exponent -0.25 per second everywhere"]
     unknown = grids.map_words(map_of(lyapunov=NAN, doubtful=0), SUBJECT).splitlines()[head:]
     assert unknown == lines[:3]
 
@@ -130,6 +129,8 @@ def test_tolerances():
     over = over.assign_coords(voltage=("voltage", [800.0, 900.0], {"units": "V"}))
     found = grids.tolerance_lines(over.drop_vars(["first_order", "total_order"]))
     assert found[0].endswith(", the highest, at voltage 900 V")
+    equal = grids.tolerance_lines(over.assign(probability=0.0 * over["probability"] + 0.25))
+    assert equal[0] == lines[0]
     assert found[-1].startswith("quantiles of the stroke in mm: 5 % 4 [")
     assert found[-1].endswith("], at voltage 900 V")
 
@@ -306,6 +307,26 @@ def test_the_extreme_exponents_of_a_map_have_their_own_errors():
     lines = grids._exponent_lines(map_of(standard_error=errors))
     assert lines[0].startswith("highest exponent +0.500 ± 0.020 per second at voltage 800 V")
     assert lines[1].startswith("lowest exponent -0.750 ± 0.030 per second at voltage 900 V")
+
+
+@pytest.mark.parametrize(("apart", "extremes"), [(0.99e-6, False), (3e-6, True)])
+def test_exponents_that_differ_by_less_than_their_errors_are_one(apart, extremes):
+    values = -4.4 + apart * np.array([[0.0, 1.0], [0.5, 0.5]])
+    found = map_of(lyapunov=np.stack([values, values - 1.0], axis=-1), standard_error=5e-7)
+    lines = grids._exponent_lines(found)
+    one = [f"exponent {with_error(-4.4 + apart, 5e-7)} per second everywhere"]
+    assert [line.split()[0] for line in lines] == ["highest", "lowest"] if extremes else lines == one
+    failed = found.assign(lyapunov=found["lyapunov"].where(found["voltage"] > 800.0))
+    if not extremes:
+        assert grids._exponent_lines(failed)[0].endswith("wherever it is known")
+
+
+def test_numbers_that_read_the_same_have_no_places():
+    at = ("voltage",)
+    shown = made(
+        {"status": (at, [1, 1]), "stroke": (at, [2.0, 2.0 + 1e-9], "mm")}, {"voltage": (at, [800.0, 900.0], "V")}
+    )
+    assert grids.number_lines(shown) == ["stroke: 2 mm in all"]
 
 
 def test_draws_that_stand_for_sobol_indices_alone_are_left_out_of_spreads_and_probabilities(monkeypatch):

@@ -83,6 +83,11 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
         "  800 V: 8 s",
     ]
 
+    close = creep.assign(holding_voltage=creep["holding_voltage"].copy(data=800.0004))
+    first, *_, last = own_lines(runs.creep_words(close, SUBJECT), 6)
+    assert first.endswith("up to 800.0004 V is held for 20 s")
+    assert last == "  800 V: 8 s"
+
 
 def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
     transfer = result(

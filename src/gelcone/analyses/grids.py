@@ -110,20 +110,20 @@ def map_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _exponent_lines(shown: xr.Dataset) -> list[str]:
-    """The highest and, where others differ, the lowest of the largest exponents, and where they are."""
+    """The highest and the lowest of the largest exponents, and where they are; one value where they differ by less than
+    their errors."""
     exponent = first(shown["lyapunov"])
     if not exponent.notnull().any():
         return []
-    lines = []
-    ends = {"highest": exponent.argmax(...)}
-    if float(exponent.min()) < float(exponent.max()):
-        ends["lowest"] = exponent.argmin(...)
-    for word, at in ends.items():
-        cell = shown.isel(at)
-        value = with_error(float(cell["lyapunov"][0]), float(cell["standard_error"][0]))
-        where = ", ".join(f"{dim} {measured(cell[dim])}" for dim in exponent.dims)
-        lines.append(f"{word} exponent {value} {rate_unit(exponent)} at {where}")
-    return lines
+    cells = {"highest": shown.isel(exponent.argmax(...)), "lowest": shown.isel(exponent.argmin(...))}
+    values, errors = ([float(first(cell[name])) for cell in cells.values()] for name in ("lyapunov", "standard_error"))
+    named = [f"{with_error(*own)} {rate_unit(exponent)}" for own in zip(values, errors, strict=True)]
+    if values[0] - values[1] <= sum(errors) or values[0] == values[1]:
+        return [f"exponent {named[0]} {'everywhere' if exponent.notnull().all() else 'wherever it is known'}"]
+    return [
+        f"{word} exponent {value} at {', '.join(_place(cell, exponent.dims))}"
+        for (word, cell), value in zip(cells.items(), named, strict=True)
+    ]
 
 
 # --- sweeps and stores ------------------------------------------------------------------------------------------------
@@ -181,7 +181,7 @@ def _range_line(shown: xr.Dataset, name: str) -> str:
             for find in (np.nanargmin, np.nanargmax)
         )
         ends = [f"{sized(one[name])} ({', '.join(_place(one, own.dims))})" for one in (low, high)]
-        differ = float(low[name]) < float(high[name])
+        differ = sized(low[name]) != sized(high[name])
         parts.insert(0, " to ".join(ends) if differ else f"{sized(low[name])}{' in all' * (not lost)}")
     return f"{own.attrs.get('long_name', name)}: {'; '.join(parts)}"
 
@@ -209,7 +209,7 @@ def _spread_range_line(points: list[xr.DataArray], axes: list[Any]) -> str:
     if lost < len(points):
         low, high = (points[int(find(medians))] for find in (np.nanargmin, np.nanargmax))
         ends = [f"{spread_in_words(own)} ({', '.join(_place(own, axes))})" for own in (low, high)]
-        differ = np.nanmin(medians) < np.nanmax(medians)
+        differ = spread_in_words(low) != spread_in_words(high)
         parts.insert(0, " up to ".join(ends) if differ else spread_in_words(low) + " at all points" * (not lost))
     return f"{name}: {'; '.join(parts)}"
 
@@ -251,10 +251,10 @@ def tolerance_lines(found: xr.Dataset) -> list[str]:
         if not one["probability"].notnull().any():
             continue
         at = one.isel(one["probability"].argmax(...)) if one["probability"].ndim else one
+        differ = float(one["probability"].max()) > float(one["probability"].min())
         lines.append(
             f"probability of {risk} {float(at['probability']):.3g} [{float(at['low']):.3g}, {float(at['high']):.3g}] "
-            f"of {int(at['decided'])} draws"
-            + _where(at, "the highest, at", one["probability"].dims if one["probability"].any() else ())
+            f"of {int(at['decided'])} draws" + _where(at, "the highest, at", one["probability"].dims if differ else ())
         )
     median = found["stroke"].sel(quantile=0.5, drop=True)
     if median.notnull().any():

@@ -161,12 +161,16 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
 def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     """Creep under held voltages as text: the thresholds, a line for each voltage, and the times to pull-in."""
     longest = lasting(float(shown["time"][-1]), shown["time"], 3)
+    late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
+    ends = {name: shown[f"{name}_voltage"] for name in ("instant", "long_time", "holding")}
+    digits = telling_digits([*late["held_voltage"].values, *(float(v) for v in ends.values() if np.isfinite(v))])
+    thresholds = {name: sized(voltage, digits) for name, voltage in ends.items()}
     lines = [
         *heading(subject),
         "no constant voltage pulls the film in, at once or in the long run"
-        if not np.isfinite(shown["long_time_voltage"])
-        else f"pull-in at once {sized(shown['instant_voltage'])}, in the long run "
-        f"{sized(shown['long_time_voltage'])}; up to {sized(shown['holding_voltage'])} is held for {longest}",
+        if not np.isfinite(ends["long_time"])
+        else f"pull-in at once {thresholds['instant']}, in the long run {thresholds['long_time']}; up to "
+        f"{thresholds['holding']} is held for {longest}",
     ]
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
@@ -189,10 +193,8 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
                 f"{sized(one['equilibrium'])}; {warm}; "
                 f"margin to pull-in at the end: {margin:.1%}"
             )
-    late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
     if late.sizes["held_voltage"]:
         lines.append("time to pull-in:")
-        digits = telling_digits(late["held_voltage"].values)
         for k in evenly(late.sizes["held_voltage"], PRINTED_LINES):
             one = late.isel(held_voltage=int(k))
             late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
