@@ -12,7 +12,7 @@ import numpy as np
 
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.scales import MEASURES, Measure
-from gelcone.devices.units import DIMENSIONS, format_range
+from gelcone.devices.units import DIMENSIONS, format_range, in_one_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,7 +139,12 @@ def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
     shown = sheet.isel(constant_voltage=sheet["constant_voltage"].values > 0.0)
     count, last = shown.sizes["constant_voltage"], shown.isel(constant_voltage=-1)
     rows = {"constant_voltage": "constant voltage", **SHEET_ROWS}
-    found = [(words, [sized(shown[name][k]) for k in range(count)]) for name, words in rows.items()]
+    resonance = float(shown["natural_frequency"].max()) if shown["natural_frequency"].notnull().any() else 0.0
+    among = {"half_width": resonance}  # in the unit of the frequency above it
+    found = [
+        (words, [sized_alike(shown[name][k : k + 1], among=among.get(name, 0.0))[0] for k in range(count)])
+        for name, words in rows.items()
+    ]
     if is_toleranced(sheet):
         for (_, values), name in zip(found, rows, strict=True):
             at = f"95 % at {sized(last['constant_voltage'])}"
@@ -178,6 +183,30 @@ def sized_range(low: xr.DataArray, high: xr.DataArray, digits: int = 4) -> str:
     if measure.unit == "m" and least == most == 0.0:
         return f"0{unit_of(low)}"
     return format_range(least, most, measure.unit, digits)
+
+
+def sized_alike(variable: xr.DataArray, digits: int = 4, among: float = 0.0) -> list[str]:
+    """The numbers of a variable of one dim, with the unit in which the largest of them, or ``among``, reads well."""
+    measure, finite = _measure_of(variable), np.isfinite(variable.values)
+    if measure is None or not finite.any():
+        return [sized(one, digits) for one in variable]
+    in_si = [_without_atoms(float(v) / measure.per_unit, measure.unit) for v in variable.values[finite]]
+    texts, symbol = in_one_unit([*in_si, among / measure.per_unit], measure.unit, digits)
+    known = iter(texts)
+    return [
+        f"{next(known)} {symbol}".rstrip() if k else _alone(one, digits)
+        for one, k in zip(variable, finite, strict=True)
+    ]
+
+
+def lasting_alike(variable: xr.DataArray, digits: int = 2) -> list[str]:
+    """The times of a variable of one dim, all in the unit in which the longest reads well; words for none."""
+    finite = variable.values[np.isfinite(variable.values)]
+    size, unit = time_unit(float(finite.max(initial=0.0)), variable)
+    return [
+        f"{float(one) / size:.{digits}g}{unit}" if np.isfinite(one) else missing(float(one), variable)
+        for one in variable
+    ]
 
 
 def _alone(variable: xr.DataArray, digits: int) -> str:

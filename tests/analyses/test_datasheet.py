@@ -40,6 +40,15 @@ def test_rows_have_the_names_of_their_numbers():
         assert rows[words] == [f"{values.index(name) + 1}"]
 
 
+def test_the_half_width_has_the_unit_of_the_frequency():
+    attrs = {"units": "Hz", "quantity": "frequency"}
+    numbers = {name: ("constant_voltage", [0.0, 1.0]) for name in SHEET_ROWS}
+    numbers |= {"natural_frequency": ("constant_voltage", [13.0, 13.15], attrs),
+                "half_width": ("constant_voltage", [0.9, 0.982], attrs)}  # fmt: skip
+    rows = dict(sheet_rows(xr.Dataset(numbers, {"constant_voltage": ("constant_voltage", [0.0, 500.0], VOLTS)})))
+    assert (rows["natural frequency"], rows["  half width at half power"]) == (["13.15 Hz"], ["0.982 Hz"])
+
+
 @pytest.mark.parametrize(
     ("first", "words"), [("driven pull-in", "pull-in of the drive"), ("pull-in", "pull-in on a slow ramp")]
 )

@@ -31,6 +31,10 @@ RESPONSE = [
     "swept up    largest stroke 3.00 ± 0.10 mm at 11 [10.75, 11.25] Hz",
     "swept down  largest stroke 2.500 ± 0.050 mm at 10.5 [10.25, 10.625] Hz",
     "linear theory: largest stroke 0.75 mm at 11 Hz",
+    "  stroke at  swept up  swept down  linear",
+    "  10 Hz          1 mm        1 mm     0.5",
+    "  11 Hz          2 mm        2 mm    0.75",
+    "  12 Hz          1 mm        1 mm    0.25",
     "jumps (the sweeps differ between):",
     "  swept up    at 11.5 to 11.75 Hz: stroke 2.5 -> 0.5 mm, fold at 11.625 Hz",
 ]
@@ -47,6 +51,11 @@ def test_the_heading_leaves_out_the_frequency_of_the_device_itself():
     said = frequency.frequency_words(sweeps(), device)
     assert "voltage_amplitude 680 V" in said
     assert "7 Hz" not in said
+
+
+def test_strokes_of_many_frequencies_are_not_listed(monkeypatch):
+    monkeypatch.setattr(frequency, "FEW", 2)
+    assert response_lines(sweeps()) == [line for line in RESPONSE if "Hz   " not in line and "stroke at" not in line]
 
 
 def test_a_frequency_response():

@@ -29,7 +29,7 @@ def test_exponents_of_one_run(sign, word):
         f"largest exponent +0.0400 ± 0.0020 per second (+0.500 ± 0.025 per forcing period), {word}",
         "second exponent -0.0600 ± 0.0030 per second; the sum of all is off the mean trace by 3e-09",
         "averaged over 4 min after the transient",
-        "over the first 5 s from the start: +0.0625 and -0.125 per second",
+        "over the first 5 s from the start: +0.0625, -0.125 per second",
     ]
 
 

@@ -43,8 +43,8 @@ def test_a_step_names_its_numbers():
     )
     assert own_lines(runs.step_words(step, SUBJECT), 3) == [
         "before the step: 1 mm",
-        "  500 V: moves by 2 mm to 3 mm (a slow ramp ends at 3.25 mm); rise 12 ms, overshoot 40.0%, not settled "
-        "within the run, drift at the end 3.00%",
+        "  500 V: moves by 2 mm to 3 mm (a slow ramp ends at 3.25 mm); rise 12 ms, overshoot 40.0 %, not settled "
+        "within the run, drift at the end 3 %",
         f"  900 V: {Outcome.PULLED_IN.meaning}",
     ]
 
@@ -315,12 +315,13 @@ def test_a_step_that_goes_down_and_settles():
     step = made({n: (along, [v], unit) for n, (v, unit) in values.items()}, {along: (along, [500.0], "V")})
     assert said(trajectories.step_words, step) == [
         "before the step: 5 mm",
-        "  500 V: moves by 3 mm to 2 mm (a slow ramp ends at 1.5 mm); rise 12 ms, overshoot 25.0%, settled after 40 "
+        "  500 V: moves by 3 mm to 2 mm (a slow ramp ends at 1.5 mm); rise 12 ms, overshoot 25.0 %, settled after 40 "
         "ms, "
-        "drift at the end 1.25%",
+        "drift at the end 1.2 %",
     ]
-    rounding = step.assign(drift=step["drift"].copy(data=[-4e-5]))
-    assert said(trajectories.step_words, rounding)[1].endswith("drift at the end 0.00%")
+    for drift, text in ((-4e-5, "-0.004 %"), (1.2e-5, "0.0012 %"), (-1e-9, "0 %")):
+        small = step.assign(drift=step["drift"].copy(data=[drift]))
+        assert said(trajectories.step_words, small)[1].endswith(f"drift at the end {text}")
     still = step.assign(
         {name: step[name].copy(data=[NAN]) for name in ("rise_time", "settling_time", "overshoot", "drift")}
     )
@@ -328,7 +329,23 @@ def test_a_step_that_goes_down_and_settles():
     slow = step.assign(
         rise_time=step["rise_time"].copy(data=[5.4e6]), settling_time=step["settling_time"].copy(data=[2.7e7])
     )
-    assert "; rise 90 min, overshoot 25.0%, settled after 7.5 h, drift" in said(trajectories.step_words, slow)[1]
+    assert "; rise 90 min, overshoot 25.0 %, settled after 7.5 h, drift" in said(trajectories.step_words, slow)[1]
+
+
+def test_the_lines_of_steps_have_one_unit_a_column():
+    along = "constant_voltage"
+    values = {"begin": ([1.0, 1.0], "mm"), "end": ([1.5, 3.0], "mm"), "equilibrium": ([1.5, 3.0], "mm"),
+              "rise_time": ([12.0, 9.0], "ms"), "settling_time": ([1967.0, 2001.0], "ms"),
+              "overshoot": ([0.25, 0.5], "1"), "drift": ([0.0, 0.0], "1"), "outcome": ([0, 0], "1")}  # fmt: skip
+    step = made({n: (along, v, unit) for n, (v, unit) in values.items()}, {along: (along, [850.0, 1200.0], "V")})
+    for name in ("begin", "end", "equilibrium"):
+        step[name].attrs["quantity"] = "length"
+    step[along].attrs["quantity"] = "voltage"
+    _, first, second = said(trajectories.step_words, step)
+    assert first.startswith("  0.85 kV: moves by 0.5 mm to 1.5 mm (a slow ramp ends at 1.5 mm)")
+    assert second.startswith("  1.2 kV: moves by 2 mm to 3 mm (a slow ramp ends at 3 mm)")
+    assert "; rise 12 ms, overshoot 25.0 %, settled after 1.967 s," in first
+    assert "; rise 9 ms, overshoot 50.0 %, settled after 2.001 s," in second
 
 
 def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():

@@ -134,7 +134,7 @@ def test_the_first_limit_is_red_and_the_longest_bar_lowest():
     limit_bars(sheet, axes)
     names = [text.get_text() for text in axes.get_yticklabels()]
     bars = [(bar.get_width(), bar.get_facecolor()[:3]) for bar in axes.patches]
-    assert names == ["pull in", "drive: hoop slack"]
+    assert names == ["pull-in", "drive: hoop slack"]
     assert bars == [(3000.0, to_rgb(BLUE)), (900.0, to_rgb(VERMILION))]
     assert axes.get_xlabel() == "peak voltage (V)"
 

@@ -28,7 +28,7 @@ def exponents(units="1"):
                 "outcome": ("member", [0, 0, int(Outcome.OUTSIDE)]),
             },
             {"voltage": ("member", [1.0, 0.5, 2.0])},
-            {LASTING_EXPONENT: units, "running_time": "ms" if units != "1" else "1"},
+            {LASTING_EXPONENT: units} | dict.fromkeys(("finite_time", "running_time"), "ms" if units != "1" else "1"),
         ),
         "voltage",
     )
@@ -95,6 +95,13 @@ def test_time_is_on_a_log_scale_with_its_unit_and_zero_is_marked():
     in_si = blank()
     running_exponents(exponents("1/s"), in_si)
     assert in_si.get_xlabel() == "window length (ms)"
+    longer = exponents("1/s")
+    seconds = blank()
+    running_exponents(
+        longer.assign({n: 1e3 * longer[n].assign_attrs() for n in ("finite_time", "running_time")}), seconds
+    )
+    assert seconds.get_xlabel() == "window length (s)"
+    np.testing.assert_allclose(seconds.lines[1].get_xdata(), TIME)
     assert in_si.get_ylabel() == "largest Lyapunov exponent\n(per second)"
     colours = [one.get_color() for one in axes.lines if one.get_label().startswith("voltage")]
     assert colours == list(CYCLE[:3])

@@ -69,11 +69,25 @@ def test_a_number_that_is_missing_has_no_unit():
     result["three"] = ("k", numbers["three"], attrs)
     texts = [text.get_text() for text in values_figure(result).axes[0].texts]
     assert texts == [
-        "pull-in: not searched",
-        "pull-in: not reached",
         "pull-in: 1234.6 V",
         "pull-in: not reached, 2.5 V",
     ]
+    alone = values_figure(result[["one", "two"]])
+    assert [text.get_text() for text in alone.axes[0].texts] == ["pull-in: not searched", "pull-in: not reached"]
+
+
+def test_single_numbers_of_one_unit_are_bars_and_what_has_no_value_is_left_out():
+    meanings = {"first": 1200.0, "second": 3400.0, "third": np.inf}
+    result = xr.Dataset({name: ((), v, {"units": "V", "long_name": f"the {name}"}) for name, v in meanings.items()})
+    (axes,) = values_figure(result).axes
+    assert [bar.get_width() for bar in axes.patches] == [1200.0, 3400.0]
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["the first", "the second"]
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first on top
+    assert axes.get_xlabel() == "value (V)"
+    other = result.assign(force=((), 2.0, {"units": "N", "long_name": "a force"}))
+    assert [text.get_text() for text in values_figure(other).axes[0].texts] == [
+        "the first: 1200 V", "the second: 3400 V", "a force: 2 N",
+    ]  # fmt: skip
 
 
 def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_another():

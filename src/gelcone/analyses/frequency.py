@@ -8,14 +8,17 @@ import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.branches import followed_lines
+from gelcone.analyses.tables import side_by_side
 from gelcone.codes import Outcome
-from gelcone.words import event_label, kinds_of_motion, shortened, unit_of, validity_in_words, with_error
+from gelcone.words import event_label, kinds_of_motion, measured, shortened, unit_of, validity_in_words, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
 
+FEW = 12
+"""Most frequencies of which each stroke is printed."""
 _JUMP = ("jump_low", "jump_high", "jump_from", "jump_to")
 
 
@@ -44,8 +47,20 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
     if alone.any():
         lines.append(f"only one of the sweeps finds a motion at {alone.sum()} of {frequency.size} frequencies")
+    if frequency.size <= FEW:
+        lines += _stroke_lines(shown)
     named = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
     return "\n".join(named)
+
+
+def _stroke_lines(shown: xr.Dataset) -> list[str]:
+    """The stroke at each frequency, on each of the sweeps and by linear theory."""
+    columns = {f"swept {branch}": shown["stroke"].sel(branch=branch) for branch in shown["branch"].values}
+    if shown["linear_stroke"].notnull().any():
+        columns["linear"] = shown["linear_stroke"]
+    rows = zip(shown["drive_frequency"], *columns.values(), strict=True)
+    table = [["  stroke at", *columns], *([f"  {measured(at, 5)}", *map(measured, own)] for at, *own in rows)]
+    return side_by_side(table)
 
 
 def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list[str]:

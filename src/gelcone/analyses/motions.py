@@ -60,7 +60,7 @@ def _exponents(member: xr.Dataset) -> list[str]:
         return []
     at, residual = rate_unit(member["lyapunov"]), abs(float(member["sum_residual"]))
     second = with_error(float(member["lyapunov"][1]), float(member["standard_error"][1]))
-    finite = " and ".join(f"{float(value):+.4g}" for value in member["finite"])
+    finite = ", ".join(f"{float(value):+.4g}" for value in member["finite"])
     window, averaged = float(member["finite_time"].max()), float(member["averaged_time"])
     time, period = member["averaged_time"], int(member["cycle"])
     source = f"averaged over {lasting(averaged, time, 4)} after the transient"

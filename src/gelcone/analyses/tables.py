@@ -51,8 +51,36 @@ def table_words(shown: xr.Dataset, subject: Subject) -> str:
         lines += [*_columns(shown), *shortened([], shown["outcome"].size)]
     else:
         found = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
-        lines += [f"{label}: {value}" for label, value in found.items()]
+        lines += _single_lines(found, _reasons(shown))
     return "\n".join([*lines, *validity_in_words(shown)])
+
+
+def _reasons(shown: xr.Dataset) -> set[str]:
+    """The words for the single numbers that have no value."""
+    single = [v for v in shown.data_vars.values() if not v.dims and v.dtype.kind == "f"]
+    return {missing(float(v), v) for v in single if not np.isfinite(v)}
+
+
+def _single_lines(rows: dict[str, str], reasons: set[str]) -> list[str]:
+    """A line for each number, and one for all that have no value for the same reason."""
+    names: dict[str, list[str]] = {}
+    for label, value in rows.items():
+        names.setdefault(value if value in reasons else label, []).append(label)
+    lines = [f"{label}: {rows[label]}" for own in names.values() if len(own) == 1 for label in own]
+    for reason, own in names.items():
+        if len(own) > 1:
+            line = f"{reason}: {'; '.join(_with_common_begin(own))}"
+            lines += textwrap.wrap(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    return lines
+
+
+def _with_common_begin(labels: list[str]) -> list[str]:
+    """Labels of which those with the same words before a colon are joined."""
+    ends: dict[str, list[str]] = {}
+    for label in labels:
+        begin, colon, end = label.rpartition(": ")
+        ends.setdefault(begin + colon, []).append(end)
+    return [begin + ", ".join(own) if begin else "; ".join(own) for begin, own in ends.items()]
 
 
 MOST_VALUES = 6

@@ -15,10 +15,12 @@ from gelcone.words import (
     evenly,
     film_state_in_words,
     lasting,
+    lasting_alike,
     measured,
     members_of,
     shortened,
     sized,
+    sized_alike,
     sized_range,
     unit_of,
     validity_in_words,
@@ -131,26 +133,29 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
 
 
 def step_words(shown: xr.Dataset, subject: Subject) -> str:
-    """Steps of the voltage as text, a line for each voltage."""
+    """Steps of the voltage as text, a line for each voltage, each column in one unit."""
     lines = [*heading(subject), f"before the step: {sized(shown['begin'][0])}"]
-    for k in range(shown.sizes["constant_voltage"]):
+    way = abs(shown["end"] - shown["begin"]).assign_attrs(shown["end"].attrs)
+    columns = zip(
+        *(sized_alike(own) for own in (shown["constant_voltage"], way, shown["end"], shown["equilibrium"])),
+        lasting_alike(shown["rise_time"], 3),
+        lasting_alike(shown["settling_time"], 4),
+        strict=True,
+    )
+    for k, (voltage, moves, end, equilibrium, rise, settling) in enumerate(columns):
         one = shown.isel(constant_voltage=k)
-        name = f"  {sized(one['constant_voltage'])}:"
+        name = f"  {voltage}:"
         if int(one["outcome"]) != Outcome.OK:
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
             continue
-        way = abs(one["end"] - one["begin"]).assign_attrs(one["end"].attrs)
-        rise, settling = (float(one[name]) for name in ("rise_time", "settling_time"))
         if np.isnan(one["overshoot"]):
-            lines.append(f"{name} does not move the disc from {sized(one['end'])}")
+            lines.append(f"{name} does not move the disc from {end}")
             continue
-        settles = "not settled within the run"
-        if np.isfinite(settling):
-            settles = f"settled after {lasting(settling, one['settling_time'], 4)}"
+        settles = f"settled after {settling}" if np.isfinite(one["settling_time"]) else "not settled within the run"
         lines.append(
-            f"{name} moves by {sized(way)} to {sized(one['end'])} (a slow ramp ends at "
-            f"{sized(one['equilibrium'])}); rise {lasting(rise, one['rise_time'], 3)}, overshoot "
-            f"{float(one['overshoot']):.1%}, {settles}, drift at the end {round(float(one['drift']), 4) + 0.0:.2%}"
+            f"{name} moves by {moves} to {end} (a slow ramp ends at {equilibrium}); rise {rise}, overshoot "
+            f"{100.0 * float(one['overshoot']):.1f} %, {settles}, drift at the end "
+            f"{100.0 * round(float(one['drift']), 7) + 0.0:.2g} %"
         )
     return "\n".join(lines)
 

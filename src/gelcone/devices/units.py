@@ -295,7 +295,7 @@ def format_si(value: float, unit: str, digits: int = 4) -> str:
     >>> format_si(0.0005, "m"), format_si(8.4e3, "V"), format_si(1.25, "1")
     ('500 um', '8.4 kV', '1.25')
     """
-    numbers, symbol = _in_one_unit([value], unit, digits)
+    numbers, symbol = in_one_unit([value], unit, digits)
     return f"{numbers[0]} {symbol}".rstrip()
 
 
@@ -305,11 +305,11 @@ def format_range(low: float, high: float, unit: str, digits: int = 4) -> str:
     >>> format_range(10e3, 700e6, "V/s"), format_range(0.0005, 0.0005, "m"), format_range(0.0, 2.0, "1")
     ('0.01 to 700 V/us', '500 um', '0 to 2')
     """
-    numbers, symbol = _in_one_unit([low, high], unit, digits)
+    numbers, symbol = in_one_unit([low, high], unit, digits)
     return f"{' to '.join(dict.fromkeys(numbers))} {symbol}".rstrip()
 
 
-def _in_one_unit(values: Sequence[float], unit: str, digits: int) -> tuple[list[str], str]:
+def in_one_unit(values: Sequence[float], unit: str, digits: int) -> tuple[list[str], str]:
     """Texts of the numbers in the unit that leaves 1 to 1000 before the point of the largest, and that unit."""
     dimension = DIMENSIONS[unit]
     rounded = [float(f"{value:.{digits}g}") for value in values]

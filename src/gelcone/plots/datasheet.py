@@ -139,7 +139,7 @@ def over_frequency(result: xr.Dataset, axes: Axes) -> None:
 def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     """Peak voltages of the limits that the drive meets, as bars."""
     ends = {
-        str(name).removesuffix("_voltage").replace("_", " "): float(value)
+        str(name).removesuffix("_voltage").replace("pull_in", "pull-in").replace("_", " "): float(value)
         for name, value in result.data_vars.items()
         if str(name).endswith("_voltage") and value.dims == () and str(name) not in NOT_LIMITS
     }
@@ -154,7 +154,7 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     axes.barh(range(len(names)), [met[name] for name in names], color=colours, height=0.4)
     if is_toleranced(result):
         for k, name in enumerate(names):
-            own = f"{name.replace(' ', '_')}_voltage"
+            own = f"{name.replace('pull-in', 'pull_in').replace(' ', '_')}_voltage"
             span = np.clip([float(result[f"{own}_{end}"]) for end in ("low", "high")], 0.0, END * max(met.values()))
             axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)

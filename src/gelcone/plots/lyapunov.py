@@ -8,14 +8,15 @@ import numpy as np
 
 from gelcone.codes import Outcome
 from gelcone.plots.response import members
-from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import SIGNS, rate_unit, with_error
+from gelcone.plots.style import CYCLE, GREY, styled
+from gelcone.words import SIGNS, rate_unit, time_unit, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TIMES = ("finite_time", "running_time")
 SETTLED = 0.05
 """Estimates over windows longer than this share of the longest one set the limits; earlier ones may leave them."""
 
@@ -35,15 +36,23 @@ def running_exponents(result: xr.Dataset, axes: Axes) -> None:
     """Largest exponent over window length: from the start (dashed, a dot at the end of the finite window) and after the
     transient (solid), with a band of one standard error about the long-run value."""
     axes.set_xscale("log")
+    size, unit = _window_unit(result)
+    result = result.assign({name: result[name] / size for name in TIMES})
     axes.axhline(0.0, color=GREY, lw=0.8)
     for colour, (name, member) in zip(CYCLE, members(result), strict=False):
         draw_member(member, name, colour, axes)
     set_limits(result, axes)
     axes.plot([], [], color=GREY, ls="--", marker="o", ms=4.0, label="from the start, to the\nend of the finite window")
     axes.plot([], [], color=GREY, label="after the transient, with\nlong-run value ± s.e.")
-    length = axis_label(result["running_time"], "window length")
-    axes.set_xlabel(length if "(" in length else "window length (dimensionless time)")
+    axes.set_xlabel(f"window length ({unit})")
     axes.set_ylabel(f"largest Lyapunov exponent\n({rate_unit(result['lyapunov'])})")
+
+
+def _window_unit(result: xr.Dataset) -> tuple[float, str]:
+    """The unit in which the finite window reads well, as in the text, and how many of the result's it is."""
+    times = result["finite_time"].values
+    size, unit = time_unit(float(np.max(times, initial=0.0, where=np.isfinite(times))), result["running_time"])
+    return size, "dimensionless time" if unit == " time units" else unit.strip()
 
 
 def draw_member(member: xr.Dataset, name: str, colour: str, axes: Axes) -> None:

@@ -1,4 +1,4 @@
-"""Figure of results without one of their own: numbers over a shared axis, and single numbers as text."""
+"""Figure of results without one of their own: numbers over a shared axis, and single numbers as bars or text."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.plots.style import CYCLE, GREY, axis_label, styled
-from gelcone.words import VARIED, measured, missing, unit_of
+from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, styled
+from gelcone.words import VARIED, measured, missing, sized, unit_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -21,6 +23,10 @@ LABEL_WIDTH = 20
 """Most letters per line of a label, so that it fits the height of a panel."""
 STEM_DISTANCE = 0.1
 """Offset between the stems of two members at one harmonic."""
+BAR_HEIGHT = 0.32
+"""Inches from one bar to the next."""
+BAR_LABEL = 44
+"""Most letters per line of the name of a bar."""
 LINE_WIDTH = 80
 """Most letters per line of text, so that it fits the figure."""
 MOST_NUMBERS = 6
@@ -28,7 +34,8 @@ MOST_NUMBERS = 6
 
 
 def values_figure(result: xr.Dataset) -> Figure:
-    """A panel for each number that varies along the first axis of the result, or else all numbers as text.
+    """A panel for each number that varies along the first axis of the result, or else all numbers that have a value: as
+    bars where all have one unit, else as text.
 
     Numbers that are constant along the axis have panels only if all are constant.
     """
@@ -37,11 +44,17 @@ def values_figure(result: xr.Dataset) -> Figure:
     curves = {name: v for name, v in numbers.items() if along in v.dims and np.isfinite(v).any()}
     varying = [name for name, v in curves.items() if bool((v.max(along) > v.min(along)).any())]
     shown = (varying or list(curves))[:MOST_PANELS]
-    texts = ["\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH)) for name, v in numbers.items()]
+    known = {name: v for name, v in numbers.items() if np.isfinite(v).any()} or numbers
+    if along is None and are_bars(known):
+        return styled(6.4, 0.9 + BAR_HEIGHT * len(known), lambda figure: draw_bars(result, known, figure))
+    texts = [
+        "\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH, break_on_hyphens=False))
+        for name, v in known.items()
+    ]
     height = 0.25 * len(texts) + 0.13 * "".join(texts).count("\n") if along is None else 1.4 * len(shown)
 
     def draw(figure: Figure) -> None:
-        figure.suptitle(result.attrs.get("device", result.attrs.get("title", "")), fontsize=9.0)
+        figure.suptitle(_title(result), fontsize=9.0)
         if along is None:
             write_lines(texts, figure.add_subplot())
             return
@@ -53,6 +66,32 @@ def values_figure(result: xr.Dataset) -> Figure:
             panels[-1].set_xlabel(axis_label(axis, str(axis.name)))
 
     return styled(5.6, 0.8 + height, draw)
+
+
+def _title(result: xr.Dataset) -> str:
+    return str(result.attrs.get("device", result.attrs.get("title", "")))
+
+
+def are_bars(numbers: Mapping[str, xr.DataArray]) -> bool:
+    """Whether numbers are bars of one axis: two or more single ones, all of one unit."""
+    units = {unit_of(v) for v in numbers.values()}
+    single = all(not v.dims and np.isfinite(v) for v in numbers.values())
+    return single and len(numbers) > 1 and len(units) == 1 and "" not in units
+
+
+def draw_bars(result: xr.Dataset, numbers: Mapping[str, xr.DataArray], figure: Figure) -> None:
+    """A bar for each number, named by its meaning, with the number at its end."""
+    figure.suptitle(_title(result), fontsize=9.0)
+    axes = figure.add_subplot()
+    values = [float(v) for v in numbers.values()]
+    names = [textwrap.fill(str(v.attrs.get("long_name", name)), BAR_LABEL) for name, v in numbers.items()]
+    bars = axes.barh(range(len(names)), values, color=BLUE, height=0.5)
+    axes.bar_label(bars, [sized(v) for v in numbers.values()], fontsize=7.0, padding=3.0)
+    axes.set_yticks(range(len(names)), names, fontsize=7.0)
+    axes.invert_yaxis()
+    axes.margins(x=0.2)
+    quantity = next(iter(numbers.values())).attrs.get("quantity", "value")
+    axes.set_xlabel(f"{quantity} ({unit_of(next(iter(numbers.values()))).strip()})")
 
 
 def is_number(variable: xr.DataArray) -> bool:
