@@ -29,6 +29,10 @@ import pytest
         ),
         (["continue", "frequency", "5 Hz"], "takes [DEVICE] PARAMETER FROM TO, not 2 words: frequency 5 Hz"),
         (["continue", "no-such", "frequency", "5 Hz", "9 Hz"], "no-such"),
+        (
+            ["continue", "soft-film", "--over", "voltage_amplitude=0.8kV:1.2kV"],
+            "No such option '--over'; gelcone continue takes [DEVICE] PARAMETER FROM TO",
+        ),
         (["locus"], "takes [DEVICE] EVENT, not 0 words: none"),
         (
             ["locus", "soft-film", "fold", "--over", "frequency=9 Hz:5 Hz", "--over", "film_thickness=1 mm:2 mm"],

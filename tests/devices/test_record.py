@@ -77,6 +77,17 @@ def test_names_that_people_use_mean_the_field_that_lists_them_or_the_nearest(nam
     assert str(error) == f"{name!r} is not a device field; {expected}"
 
 
+def test_of_many_fields_those_are_named_that_contain_what_was_typed():
+    many = (
+        FIELDS | {f"bias.magnet_{name}": LENGTH for name in ("height", "width")} | {f"x{k}": LENGTH for k in range(12)}
+    )
+    typed = {"mag": "with 'mag' in their names: bias.magnet_height, bias.magnet_width", "qqqqq": "gelcone help device"}
+    for name, words in typed.items():
+        error = str(unknown_field("device", name, many))
+        assert error.startswith(f"{name!r} is not a device field; {words}")
+        assert len(error) < 120
+
+
 def test_several_errors_are_a_line_each_of_the_first_field():
     both = FieldErrors([FieldError("a", "a: wrong"), FieldError("b", "b: worse")])
     assert (str(both), both.field) == ("a: wrong\nb: worse", "a")

@@ -265,10 +265,22 @@ def test_the_samples_of_members_are_those_of_each(waveform):
         ({"waveform": {"component": "burst", "cycles": 5}}, "burst of 5 cycles in 5: must be whole numbers"),
         ({"waveform": {"component": "chirp", "sweep": "quadratic"}}, "'quadratic' is not a sweep of a chirp"),
         ({"waveform": {"component": "harmonics", "terms": [[0, 1.0, 0.0]]}}, "triples"),
+        (
+            {"waveform": {"component": "samples", "shares": [0.0, 0.8], "values": [0.0, 1.0]}},
+            "samples: shares end at 0.8 of the repeat, and must end at 1; add 1.0 with its value",
+        ),
+        (
+            {"waveform": {"component": "samples", "shares": [0.2, 1.0], "values": [0.0, 1.0]}},
+            "samples: shares begin at 0.2 of the repeat, and must begin at 0; add 0.0 with its value",
+        ),
+        (
+            {"waveform": {"component": "samples", "shares": [0.0, 50.0], "values": [0.0, 1.0]}},
+            "samples: shares end at 50 of the repeat, and must end at 1; scale them from 0 to 1",
+        ),
         ({"waveform": {"component": "samples", "shares": [0.0, 1.0], "values": [0.0]}}, "as many as shares"),
         (
             {"waveform": {"component": "samples", "shares": [0.0, 0.7, 0.5, 1.0], "values": [0, 1, 2, 0]}},
-            "must increase",
+            "samples: shares 0.7, 0.5: must increase, by 1e-12 at least; sort them",
         ),
         (
             {"waveform": {"component": "samples", "shares": [0.0, 1.0], "values": [0.0, 0.5], "repeat": True}},

@@ -181,6 +181,9 @@ def _said(error: click.UsageError) -> str:
     if analysis and (axis := analysis.axes.get(option[2:])):
         with_device = "" if axis.of_device == axis.of_model else f", with a device --over {axis.of_device}=..."
         return f"No such option {option!r}; give --over {axis.of_model}=...{with_device}"
+    if analysis and option == "--over" and analysis.arguments:
+        form = " ".join(["[DEVICE]", *analysis.arguments.values()])
+        return f"No such option {option!r}; gelcone {analysis.command} takes {form}"
     if analysis and analysis.swept and option in ("--over", "--uncertain"):
         remedy = f"gelcone sweep --analysis {name} takes it"
     elif analysis and analysis.drawn and option == "--uncertain":

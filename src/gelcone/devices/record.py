@@ -101,6 +101,12 @@ MOST_UNKNOWN = 20
 """Most unknown names in an error; for each the fields that were meant are searched."""
 
 
+MOST_NAMED = 12
+"""Most fields that an error about an unknown one names."""
+SHORTEST_PART = 3
+"""Fewest letters of a name that is searched for within the names of fields."""
+
+
 class FieldErrors(FieldError):
     """Several errors about fields, one line each; ``errors`` holds them."""
 
@@ -199,25 +205,36 @@ def _parameter(name: str, field: Field) -> inspect.Parameter:
 
 
 def unknown_field(kind: str, name: str, fields: Mapping[str, Field]) -> FieldError:
-    """Make the error for a name that is not one of ``fields``, with those that were probably meant."""
+    """Make the error for a name that is not one of ``fields``, with those that were probably meant, that contain it, or
+    where they are listed."""
     meant = meant_fields(name, fields)
+    within = [own for own in fields if plain_name(name) in own] if len(name) >= SHORTEST_PART else []
     if meant:
         names = " or ".join([", ".join(map(repr, meant[:-1])), repr(meant[-1])] if meant[1:] else [repr(meant[0])])
         remedy = f"did you mean {names}?"
-    else:
+    elif 0 < len(within) <= MOST_NAMED:
+        remedy = f"with {name!r} in their names: {', '.join(within)}"
+    elif len(fields) <= MOST_NAMED:
         remedy = f"known: {', '.join(fields)}"
+    else:
+        remedy = "gelcone help device lists them"
     return FieldError(name, f"{name!r} is not a {kind} field; {remedy}", meant)
 
 
 def meant_fields(name: str, fields: Mapping[str, Field]) -> list[str]:
     """The fields that an unknown name probably means: those that list it, else the one with the most similar name."""
-    plain_name = name.strip().lower().replace("-", "_").replace(" ", "_")
-    listed = [own for own, field in fields.items() if plain_name == own or plain_name in field.near]
+    typed = plain_name(name)
+    listed = [own for own, field in fields.items() if typed == own or typed in field.near]
     if listed:
         return listed
     spelt = {own: own for own in fields} | {other: own for own, field in fields.items() for other in field.near}
-    near = difflib.get_close_matches(plain_name, spelt, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(typed, spelt, n=1, cutoff=0.6)
     return [spelt[near[0]]] if near else []
+
+
+def plain_name(name: str) -> str:
+    """A name in the form of the names of fields."""
+    return name.strip().lower().replace("-", "_").replace(" ", "_")
 
 
 def _with_unit(field: Field) -> str:

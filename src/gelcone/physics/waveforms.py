@@ -391,7 +391,7 @@ class Samples(Pieced):
         if not 2 <= shares.size == values.size <= MOST_PIECES:
             raise InputError(f"samples: takes 2 to {MOST_PIECES} values, as many as shares")
         if not (shares[0] == 0.0 and shares[-1] == 1.0 and (np.diff(shares) >= CLOSEST).all()):
-            raise InputError(f"samples: their shares of the repeat must increase from 0 to 1, by {CLOSEST:g} at least")
+            raise InputError(f"samples: shares {_misplaced(shares)}")
         if self.repeat and not self.jump and values[0] != values[-1]:
             raise InputError(
                 f"samples: {values[-1]:g} at the end, {values[0]:g} at the start: repeated they would jump; add a last "
@@ -412,6 +412,16 @@ class Samples(Pieced):
 
     def table(self, n: Numbers) -> Pieces:
         return self._pieces
+
+
+def _misplaced(shares: Array) -> str:
+    """State what is wrong with shares that do not increase from 0 to 1, and the remedy."""
+    for at, word, end, inside in ((0, "begin", 0, shares[0] > 0.0), (-1, "end", 1, shares[-1] < 1.0)):
+        if shares[at] != end:
+            remedy = f"add {end}.0 with its value" if inside else "scale them from 0 to 1"
+            return f"{word} at {shares[at]:g} of the repeat, and must {word} at {end}; {remedy}"
+    k = int(np.argmax(np.diff(shares) < CLOSEST))
+    return f"{shares[k]:g}, {shares[k + 1]:g}: must increase, by {CLOSEST:g} at least; sort them with their values"
 
 
 _SHIPPED: tuple[Waveform, ...] = (
