@@ -277,7 +277,9 @@ class Pushed(Film):
     """F = 0.5 x - 0.1 - V x: a film that is not flat where nothing pulls."""
 
     name = "pushed"
-    odd = False
+
+    def odd(self, n):
+        return False
 
     def force(self, x, squared, y, n, xp=np):
         return 0.5 * x - 0.1 - squared * x, 0.5 - squared + 0.0 * x

@@ -266,7 +266,7 @@ class Lossy(TautCone):
     def force(self, x, squared, y, n, xp=np):
         force, slope = super().force(x, squared, y, n, xp)
         lag = x - y[0] if y else 0.0 * x
-        return force + BRANCH * lag, slope + BRANCH
+        return force + BRANCH * lag, slope + (BRANCH if y else 0.0)
 
     def rates(self, x, velocity, squared, y, n, xp=np):
         return [x - y[0]]

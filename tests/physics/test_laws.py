@@ -453,7 +453,7 @@ class Hyperbolic(Fung):
 @pytest.mark.parametrize(
     ("law", "words"),
     [
-        (TwiceAsStiff(), "fung: response, twice .* it is 2 at 0, and must be 1; correct"),
+        (TwiceAsStiff(), "TwiceAsStiff.response, twice .* it is 2 at 0, and must be 1; correct"),
         (WrongSlope(), "response_slope, .* it is 1 at 0, and must be 0.4"),
         (NotQuite(), "response_slope, .* and must be 0.4"),
         (WrongFarOut(), r"response_slope, .* at 1\.\d+, and must be"),

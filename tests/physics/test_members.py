@@ -49,7 +49,8 @@ def test_numbers_of_members_are_held_by_blocks_with_their_bits():
 class Lopsided(TautCone):
     """A film that is not odd in x."""
 
-    odd = False
+    def odd(self, n):
+        return False
 
 
 # --- numbers by name --------------------------------------------------------------------------------------------------

@@ -392,7 +392,6 @@ class Recorder(Film):
     name = "recorder"
     parameters = {"c": Quantity("c", "its number", 2.0)}
     states = (State("wear", "its state", "share"),)
-    odd = True
 
     def __init__(self):
         self.seen = []

@@ -28,7 +28,7 @@ class ViscousFilm(PowerFilm):
     def force(self, x, squared, y, n, xp=np):
         force, slope = super().force(x, squared, y, n, xp)
         lag = x - (y[0] if y else x)
-        return force + n["branch"] * lag, slope + n["branch"]
+        return force + n["branch"] * lag, slope + (n["branch"] if y else 0.0)
 
     def rates(self, x, velocity, squared, y, n, xp=np):
         return [(x - y[0]) * (1.0 + squared) + 0.2 * xp.sin(velocity)]

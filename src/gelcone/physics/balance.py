@@ -98,7 +98,7 @@ class StaticBalance:
     @property
     def flat(self) -> bool:
         """Whether x = 0 is an equilibrium at every voltage."""
-        return not self.lifted and self.lowest == 0.0 and self.system.film.odd
+        return not self.lifted and self.lowest == 0.0 and bool(self.system.film.odd(self.n))
 
     @property
     def flat_height(self) -> float:

@@ -10,8 +10,19 @@ from typing import Any
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.physics.component import Component, Numbers, State, same_formula
-from gelcone.physics.differentiate import derivative
+from gelcone.physics.component import Component, Numbers, State
+from gelcone.physics.contract import (
+    GRID,
+    NUMBERS,
+    ONE_EACH,
+    PAIR,
+    Trial,
+    check_formulas,
+    check_rates,
+    check_slope,
+    listed,
+    numbers_of,
+)
 from gelcone.physics.quadrature import integral
 from gelcone.quantity import Quantity
 
@@ -43,15 +54,23 @@ class Bias(Component):
         statics, which use the settled bias."""
 
     def prove(self) -> None:
-        """Compare the stated slope of the force with its derivative, at the default parameters."""
-        n, x = self.numbers(self.complete({})), np.linspace(-1.5, 1.5, 9)
-        same_formula(
+        """Compare the stated slope of the force with its derivative, too."""
+        super().prove()
+        n, many = numbers_of(self)
+        y = [np.broadcast_to(start, GRID.shape) for start in self.starts(GRID, many)]
+        check_formulas(
             self,
-            "slope of its force, at a displacement",
-            x,
-            self.force(x, [], n)[1],
-            lambda: derivative(lambda at, xp: self.force(at, [], n, xp)[0], x),
+            [
+                Trial("force", (GRID, [], many), PAIR),
+                Trial("force", (GRID, y, many), PAIR),
+                Trial("rates", (GRID, GRID, y, many), listed(len(self.states))),
+                *(Trial(name, (GRID, many), NUMBERS) for name in ("energy", "turning", "secant")),
+                *(Trial(name, (many,), ONE_EACH) for name in ("odd", "free_height", "stiffness_scale")),
+            ],
         )
+        held = [start[0] for start in y]
+        check_slope(self, lambda x, own, xp: self.force(x, own, n, xp), held, bool(self.odd(n)))
+        check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], z[2:], n, xp))
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the bias's own states."""

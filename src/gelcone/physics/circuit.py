@@ -12,6 +12,17 @@ import numpy as np
 
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
+from gelcone.physics.contract import (
+    NAMED,
+    NUMBERS,
+    PLACES,
+    TEXT,
+    Trial,
+    check_formulas,
+    check_rates,
+    listed,
+    numbers_of,
+)
 from gelcone.physics.differentiate import derivatives, gradients
 from gelcone.physics.film.film import Border
 from gelcone.physics.implicit import root, traced
@@ -170,6 +181,42 @@ class Circuit(Component):
     @abstractmethod
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Voltage on the film, given the circuit's own states ``y``."""
+
+    def prove(self) -> None:
+        """Call the formulas with a taut film at the port, too."""
+        from gelcone.physics.film.taut import TautCone
+
+        super().prove()
+        self.check()
+        film = PlacedFilm(TautCone())
+        (of_film, many_of_film), (n, many) = numbers_of(film), numbers_of(self)
+        one, many = {**of_film, **n}, {**many_of_film, **many}
+        port = Port(0.3, PLACES, PLACES, lambda: 0.1, ((film, []),), many, np)
+        y = [np.broadcast_to(value, PLACES.shape) for value in self.starts(PLACES, n)]
+        check_formulas(self, [Trial("switches", (port, y, many), NAMED)])
+        here = {**many, **self.switches(port, y, many)}
+        port = replace(port, n=here)
+        of_states = ("voltage", "source_voltage", *(("charging",) if self.carries_voltage else ()))
+        check_formulas(
+            self,
+            [
+                *(Trial(name, (port, y, here), NUMBERS) for name in of_states),
+                *(Trial(name, (port, PLACES, y, here), NUMBERS) for name in ("squared", "stored")),
+                Trial("rates", (port, y, here), listed(len(self.states))),
+                Trial("powers", (port, PLACES, y, here), NAMED),
+                Trial("leaks", (port, y, here), listed(1, "films")),
+                Trial("saturations", (port, y, here), NAMED),
+                Trial("gain", (PLACES, many), NUMBERS),
+                Trial("describe", (), TEXT),
+            ],
+        )
+        fixed = {**one, **dict.fromkeys(self.switches(port, y, many), 1.0)}
+
+        def rates(z: list[Any], xp: Any) -> list[Any]:
+            traced_port = replace(port, displacement=z[0], velocity=z[1], n=fixed, xp=xp)
+            return [self.voltage(traced_port, z[2:], fixed, xp), *self.rates(traced_port, z[2:], fixed, xp)]
+
+        check_rates(self, len(self.states), rates)
 
     def rates(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the circuit's states."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -20,12 +20,22 @@ import numpy as np
 
 from gelcone import permission
 from gelcone.errors import InputError, unknown_name
+from gelcone.physics.contract import (
+    ONE_EACH,
+    PLACES,
+    Trial,
+    check_data,
+    check_formulas,
+    check_overrides,
+    listed,
+    numbers_of,
+    ships,
+    written,
+)
 from gelcone.quantity import Quantity
 
 Numbers = Mapping[str, Any]
 """Numbers of the formulas, by name: floats, arrays, symbols or expressions."""
-FUNCTIONS = ("sin", "cos", "exp", "log", "log1p", "sqrt")
-"""The functions of the namespace ``xp``."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +100,15 @@ class Component(ABC):
         """The names of `numbers`, in their order."""
         return tuple(self.numbers(self.complete({})))
 
-    def prove(self) -> None:  # noqa: B027, not every component has formulas to compare
-        """Raise `InputError` where formulas contradict one another or cannot be compiled; called once for each
-        component that is given. Default: nothing is compared."""
+    def prove(self) -> None:
+        """Raise `InputError` where the class does not fulfil its contract: where a formula is missing, takes other
+        arguments, fails, returns something else, contradicts another or cannot be compiled. Called once for each
+        component of one's own that is given, at its default parameters."""
+        check_overrides(self)
+        check_data(self, State, Quantity)
+        n = numbers_of(self)[1]
+        count = len(self.states)
+        check_formulas(self, [Trial("starts", (PLACES, n), listed(count)), Trial("time_constant", (n,), ONE_EACH)])
 
     def time_constant(self, n: Numbers) -> Any:
         """Slowest time constant of the states that it adds; motions settle within 20 of it. Default 0: no states."""
@@ -163,6 +179,8 @@ def from_record(kind: str, record: Any, shipped: Mapping[str, C], base: type[C])
         permission.check_data(kind, name, {f.name: fields[f.name] for f in _fields(own) if f.name in fields})
     else:
         raise unknown_name(kind, name, shipped)
+    if missing := sorted(getattr(own, "__abstractmethods__", ())):
+        raise InputError(f"{kind} {name!r}: its class lacks {' and '.join(missing)}; {written(own, missing[0])}")
     try:
         values = {f.name: _value(fields[f.name]) for f in _fields(own) if f.name in fields}
         component: C = own(**values)
@@ -205,29 +223,14 @@ _PROVEN: set[tuple[type[Component], str]] = set()
 
 
 def _proved(component: Component) -> None:
+    """Prove a component and its parts once, unless it ships."""
+    for value in uncached(component).values():
+        for part in _flat(value):
+            _proved(part)
     key = type(component), repr(component)
-    if key not in _PROVEN:
+    if key not in _PROVEN and not ships(component):
         component.prove()
         _PROVEN.add(key)
-
-
-def same_formula(component: Component, what: str, at: Any, stated: Any, true: Callable[[], Any]) -> None:
-    """Raise `InputError` where the values ``stated`` by a formula at the places ``at`` differ from the ``true``
-    ones."""
-    place = f"{component.name}: {what}"
-    try:
-        with np.errstate(all="ignore"):
-            expected = np.broadcast_to(true(), np.shape(at))
-    except (TypeError, AttributeError) as error:
-        raise InputError(
-            f"{place}: a formula cannot be differentiated and compiled ({error}); take arithmetic, powers and the "
-            f"functions of its argument xp ({', '.join(f'xp.{name}' for name in FUNCTIONS)}), not those of NumPy"
-        ) from None
-    differs = ~np.isclose(stated, expected, rtol=1e-6, atol=1e-9) & np.isfinite(expected)
-    if differs.any():
-        k = int(np.argmax(differs))
-        one = float(np.broadcast_to(stated, np.shape(at))[k])
-        raise InputError(f"{place}: it is {one:.6g} at {at[k]:.3g}, and must be {expected[k]:.6g}; correct its formula")
 
 
 def _fields(component: Any) -> tuple[Any, ...]:

@@ -6,6 +6,7 @@ there is no bias, the force has half the period of the voltage: the *forcing per
 
 from __future__ import annotations
 
+import reprlib
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,6 +17,18 @@ import numpy.typing as npt
 
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
+from gelcone.physics.contract import (
+    NUMBERS,
+    ONE_EACH,
+    PLACES,
+    Trial,
+    called,
+    check_formulas,
+    numbers_of,
+    same_formula,
+    wrong,
+)
+from gelcone.physics.differentiate import derivative
 from gelcone.physics.implicit import traced
 from gelcone.quantity import Array, Quantity
 
@@ -117,6 +130,34 @@ class Waveform(Component):
     def shape_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
         """Derivative of `shape` with respect to the phase."""
 
+    def prove(self) -> None:
+        """Compare the stated rate of the shape with its derivative, and its symmetry with the shape, too."""
+        super().prove()
+        if lacking := [name for name in VOLTAGE if name not in self.parameters]:
+            raise wrong(self, "parameters", f"lacks {lacking[0]}", "write parameters = VOLTAGE | {...}")
+        n, many = numbers_of(self)
+        check_formulas(self, self._trials(many))
+        same_formula(self, *self._rates(n))
+        if self.antiperiodic:
+            what = "antiperiodic = True, a change of sign of the shape after half a period, at a phase"
+            here, phases = self.samples({**n, "voltage_bias": 0.0}), 2.0 * np.pi * np.arange(PHASES) / PHASES
+            remedy = "leave it out, or correct the shape"
+            same_formula(self, what, phases, here, lambda: -np.roll(here, PHASES // 2), remedy)
+
+    def _trials(self, n: Numbers) -> list[Trial]:
+        """The calls of its formulas that `prove` makes."""
+        own = [Trial(name, (PLACES, n), NUMBERS) for name in ("shape", "shape_rate") if not self.pieced]
+        return [
+            *own,
+            *(Trial(name, (PLACES, n), NUMBERS) for name in ("voltage", "voltage_rate")),
+            *(Trial(name, (n,), ONE_EACH) for name in ("detail", "period", "peak")),
+        ]
+
+    def _rates(self, n: Numbers) -> tuple[Any, ...]:
+        """The rate that `prove` compares with a derivative: words, phases, values, and the derivative."""
+        what, rate = "shape_rate, the derivative of the shape, at a phase", called(self, "shape_rate", PLACES, n)
+        return what, PLACES, rate, lambda: derivative(lambda at, xp: self.shape(at, n, xp), PLACES)
+
     def voltage(self, tau: Any, n: Numbers, xp: Any = np) -> Any:
         """Voltage at the time tau."""
         phase = n["drive_frequency"] * tau
@@ -203,6 +244,18 @@ class Pieced(Waveform):
     @abstractmethod
     def table(self, n: Numbers) -> Pieces:
         """The pieces of a repeat, always of the same number; they begin at phase 0 if the waveform does not repeat."""
+
+    def _trials(self, n: Numbers) -> list[Trial]:
+        table = called(self, "table", n)
+        if not isinstance(table, Pieces) or np.shape(table.terms)[-2:] != (np.shape(table.begins)[-1], 5):
+            raise wrong(self, "table", f"returns {reprlib.repr(table)}", "return Pieces(begins, terms)")
+        own = [Trial(name, (PLACES, {**n, "since": PLACES}), NUMBERS) for name in ("carrier", "carrier_rate")]
+        return [*own, *super()._trials(n)]
+
+    def _rates(self, n: Numbers) -> tuple[Any, ...]:
+        what, rate = "carrier_rate, the derivative of the carrier", self.carrier_rate(PLACES, {**n, "since": PLACES})
+        true = lambda: derivative(lambda at, xp: self.carrier(at, {**n, "since": at}, xp), PLACES)  # noqa: E731
+        return f"{what}, at a phase", PLACES, rate, true
 
     def carrier(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
         """The smooth part that is multiplied by the gate."""

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from gelcone.physics.component import Component, Numbers, same_formula
+from gelcone.physics.component import Component, Numbers
+from gelcone.physics.contract import NUMBERS, ONE_EACH, PLACES, Trial, check_formulas, numbers_of, same_formula
 from gelcone.physics.differentiate import derivative
 from gelcone.quantity import Quantity
 
@@ -53,8 +54,20 @@ class StrainEnergyLaw(Component):
         """Derivative of the response by I1."""
 
     def prove(self) -> None:
-        """Compare response and slope with the derivatives of the energy, at the default parameters."""
-        n = self.numbers(self.complete({}))
+        """Compare response and slope with the derivatives of the energy, too."""
+        super().prove()
+        n, many = numbers_of(self)
+        small = 0.1 * PLACES * PLACES
+        check_formulas(
+            self,
+            [
+                Trial("strain_limit", (many,), ONE_EACH),
+                *(
+                    Trial(name, (small, many), NUMBERS)
+                    for name in ("energy", "response", "response_slope", "compliance", "stiffening")
+                ),
+            ],
+        )
         strain = np.linspace(0.0, 0.9, 10) * np.minimum(self.strain_limit(n), 4.0)
         response, slope = self.response(strain, n), self.response_slope(strain, n)
         same_formula(

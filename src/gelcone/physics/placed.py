@@ -273,7 +273,8 @@ class PlacedFilm(Component):
 
     def odd(self, n: Numbers) -> Any:
         """Whether the force is odd in the displacement of the disc."""
-        return self.film.odd and (self.drive is None or np.asarray(n["second_flat_height"]) == 0.0)
+        centred = self.drive is None or np.asarray(n["second_flat_height"]) == 0.0
+        return np.logical_and(self.film.odd(self.own(n)), centred)
 
     def reach(self, n: Numbers) -> tuple[float, float, float]:
         """The lowest and highest displacement of the disc with a state of the film, and the least distance from where

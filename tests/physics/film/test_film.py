@@ -37,7 +37,7 @@ def test_the_balancing_voltage_by_hand():
 
 def test_the_defaults_are_an_odd_film_without_limit_or_states():
     assert FILM.ending is Outcome.STRETCH_LIMIT
-    assert FILM.odd
+    assert FILM.odd(N)
     assert FILM.states == ()
     assert FILM.rates(0.1, 0.2, 0.3, [], N) == []
     assert FILM.reach(N) == (0.0, np.inf)

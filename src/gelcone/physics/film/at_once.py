@@ -57,11 +57,6 @@ class FilmAtOnce(Film):
         return [n[HELD + state.name] for state in self.film.states]
 
     @property
-    def odd(self) -> bool:  # type: ignore[override]
-        """Whether the force of the film is odd in x."""
-        return self.film.odd
-
-    @property
     def linear_charge(self) -> bool:  # type: ignore[override]
         """Whether the charge is proportional to the voltage at every displacement."""
         return self.film.linear_charge
@@ -73,6 +68,9 @@ class FilmAtOnce(Film):
 
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         return self.film.force(x, squared, self.held(n), n, xp)
+
+    def odd(self, n: Numbers) -> Any:
+        return self.film.odd(n)
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         return self.film.switches(x, squared, self.held(n), n)

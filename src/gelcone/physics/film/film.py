@@ -12,6 +12,21 @@ import numpy as np
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
+from gelcone.physics.contract import (
+    GRID,
+    NAMED,
+    NUMBERS,
+    ONE_EACH,
+    PAIR,
+    PLACES,
+    TEXT,
+    Trial,
+    check_formulas,
+    check_rates,
+    check_slope,
+    listed,
+    numbers_of,
+)
 from gelcone.physics.differentiate import derivative
 from gelcone.physics.implicit import traced
 from gelcone.physics.quadrature import integral
@@ -19,6 +34,9 @@ from gelcone.quantity import Array
 
 SMALL = 1e-6
 """A displacement at which limits at the flat film are taken: forces are odd in x, so the error is its square."""
+
+TRIAL_SQUARED = 0.04
+"""Squared voltage at which the formulas of a film of one's own are called when its class is read."""
 
 DIFFERENCE = 1e-5
 """Relative step of the central difference of the capacitance."""
@@ -71,8 +89,8 @@ class Film(Component):
     """The action of film and electric field on the disc, per mu Vol/(b-a), at the displacement x and squared voltage V.
 
     A new one supplies `force`, and `rates` for the ``states`` that it adds. The rest follows numerically from the
-    force, and is overridden where a closed form is known. The force must be odd in x unless ``odd`` is False, and must
-    not grow with V for x > 0.
+    force, and is overridden where a closed form is known. The force must be odd in x unless `odd` says otherwise, and
+    must not grow with V for x > 0.
 
     Examples
     --------
@@ -91,7 +109,6 @@ class Film(Component):
 
     ending: ClassVar[Outcome] = Outcome.STRETCH_LIMIT
     """Outcome of a run that leaves the displacements and voltages for which the film has a state."""
-    odd: ClassVar[bool] = True
     borders: tuple[Border, ...] = ()
     """Borders at which its law changes, and at which it pulls in; see `Border`."""
     linear_charge: ClassVar[bool] = False
@@ -112,6 +129,41 @@ class Film(Component):
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
         """Force that pulls the disc back, and its derivative by x. ``y`` holds the film's own states; it is empty in
         statics, which use the settled film."""
+
+    def prove(self) -> None:
+        """Compare the stated slope of the force with its derivative, too."""
+        super().prove()
+        n, many = numbers_of(self)
+        x, squared = GRID, TRIAL_SQUARED
+        y = [np.broadcast_to(start, x.shape) for start in self.starts(x, many)]
+        check_formulas(self, [Trial("switches", (x, squared, y, many), NAMED)])
+        here, one = {**many, **self.switches(x, squared, y, many)}, {**n, **self.switches(PLACES, squared, [], n)}
+        of_place = ("strain", "drag")
+        of_voltage = ("voltage_gain", "turning", "balancing")
+        of_states = ("voltage_force", "work", "capacitance")
+        check_formulas(
+            self,
+            [
+                *(Trial("force", (x, squared, own, here), PAIR) for own in ([], y)),
+                Trial("rates", (x, x, squared, y, here), listed(len(self.states))),
+                Trial("dissipation", (x, x, squared, y, here), NUMBERS),
+                *(Trial(name, (x, here), NUMBERS) for name in (*of_place, "highest_squared")),
+                *(Trial(name, (x, squared, here), NUMBERS) for name in of_voltage),
+                *(Trial(name, (x, squared, y, here), NUMBERS) for name in of_states),
+                *(Trial(name, (x, y, here), NUMBERS) for name in ("overstretched", "highest_squared_held")),
+                Trial("limit_share", (x, squared, y, here), NUMBERS),
+                Trial("state", (x, squared, y, here), listed(len(FilmState._fields), "fields of a FilmState")),
+                Trial("current", (x, x, squared, squared, here), NUMBERS),
+                *(Trial(name, (many,), ONE_EACH) for name in ("odd", "strain_limit", "stiffness_scale")),
+                Trial("reach", (n,), listed(2, "ends")),
+                Trial("outside", (1.0, n), TEXT),
+                Trial("unreachable", (n,), TEXT),
+                Trial("describe", (), TEXT),
+            ],
+        )
+        held, borders = [start[0] for start in y], bool(self.borders)
+        check_slope(self, lambda x, own, xp: self.force(x, squared, own, one, xp), held, bool(self.odd(n)), borders)
+        check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], squared, z[2:], one, xp))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's own states."""
@@ -134,6 +186,10 @@ class Film(Component):
     def dissipation(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Power that the film dissipates. Default 0."""
         return 0.0
+
+    def odd(self, n: Numbers) -> Any:
+        """Whether the force is odd in x. Default True."""
+        return True
 
     def voltage_force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """The reduction of the force by the voltage."""
