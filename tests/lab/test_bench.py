@@ -119,9 +119,10 @@ def test_with_states_of_films_and_circuits_responses_ring_downs_and_series_are_t
     swing = np.linalg.eigvals(gelcone.state_space(own, voltage=0.0).A)
     swing = swing[np.argmax(swing.imag)]
     np.testing.assert_allclose(variants.ring_down()[0], [swing.imag / (2.0 * np.pi), -swing.real], rtol=1e-5)
-    natural = np.linalg.eigvals(gelcone.state_space(own, voltage=1e3).A).imag.max() / (2.0 * np.pi)
-    if not own.to_model().system.planar:
-        assert variants.natural_frequency(1e3)[0] == pytest.approx(natural, rel=1e-5)
+    values = np.linalg.eigvals(gelcone.state_space(own, voltage=1e3).A)
+    natural = np.abs(values[np.argmax(values.imag)]) / (2.0 * np.pi)
+    assert variants.natural_frequency(1e3)[0] == pytest.approx(natural, rel=1e-6)
+    assert float(gelcone.datasheet(own, [1e3]).natural_frequency[1]) == pytest.approx(natural, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["creep", "amplifier"])

@@ -24,9 +24,9 @@ def test_a_plane_scales_amplitude_and_bias_with_the_peak(monkeypatch):
     assert model.drive_frequency.tolist() == [0.5, 0.9]
     np.testing.assert_allclose(model.voltage, [0.3, 0.6])
     np.testing.assert_allclose(model.voltage_bias, [0.1, 0.2])
-    asked = record(monkeypatch, module, stiffness_under=4.0, drive_ramp="ramp", every_balance=["balance"])
+    asked = record(monkeypatch, module, driven_frequency=2.0, drive_ramp="ramp", every_balance=["balance"])
     assert plane_of().natural_frequency(0.8) == 2.0
-    drive = asked["stiffness_under"][0]["model"]
+    drive = asked["driven_frequency"][0]["model"]
     assert (drive.voltage, drive.voltage_bias) == pytest.approx((0.6, 0.2))
     plane = plane_of()
     assert [plane.ramp("levels"), plane.ramp("more")] == ["ramp", "ramp"]

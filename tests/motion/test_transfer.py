@@ -105,7 +105,9 @@ def test_about_a_leaking_film_all_is_as_about_its_own_voltage():
     own = ConeModel(voltage_bias=0.6 / (1.0 + area / 4.0), **plain)
     alone = gelcone.transfer(own, [1.0], amplitudes=0.0)
     assert float(found["equilibrium"]) == pytest.approx(float(alone["equilibrium"]), rel=1e-9)
-    assert float(found["natural_frequency"]) == pytest.approx(float(alone["natural_frequency"]), rel=1e-2)
+    swing = np.linalg.eigvals(gelcone.state_space(behind).A)
+    swing = np.abs(swing[np.argmax(swing.imag)])  # a charge that does not follow stiffens it
+    assert float(alone["natural_frequency"]) < float(found["natural_frequency"]) == pytest.approx(swing, rel=1e-9)
 
 
 def test_signals_are_two_percent_of_the_bias_and_the_drive():

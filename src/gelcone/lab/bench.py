@@ -28,6 +28,7 @@ from gelcone.lab.periodic import (
     small_motion,
 )
 from gelcone.motion.flow import integrate
+from gelcone.motion.natural import frequencies_under
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.members import Members
 from gelcone.physics.waveforms import Samples
@@ -261,14 +262,12 @@ class Variants:
         return (lifted - hanging) * self.scale("length") * self.gains["laser"]
 
     def natural_frequency(self, voltage: float) -> Array:
-        """Natural frequency about the rest under a constant voltage, (variants,); with states of films and circuits, of
-        the mode in which the disc oscillates."""
-        at, frequency = np.array([voltage]), self.scale("frequency")[:, 0]
-        x = self.rest[:, 0] + (self.stroke(at) / (self.scale("length") * self.gains["laser"]))[:, 0]
-        if self.members.system.planar:
-            with np.errstate(invalid="ignore"):
-                return np.asarray(np.sqrt(self.force(x[:, None], self.squared(at))[1][:, 0]) * frequency)
-        return small_motion(self.members, x, self.volts(at)[:, 0])[0] * frequency
+        """Natural frequency about the rest under a constant voltage, (variants,)."""
+        at = np.array([voltage])
+        x, squared = self.rest + self.stroke(at) / (self.scale("length") * self.gains["laser"]), self.squared(at)
+        volts = [np.sqrt(squared)] * len(self.members.system.films)
+        found = frequencies_under(self.members, self.force(x, squared)[1], x, volts)
+        return np.asarray(found * self.scale("frequency"))[:, 0]
 
     def capacitance(self, height: Array, voltage: Array) -> Array:
         """Capacitance, charge over voltage, of all films of the source at heights under voltages."""

@@ -80,9 +80,11 @@ def datasheet(
     a stroke over the film's volume and over all that moves, and ``volume_power`` and ``mass_power``, these times the
     natural frequency; ``capacitance`` and ``field_energy`` (unknown of two films); ``coupling``, the share of the
     electrical energy of a small slow cycle that comes out as work, (g^2/K)/(dQ/dv + g^2/K) with the blocked force's
-    slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the held film; ``natural_frequency``,
-    ``half_width`` of its resonance, ``bandwidth``, to which the small-signal response stays above half power, ``gain``,
-    that response over the static one at each ``drive_frequency``, and ``rise_time``, from 10 to 90 % of a small step.
+    slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the held film; ``natural_frequency``
+    of small motions as if undamped, in which the branches of a film that creeps have little time to relax, so that it
+    lies above that of ``stiffness_at_rest``; ``half_width`` of its resonance, ``bandwidth``, to which the small-signal
+    response stays above half power, ``gain``, that response over the static one at each ``drive_frequency``, and
+    ``rise_time``, from 10 to 90 % of a small step.
     Over ``ramp_voltage``: ``ramp_stroke`` and ``ramp_blocked_force``. Of the drive: ``drive_stroke``, ``peak_current``,
     ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute ``first_limit`` names the
     lowest, ``first_limit_voltage``.
@@ -212,7 +214,7 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     frequency = {"units": "1", "quantity": "frequency", dataset.NAN: "not applicable", dataset.INFINITE: "none"}
     time = dataset.absent("time", infinite="none")
     columns = dataset.columns(_LEVELS, {
-        "natural_frequency": (natural, "natural frequency", _of("frequency")),
+        "natural_frequency": (natural, "natural frequency of small undamped motions", _of("frequency")),
         "half_width": ([row.half_width for row in every], "half width of the resonance at half power", frequency),
         "bandwidth": ([row.bandwidth for row in every], "frequency to which it stays above half power", frequency),
         "rise_time": ([row.rise_time for row in every], "time from 10 to 90 % of a small step", time),

@@ -90,10 +90,11 @@ def envelope(
     Returns
     -------
     Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
-    ``natural_frequency``, ``static_field``, ``static_hoop_stress``, ``static_meridional_stress``; over
-    ``static_limit``: ``static_limit_voltage`` (infinity: none on the way to pull-in or the stretch limit, NaN: unknown
-    or not applicable); ``recommended_constant``, the lowest of them less the margin; ``rest_displacement``; and
-    ``own_peak`` and ``own_frequency`` of the device's own drive.
+    ``natural_frequency`` (of small motions, in which a film that creeps is stiffer than on the ramp), ``static_field``,
+    ``static_hoop_stress``, ``static_meridional_stress``; over ``static_limit``: ``static_limit_voltage`` (infinity:
+    none on the way to pull-in or the stretch limit, NaN: unknown or not applicable); ``recommended_constant``, the
+    lowest of them less the margin; ``rest_displacement``; and ``own_peak`` and ``own_frequency`` of the device's own
+    drive.
 
     Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,
@@ -250,7 +251,7 @@ _STATIC: dict[str, tuple[str, dataset.Of]] = {
     "static_displacement": ("displacement on a slow voltage ramp", "length"),
     "stroke": ("displacement from the rest without voltage", "length"),
     "blocked_force": ("force on a stop at the rest position", "force"),
-    "natural_frequency": ("natural frequency about the equilibrium", dataset.absent("frequency")),
+    "natural_frequency": ("natural frequency of small undamped motions", dataset.absent("frequency")),
     "static_field": ("true electric field", "field"),
     "static_hoop_stress": ("true hoop stress", "stress"),
     "static_meridional_stress": ("true meridional stress", "stress"),

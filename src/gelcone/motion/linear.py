@@ -64,23 +64,40 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
     return found if model.shape else LinearResponse(found.stroke[0], found.harmonics[0])
 
 
-def stiffness_under(model: ConeModel) -> float:
-    """Slope of the static force at rest under the mean squares of a single model's drive, at its own frequency; NaN
-    where there is no equilibrium."""
-    found = _operating_point(model.members(), np.full((1, 1), float(model.drive_frequency)))
-    return float(found.stiffness[0, 0])
+def slopes_of_drive(model: ConeModel) -> tuple[Array, Array]:
+    """Slope of the static force, (1, 1), and derivatives of the rates of all states by the states, (1, 1, N, N), at
+    rest under the mean squares of a single model's drive, at its own frequency; NaN where there is no equilibrium."""
+    at = _operating_point(model.members(), np.full((1, 1), float(model.drive_frequency)))
+    return at.stiffness, _slopes(model.system, at)[0]
+
+
+def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> Array:
+    """Derivatives of the rates of all states by the states, (members, levels, N, N), at rest at displacements ``place``
+    (members, levels) under constant voltages on the films."""
+    system, n, shape = members.system, dict(members.numbers(trailing=1)), place.shape
+    volts = [np.broadcast_to(voltage, shape) for voltage in voltages]
+    gain = np.broadcast_to(np.abs(system.circuit.gain(0.0, n)), shape)
+    commands = [np.divide(one, gain, out=np.zeros(shape), where=gain > 0.0) for one in volts]
+    opposite = len(system.films) > 1 and system.films[-1].drive == "opposite"
+    n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
+    at = _OperatingPoint(place, place, [one[..., None] for one in volts], [], n, commands[0])
+    at = _settled(members, at)
+    rows = gradients(lambda z, n, xp: system.rates_under(n[BIAS], z, n, xp), at.z, {**at.n, BIAS: commands[0]})
+    return _stacked(rows, shape)
 
 
 @dataclass(frozen=True)
 class _OperatingPoint:
     """Rest under the mean squares of the films' voltages, (members, frequencies) each: ``place``, ``stiffness``, all
-    states ``z``, and the numbers ``n`` there; and the films' ``voltages`` (members, frequencies or 1, PHASES)."""
+    states ``z``, the numbers ``n`` and the constant ``command`` there; and the films' ``voltages`` (members,
+    frequencies or 1, PHASES)."""
 
     place: Array
     stiffness: Array
     voltages: list[Array]
     z: list[Array]
     n: Mapping[str, Any]
+    command: Any
 
     @property
     def mean_squares(self) -> list[Array]:
@@ -100,11 +117,11 @@ def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
     voltages = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
     if all_ideal(system):
         place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
-        return _settled(members, _OperatingPoint(place, stiffness, voltages, [], n))
+        return _settled(members, _OperatingPoint(place, stiffness, voltages, [], n, n["voltage_bias"]))
     voltages = [np.zeros((*omega.shape, PHASES)) for _ in lines]
     for _ in range(MOST_TURNS):
         place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
-        found = _settled(members, _OperatingPoint(place, stiffness, voltages, [], n))
+        found = _settled(members, _OperatingPoint(place, stiffness, voltages, [], n, n["voltage_bias"]))
         before, voltages = voltages, [_loaded(system, line, found, samples, omega) for line in lines]
         change = [
             np.abs(now - old).max(initial=0.0, where=np.isfinite(now))
@@ -126,7 +143,7 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
     shape = at.place.shape
     starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
     z = [at.place, np.zeros(shape), *starts]
-    bias, n = at.n["voltage_bias"], dict(at.n)
+    bias, n = at.command, dict(at.n)
     z = uncurrented(system, bias, z, n)
     with np.errstate(all="ignore"):
         n |= system.switches_under(bias, z, n)
@@ -269,25 +286,34 @@ def _response(
     The squared voltage on a film is that of the drive with the film at rest, plus twice the mean voltage times the
     change of the voltage by the motion.
     """
-    shape, count, places = multiples.shape[:2], len(system.states), system.mechanical
-    z, squares = list(at.z), at.mean_squares
+    slopes, films = _slopes(system, at)
+    right = np.zeros((*multiples.shape, len(system.states)), dtype=complex)
+    for film, drive in zip(films, drives, strict=True):
+        right += film[..., None, :] * drive[..., None]
+    matrices = 1j * multiples[..., None, None] * np.eye(len(system.states)) - slopes[..., None, :, :]
+    return np.asarray(solved_where_regular(matrices, right)[..., 0])
+
+
+def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]]:
+    """Derivatives of the rates of all states by the states, (members, frequencies, N, N), and by the squared voltage on
+    each film, (members, frequencies, N); at mean voltages."""
+    shape, count, places = at.place.shape, len(system.states), system.mechanical
     with np.errstate(all="ignore"):
-        held = gradients(lambda v, n, xp: system.rates_held(v[count:], v[:count], n, xp), [*z, *squares], at.n)
-        slopes = np.zeros((*shape, count, count))
-        by = _stacked(held, shape)
+        held = gradients(
+            lambda v, n, xp: system.rates_held(v[count:], v[:count], n, xp), [*at.z, *at.mean_squares], at.n
+        )
+        by, slopes, films = _stacked(held, shape), np.zeros((*shape, count, count)), []
         slopes[..., places, :] = by[..., :count]
-        right = np.zeros((*shape, multiples.shape[-1], count), dtype=complex)
-        for k, (voltage, drive) in enumerate(zip(at.voltages, drives, strict=True)):
+        for k, voltage in enumerate(at.voltages):
             line = system.line_of(k)
             own = _stacked([row[2:] for row in _electric_slopes(system, line, at)], shape)
             film = np.zeros((*shape, count))
             film[..., places] = by[..., count + k]
             slopes += 2.0 * voltage.mean(axis=-1)[..., None, None] * film[..., :, None] * own[..., 0, None, :]
-            right += film[..., None, :] * drive[..., None]
+            films.append(film)
             if system.places_of(line):
                 slopes[..., sorted(system.places_of(line)), :] = own[..., 1:, :]
-    matrices = 1j * multiples[..., None, None] * np.eye(count) - slopes[..., None, :, :]
-    return np.asarray(solved_where_regular(matrices, right)[..., 0])
+    return slopes, films
 
 
 def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:

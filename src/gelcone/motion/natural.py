@@ -1,37 +1,91 @@
-"""The natural frequency of small motions about an equilibrium under a constant voltage."""
+"""The natural frequency of small motions about an equilibrium under a constant voltage.
+
+It is that of the pair of eigenvalues in which the disc takes the largest part, with all states of films and circuits:
+the modulus of a pair that oscillates, which is the frequency without damping. A device without such states has the root
+of its stiffness. The branches of a film that creeps have little time to relax within an oscillation, so that the disc
+oscillates faster than by the slope of its statics; so it does where a series resistance keeps the charge from
+following.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.motion.linear import slopes_of_drive, slopes_under
 from gelcone.motion.ramp import stroke_and_blocked_force
+from gelcone.motion.regular import solved_where_regular
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 ROUNDING = 1e-9
-"""Amount by which a stiffness that counts as zero, as in a fold, may be negative."""
+"""Amount by which a stiffness that counts as zero, as in a fold, may be negative, and the share of an eigenvalue up to
+which its imaginary part is rounding."""
 
 
 def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: npt.ArrayLike | None = None) -> Any:
-    """Angular frequency of small undamped motions about an equilibrium; NaN where there is no stable one.
+    """Angular frequency of small motions about an equilibrium, as if undamped; NaN where there is no stable one.
 
     Parameters
     ----------
     model : a single model.
-    voltage : constant voltage, dimensionless: a number, or shape (voltages,).
+    voltage : constant voltage on the film, dimensionless: a number, or shape (voltages,).
     displacement : the equilibrium there, of the same shape. Default: the one that a slow ramp from 0 to the voltage
         ends at.
     """
     if displacement is None:
         ramp = stroke_and_blocked_force(model, np.abs(voltage))
         displacement = ramp["displacement"].values.reshape(np.shape(voltage))
-    return frequency_of(model.stiffness(displacement, voltage))
+    volts, place = np.broadcast_arrays(np.asarray(voltage, dtype=float), np.asarray(displacement, dtype=float))
+    squares = model.system.squares_at_rest(volts.reshape(1, -1) ** 2, model.members().numbers(trailing=1))
+    stiffness = np.reshape(model.stiffness(place, volts), (1, -1))
+    found = frequencies_under(model.members(), stiffness, place.reshape(1, -1), [np.sqrt(one) for one in squares])
+    return found.reshape(place.shape)[()]
+
+
+def frequencies_under(members: Members, stiffness: Array, place: Array, voltages: Sequence[Array]) -> Array:
+    """Natural frequencies about rests ``place`` of a static ``stiffness`` under constant ``voltages`` on each film,
+    (members, levels); NaN where the stiffness is negative."""
+    if members.system.planar:
+        return np.asarray(frequency_of(stiffness))
+    return np.where(stiffness >= -ROUNDING, _of_the_disc(slopes_under(members, place, voltages)), np.nan)
+
+
+def driven_frequency(model: ConeModel) -> float:
+    """Natural frequency about the rest of a single model under the mean squares of its drive; NaN without one."""
+    stiffness, slopes = slopes_of_drive(model)
+    found = frequency_of(stiffness) if model.system.planar else _of_the_disc(slopes)
+    return float(np.where(stiffness >= -ROUNDING, found, np.nan)[0, 0])
 
 
 def frequency_of(stiffness: Array | float) -> Any:
     """Angular frequency of small undamped motions at a slope of the static force; NaN where that is negative."""
     with np.errstate(invalid="ignore"):
         return np.sqrt(np.where(np.asarray(stiffness) >= -ROUNDING, np.maximum(stiffness, 0.0), np.nan))[()]
+
+
+def _of_the_disc(slopes: Array) -> Array:
+    """The root of the product of the two eigenvalues in which the disc takes the largest part: a pair that oscillates,
+    or two of an overdamped disc. (..., N, N) to (...); NaN where there are none.
+
+    The part of a state in a mode is the product of its entries in the right and the left eigenvector: Perez-Arriaga,
+    Verghese, Schweppe, IEEE Trans. Power Appar. Syst. 101 (1982) 3117.
+    """
+    known = np.isfinite(slopes).all(axis=(-2, -1))
+    found = np.full(known.shape, np.nan)
+    values, right = np.linalg.eig(slopes[known])
+    units = np.eye(slopes.shape[-1])
+    left = (solved_where_regular(right, np.broadcast_to(units[i], values.shape)) for i in range(2))
+    part = sum(np.abs(right[:, i, :] * one) for i, one in enumerate(left))
+    size, swings = np.abs(values), np.abs(values.imag) > ROUNDING * np.abs(values)
+    rows, pair = np.arange(len(part)), np.where(swings, part, 0.0).argmax(axis=1)
+    still = np.argsort(np.where(swings, -1.0, part), axis=1)[:, -2:]
+    of_two = np.where(swings, 0.0, part)[rows[:, None], still].sum(axis=1)
+    oscillates = 2.0 * np.where(swings, part, 0.0)[rows, pair] > of_two
+    two = np.sqrt(size[rows[:, None], still].prod(axis=1))
+    found[known] = np.where(np.isnan(part).any(axis=1), np.nan, np.where(oscillates, size[rows, pair], two))
+    return found

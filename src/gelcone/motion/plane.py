@@ -20,8 +20,7 @@ from gelcone.motion.electrical import apparent_power, charge_of, field_of
 from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.job import Keep, Trajectories
-from gelcone.motion.linear import stiffness_under
-from gelcone.motion.natural import frequency_of
+from gelcone.motion.natural import driven_frequency
 from gelcone.motion.peaks import Value, largest
 from gelcone.motion.ramp import Ramp, drive_ramp
 from gelcone.motion.response import dissipated_energy, heat_of
@@ -136,7 +135,7 @@ class Plane:
     def natural_frequency(self, peak: float = 0.0) -> float:
         """Natural frequency about the equilibrium under the drive's mean-square voltages; NaN without a stable one."""
         drive = self.model.replace(voltage=self.shape.amplitude * peak, voltage_bias=self.shape.bias * peak)
-        return float(frequency_of(stiffness_under(drive)))
+        return driven_frequency(drive)
 
     def default_frequencies(self) -> Array:
         """Frequencies around the natural one, including those of the first resonances and the model's own."""

@@ -9,13 +9,14 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.motion.creep import Holding, holding
 from gelcone.motion.driven import WITHIN
-from gelcone.motion.natural import frequency_of
+from gelcone.motion.natural import frequencies_under
 from gelcone.motion.plane import Plane, is_flat
 from gelcone.motion.ramp import Ramp
 from gelcone.motion.validity import NEAR_LIMIT, excesses
 from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.film.pull_in import PullInCurve
+from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 
@@ -96,7 +97,7 @@ def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
         "static_displacement": ramp.displacement,
         "stroke": ramp.stroke,
         "blocked_force": ramp.blocked_force,
-        "natural_frequency": frequency_of(ramp.stiffness),
+        "natural_frequency": _natural(model, ramp),
         "static_field": state.true_field,
         "static_hoop_stress": state.hoop_stress,
         "static_meridional_stress": state.meridional_stress,
@@ -105,6 +106,13 @@ def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
     if any(np.any(leak) for leak in leaks):
         curves["static_heating"] = sum(leaks) / len(leaks) + 0.0 * ramp.displacement
     return curves
+
+
+def _natural(model: ConeModel, ramp: Ramp) -> Array:
+    """The natural frequency at each constant voltage of a ramp."""
+    rows = (ramp.stiffness, ramp.displacement, *ramp.voltages)
+    stiffness, place, *voltages = (np.reshape(row, (1, -1)) for row in rows)
+    return frequencies_under(model.members(), stiffness, place, voltages)[0]
 
 
 def _membrane_pull_in(plane: Plane, membrane: PullInCurve, highest: float) -> float:
