@@ -184,3 +184,12 @@ def test_a_film_that_creeps_has_the_statics_of_the_relaxed_one(pump, sheet):
         assert float(found[name][1]) == pytest.approx(float(relaxed[name]), rel=1e-9)
     assert float(found["half_width"][1]) > 2.0 * float(relaxed["half_width"])
     assert float(found["rise_time"][1]) > float(relaxed["rise_time"])
+
+
+def test_films_in_opposite_phase_have_their_resonance_where_the_sheet_has_the_disc(pump):
+    """The small signal is about the rest with 2 v0 - v on the second film; it was about v on both: 13.9 Hz."""
+    films = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 0.03}
+    found = datasheet(pump.replace(films, voltage_offset=1500.0, damping_coefficient=0.002), [300.0])
+    resonance = float(found.drive_frequency[int(found.gain[1].values.argmax())])
+    assert resonance == pytest.approx(float(found.natural_frequency[1]), abs=float(found.drive_frequency[0]))
+    assert float(found.natural_frequency[1]) == pytest.approx(11.78, rel=1e-3)

@@ -230,7 +230,7 @@ def _dynamic_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
 
 def _small(model: ConeModel, voltage: float, omega: Array) -> _Small:
     """Compute the small-signal numbers about a constant voltage."""
-    space = state_space(model.replace(voltage_bias=float(voltage)))
+    space = state_space(model, voltage=float(voltage))
     values = np.linalg.eigvals(space.A)
     swinging = values[np.abs(values.imag) > 1e-9 * np.abs(values)]
     width = float(-swinging.real[np.argmax(np.abs(swinging.imag))]) if swinging.size else np.nan
