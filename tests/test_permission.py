@@ -8,7 +8,7 @@ import pytest
 
 from gelcone import ConeModel, Device, InputError, find_device
 from gelcone.devices.files import shipped_devices
-from gelcone.permission import check, limit, only
+from gelcone.permission import check, check_data, limit, only, record
 from gelcone.physics.component import names_of
 from tests.toys import ThreeHarmonics
 
@@ -82,6 +82,21 @@ def test_a_permission_holds_for_its_block_and_its_thread_alone():
         thread.join()
         check("film", "a")
     check("film", "b")
+
+
+def test_a_class_receives_no_data_but_those_given_at_the_start():
+    """Other values, and further data, are refused; what is left out has its default."""
+    given = frozenset({"mine:Own", record("mine:Own", {"levels": [1, 2], "rise": 0.1})})
+    with only(given):
+        check_data("waveform", "mine:Own", {"levels": [1, 2], "rise": 0.1})
+        check_data("waveform", "mine:Own", {"rise": 0.1})
+        check_data("waveform", "mine:Own", {})
+        for data in ({"rise": 0.2}, {"rise": 0.1, "path": "x"}, {"path": "x"}):
+            with pytest.raises(InputError, match="waveform 'mine:Own': its data are not those with which gelcone was"):
+                check_data("waveform", "mine:Own", data)
+        with pytest.raises(InputError, match="its data are not those"):
+            check_data("waveform", "other:Own", {"rise": 0.1})
+    check_data("waveform", "other:Own", {"path": "x"})
 
 
 def test_a_long_name_is_shortened():

@@ -31,6 +31,8 @@ def test_a_device_is_written_as_an_fmu(command_line, tmp_path):
         (("biased-pump",), "--c FOLDER"),
         (("mine.toml", "--to", "csv"), "--c FOLDER"),
         (("biased-pump", "--c", "pump", "--to", "csv"), "--to: is an option of results"),
+        (("biased-pump", "--c", "pump.c"), "--c pump.c: is a folder, without an ending"),
+        (("biased-pump", "--c", "pump.h"), "--c pump.h: is a folder, without an ending"),
         (("no-such-device", "--c", "pump"), "no such file"),
         (
             ("biased-pump", "--fmu", "pump.fmu", "--film", "taut", "--platforms", "macos-arm"),

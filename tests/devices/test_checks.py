@@ -105,6 +105,7 @@ def test_of_several_discs_too_large_the_worst_is_named_with_its_own_film():
         ("series_resistance", 1e8, "series_resistance = 101 Mohm is outside the usual range, 0.001 to 100 Mohm"),
         ("initial_height", 1.0, "initial_height = 1.01 m is outside the usual range, 1 to 100 mm"),
         ("film_thickness", 20e-3, "film_thickness = 20.2 mm is outside the usual range, 0.02 to 2 mm"),
+        ("material.shear_modulus", 1e7, "material.shear_modulus = 10.1 MPa is outside the usual range, 0.001 to 1 MPa"),
     ],
 )
 def test_values_far_beyond_the_usual_are_doubted_from_ten_times_on_and_gravity_and_resistance_at_once(name, most, told):

@@ -13,6 +13,7 @@ from gelcone import Device, InputError, Quantity
 from gelcone.devices.parts import field_of
 from gelcone.devices.si import device_of
 from gelcone.physics.bias import Together
+from gelcone.physics.film.wrinkling import WrinklingCone
 from tests.devices.own import Band, Filter, Harmonics, PowerFilm
 
 TOML = """
@@ -131,6 +132,15 @@ def test_a_film_of_ones_own_needs_no_law(device):
     assert device_of(gelcone.simulate(own, periods=1)) == own
     with pytest.raises(InputError, match="hoop_prestretch"):
         own.replace(hoop_prestretch=1.2)
+
+
+def test_the_file_of_a_film_of_ones_own_leaves_law_and_mode_to_the_device(device):
+    """As an instance the film holds both; a file that says them twice is refused."""
+    own = device.replace(film=WrinklingCone(pull_in="snap"))
+    record = own.parameters()["film"]
+    assert record["pull_in"] == "snap"
+    assert not {"law", "prestretch_mode"} & set(record)
+    assert Device.from_text(own.to_toml()) == own
 
 
 def test_several_biases_act_together(device):

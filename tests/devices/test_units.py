@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse, parse_many
+from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse, parse_deviation, parse_many
 from gelcone.errors import InputError
 
 ALL_UNITS = [(si, unit) for si, dimension in DIMENSIONS.items() for unit in dimension.powers]
@@ -229,6 +229,14 @@ def test_a_message_lists_all_units_of_a_dimension_also_those_that_are_no_powers_
         == "give a number in s or a string such as '5 ms' (units s, ms, us, min, h)"
     )
     assert DIMENSIONS["1"].accepted("1", "1.2") == "give a plain number such as 1.2"
+
+
+def test_a_deviation_is_a_share_of_the_value_or_has_its_unit():
+    assert parse_deviation("rate", "3 %", "N/m", 20.0) == pytest.approx(0.6, rel=1e-15)
+    assert parse_deviation("rate", " 3% ", "N/m", -20.0) == pytest.approx(0.6, rel=1e-15)
+    assert parse_deviation("rate", "50 mN/m", "N/m", 20.0) == 0.05
+    with pytest.raises(FieldError, match="rate = '3 %': is a share of 0; give the deviation with a unit"):
+        parse_deviation("rate", "3 %", "N/m", 0.0)
 
 
 @pytest.mark.parametrize("value", [[1.0], (1.0, 2.0), np.array([1.0, 2.0])])

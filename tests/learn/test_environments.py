@@ -40,7 +40,7 @@ class Scripted:
 def test_many_begin_anew_in_the_step_after_their_end():
     script = [
         ([-0.5, -0.25, -0.125], [False, True, False], [True, False, False]),
-        ([-1.0, -2.0, -0.5], [True, True, True], [False, False, False]),
+        ([-1.0, -2.0, -0.5], [True, True, True], [True, False, False]),
         ([-0.5, -0.5, -0.5], [False, False, False], [False, False, False]),
     ]
     episodes = Scripted(3, script)

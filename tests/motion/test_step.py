@@ -45,6 +45,7 @@ def test_what_has_not_settled_by_the_end_of_the_run_has_no_settling_time():
     np.testing.assert_allclose(found["rise_time"], [0.95 * 0.8, 0.4], rtol=1e-9)
     np.testing.assert_allclose(found["overshoot"], [1.0 / 19.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(found["drift"], [0.1 / 0.95, 0.0], atol=1e-12)
+    np.testing.assert_allclose(_measured(times, -x, 0.0)["drift"], [0.1 / 0.95, 0.0], atol=1e-12)  # on the way down
 
 
 def test_a_disc_that_does_not_move_has_no_times():

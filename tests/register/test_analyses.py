@@ -138,6 +138,8 @@ def test_analyses_are_in_the_order_of_the_listing_and_no_other_name_is_one():
 def test_an_unknown_analysis_is_refused_with_the_nearest():
     with pytest.raises(InputError, match="did you mean 'regime'"):
         find_analysis("regimes")
+    with pytest.raises(InputError, match="'operating-limits' is not an analysis; did you mean 'operating_limits'"):
+        find_analysis("operating-limits")
 
 
 def test_the_list_of_commands_loads_no_analysis():
