@@ -173,7 +173,8 @@ class Clipped(Triangle):
 
     def table(self, n):
         pieces = super().table(n)
-        return Pieces(pieces.begins + 0.1 * n["voltage_bias"] / n["voltage"], pieces.terms)
+        shift = 0.1 * np.asarray(n["voltage_bias"]) / n["voltage"]
+        return Pieces(pieces.begins + shift[..., None], pieces.terms)
 
 
 @pytest.mark.parametrize("offset", [0.0, 300.0])

@@ -139,6 +139,9 @@ class Exponential(Bias):
         rising = xp.exp(20.0 * x)
         return rising - xp.exp(20.0 * n["free_place"]), 20.0 * rising
 
+    def odd(self, n):
+        return False
+
     def free_height(self, n):
         return n["free_place"]
 

@@ -253,7 +253,7 @@ TABLE = {
                 "text: # of apparent_power",
                 "text: mean power",
                 "text: # of mean_power",
-                "text: pull-in under constant voltage: none",
+                "text: pull-in of the cone under constant voltage: none",
                 "text: first limit: hoop slack of the drive, at a peak of # of first_limit_voltage",
                 "text: below every limit: peaks up to # of safe_peak_voltage",
                 "text: dielectric strength: unknown, breakdown is not accounted for",

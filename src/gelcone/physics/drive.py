@@ -146,7 +146,7 @@ class Waveform(Component):
 
     def _trials(self, n: Numbers) -> list[Trial]:
         """The calls of its formulas that `prove` makes."""
-        own = [Trial(name, (PLACES, n), NUMBERS) for name in ("shape", "shape_rate") if not self.pieced]
+        own = [Trial(name, (PLACES, n, np), NUMBERS) for name in ("shape", "shape_rate") if not self.pieced]
         return [
             *own,
             *(Trial(name, (PLACES, n), NUMBERS) for name in ("voltage", "voltage_rate")),
@@ -155,7 +155,7 @@ class Waveform(Component):
 
     def _rates(self, n: Numbers) -> tuple[Any, ...]:
         """The rate that `prove` compares with a derivative: words, phases, values, and the derivative."""
-        what, rate = "shape_rate, the derivative of the shape, at a phase", called(self, "shape_rate", PLACES, n)
+        what, rate = "shape_rate, the derivative of the shape, at a phase", called(self, "shape_rate", PLACES, n, np)
         return what, PLACES, rate, lambda: derivative(lambda at, xp: self.shape(at, n, xp), PLACES)
 
     def voltage(self, tau: Any, n: Numbers, xp: Any = np) -> Any:
@@ -218,7 +218,7 @@ class Waveform(Component):
         """The voltage at `PHASES` even phases of a period, as a last axis."""
         phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
-        return np.asarray(own["voltage_bias"] + own["voltage"] * self.shape(phase, self._at(0.0, phase, own, np)))
+        return np.asarray(own["voltage_bias"] + own["voltage"] * self.shape(phase, self._at(0.0, phase, own, np), np))
 
     def peak(self, n: Numbers) -> Any:
         """Largest absolute value of the voltage."""
@@ -249,11 +249,12 @@ class Pieced(Waveform):
         table = called(self, "table", n)
         if not isinstance(table, Pieces) or np.shape(table.terms)[-2:] != (np.shape(table.begins)[-1], 5):
             raise wrong(self, "table", f"returns {reprlib.repr(table)}", "return Pieces(begins, terms)")
-        own = [Trial(name, (PLACES, {**n, "since": PLACES}), NUMBERS) for name in ("carrier", "carrier_rate")]
+        own = [Trial(name, (PLACES, {**n, "since": PLACES}, np), NUMBERS) for name in ("carrier", "carrier_rate")]
         return [*own, *super()._trials(n)]
 
     def _rates(self, n: Numbers) -> tuple[Any, ...]:
-        what, rate = "carrier_rate, the derivative of the carrier", self.carrier_rate(PLACES, {**n, "since": PLACES})
+        what = "carrier_rate, the derivative of the carrier"
+        rate = self.carrier_rate(PLACES, {**n, "since": PLACES}, np)
         true = lambda: derivative(lambda at, xp: self.carrier(at, {**n, "since": at}, xp), PLACES)  # noqa: E731
         return f"{what}, at a phase", PLACES, rate, true
 

@@ -70,6 +70,9 @@ class Stopped(PowerFilm):
     def switches(self, x, squared, y, n):
         return {"mark": np.where(x > 0.1, -1.0, 1.0), "stop": np.where(x < -0.1, -1.0, 1.0)}
 
+    def odd(self, n):
+        return False
+
     def force(self, x, squared, y, n, xp=np):
         force, slope = super().force(x, squared, y, n, xp)
         beyond = 0.5 - 0.5 * n.get("stop", 1.0)
