@@ -55,7 +55,9 @@ def operating_limits(
     `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
     ``driven_error_voltage`` (NaN where none is met); ``examined_step_voltage``, the distance between the peaks
     examined: a window of chaos narrower than that may be missed, and the first one met may then begin lower;
-    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error.
+    ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error. Where a
+    motion is chaotic before it pulls in, runs at neighbouring voltages pull in or not, and the limit of pull-in is one
+    of several that the width does not cover.
 
     Raises
     ------
