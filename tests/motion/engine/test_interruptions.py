@@ -23,7 +23,7 @@ class Bordered(PowerFilm):
     def borders(self):
         return (
             Border(lambda x, squared, y, n, xp: n["upper"] * (1.0 - x), "upper", divides=True),
-            Border(lambda x, squared, y, n, xp: n["lower"] * (1.0 + x), "lower", jumps=True),
+            Border(lambda x, squared, y, n, xp: n["lower"] * (1.0 + x), "lower", jumps=True, gentle=True),
             Border(lambda x, squared, y, n, xp: 3.0 - squared, seldom=True),
         )
 
@@ -42,6 +42,7 @@ def test_events_are_borders_that_fall_through_zero_where_a_member_is_inside():
     assert [event.smooth for event in events] == [True, False, True]
     assert [event.seldom for event in events] == [False, False, True]
     assert [event.divides for event in events] == [True, False, False]
+    assert [event.gentle for event in events] == [False, True, False]
     n, z = model.own_numbers, [0.3, 0.7]
     values = [event.border(0.5, z, n, np) for event in events]
     np.testing.assert_allclose(values, [0.7, 1.3, 3.0 - (0.8 * np.sin(0.5)) ** 2], rtol=1e-14)

@@ -19,6 +19,7 @@ from gelcone.motion.engine.program import (
 )
 
 # --- members take turns -----------------------------------------------------------------------------------------------
+from gelcone.motion.engine.service import PAST
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -381,3 +382,34 @@ def test_members_that_fail_make_room_for_others():
     raw = program.run({}, start[:, None], 0.0, np.full((30, 1), 2.0), smallest_step=1e-3)
     np.testing.assert_array_equal(raw.status, np.where(start == 0.7, STEP_TOO_SMALL, ARRIVED))
     np.testing.assert_allclose(raw.states[start == 0.4, 0, 0], 0.4 / (1.0 - 0.8), rtol=1e-8)
+
+
+@pytest.mark.parametrize("divides", [False, True])
+def test_a_member_passes_a_gentle_border_whose_switch_flips_by_rounding(divides):
+    """x' = v; within 1e-9 of 1 the function, which is rounded badly there, is beyond the border with either sign."""
+
+    @dataclass(frozen=True)
+    class Steady:
+        states = ("x",)
+        numbers = ("v", "s")
+
+        def rates(self, time, state, n, xp):
+            return [n["v"] + 0.0 * state[0]]
+
+    def border(time, state, n, xp):
+        return n["s"] * (1.0 - state[0]) - 1e-9
+
+    found = {}
+    for gentle in (False, True):
+        event = Event(border, -1, "s", inside=True, divides=divides, gentle=gentle)
+        program = Program(Steady(), "states", 1e-6, [event])
+        found[gentle] = program.run({"v": [0.5, 1.0], "s": 1.0}, [[0.0], [0.0]], 0.0, [[0.5, 3.0]] * 2)
+    ends, passes = found[False], found[True]
+    np.testing.assert_array_equal(ends.status, TERMINAL_EVENT)
+    np.testing.assert_allclose(ends.end_time, [2.0, 1.0], rtol=1e-8)
+    np.testing.assert_array_equal(passes.status, ARRIVED)
+    np.testing.assert_allclose(passes.states[..., 0], [[0.25, 1.5], [0.5, 3.0]], rtol=1e-14)
+    np.testing.assert_array_equal(passes.switches["s"], -1.0)
+    longest = 2.0
+    np.testing.assert_allclose(passes.dwell, [[2.0, 1.0], [1.0, 2.0]], rtol=0.0, atol=1.01 * PAST * longest)
+    assert passes.steps.max() < 3 * MOST_IN_PLACE

@@ -15,6 +15,7 @@ from gelcone.membrane.mean_length import mean_length
 from gelcone.motion.flow import integrate
 from gelcone.motion.response import simulate
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
+from gelcone.physics.film.wrinkling import WrinklingCone
 from tests.physics.film.membranes import MADE, film_of
 from tests.physics.film.programs import in_program
 
@@ -146,6 +147,33 @@ def test_the_energy_of_a_long_run_through_all_kinds_balances():
     assert all(result[f"film_state_{kind}"].item() > 0.0 for kind in KINDS)
     moved = float(result["dissipated_energy"].max())
     assert np.max(np.abs(result["energy_residual"].values)) < 1e-10 * moved
+
+
+@pytest.mark.parametrize("film", ["membrane", "wrinkling"])
+def test_a_film_without_tension_passes_the_flat_state_without_pulling_in(film):
+    """Near the flat state such a film has no force: spring and damper alone move the disc, up to far below rounding."""
+    damping, own = 0.02, {"radius_ratio": 0.2} if film == "membrane" else {}
+    model = ConeModel(film=film, drive_frequency=1.004, damping_ratio=damping, spring_stiffness=1.5, **own)
+    springs = -float(model.system.rates(0.0, [1e-6, 0.0], model.own_numbers, np)[1]) / 1e-6
+    model = model.replace(voltage=np.geomspace(0.003, 0.4, 10))
+    times = np.linspace(0.0, 600.0 * float(model.drive_period), 601)
+    for start in (1e-3, 1e-5):
+        run = integrate(model, (start, 0.0), times)
+        assert (run.outcome == Outcome.OK).all()
+        own = np.sqrt(springs - damping**2)
+        free = np.exp(-damping * times) * (np.cos(own * times) + damping / own * np.sin(own * times))
+        assert np.abs(run.states[..., 0] / start - free).max() < 1e-3
+        assert np.abs(run.states[:, -1, 0]).max() < 1e-30
+
+
+def test_borders_at_which_a_film_does_not_end_are_gentle():
+    def gentle(film):
+        return [border.switch for border in film.borders if border.gentle]
+
+    assert gentle(MembraneFilm()) == ["pulls", "rim_taut", "any_taut"]
+    assert gentle(MembraneFilm(branches=1)) == ["rim_taut", "any_taut"]
+    assert gentle(WrinklingCone()) == ["width_held", "pulls"]
+    assert gentle(WrinklingCone(pull_in="minimum")) == []
 
 
 def test_a_film_raised_in_voltage_ends_by_localisation_before_the_cone_does():

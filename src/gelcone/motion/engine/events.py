@@ -44,6 +44,8 @@ class Event:
         polynomial of low order less a bound of its remainder; near the border, steps end where the bound crosses zero.
     divides : the switch is 1 or -1 and changes the law: the code of a step is made for each sign, so that a step costs
         only its own law.
+    gentle : the rates of change are continuous across the border and lead no member back to it, so that a switch that
+        flips without end does so by rounding: a step is taken without the border, and the member continues.
 
     g should be of the order of 1: its errors count against 1. A border that contains its own switch as a factor,
     like s (d - x) falling with s = 1 while x < d, keeps the switch and the side of the border together, also where
@@ -61,6 +63,7 @@ class Event:
     smooth: bool = False
     seldom: bool = False
     divides: bool = False
+    gentle: bool = False
 
     def __post_init__(self) -> None:
         if self.inside and not self.direction:

@@ -61,4 +61,5 @@ def _event(border: Border, own: OwnNumbers, smooth: bool) -> Event:
         smooth=smooth and not border.jumps,
         seldom=border.seldom,
         divides=border.divides,
+        gentle=border.gentle,
     )

@@ -84,7 +84,7 @@ def _border(
     if own_switch and not event.direction:
         raise ValueError(f"direction = 0: a border that contains its switch {event.switch!r} takes -1 or 1")
     place = None if event.switch is None else switched.index(event.switch)
-    return Border(event.direction, place, own_switch or event.inside, event.smooth, event.seldom)
+    return Border(event.direction, place, own_switch or event.inside, event.smooth, event.seldom, event.gentle)
 
 
 def _law(

@@ -6,7 +6,7 @@ import ctypes
 import math
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import partial
 
 import numpy as np
@@ -163,7 +163,7 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
 
 def content_of(plan: Plan) -> str:
     """A text that identifies the plan's code."""
-    borders = [(border.direction, border.switch, border.sided, border.smooth, border.seldom) for border in plan.borders]
+    borders = [astuple(border) for border in plan.borders]
     switches = [node.value for node in plan.switches]
     laws = (len(plan.laws), plan.telling)
     rest = (

@@ -54,8 +54,9 @@ class Job(IntEnum):
 class Border:
     """A traced event.
 
-    ``direction``, ``smooth`` and ``seldom`` as in `Event`; ``switch``, the place of its switch (None: terminal);
-    ``sided``, true if the side of a member is known: the function is positive there (direction -1) or negative.
+    ``direction``, ``smooth``, ``seldom`` and ``gentle`` as in `Event`; ``switch``, the place of its switch (None:
+    terminal); ``sided``, true if the side of a member is known: the function is positive there (direction -1) or
+    negative.
     """
 
     direction: int
@@ -63,6 +64,7 @@ class Border:
     sided: bool
     smooth: bool
     seldom: bool
+    gentle: bool
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ from gelcone.motion.engine.step import later
 THERE = 2.0**-13
 """Share of a step below which the polynomial of low order of a border that is seldom near is exact."""
 
+PAST = 2.0**-6
+"""Share of a step that is taken without a gentle border whose switch flips without end."""
 AT_ONCE = 2.0**-40
 """Largest relative difference between the times of switches that come at once."""
 
@@ -341,7 +343,7 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
     """Shortens ``reach`` to the crossing of border k, if it is crossed, and sets ``event``.
 
     If the bound of a border of low order crosses zero, the step ends without an event, unless it is too short for the
-    bound to differ from the border.
+    bound to differ from the border. So does it, after `PAST`, where the switch of a gentle border flips without end.
     """
     border = plan.borders[k]
     row = (layout.borders + k * layout.terms) * plan.width
@@ -362,6 +364,12 @@ def _find_crossing(f: Function, lane: _Lane, plan: Plan, layout: Layout, k: int,
     first = f.new(f"icmp slt i64 {f.load_whole(event)}, 0")
     found = f.both(f.compare("ole", time, f.load(reach)), f.either(earlier, first))
     counted = str(k)
+    if border.gentle:
+        again = f.compare_whole("sgt", lane.get_whole(layout.in_place), str(MOST_IN_PLACE))
+        unclear = f.both(again, _at_once(lane, layout, lane.step(layout.step_time)))
+        past = f.smaller(f.multiply(f.real(PAST), lane.step(layout.step)), f.load(reach))
+        time = f.choose(unclear, f.larger(time, past), time)
+        counted = f.new(f"select i1 {unclear}, i64 {len(plan.borders)}, i64 {k}")
     if border.seldom:
         there = f.compare("olt", time, f.multiply(f.real(THERE), lane.step(layout.step)))
         counted = f.new(f"select i1 {there}, i64 {k}, i64 {len(plan.borders)}")
@@ -385,7 +393,8 @@ def _cut_step(f: Function, lane: _Lane, layout: Layout, reach: Value, event: Val
 
 
 def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: Border, k: int, status: Value) -> None:
-    """Applies an event: the member ends, or its switch flips; it also ends if switches flip without end.
+    """Applies an event: the member ends, or its switch flips; it also ends if switches flip without end at a border
+    that is not gentle.
 
     A crossing in the direction that does not count only changes the side of the border.
     """
@@ -398,16 +407,22 @@ def _pass_border(f: Function, lane: _Lane, plan: Plan, layout: Layout, border: B
             f.store_whole(str(TERMINAL_EVENT + k), status)
         else:
             before = lane.get_whole(layout.in_place)
-            now, since = lane.get(layout.time), lane.get(layout.since)
-            room = f.multiply(f.real(AT_ONCE), f.larger(f.absolute(now), f.real(1.0)))
-            still = f.compare("ole", f.subtract(now, since), room)
+            still = _at_once(lane, layout, lane.get(layout.time))
             count = f.new(f"select i1 {still}, i64 {f.whole('add', before, '1')}, i64 0")
             lane.set_whole(layout.in_place, count)
-            with f.when(f.compare_whole("sgt", count, str(MOST_IN_PLACE))):
-                f.store_whole(str(TERMINAL_EVENT + k), status)
+            if not border.gentle:
+                with f.when(f.compare_whole("sgt", count, str(MOST_IN_PLACE))):
+                    f.store_whole(str(TERMINAL_EVENT + k), status)
             _count_dwell(lane, plan, layout)
             row = layout.switches + border.switch
             lane.set(row, f.negative(lane.get(row)))
+
+
+def _at_once(lane: _Lane, layout: Layout, now: Value) -> Value:
+    """True if the last switch was at the time ``now`` but for rounding."""
+    f = lane.f
+    room = f.multiply(f.real(AT_ONCE), f.larger(f.absolute(now), f.real(1.0)))
+    return f.compare("ole", f.subtract(now, lane.get(layout.since)), room)
 
 
 def _count_dwell(lane: _Lane, plan: Plan, layout: Layout) -> None:

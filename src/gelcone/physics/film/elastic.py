@@ -145,8 +145,8 @@ class Elastic:
         short), ``below_hump`` (before the hump, or beyond the valley). The film ends at the last border; where a run
         continues, that border has the switch ``whole`` (intact or failed)."""
         return (
-            Border(self._width_border, "width_held", divides=True),
-            Border(self._force_border, "pulls", divides=True),
+            Border(self._width_border, "width_held", divides=True, gentle=self.pull_in == "first"),
+            Border(self._force_border, "pulls", divides=True, gentle=self.pull_in == "first"),
             Border(self._crumpling_border, "crumpled"),
             Border(self._length_border, "long", seldom=True),
             Border(self._hump_border, "below_hump", seldom=not self.continues),

@@ -73,8 +73,10 @@ class Border:
     ``value(x, squared, y, n, xp)`` is positive on the current side of the border and falls through zero at a crossing.
     ``switch`` names the number, 1 or -1, that is a factor of the value and changes its sign there; None: the film ends.
     ``jumps``: the force jumps. ``seldom``: motions rarely come near, and the value costs more than the force.
-    ``divides``: the force and other borders have another formula with each sign of the switch. ``folds``: the minimum
-    of the energy ends there at a constant voltage; behind a resistance the slope of the charge replaces this border.
+    ``divides``: the force and other borders have another formula with each sign of the switch. ``gentle``: the
+    force is continuous and leads no motion back, so that a switch that flips without end does so by rounding, which
+    does not end the film. ``folds``: the minimum of the energy ends there at a constant voltage; behind a resistance
+    the slope of the charge replaces this border.
     """
 
     value: Callable[..., Any]
@@ -82,6 +84,7 @@ class Border:
     seldom: bool = False
     jumps: bool = False
     divides: bool = False
+    gentle: bool = False
     folds: bool = False
 
 

@@ -193,10 +193,10 @@ class MembraneFilm(BranchedFilm):
         (all hoops in tension or not) and ``any_taut`` (some hoop in tension or none). The film ends at the last."""
         return (
             *((self.creeping.border,) if self.branches else ()),
-            Border(self._slack_border, "pulls", divides=True),
+            Border(self._slack_border, "pulls", divides=True, gentle=not self.branches),
             Border(self._cut_border, "near", divides=True),
-            Border(self._rim_border, "rim_taut", divides=True),
-            Border(self._whole_border, "any_taut", divides=True),
+            Border(self._rim_border, "rim_taut", divides=True, gentle=True),
+            Border(self._whole_border, "any_taut", divides=True, gentle=True),
             Border(self._end_border, seldom=True),
         )
 
