@@ -13,10 +13,9 @@ from gelcone.plots.basin import (
     attractor_map,
     basin_figure,
     legend,
-    shade,
 )
 from gelcone.plots.regime import REGIME_COLOURS
-from gelcone.plots.style import save_figure
+from gelcone.plots.style import save_figure, shade
 from tests.plots.made_up import DOUBTFUL, blank, cells_of, corners, data_of, result, texts
 
 X, U = np.array([-1.0, 0.0, 1.0]), np.array([0.0, 2.0])

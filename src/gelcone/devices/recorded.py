@@ -132,8 +132,8 @@ def read_recording(path: str | Path, units: bool) -> tuple[Array, Array]:
 
 def _header(path: str | Path, number: int, line: str, units: bool) -> tuple[list[int], list[int]]:
     """Read the header: the indices of the columns of time and voltage, and the powers of ten of their units."""
-    heads = [cell.strip().strip('"').lower() for cell in line.split(",")]
     raw = [cell.strip().strip('"') for cell in line.split(",")]
+    heads = [cell.lower() for cell in raw]
     if set(line) & set(";\t"):
         raise InputError(f"{path}, line {number}: separate the columns by commas; {REMEDY}")
     places, powers = [], []

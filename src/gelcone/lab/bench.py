@@ -281,7 +281,7 @@ class Variants:
         """Frequency and decay rate of small motions about the rest."""
         rate = 2.0 * np.pi * self.scale("frequency")
         if not self.members.system.planar:
-            swing, decay = small_motion(self.members, self.rest[:, 0], np.zeros(self.members.size))
+            swing, decay = small_motion(self.members, self.rest[:, 0])
             return np.concatenate([rate * swing[:, None] / (2.0 * np.pi), rate * decay[:, None]], axis=1)
         slope = self.force(self.rest, 0.0)[1]
         with np.errstate(invalid="ignore"):

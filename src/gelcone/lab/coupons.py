@@ -366,25 +366,29 @@ def _coupon(
         use=settings.get("use") or ("check" if voltage > 0.0 else "fit"),
     )
     if "time" in numbers:
-        return _timed(table, coupon, numbers["time"][rows], rows, settings, own)
-    if np.isfinite(rate):
+        coupon = _timed(table, coupon, numbers["time"][rows], rows, settings, own)
+    elif np.isfinite(rate):
         if not rate > 0.0:
             raise InputError(f"{table.file}, line {line}: strain rate {rate:g}: must be greater than 0")
-        return _at_rate(coupon, rate, own)
-    if settings.get("kind", "quasi-static") != "quasi-static":
+        coupon = _at_rate(coupon, rate)
+    elif settings.get("kind", "quasi-static") != "quasi-static":
         raise InputError(f'{table.file}: has neither time nor rate; add rate = "0.1 1/s" in tests.toml')
-    own.append("has neither time nor rate: taken as quasi-static, with all branches relaxed")
+    else:
+        own.append("has neither time nor rate: taken as quasi-static, with all branches relaxed")
     return dataclasses.replace(coupon, notes=(*own, *_oddities(coupon)))
 
 
-def _at_rate(coupon: Coupon, rate: float, notes: list[str]) -> Coupon:
+def _at_rate(coupon: Coupon, rate: float) -> Coupon:
     """Complete a test at a constant rate, whose time follows from the stretch."""
     path = np.concatenate([[1.0], coupon.stretch])
     times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path))) / rate])
-    turns = np.diff(coupon.stretch)
-    kind = "cyclic" if (turns < -HELD).any() and (turns > HELD).any() else "loading"
-    made = dataclasses.replace(coupon, kind=kind, time=times[1:], history=(times, path))
-    return dataclasses.replace(made, notes=(*notes, *_oddities(made)))
+    return dataclasses.replace(coupon, kind=_moving(coupon.stretch), time=times[1:], history=(times, path))
+
+
+def _moving(stretch: Array) -> str:
+    """The kind of a test whose stretch moves."""
+    turns = np.diff(stretch)
+    return "cyclic" if (turns < -HELD).any() and (turns > HELD).any() else "loading"
 
 
 def _timed(
@@ -410,11 +414,8 @@ def _timed(
     inside = own > lead if held else np.arange(own.size) >= (1 if lead > 0.0 or first == 1.0 else 0)
     times = np.concatenate([[t for t, _ in ramp], own[inside]])
     path = np.concatenate([[s for _, s in ramp], coupon.stretch[inside]])
-    turns = np.diff(coupon.stretch)
-    back = (turns < -HELD).any() and (turns > HELD).any()
-    kind = "creep" if settings.get("kind") == "creep" else "relaxation" if held else "cyclic" if back else "loading"
-    made = dataclasses.replace(coupon, kind=kind, time=np.maximum(own, 0.0), history=(times, path))
-    return dataclasses.replace(made, notes=(*notes, *_oddities(made)))
+    kind = "creep" if settings.get("kind") == "creep" else "relaxation" if held else _moving(coupon.stretch)
+    return dataclasses.replace(coupon, kind=kind, time=np.maximum(own, 0.0), history=(times, path))
 
 
 def _start_of_hold(table: Table, time: Array, settings: Mapping[str, Any], notes: list[str]) -> float:

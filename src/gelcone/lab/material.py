@@ -431,10 +431,7 @@ def _intervals(values: Array, drawn: Array) -> tuple[Array, Array]:
     with np.errstate(all="ignore"):
         own = np.where(positive, np.log(drawn), drawn)
     half = 0.5 * Z * np.ptp(np.quantile(own, CENTRAL, axis=0), axis=0)
-    low, high = (
-        np.where(positive, values * np.exp(-half), values - half),
-        np.where(positive, values * np.exp(half), values + half),
-    )
+    low, high = (np.where(positive, values * np.exp(end), values + end) for end in (-half, half))
     return low, high
 
 

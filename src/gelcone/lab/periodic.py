@@ -50,11 +50,11 @@ def _rates(members: Members, tau: Array, z: Array) -> tuple[Array, Array]:
     )
 
 
-def small_motion(members: Members, x: Array, voltage: Array) -> tuple[Array, Array]:
-    """Angular frequency and decay rate of small motions about rests x under voltages, (members,); NaN for motions that
+def small_motion(members: Members, x: Array) -> tuple[Array, Array]:
+    """Angular frequency and decay rate of small motions about rests x without voltage, (members,); NaN for motions that
     do not oscillate."""
     found = np.full((2, members.size), np.nan)
-    slopes = at_rest(members, x, voltage)[1]
+    slopes = at_rest(members, x, np.zeros(members.size))[1]
     for k in np.flatnonzero(np.isfinite(slopes).all(axis=(1, 2))):
         values = np.linalg.eigvals(slopes[k])
         fastest = values[np.argmax(values.imag)]

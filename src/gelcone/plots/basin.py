@@ -16,7 +16,7 @@ from gelcone.plots.regime import (
     invalid_legend,
     regime_cells,
 )
-from gelcone.plots.style import styled
+from gelcone.plots.style import shade, styled
 from gelcone.words import attractor_in_words
 
 if TYPE_CHECKING:
@@ -77,15 +77,6 @@ def attractor_colours(cells: xr.Dataset) -> list[str]:
     shown = regimes[:MOST_ATTRACTORS]
     colours = [shade(REGIME_COLOURS[r], SHADES[shown[:i].count(r) % len(SHADES)]) for i, r in enumerate(shown)]
     return colours + [OTHERS] * (len(regimes) > len(shown))
-
-
-def shade(colour: str, share: float) -> str:
-    """A colour mixed with white (``share`` above 0) or black (below 0)."""
-    from matplotlib.colors import to_hex, to_rgb
-
-    other = 1.0 if share > 0.0 else 0.0
-    red, green, blue = ((1.0 - abs(share)) * part + abs(share) * other for part in to_rgb(colour))
-    return to_hex((red, green, blue))
 
 
 def legend(cells: xr.Dataset) -> list[Artist]:

@@ -35,6 +35,7 @@ from gelcone.plots.style import (
     YELLOW,
     axis_label,
     coordinate_axis,
+    shade,
     styled,
 )
 from gelcone.quantity import Array
@@ -125,14 +126,6 @@ def marker_size(diagram: xr.Dataset) -> float:
     return float(np.clip(120.0 / diagram.sizes[diagram.attrs["parameter"]], 0.55, 2.4))
 
 
-def pale_colour(colour: str) -> str:
-    """A colour mixed with white, for points at which the model does not hold."""
-    from matplotlib.colors import to_hex, to_rgb
-
-    red, green, blue = (PALE + (1.0 - PALE) * part for part in to_rgb(colour))
-    return to_hex((red, green, blue))
-
-
 def draw_branches(followed: xr.Dataset, above: Axes, below: Axes | None) -> None:
     """Branches of periodic orbits over the points of a diagram, and their exponents over its exponents."""
     orbits(followed, above)
@@ -154,7 +147,7 @@ def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> No
         values = np.broadcast_to(diagram[name].values[:, None], x.shape)
         fails = invalid_cells(own, name)
         for chosen, pale in ((fails, True), (~fails, False)):
-            look = marks_of((pale_colour(style[0]) if pale else style[0], *style[1:]), size)
+            look = marks_of((shade(style[0], PALE) if pale else style[0], *style[1:]), size)
             if grey:
                 look = {"marker": ".", "color": BRUTE_FORCE, "ms": 1.5, "mec": "none"}
             axes.plot(values[chosen].ravel(), x[chosen].ravel(), ls="", rasterized=True, **look)
@@ -162,7 +155,7 @@ def section_points(diagram: xr.Dataset, axes: Axes, *, grey: bool = False) -> No
             [], [], ls="", label=branch, **marks_of(style, 3.0) | ({"marker": "o"} if size < SMALLEST_SHAPE else {})
         )
     if invalid_cells(diagram, "branch", name).any():
-        axes.plot([], [], "o", color=pale_colour(BLACK), ms=3.0, mew=0.0, label="pale: model\ndoes not hold")
+        axes.plot([], [], "o", color=shade(BLACK, PALE), ms=3.0, mew=0.0, label="pale: model\ndoes not hold")
     failed = (diagram["outcome"] != 0).any("branch").values
     if failed.any():
         at = diagram[name].values[failed]

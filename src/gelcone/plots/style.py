@@ -43,6 +43,15 @@ REST_ROOM = 1e-6
 """Motions smaller than this are drawn as a rest, not magnified."""
 
 
+def shade(colour: str, share: float) -> str:
+    """A colour mixed with white (``share`` above 0) or black (below 0)."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    other = 1.0 if share > 0.0 else 0.0
+    red, green, blue = ((1.0 - abs(share)) * part + abs(share) * other for part in to_rgb(colour))
+    return to_hex((red, green, blue))
+
+
 def say(axes: Axes, words: str) -> None:
     """Writes words in place of a curve."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
