@@ -126,7 +126,7 @@ def test_other_laws_and_prestretches_are_fitted_as_well(law, prestretch):
 
 def test_derivatives_are_those_of_the_force(fitted):
     s = np.linspace(0.001, 0.99, 40) * fitted.reach_squared
-    squared = 0.9 * fitted.highest_squared_at(s).min() * np.linspace(0.0, 1.0, 40)
+    squared = 0.9 * fitted.highest_squared(np.sqrt(s), {}).min() * np.linspace(0.0, 1.0, 40)
     h = 1e-5
     _, slope = fitted.stiffness(s, squared)
     steps = (fitted.stiffness(s + h * s, squared)[0] - fitted.stiffness(s - h * s, squared)[0]) / (2 * h * s)
@@ -153,7 +153,7 @@ def test_a_trajectory_ends_where_the_film_pulls_in(fitted):
     assert run["outcome"].values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
     x, v = run["displacement"].values[1], run["drive_voltage"].values[1]
     last = np.flatnonzero(np.isfinite(x))[-1]
-    share = v**2 / fitted.highest_squared_at(x**2)
+    share = v**2 / fitted.highest_squared(x, {})
     assert 3 < last < 400
     assert share[: last + 1].max() < 1.0
     assert share[last] > 0.8
@@ -164,7 +164,7 @@ def test_a_trajectory_ends_where_the_film_pulls_in(fitted):
 def test_a_ramp_ends_where_the_film_pulls_in(fitted):
     ramp = gelcone.pull_in_voltage(BASE.replace(film=fitted))
     assert int(ramp["pull_in_kind"]) == PullIn.FILM
-    assert float(ramp["pull_in_voltage"]) == pytest.approx(np.sqrt(fitted.highest_squared_at(0.0)), rel=1e-6)
+    assert float(ramp["pull_in_voltage"]) == pytest.approx(np.sqrt(fitted.highest_squared(0.0, {})), rel=1e-6)
     assert np.isnan(gelcone.pitchfork_voltage(BASE.replace(film=fitted)).pitchfork_voltage)
 
 

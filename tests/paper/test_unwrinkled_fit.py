@@ -9,7 +9,6 @@ import pytest
 pytest.importorskip("skfem")
 
 from gelcone.continuum.membrane import membrane
-from gelcone.continuum.path import Ending
 from gelcone.paper import unwrinkled_fit
 from gelcone.paper.unwrinkled_fit import (
     CEILING_MARGIN,
@@ -50,7 +49,7 @@ def misses():
     """What the fit misses at every state, relative as the weights are, and the kinds of the states."""
     film, states = fitted_with_states()
     s, squared, stiffness, kind = states.T
-    inside = squared / film.highest_squared_at(s) < CEILING_MARGIN
+    inside = squared / film.highest_squared(np.sqrt(s), {}) < CEILING_MARGIN
     s, squared, stiffness, kind = (values[inside] for values in (s, squared, stiffness, kind))
     off = film.stiffness(s, squared)[0] - squared - stiffness
     return np.abs(off) / (np.abs(stiffness) + 0.3 * squared + 0.02), kind
@@ -159,26 +158,6 @@ def test_a_film_that_is_not_compressed_as_a_whole_has_no_such_states(paths, monk
         assert unwrinkled_fit._compressed(None, 0.3) == []
 
 
-def test_of_a_film_that_has_to_wrinkle_what_pulls_and_has_come_to_rest_counts(monkeypatch, paths):
-    monkeypatch.setattr(unwrinkled_fit, "mesh_film", lambda model, ratio, elements, relaxed: relaxed)
-    ends = [
-        (Ending.CONVERGED, made(0.1)), (Ending.SLACK, made(0.2)), (Ending.CONVERGED, made(0.3, force=0.0)),
-        (Ending.NOT_CONVERGED, made(0.4)), (Ending.CONVERGED, None), (Ending.CONVERGED, made(0.6)),
-    ]  # fmt: skip
-    asked = []
-
-    def solve(film, heights, levels):
-        asked.append((film, heights.size, levels.tolist()))
-        return [[SimpleNamespace(ending=ending, point=point) for ending, point in ends]]
-
-    monkeypatch.setattr(unwrinkled_fit, "solve", solve)
-    film = SimpleNamespace(model=None, radius_ratio=0.2)
-    states = unwrinkled_fit._wrinkled(film, np.linspace(0.1, 0.6, 6))
-    assert [(point.height, slack) for point, slack in states] == [(0.1, True), (0.6, True)]
-    assert asked == [(True, 6, [0.0])]
-    assert unwrinkled_fit._wrinkled(film, np.zeros(0)) == []
-
-
 @pytest.mark.parametrize(("fold", "kind"), [(0.31, "fold"), (9.0, "slack")])
 def test_a_charged_film_ends_at_its_fold_or_where_a_free_film_does(paths, fold, kind):
     """Towards a fold the voltage weakens it ever faster; one that loses its tension ever less."""
@@ -198,7 +177,7 @@ def test_a_charged_film_ends_at_its_fold_or_where_a_free_film_does(paths, fold, 
         assert all(slack == (np.exp(-6.0 * point.squared) < 0.3) for point, slack in states[3:])
 
 
-def test_a_film_wrinkles_below_all_displacements_at_which_it_was_in_tension(paths, monkeypatch):
+def test_a_film_ends_as_a_free_one_below_all_displacements_at_which_it_is_in_tension(paths, monkeypatch):
     """Raised it is in tension from 0.3 on, and up to 0.5 below its stretch limit: it ends there as free films do
     below, and as its columns do above."""
     heights = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -211,10 +190,9 @@ def test_a_film_wrinkles_below_all_displacements_at_which_it_was_in_tension(path
         unwrinkled_fit, "_charged", lambda film, point, free: ([f"column {point.position[0]}"], 0.5 + point.position[0])
     )
     monkeypatch.setattr(unwrinkled_fit, "_compressed", lambda film, squared: ["compressed"] if squared > 0.0 else [])
-    monkeypatch.setattr(unwrinkled_fit, "_wrinkled", lambda film, at: [f"wrinkled {h}" for h in at])
     states, ends = unwrinkled_fit._states(None, 0.7)
-    assert states[:5] == ["column 0.3", "column 0.4", "column 0.5", "wrinkled 0.1", "wrinkled 0.2"]
-    assert set(states[5:]) == {"compressed"}
+    assert states[:3] == ["column 0.3", "column 0.4", "column 0.5"]
+    assert set(states[3:]) == {"compressed"}
     np.testing.assert_allclose(
         ends, [(0.0, 0.7), (0.01, 0.7), (0.04, 0.7), (0.09, 0.8), (0.16, 0.9), (0.25, 1.0)], rtol=1e-12
     )

@@ -135,15 +135,11 @@ class UnwrinkledFilm(Film):
         """Derivative of the force by V, with the opposite sign."""
         return x * self.gain(np.square(x), squared)
 
-    def turning(self, x: Any, squared: Any, n: Numbers) -> Any:
-        """Slope of the force times x, less the force."""
-        return 2.0 * x * x * x * self.stiffness(np.square(x), squared)[1]
-
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
         """V at which the film balances the pull k, by bisection: k falls with V. Beyond the V of pull-in, and below 0,
         it continues as in the cone."""
         x = np.asarray(x, dtype=float)
-        s, highest = x * x, self.highest_squared_at(x * x)
+        s, highest = x * x, self.highest_squared(x, n)
         with np.errstate(all="ignore"):
             wanted = pull + 0.0 * x
             low, high = np.zeros_like(s), NEAR_PULL_IN * highest
@@ -153,12 +149,8 @@ class UnwrinkledFilm(Film):
             return np.where(wanted > pulls[0], pulls[0] - wanted, beyond)[()]
 
     def highest_squared(self, x: Any, n: Numbers) -> Any:
-        """The highest V at which the film has a state at a displacement."""
-        return self.highest_squared_at(np.square(x))
-
-    def highest_squared_at(self, s: Any) -> Any:
         """The highest V at which the film has a state."""
-        return 1.0 / np.polynomial.polynomial.polyval(self._t(np.asarray(s, dtype=float)), self.ceiling)
+        return 1.0 / np.polynomial.polynomial.polyval(self._t(np.square(np.asarray(x, dtype=float))), self.ceiling)
 
 
 # --- polynomials ---------------------------------------------------------------------------------------------------

@@ -13,14 +13,11 @@ from gelcone.continuum.membrane import (
     highest_span,
     limit_shares,
     raised_film,
-    solve,
     stress_state,
 )
-from gelcone.continuum.mesh import Film, check_radius_ratio, mesh_film
-from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach
-from gelcone.errors import InputError
+from gelcone.continuum.mesh import Film, mesh_film
+from gelcone.continuum.path import Point, cone, flat, newton, reach
 from gelcone.paper.unwrinkled import UnwrinkledFilm
-from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
@@ -57,17 +54,15 @@ class _State(NamedTuple):
     kind: int
 
 
-def fit_unwrinkled(model: ConeModel, radius_ratio: float = DEFAULT_RADIUS_RATIO) -> UnwrinkledFilm:
-    """The fitted force of a model's membrane, if it bore compression, with the error of the fit.
+def fit_unwrinkled(model: ConeModel, radius_ratio: float) -> UnwrinkledFilm:
+    """The fitted force of the membrane of a model with equal pre-stretches, if it bore compression, with the error of
+    the fit.
 
     The membrane is raised step by step, and at each height charged until it pulls in. Near the flat film its compressed
     states are computed too, so that a disc can pass through x = 0. Displacements are fitted up to 97 % of the stretch
     limit next to the disc or 6 (b - a), voltages up to pull-in or the electromechanical instability of a free film.
-
-    Raises `InputError` for a film that is in tension at no displacement.
     """
-    ratio = check_radius_ratio(radius_ratio)
-    film = mesh_film(model.replace(spring_stiffness=0.0), ratio, ELEMENTS)
+    film = mesh_film(model.replace(spring_stiffness=0.0), radius_ratio, ELEMENTS)
     free = free_film_limit(film.model)
     states, ends = _states(film, free)
     return _fitted(film, free, states, ends)
@@ -110,13 +105,8 @@ def _states(film: Film, free: float) -> tuple[list[_State], list[tuple[float, fl
         column, end = _charged(film, point, free)
         states += column
         ends.append((height * height, end))
-    if not states:
-        raise InputError("the film is in tension at no displacement; raise the pre-stretch or the stretch limit")
     for share in FREE_SHARES:
-        compressed = _compressed(film, share * free)
-        if share == 0.0 and not compressed:
-            compressed = _wrinkled(film, heights[heights < min(raised)])
-        states += compressed
+        states += _compressed(film, share * free)
     return states, ends
 
 
@@ -140,17 +130,6 @@ def _charged(film: Film, start: Point, free: float) -> tuple[list[_State], float
         squared, point = squared + step, found or point
         states.append(_state(film, point, slack=ratio < 0.5 and point.force < 0.3 * start.force))
     return states, squared if ratio >= 0.5 or steepest > STEEP else free
-
-
-def _wrinkled(film: Film, heights: Array) -> list[_State]:
-    """States without voltage of a film that is raised too little to be in tension, but is not compressed as a whole
-    either."""
-    if not heights.size:
-        return []
-    relaxed = mesh_film(film.model, film.radius_ratio, ELEMENTS, relaxed=True)
-    found = solve(relaxed, heights, np.zeros(1))[0]
-    points = [state.point for state in found if state.ending == Ending.CONVERGED and state.point is not None]
-    return [_state(film, point, slack=True) for point in points if point.force > 0.0]
 
 
 def _compressed(film: Film, squared: float) -> list[_State]:
@@ -195,12 +174,11 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     parts["field"] = parts["field"] * squared[:, None]
     parts["fold"] = parts["fold"] * (1.0 - np.sqrt(1.0 - share) - 0.5 * share)[:, None]
     parts["field_squared"] = parts["field_squared"] * squared[:, None] ** 2
-    exact = _flat(film)
-    base = np.zeros_like(s) if exact is None else exact[0] + squared * (1.0 - exact[1])
-    if exact is not None:
-        # zero at t = -1: an error there would open spurious instability tongues
-        rise = 1.0 + _powers(variable, s, 2)[:, 1:]
-        parts = {name: part * rise for name, part in parts.items()}
+    flat_stiffness, flat_gain = _flat(film)
+    base = flat_stiffness + squared * (1.0 - flat_gain)
+    # zero at t = -1: an error there would open spurious instability tongues
+    rise = 1.0 + _powers(variable, s, 2)[:, 1:]
+    parts = {name: part * rise for name, part in parts.items()}
     smooth = np.concatenate(list(parts.values()), axis=1)
 
     def fit(wall: float) -> tuple[Array, Array]:
@@ -214,14 +192,13 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     wall = float(min(walls, key=lambda w: float(np.sum((fit(w)[1] * weights) ** 2))))
     found, error = fit(wall)
     pieces = np.split(found, np.cumsum([DEGREES[name] for name in parts]))
-    numbers = dict(zip(parts, pieces, strict=False))
     strength = float(pieces[-1][0])
-    if exact is not None:
-        numbers = {
-            name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0))) for name, values in numbers.items()
-        }
-        numbers["rest"][0] += exact[0]
-        numbers["field"][0] += 1.0 - exact[1]
+    numbers = {
+        name: np.asarray(np.polynomial.polynomial.polymul(values, (1.0, 1.0)))
+        for name, values in zip(parts, pieces, strict=False)
+    }
+    numbers["rest"][0] += flat_stiffness
+    numbers["field"][0] += 1.0 - flat_gain
     # the term of the wall is 1/(1 - s/wall) = 1 + s/(wall - s)
     numbers["rest"][0] -= strength
     fitted: dict[str, Any] = {name: tuple(values.tolist()) for name, values in numbers.items()}
@@ -242,15 +219,12 @@ def _fitted(film: Film, free: float, states: list[_State], ends: list[tuple[floa
     )
 
 
-def _flat(film: Film) -> tuple[float, float] | None:
+def _flat(film: Film) -> tuple[float, float]:
     """Exact stiffness of the flat film without voltage, and the rate at which V weakens it.
 
     With equal pre-stretches the tension N = (A - G) response - V of the flat film is the same everywhere; raised a
     little it satisfies (R w')' = 0, hence the stiffness 2 (1 - r) N/((1 + r) ln(1/r)) for a/b = r.
     """
-    lm, lh = film.model.stretches
-    if lm != lh:
-        return None
     c, r = film.coefficients, film.radius_ratio
     share = 2.0 * (1.0 - r) / ((1.0 + r) * np.log(1.0 / r))
     tension = (c["A"] - c["G"]) * film.model.gel_law().response(c["A"] + c["B"] + c["G"] - 3.0, c)

@@ -141,7 +141,7 @@ def _film(model: ConeModel) -> UnwrinkledFilm:
     """The continuum of the paper's film, which bears compression."""
     from gelcone.paper.unwrinkled_fit import fit_unwrinkled
 
-    return fit_unwrinkled(model.replace(spring_stiffness=0.0), RADIUS_RATIOS[0])
+    return fit_unwrinkled(model, RADIUS_RATIOS[0])
 
 
 def _missing(model: ConeModel, error: MissingDependency) -> xr.Dataset:
@@ -171,7 +171,7 @@ def _with_fit_error(model: ConeModel, film: UnwrinkledFilm, voltage: float) -> t
 def _onset(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone, fitted = (onset_voltage(m) for m in (model, model.replace(film=film)))
     ends = [_interval(found) for found in (cone, fitted)]
-    lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared_at(0.0)))
+    lost = np.nan if np.isfinite(ends[1][0]) else float(np.sqrt(film.highest_squared(0.0, {})))
     return Threshold(name, ends[0], ends[1], lost)
 
 
