@@ -182,12 +182,12 @@ def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_branch_where_
     class Stop(Exception):
         """Ends the analysis where the time is known."""
 
-    def checked(duration):
+    def check(duration):
         asked.append(duration)
         raise Stop
 
     asked = []
-    monkeypatch.setattr(creep_module, "_checked", checked)
+    monkeypatch.setattr(creep_module, "check_budgets", check)
     times = {"relaxation_time_1": 3.0, "relaxation_time_2": 50.0}
     model = ConeModel(film=TautCone(branches=2), viscous_modulus_1=0.5, viscous_modulus_2=0.2, **times)
     for duration in (None, 7.0):

@@ -89,8 +89,8 @@ def test_the_maps_of_members_with_as_many_pieces_are_run_together_with_the_optio
         return SimpleNamespace(tangents=tangents, outcome=np.full(len(states), len(asked["integrate"]), dtype=np.int8))
 
     asked = record(monkeypatch, module, integrate=ran, _resting=resting)
-    found = module.monodromy(members, module.Options(2e-9, 5), shares.append)
-    assert asked["_resting"][0]["options"] == module.Options(2e-9, 5)
+    found = module.monodromy(members, {"tolerance": 2e-9, "threads": 5}, shares.append)
+    assert asked["_resting"][0]["options"] == {"tolerance": 2e-9, "threads": 5}
     few, many = sorted(asked["integrate"], key=lambda call: call["times"].shape[1])
     for call, rows in ((few, [0, 2]), (many, [1])):
         np.testing.assert_allclose(call["model"].damping_ratio, np.array([0.1, 0.2, 0.3])[rows])
@@ -118,9 +118,9 @@ def test_states_besides_the_discs_settle_with_the_options_until_they_no_longer_c
 
     asked = record(monkeypatch, module, integrate=ran)
     members = ConeModel(circuit=FilteredVoltage(), drive_frequency=0.5, damping_ratio=[0.1, 0.2]).members()
-    assert module._resting(members, module.Options(2e-9, 5)).tolist() == [[0.0, 0.0, 0.5]] * 2
+    assert module._resting(members, {"tolerance": 2e-9, "threads": 5}).tolist() == [[0.0, 0.0, 0.5]] * 2
     assert len(asked["integrate"]) == 3
     for call in asked["integrate"]:
         np.testing.assert_allclose(call["times"], module.SETTLING * np.full((2, 1), float(members.forcing_period[0])))
         assert (call["tolerance"], call["threads"]) == (2e-9, 5)
-    assert module._resting(ConeModel().members(), module.Options(2e-9, 5)).tolist() == [[0.0, 0.0]]
+    assert module._resting(ConeModel().members(), {"tolerance": 2e-9, "threads": 5}).tolist() == [[0.0, 0.0]]

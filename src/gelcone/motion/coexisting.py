@@ -201,10 +201,7 @@ def _try_releases(members: Members, alive: Rows, found: list[Motions], flow: dic
     rows = np.repeat(alive, shares.size)
     heights = np.tile(shares, alive.size) * np.array([_farthest(members, int(row)) for row in rows])
     states = members.take(rows).start_states(np.column_stack([heights, np.zeros(rows.size)]))
-    settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
-    for k, row in enumerate(rows):
-        if settled.outcome[k] == Outcome.OK:
-            found[row].number_of(settled.take([k]))
+    _add_settled(members, rows, states, found, flow)
 
 
 def _try_neighbours(members: Members, alive: Rows, found: list[Motions], flow: dict[str, Any]) -> None:
@@ -223,10 +220,15 @@ def _try_neighbours(members: Members, alive: Rows, found: list[Motions], flow: d
         if not seeds:
             return
         rows, states = np.array([row for row, _ in seeds]), np.array([state for _, state in seeds])
-        settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
-        for k, row in enumerate(rows):
-            if settled.outcome[k] == Outcome.OK:
-                found[row].number_of(settled.take([k]))
+        _add_settled(members, rows, states, found, flow)
+
+
+def _add_settled(members: Members, rows: Rows, states: Array, found: list[Motions], flow: dict[str, Any]) -> None:
+    """Adds the motions on which members end from ``states`` (rows, N)."""
+    settled = settled_swing(members.take(rows), states, only_extent=True, **flow)
+    for k, row in enumerate(rows):
+        if settled.outcome[k] == Outcome.OK:
+            found[row].number_of(settled.take([k]))
 
 
 def _narrow(kicks: _Kicks, alive: Rows, found: list[Motions], leading: dict[int, list[tuple[float, float]]]) -> None:

@@ -20,7 +20,7 @@ from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import circuits_at_rest, uncurrented
-from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.settle import check_budgets
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
 from gelcone.physics.film.at_once import films_at_once
@@ -114,7 +114,8 @@ def creep(
     check_one(model, "creep")
     _check_creeps(model, "creep", "or use step")
     levels = constant_voltages(own_levels(model) if voltages is None else voltages)
-    lasts = _checked(DECAYS * float(model.members().time_constant[0]) if duration is None else duration)
+    lasts = DECAYS * float(model.members().time_constant[0]) if duration is None else float(duration)
+    check_budgets(duration=lasts)
     films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
     run, ends = films.run(levels, times, weighted(progress, 0.4))
@@ -165,12 +166,6 @@ def _check_creeps(model: ConeModel, name: str, remedy: str) -> None:
         )
 
 
-def _checked(duration: float) -> float:
-    if not 0.0 < duration <= LONGEST_TIME:
-        raise InputError(f"duration = {duration:g}: must be a positive time of at most {LONGEST_TIME:g}")
-    return float(duration)
-
-
 _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
@@ -219,7 +214,8 @@ def holding(
     """The highest voltage that a film bears for a ``duration``, and its runs at ``count`` levels up to that, or up to
     ``up_to`` for a film that never pulls in. Raises `InputError` as `creep`."""
     _check_creeps(model, "duration", "or leave it out")
-    films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), _checked(duration)
+    check_budgets(duration=duration)
+    films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), float(duration)
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
     end = highest if np.isfinite(highest) else up_to / films.gain
     levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end

@@ -10,7 +10,7 @@ Magnus and Winkler, Hill's Equation (1966); Nayfeh and Mook, Nonlinear Oscillati
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from gelcone.codes import Code
 from gelcone.devices.analysis import analysis, check_one, for_devices
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.monodromy import STILL_STABLE, Monodromy, Options, monodromy
+from gelcone.motion.monodromy import STILL_STABLE, Monodromy, monodromy
 from gelcone.motion.settle import next_power_of_two
 from gelcone.motion.start import start_states
 from gelcone.motion.static_bifurcations import pitchfork_voltages
@@ -104,7 +104,7 @@ def floquet_multipliers(
     [0.7304, 1.0035]
     """
     _check_rest(model)
-    maps = monodromy(model.members(), Options(tolerance, threads), progress)
+    maps = monodromy(model.members(), {"tolerance": tolerance, "threads": threads}, progress)
     real, imag, log_modulus = maps.multipliers()
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus[:, 0])
@@ -182,7 +182,7 @@ def onset_voltage(
     members = model.members()
     ends = _search_ends(model, highest)
     counts = _scan_steps(members, steps)
-    options = Options(tolerance, threads)
+    options = {"tolerance": tolerance, "threads": threads}
     found = np.full((3, model.size), np.nan)
     outcome = np.zeros(model.size, dtype=np.int8)
     for count in np.unique(counts):
@@ -268,7 +268,7 @@ def tongues(
     check_one(model, "tongues")
     omega, volts = (_axis(n, v) for n, v in (("drive_frequency", frequencies), ("voltage", voltages)))
     _check_rest(model)
-    options = Options(tolerance, threads)
+    options = {"tolerance": tolerance, "threads": threads}
     own = onset_voltage(model, highest=highest, tolerance=tolerance, threads=threads)
     rows = model.replace(drive_frequency=omega)
     grid = model.replace(drive_frequency=omega[:, None], voltage=volts).members()
@@ -331,7 +331,7 @@ def _check_rest(model: Ensemble) -> None:
 
 
 def _onsets(
-    members: Members, ends: Array, steps: int, options: Options, progress: Progress
+    members: Members, ends: Array, steps: int, options: dict[str, Any], progress: Progress
 ) -> tuple[Array, npt.NDArray[np.int8]]:
     """Onset, kind and error (3, members), and the outcomes."""
     scan = ends[:, None] * (np.arange(steps + 1) / steps)
@@ -357,7 +357,7 @@ def _onsets(
     return found, maps.outcome.reshape(scan.shape).max(axis=1)
 
 
-def _at_voltages(members: Members, voltages: Array, options: Options, progress: Progress = None) -> Monodromy:
+def _at_voltages(members: Members, voltages: Array, options: dict[str, Any], progress: Progress = None) -> Monodromy:
     """The maps of every member at its voltages (members, voltages), flattened."""
     rows = np.repeat(np.arange(len(voltages)), voltages.shape[1])
     return monodromy(members.take(rows).replace(voltage=voltages.ravel()), options, progress)
@@ -372,7 +372,7 @@ def _first_brackets(scan: Array, margin: Array) -> tuple[npt.NDArray[np.intp], A
 
 
 def _hidden_brackets(
-    members: Members, scan: Array, margin: Array, options: Options
+    members: Members, scan: Array, margin: Array, options: dict[str, Any]
 ) -> tuple[npt.NDArray[np.intp], Array, Array]:
     """Members with a tongue between two points of the scan, and its brackets, lowest first; found at peaks of the
     margin."""
@@ -392,7 +392,7 @@ def _hidden_brackets(
     return rows[hidden], begin[hidden], best[hidden]
 
 
-def _boundaries(rows: Members, volts: Array, margin: Array, options: Options, progress: Progress) -> Array:
+def _boundaries(rows: Members, volts: Array, margin: Array, options: dict[str, Any], progress: Progress) -> Array:
     """All voltages at which the stability of each row changes on the grid, shape (rows, most changes), NaN-padded."""
     row, step = np.nonzero((margin[:, 1:] > 0.0) != (margin[:, :-1] > 0.0))
     rising = np.where(margin[row, step + 1] > 0.0, 1.0, -1.0)
@@ -405,7 +405,7 @@ def _boundaries(rows: Members, volts: Array, margin: Array, options: Options, pr
     return boundary
 
 
-def _refine(members: Members, low: Array, high: Array, rising: Array, options: Options) -> tuple[Array, Array]:
+def _refine(members: Members, low: Array, high: Array, rising: Array, options: dict[str, Any]) -> tuple[Array, Array]:
     """Roots of the margin in brackets, one per member, where it rises (1) or falls (-1) through 0; and their widths.
 
     A bracket is cut into sections until interpolation inside it is exact to rounding.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,14 +23,6 @@ STILL_STABLE = 1e-12
 """Margin without voltage below which rest is stable within rounding."""
 SETTLING, MOST_SETTLINGS = 64.0, 100
 """Forcing periods after which the states other than the disc's are compared, and the most comparisons."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """Options of `integrate`."""
-
-    tolerance: float
-    threads: int | None
 
 
 @dataclass(frozen=True)
@@ -69,19 +62,19 @@ class Monodromy:
         return real, np.where(np.isnan(real), np.nan, imag), log_modulus
 
 
-def _resting(members: Members, options: Options) -> Array:
+def _resting(members: Members, options: dict[str, Any]) -> Array:
     """States (members, N) at phase 0 with the disc at rest and all other states periodic with the drive."""
     states = members.start_states((0.0, 0.0))
     for _ in range(0 if members.system.planar else MOST_SETTLINGS):
         period = np.broadcast_to(members.forcing_period, members.shape)[:, None]
-        run = integrate(members, states, SETTLING * period, tolerance=options.tolerance, threads=options.threads)
+        run = integrate(members, states, SETTLING * period, **options)
         change, states = np.abs(run.states[:, -1] - states), run.states[:, -1]
         if not (change > STILL_STABLE).any():
             break
     return states
 
 
-def monodromy(members: Members, options: Options, progress: Progress = None) -> Monodromy:
+def monodromy(members: Members, options: dict[str, Any], progress: Progress = None) -> Monodromy:
     """The maps of a one-dimensional ensemble. Members with equal numbers of pieces are computed together, so that the
     numbers of a member do not depend on the others."""
     repeat = np.broadcast_to(members.forcing_period, members.shape).astype(float)
@@ -93,16 +86,9 @@ def monodromy(members: Members, options: Options, progress: Progress = None) -> 
         same = np.flatnonzero(pieces == count)
         for rows in np.array_split(same, int(np.ceil(same.size * count / MOST_PIECES_AT_ONCE))):
             times = repeat[rows, None] * (np.arange(1, count + 1) / count)
-            part = weighted(progress, float(rows.size * count) / float(pieces.sum()))
-            run = integrate(
-                members.take(rows),
-                resting[rows],
-                times,
-                keep="tangents",
-                tolerance=options.tolerance,
-                threads=options.threads,
-                progress=part,
-            )
+            share = weighted(progress, float(rows.size * count) / float(pieces.sum()))
+            part = members.take(rows)
+            run = integrate(part, resting[rows], times, keep="tangents", progress=share, **options)
             assert run.tangents is not None
             # the other states are even in x, so that they do not respond to deviations of the disc to first order
             result[:, rows], outcome[rows] = _trace_and_area(run.tangents[..., :2, :2]), run.outcome

@@ -106,7 +106,7 @@ def regime(
     }
     states = start_states(model, initial)
     found = regime_cells(model.members(), states, **options, threads=threads, progress=progress)
-    return _labelled(model, found, options, "regime of motion")
+    return dataset.label(model, found.variables, outcome=found.outcome, options=options, title="regime of motion")
 
 
 def regime_cells(
@@ -179,9 +179,5 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
 
 def label_evidence(model: Ensemble, evidence: Evidence, options: dict[str, Any], title: str) -> xr.Dataset:
     """Evidence of all members as a Dataset over the ensemble's dims."""
-    return _labelled(model, _findings(evidence, model.system), options, title)
-
-
-def _labelled(model: Ensemble, found: Findings, options: dict[str, Any], title: str) -> xr.Dataset:
-    """Findings of all members as a Dataset over the ensemble's dims."""
+    found = _findings(evidence, model.system)
     return dataset.label(model, found.variables, outcome=found.outcome, options=options, title=title)

@@ -106,19 +106,15 @@ def settled_cells(
     progress: Progress = None,
 ) -> Findings:
     """Compute `settled` for every member of a flattened ensemble from its state (members, N); options as there."""
-    check_budgets(transient=transient, patience=patience)
+    budgets: dict[str, Any] = {"transient": transient, "patience": patience}
+    check_budgets(**budgets)
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads, "progress": progress}
     losing = members.damped
     found, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)
     found.outcome[~losing] = Outcome.ERROR
     if losing.any():
-        options: dict[str, Any] = {
-            "transient": transient,
-            "patience": patience,
-            "tolerance": tolerance,
-            "threads": threads,
-        }
         part = members.take(losing)
-        found.put(losing, settled_swing(part, states[losing], source=True, progress=progress, **options))
+        found.put(losing, settled_swing(part, states[losing], source=True, **budgets, **flow))
     if (ran := found.outcome == Outcome.OK).any():
         part = members.take(ran)
         linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
