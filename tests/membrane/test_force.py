@@ -26,8 +26,7 @@ def test_sums_and_their_derivatives_are_those_of_the_powers(piece, what, shape):
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
     if what == "disc":
         field = n | {name.replace("disc", "field"): value for name, value in n.items()}
-        for ends in (force.ends, force.ends_of):  # of numbers, and as a program has them
-            np.testing.assert_allclose(ends(piece, u, q, field), [expected[0]] * 2, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(force.ends(piece, u, q, field), [expected[0]] * 2, rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize(("before", "beyond"), [(-2.5, 1.5), (-1.3, 0.3), (-0.5, 0.0)])

@@ -18,13 +18,13 @@ from gelcone.continuum.membrane import (
     ensemble,
     limit_shares,
     membrane,
-    single,
     solve,
 )
 from gelcone.continuum.mesh import Film, interpolated, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
+from gelcone.motion.settle import single
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -153,7 +153,7 @@ def compare(
     )
     model, ratios = ensemble(model, radius_ratio)
     x, levels = result["displacement"].values, result["constant_voltage"].values
-    members = [single(model, i) for i in range(model.size)]
+    members = [single(model.members(), i) for i in range(model.size)]
     cone = {"film": "wrinkling", "pull_in": "minimum"} if wrinkles == "relax" else {"film": "taut"}
     alone = [member.replace(spring_stiffness=0.0, **cone) for member in members]
     with np.errstate(all="ignore"):
@@ -370,7 +370,8 @@ def with_mesh_table(result: xr.Dataset, radius_ratio: npt.ArrayLike = DEFAULT_RA
             k, j = lowest[len(lowest) // 2]
             point = np.array([result["displacement"].values[j], result["constant_voltage"].values[k]])
             with contextlib.suppress(InputError):
-                table = mesh_convergence(single(model, i), ratio, displacement=abs(point[0]), voltage=point[1])
+                member = single(model.members(), i)
+                table = mesh_convergence(member, ratio, displacement=abs(point[0]), voltage=point[1])
                 row = {name: table[name].values for name in MESH_VARIABLES}
         rows.append(row | {"displacement": point[0], "voltage": point[1]})
     along = ("mesh_elements",)

@@ -35,6 +35,7 @@ from gelcone.continuum.mesh import (
 )
 from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, settled, slackens
 from gelcone.errors import InputError, check_name
+from gelcone.motion.settle import single
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import PARAMETERS, ConeModel
 from gelcone.progress import Progress
@@ -125,7 +126,7 @@ def membrane(
     model, ratios = ensemble(model, radius_ratio)
     check_name("way to treat wrinkles", wrinkles, WRINKLES)
     relaxed = wrinkles == "relax"
-    films = [mesh_film(single(model, i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
+    films = [mesh_film(single(model.members(), i), ratio, elements, relaxed=relaxed) for i, ratio in enumerate(ratios)]
     _check_reachable(films, x)
     report = progress or (lambda share: None)
     each = [
@@ -494,15 +495,6 @@ def ensemble(model: ConeModel, radius_ratio: npt.ArrayLike) -> tuple[ConeModel, 
     except ValueError:
         raise InputError(f"radius_ratio of the shape {shape}: must be a number or of the shape {model.shape}") from None
     return model, [check_radius_ratio(ratio) for ratio in ratios.tolist()]
-
-
-def single(model: ConeModel, index: int) -> ConeModel:
-    """One member as a model of its own."""
-    numbers = {
-        name: value if isinstance(value, str) else float(np.broadcast_to(value, model.shape).ravel()[index])
-        for name, value in model.parameters().items()
-    }
-    return ConeModel.from_parameters(numbers | {"law": model.law})
 
 
 def _check_reachable(films: list[Film], x: Array) -> None:

@@ -203,19 +203,7 @@ def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> t
 
 
 def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
-    """Lengths and fields of one piece, for numbers and arrays."""
-    power, found = powers(u, LENGTH[0]), []
-    for what in Ends._fields:
-        columns = _sum(_rows(piece, what, n, q), power)
-        value = columns[-1]
-        for column in columns[-2::-1]:
-            value = value * q + column
-        found.append(value)
-    return Ends(*found)
-
-
-def ends_of(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
-    """Lengths and fields of one piece, for the expressions of a program."""
+    """Lengths and fields of one piece, for numbers, arrays or the expressions of a program."""
     power, found = powers(u, LENGTH[0]), []
     for what in Ends._fields:
         value: Any = 0.0

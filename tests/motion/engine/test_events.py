@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.events import Event, crossing_function
-from gelcone.motion.engine.program import ARRIVED, TERMINAL_EVENT, Program
+from gelcone.motion.engine.plan import ARRIVED, TERMINAL_EVENT
+from gelcone.motion.engine.program import Program
 
 # --- the search on a polynomial --------------------------------------------------------------------------------------
 

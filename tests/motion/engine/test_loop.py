@@ -8,8 +8,8 @@ from engine_systems import Cone, cone_numbers
 
 from gelcone.motion.engine.events import Event
 from gelcone.motion.engine.loop import module_text, step_text
-from gelcone.motion.engine.plan import Job
-from gelcone.motion.engine.program import ARRIVED, Program
+from gelcone.motion.engine.plan import ARRIVED, Job
+from gelcone.motion.engine.program import Program
 from gelcone.motion.engine.run import Work
 from gelcone.physics.differentiate import evaluated
 from gelcone.physics.trace import ordered

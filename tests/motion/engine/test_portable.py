@@ -9,9 +9,9 @@ import pytest
 import gelcone
 from gelcone.motion.engine import compile as compiler
 from gelcone.motion.engine.interruptions import border_events, switches_at
-from gelcone.motion.engine.plan import Job
+from gelcone.motion.engine.plan import ARRIVED, Job
 from gelcone.motion.engine.portable import formulas_text, portable
-from gelcone.motion.engine.program import ARRIVED, Program
+from gelcone.motion.engine.program import Program
 from gelcone.physics.film.film import Border
 from gelcone.physics.trace import Graph
 from tests.toys import PowerFilm

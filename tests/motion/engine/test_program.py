@@ -13,14 +13,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from gelcone.motion.engine import program as programs
-from gelcone.motion.engine.program import (
-    ARRIVED,
-    NOT_FINITE,
-    STEP_TOO_SMALL,
-    TOO_MANY_STEPS,
-    Program,
-    order_and_label,
-)
+from gelcone.motion.engine.events import Event
+from gelcone.motion.engine.plan import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS
+from gelcone.motion.engine.program import Program, order_and_label
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "reference" / "trajectories.json").read_text())
 KEEPS = ("states", "tangents", "work")
@@ -372,7 +367,7 @@ def test_orders_rise_with_fewer_digits_left_to_err_and_tangents_ask_for_less():
 
 
 def test_a_rerun_knows_whether_a_member_met_an_event():
-    program = Program(Decay(), "states", 1e-10, [programs.Event(lambda t, s, n, xp: s[0] - 0.5, -1)])
+    program = Program(Decay(), "states", 1e-10, [Event(lambda t, s, n, xp: s[0] - 0.5, -1)])
     again = programs.Rerun(program, np.zeros(2), np.ones(2), 1e5)
     for rates, met in (([0.1, 0.2], False), ([0.1, 2.0], True), ([2.0, 2.0], True), ([0.3, 0.1], False)):
         _, arrived = again.run(np.array([rates]), np.ones((2, 1)), 0.0)

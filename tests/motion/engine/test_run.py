@@ -10,7 +10,8 @@ from engine_systems import Cone, cone_numbers
 
 from gelcone.motion.engine import run as runs
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.program import ARRIVED, Program
+from gelcone.motion.engine.plan import ARRIVED
+from gelcone.motion.engine.program import Program
 
 
 def test_progress_adds_up_to_one(monkeypatch):

@@ -8,15 +8,15 @@ import pytest
 from engine_systems import Decay, Riccati
 
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.plan import MOST_IN_PLACE
-from gelcone.motion.engine.program import (
+from gelcone.motion.engine.plan import (
     ARRIVED,
+    MOST_IN_PLACE,
     NOT_FINITE,
     STEP_TOO_SMALL,
     TERMINAL_EVENT,
     TOO_MANY_STEPS,
-    Program,
 )
+from gelcone.motion.engine.program import Program
 
 # --- members take turns -----------------------------------------------------------------------------------------------
 from gelcone.motion.engine.service import PAST

@@ -8,7 +8,8 @@ import pytest
 from engine_systems import Decay
 
 from gelcone.motion.engine.events import Event
-from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program
+from gelcone.motion.engine.plan import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS
+from gelcone.motion.engine.program import Program
 from gelcone.motion.engine.step import LONGEST_STEP_BITS, SMALLEST_NORM
 
 TOLERANCE = 1e-6

@@ -9,7 +9,6 @@ Am. Stat. Assoc. 48 (1953) 486).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -79,30 +78,22 @@ class Nearby(Starts):
         return bool(np.abs(ends[:, one] - ends[:, other]).max() <= SAME * size)
 
 
-@dataclass(frozen=True)
-class Lifetimes:
-    """Mean lifetimes of chaos, arrays (members,): the ``mean`` (infinite if no start has ended) and its interval from
-    ``low`` to ``high``."""
+def lifetimes(ended: npt.NDArray[Any], time: Array) -> tuple[Array, Array, Array]:
+    """Mean lifetimes of chaos (members,) from the number of starts that have ``ended`` and the total ``time`` of all
+    starts, and the lower and upper end of their interval.
 
-    mean: Array
-    low: Array
-    high: Array
-
-
-def lifetimes(ended: npt.NDArray[Any], time: Array) -> Lifetimes:
-    """Mean lifetimes (members,) from the number of starts that have ``ended`` and the total ``time`` of all starts.
-
-    The interval, of `CONFIDENCE`, is exact for a time fixed in advance; its upper end is infinite if none has ended.
+    The interval, of `CONFIDENCE`, is exact for a time fixed in advance; mean and upper end are infinite if none has
+    ended.
     """
     if not time.size:  # saves the import
-        return Lifetimes(time, time, time)
+        return time, time, time
     from scipy.special import chdtri
 
     outside = 0.5 * (1.0 - CONFIDENCE)
     with np.errstate(divide="ignore", invalid="ignore"):
         low = 2.0 * time / chdtri(2.0 * ended + 2.0, outside)
         high = np.where(ended > 0, 2.0 * time / chdtri(2.0 * np.maximum(ended, 1), 1.0 - outside), np.inf)
-        return Lifetimes(np.where(ended > 0, time / ended, np.inf), low, high)
+        return np.where(ended > 0, time / ended, np.inf), low, high
 
 
 # --- starts nearby ----------------------------------------------------------------------------------------------------
@@ -154,12 +145,12 @@ def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> d
     times = nearby.times(SETTLING / np.maximum(attraction, FLOOR))[rows]
     escaped, valid = nearby.escaped[rows], nearby.outcome[rows] == Outcome.OK
     ended, count = (escaped & valid).sum(axis=1), valid.sum(axis=1)
-    lasting = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
+    mean, low, high = lifetimes(ended, np.where(valid, times, 0.0).sum(axis=1))
     fates = np.array([_fates(int(row), nearby) for row in rows]).reshape(rows.size, FATES, 3)
     return {
-        "lifetime": lasting.mean,
-        "lifetime_low": lasting.low,
-        "lifetime_high": lasting.high,
+        "lifetime": mean,
+        "lifetime_low": low,
+        "lifetime_high": high,
         "followed": count,
         "share_chaotic": 1.0 - ended / count,
         "seen_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],

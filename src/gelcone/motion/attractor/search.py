@@ -10,7 +10,7 @@ that components add relax far more slowly than the disc, the drift is followed (
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -234,7 +234,7 @@ def _separation_times(points: Array, times: Array, abreast: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Starts:
+class Starts(Columns):
     """Motions of each member from several starts; arrays (members, starts, ...), that of the member itself first.
 
     ``state`` (members, starts, N) now, at phase 0; ``followed``, the time so far; ``ended``, the time at which the
@@ -243,16 +243,16 @@ class Starts:
     ``outcome``; the ``gap`` of its return; ``apart`` (members,), the time at which chaos had separated the starts.
     """
 
-    state: Array
-    followed: Array
-    ended: Array
-    period: npt.NDArray[np.int64]
-    drift: npt.NDArray[np.int64]
-    lowest: Array
-    highest: Array
-    outcome: npt.NDArray[np.int8]
-    gap: Array
-    apart: Array
+    state: Array = column(np.nan, "N")
+    followed: Array = column(0.0)
+    ended: Array = column(np.inf)
+    period: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    drift: npt.NDArray[np.int64] = column(0, kind=np.int64)
+    lowest: Array = column(np.nan, "2N")
+    highest: Array = column(np.nan, "2N")
+    outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
+    gap: Array = column()
+    apart: Array = column()
 
     @classmethod
     def at(cls, states: Array, starts: int) -> Self:
@@ -261,19 +261,9 @@ class Starts:
         angles = 2.0 * np.pi * np.arange(starts - 1) / (starts - 1)
         around = np.zeros((starts, size))
         around[1:, 0], around[1:, 1] = NEARBY * np.cos(angles), NEARBY * np.sin(angles)
-        shape = (count, starts)
-        return cls(
-            state=states[:, None] + around,
-            followed=np.zeros(shape),
-            ended=np.full(shape, np.inf),
-            period=np.zeros(shape, dtype=np.int64),
-            drift=np.zeros(shape, dtype=np.int64),
-            lowest=np.full((*shape, 2 * size), np.nan),
-            highest=np.full((*shape, 2 * size), np.nan),
-            outcome=np.zeros(shape, dtype=np.int8),
-            gap=np.full(shape, np.nan),
-            apart=np.full(count, np.inf),
-        )
+        found = cls.blank(count, starts, states=size)
+        found.state[:] = states[:, None] + around
+        return replace(found, apart=np.full(count, np.inf))
 
     @property
     def escaped(self) -> npt.NDArray[np.bool_]:

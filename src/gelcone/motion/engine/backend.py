@@ -12,15 +12,8 @@ import numpy.typing as npt
 from gelcone.codes import CALL_SPAN, STEPS_PER_CALL, FilmPullIn, Outcome
 from gelcone.motion.engine.charges import voltage_turns
 from gelcone.motion.engine.interruptions import border_events, corner_numbers, corner_times, switches_at
-from gelcone.motion.engine.program import (
-    ARRIVED,
-    NOT_FINITE,
-    STEP_TOO_SMALL,
-    TERMINAL_EVENT,
-    TOO_MANY_STEPS,
-    Program,
-    Raw,
-)
+from gelcone.motion.engine.plan import ARRIVED, NOT_FINITE, STEP_TOO_SMALL, TERMINAL_EVENT, TOO_MANY_STEPS
+from gelcone.motion.engine.program import Program, Raw
 from gelcone.motion.job import Job, Keep, Trajectories
 from gelcone.physics.members import Members
 from gelcone.physics.system import ConeSystem

@@ -6,7 +6,7 @@ import ctypes
 import math
 import threading
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -163,21 +163,10 @@ def _corner_rows(corners: npt.ArrayLike | None, start: Array) -> Array:
 
 def content_of(plan: Plan) -> str:
     """A text that identifies the plan's code."""
-    borders = [astuple(border) for border in plan.borders]
     switches = [node.value for node in plan.switches]
-    laws = (len(plan.laws), plan.telling)
-    rest = (
-        borders,
-        switches,
-        plan.numbers,
-        plan.order,
-        plan.tolerance.hex(),
-        plan.restarts,
-        plan.passengers,
-        plan.pieces,
-        *laws,
-    )
-    return repr((fingerprint(plan.wanted), rest, plan.width))
+    laws = len(plan.laws), plan.telling
+    rest = plan.numbers, plan.order, plan.tolerance, plan.restarts, plan.passengers, plan.pieces, plan.width
+    return repr((fingerprint(plan.wanted), plan.borders, switches, laws, rest))
 
 
 def aligned(*shape: int) -> Array:

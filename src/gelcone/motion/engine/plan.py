@@ -135,7 +135,7 @@ class Plan:
 class Layout:
     """Places of the rows of a lane, of the scratch room that keeps the last step, and of the words of a thread.
 
-    A row has ``width`` numbers, one for each lane.
+    A row has ``width`` numbers, one for each lane. The rows declared first follow the states of a lane, in their order.
     """
 
     time: int
@@ -158,23 +158,8 @@ class Layout:
         self.held: list[Node] = list({node.index: node for law in plan.laws for node in law.held}.values())
         roots = (equation.root.index for law in plan.laws for equation in law.equations)
         self.equations: list[int] = list(dict.fromkeys(roots))
-        first = self.states
-        (
-            self.time,
-            self.time_low,
-            self.target,
-            self.stop,
-            self.corner,
-            self.smallest,
-            self.most_steps,
-            self.least,
-            self.steps,
-            self.member,
-            self.slot,
-            self.sample,
-            self.corner_number,
-            self.table,
-        ) = range(first, first + 14)
+        for row, name in enumerate(Layout.__annotations__, self.states):
+            setattr(self, name, row)
         self.switches: int = self.table + len(self.held)
         self.sides: int = self.switches + len(plan.switches)
         self.roots: int = self.sides + len(plan.borders)

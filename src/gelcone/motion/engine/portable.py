@@ -15,8 +15,8 @@ from gelcone.motion.engine.equations import equations_of
 from gelcone.motion.engine.interruptions import border_events
 from gelcone.motion.engine.jet import Jet
 from gelcone.motion.engine.loop import module_text, step_text
-from gelcone.motion.engine.plan import Job, Layout, Plan
-from gelcone.motion.engine.program import ARRIVED, Program
+from gelcone.motion.engine.plan import ARRIVED, Job, Layout, Plan
+from gelcone.motion.engine.program import Program
 from gelcone.motion.engine.recurrences import evaluate, held_values
 from gelcone.motion.job import Ended, Portable
 from gelcone.physics.system import ConeSystem

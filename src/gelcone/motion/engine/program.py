@@ -16,27 +16,11 @@ from gelcone.motion.engine.laws import Keep, System, traced_plan
 from gelcone.motion.engine.machine_code import Compiled, aligned, each
 from gelcone.motion.engine.plan import (
     ARRIVED,
-    NOT_FINITE,
-    STEP_TOO_SMALL,
     TERMINAL_EVENT,
-    TOO_MANY_STEPS,
     Job,
     Plan,
 )
 from gelcone.motion.engine.run import Run, Work
-
-__all__ = [
-    "ARRIVED",
-    "NOT_FINITE",
-    "STEP_TOO_SMALL",
-    "TERMINAL_EVENT",
-    "TOO_MANY_STEPS",
-    "Event",
-    "Program",
-    "Raw",
-    "Rerun",
-    "System",
-]
 
 Array = npt.NDArray[np.float64]
 

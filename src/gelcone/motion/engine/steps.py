@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from gelcone.codes import Outcome
 from gelcone.motion.engine.interruptions import border_events
-from gelcone.motion.engine.program import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS, Program, Rerun
+from gelcone.motion.engine.plan import ARRIVED, NOT_FINITE, TERMINAL_EVENT, TOO_MANY_STEPS
+from gelcone.motion.engine.program import Program, Rerun
 from gelcone.physics.driven import DrivenSystem
 from gelcone.physics.trace import ordered
 from gelcone.quantity import Array

@@ -410,7 +410,7 @@ class MembraneFilm(BranchedFilm):
             for piece, part in {"near": near, "far": 1.0 - near}.items():
                 if known(part) != 0.0:
                     own = formulas.spot(piece, s, squared, n)
-                    found = formulas.ends_of(piece, own.u, own.q, n)
+                    found = formulas.ends(piece, own.u, own.q, n)
                     disc, largest = disc + part * (found.disc - 1.0), largest + part * (found.field - 1.0)
         if known(pulls) is None:  # the formulas of a film in tension may give a slack one a negative length
             disc = pulls * disc + (1.0 - pulls)
