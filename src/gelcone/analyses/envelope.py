@@ -41,11 +41,9 @@ def _first_name(shown: xr.Dataset, index: int) -> str | None:
     return None if index < 0 else _names(shown, "driven_limit")[int(index)]
 
 
-def _reading(name: str, voltage: float) -> float | str:
-    """A limit's voltage, or in words why it has none."""
-    if np.isnan(voltage):
-        return "unknown" if name == "dielectric breakdown" else "not applicable"
-    return "none" if np.isinf(voltage) else float(voltage)
+def _missing(name: str) -> str:
+    """Words for a limit that is not known."""
+    return "unknown" if name == "dielectric breakdown" else "not applicable"
 
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
@@ -105,14 +103,15 @@ def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
         if pull_in <= float(shown["peak_voltage"].max()):
             return "none to pull-in"
         return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
-    value = _reading(name, voltage)
-    return value if isinstance(value, str) else f"{_plain(value)}{unit_of(shown['peak_voltage'])}"
+    if np.isnan(voltage):
+        return _missing(name)
+    return "none" if np.isinf(voltage) else f"{_plain(voltage)}{unit_of(shown['peak_voltage'])}"
 
 
 def _lowest_driven(shown: xr.Dataset, row: int) -> str:
     low = shown["limit_low"].values[row]
     if np.isnan(low).all():
-        return str(_reading(_names(shown, "driven_limit")[row], np.nan))
+        return _missing(_names(shown, "driven_limit")[row])
     k = int(np.argmin(low))
     frequency = shown["drive_frequency"]
     if np.isinf(low[k]):

@@ -182,7 +182,8 @@ def select(names: Iterable[str | int], paper: Paper) -> Selection:
         elif name in paper.claims:
             claims.append(str(name))
         else:
-            raise unknown_name("figure or claim of the paper", str(name), [*_named(paper), *paper.claims])
+            named = [number for number in paper.figures if isinstance(number, str)]
+            raise unknown_name("figure or claim of the paper", str(name), [*named, *paper.claims])
     for wanted in figures:
         if wanted not in paper.figures:
             known = ", ".join(map(str, paper.figures))
@@ -190,11 +191,6 @@ def select(names: Iterable[str | int], paper: Paper) -> Selection:
     if not figures and not claims:
         return Selection(tuple(paper.figures), tuple(paper.claims))
     return Selection(tuple(dict.fromkeys(figures)), tuple(dict.fromkeys(claims)))
-
-
-def _named(paper: Paper) -> list[str]:
-    """The figures that are not in the paper."""
-    return [number for number in paper.figures if isinstance(number, str)]
 
 
 def claim_record(judged: JudgedClaim) -> dict[str, Any]:
@@ -335,7 +331,8 @@ def _finish(
     """Judges all claims whose studies are there, and writes ``claims.json`` and the report."""
     earlier = (_drawn(figure, folder) for number, figure in paper.figures.items() if number not in drawn)
     every = drawn | {other.figure.number: other for other in earlier if _is_current(other, studies)}
-    figures = [_tabulated(every[number], studies) for number in paper.figures if number in every]
+    shown = [every[number] for number in paper.figures if number in every]
+    figures = [replace(own, table=own.figure.table(studies)) if own.figure.table else own for own in shown]
     there = [claim for claim in paper.claims.values() if all(name in studies for name in claim.studies)]
     claims = [_judged(claim, studies, effort, paper) for claim in there]
     record = {
@@ -353,11 +350,6 @@ def _finish(
     answered = (j for j in claims if j.claim.name in asked.claims or j.claim.figure in asked.figures)
     mine = tuple(figure for figure in figures if figure.figure.number in drawn)
     return PaperRun(mine, tuple(answered), folder / "report.html", effort.name)
-
-
-def _tabulated(drawn: DrawnFigure, studies: Mapping[str, xr.Dataset]) -> DrawnFigure:
-    """A figure with its table, if any."""
-    return replace(drawn, table=drawn.figure.table(studies)) if drawn.figure.table else drawn
 
 
 def _judged(claim: Claim, studies: Mapping[str, xr.Dataset], effort: Effort, paper: Paper) -> JudgedClaim:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 from typing import Any
 
@@ -243,8 +243,7 @@ class Page:
         await asyncio.sleep(RESTED_SECONDS)
         if kind.run is not None:
             await self._add("numbers", request, look.electrical, subject, kind.run)
-        work, source = self._worker(request)
-        try:
+        async with self._working(request, "statics") as (work, source):
             if not await self._rests_there(work, source, request, kind):
                 self.first.give(request["side"], request)
                 return
@@ -254,25 +253,25 @@ class Page:
                 for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
                     keep_curve(key, curve)
                 self.second.give(request["side"], (request, subject))  # its evidence needs these curves
-        except InputError as error:
-            await self._late(request, "statics", error)
-        except asyncio.CancelledError:
-            self.lanes.drop(work)
-            raise
 
     async def _make_membrane(self, request: dict[str, Any]) -> None:
         """Makes the missing membrane in a worker once the slider rests, then requests the picture again."""
         await asyncio.sleep(RESTED_SECONDS)
+        async with self._working(request, "film") as (work, source):
+            await work.do(make_membrane, source, request["periods"])
+            self.first.give(request["side"], request | {"made": True})
+
+    @asynccontextmanager
+    async def _working(self, request: Mapping[str, Any], stage: str) -> AsyncIterator[tuple[Work, Source]]:
+        """`_worker` for a stage of a look, whose error is sent; a cancelled stage drops its work."""
         work, source = self._worker(request)
         try:
-            await work.do(make_membrane, source, request["periods"])
+            yield work, source
         except InputError as error:
-            await self._late(request, "film", error)
+            await self._late(request, stage, error)
         except asyncio.CancelledError:
             self.lanes.drop(work)
             raise
-        else:
-            self.first.give(request["side"], request | {"made": True})
 
     def _worker(self, request: Mapping[str, Any]) -> tuple[Work, Source]:
         """The work and the source with which a worker computes the slower answers to a look."""

@@ -46,10 +46,6 @@ def _name(model: ConeModel, placed: PlacedFilm) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def _ratio(model: ConeModel, placed: PlacedFilm) -> float:
-    return float(np.ravel(model.values[placed.prefix + "radius_ratio"])[0])
-
-
 def table(subject: Subject, film: int) -> Parts:
     """The profiles of one film of a single actuator, in the units of the page.
 
@@ -80,8 +76,8 @@ def _made(name: str, model: ConeModel, film: int) -> tuple[Any, ...]:
         if len(_tables) >= MOST:
             _tables.clear()
         placed = model.system.films[film]
-        n = dict(placed.own(model.members().numbers_at(0)))
-        _tables[name] = _profiles(placed.film, n, _ratio(model, placed))
+        ratio = float(np.ravel(model.values[placed.prefix + "radius_ratio"])[0])
+        _tables[name] = _profiles(placed.film, dict(placed.own(model.members().numbers_at(0))), ratio)
     return _tables[name]
 
 

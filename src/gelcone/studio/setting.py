@@ -27,15 +27,14 @@ from gelcone.devices.fields import DRIVE_NUMBERS
 from gelcone.devices.files import shipped_devices
 from gelcone.devices.units import DIMENSIONS, FieldError
 from gelcone.errors import InputError, check_name, unknown_name
-from gelcone.physics.bias import BIASES, Together
+from gelcone.physics.bias import Together
 from gelcone.physics.component import names_of
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import WrinklingCone
-from gelcone.physics.laws import LAWS
-from gelcone.physics.records import CIRCUITS, FILMS
+from gelcone.physics.model import shipped_components
+from gelcone.physics.records import FILMS
 from gelcone.physics.statics import RestKey, continuing, keep_rests
 from gelcone.physics.system import ConeSystem
-from gelcone.physics.waveforms import WAVEFORMS
 from gelcone.presets import load_presets
 from gelcone.studio.controls import CHOICES, NONE, Control, controls_of, leaf
 from gelcone.studio.grids import device_in, modified
@@ -307,8 +306,8 @@ def names_in(device: Device) -> frozenset[str]:
     system = device.to_model().system
     films = [film.film for film in system.films]
     found = set[str]().union(*map(names_of, (*films, system.bias, system.waveform, system.circuit)))
-    shipped = [*FILMS.values(), *BIASES.values(), *WAVEFORMS.values(), *CIRCUITS.values(), *LAWS.values()]
-    known = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *(n for part in shipped for n in names_of(part))}
+    shipped = {name for part in shipped_components() for name in names_of(part)}
+    known = {*FILMS, f"{Together.__module__}:{Together.__qualname__}", *shipped}
     return frozenset(
         one for one in found if (json.loads(one)["component"] if one.startswith("{") else one) not in known
     )

@@ -66,16 +66,9 @@ def _branch(study: xr.Dataset, start: str) -> xr.Dataset | None:
 
 def _sections(study: xr.Dataset, parameter: str, axes: Axes) -> None:
     values = study[parameter].values
-    unstable = study["rest_growth"].values > 0.0
-    _shade(axes, values, unstable, SKY, 0.25, "rest unstable under the drive (Floquet)")
-    _shade(
-        axes,
-        values,
-        study["static_stiffness"].values < 0.0,
-        GREY,
-        0.25,
-        "rest unstable at the constant peak voltage (static pitchfork)",
-    )
+    unstable, buckled = study["rest_growth"].values > 0.0, study["static_stiffness"].values < 0.0
+    _shade(axes, values, unstable, SKY, "rest unstable under the drive (Floquet)")
+    _shade(axes, values, buckled, GREY, "rest unstable at the constant peak voltage (static pitchfork)")
     looks = (
         ("from", BLACK, 0.5, "from the fixed state"),
         ("up", BLUE, 0.4, "swept up"),
@@ -132,10 +125,9 @@ def _exponents(study: xr.Dataset, parameter: str, axes: Axes) -> None:
     axes.set_ylim(1.15 * min(lowest, -0.02), 1.25 * max(float(np.nanmax(exponent + 3 * error)), 0.02))
 
 
-def _shade(axes: Axes, values: Any, mask: Any, colour: str, alpha: float, label: str) -> None:
-    axes.fill_between(
-        values, 0, 1, where=mask, transform=axes.get_xaxis_transform(), color=colour, alpha=alpha, lw=0, label=label
-    )
+def _shade(axes: Axes, values: Any, mask: Any, colour: str, label: str) -> None:
+    over = axes.get_xaxis_transform()
+    axes.fill_between(values, 0, 1, where=mask, transform=over, color=colour, alpha=0.25, lw=0, label=label)
 
 
 def maps_figure(studies: Mapping[str, xr.Dataset]) -> Figure:

@@ -11,6 +11,7 @@ from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.branches.continuation import continue_branch
 from gelcone.atlas.frequency import frequency as frequency_response
 from gelcone.dataset import attributes
+from gelcone.motion.static_results import padded
 from gelcone.paper.effort import Effort
 from gelcone.paper.studies.study import Progress, Study, about
 from gelcone.paper.studies.triples import motions
@@ -76,14 +77,9 @@ def _branches(model: ConeModel, initial: tuple[float, float], grid: Array) -> di
         "fold": attributes("drive frequency of a fold", "frequency"),
     }
     return {
-        f"branch_{name}": (("member", "fold" if name == "fold" else "orbit"), _padded(rows), meanings[name])
+        f"branch_{name}": (("member", "fold" if name == "fold" else "orbit"), padded(rows), meanings[name])
         for name, rows in columns.items()
     }
-
-
-def _padded(rows: list[Array]) -> Array:
-    longest = max(row.size for row in rows)
-    return np.stack([np.pad(row, (0, longest - row.size), constant_values=np.nan) for row in rows])
 
 
 def natural_frequencies(model: ConeModel) -> Array:
@@ -101,20 +97,12 @@ def _frequencies(natural: Array, damping: float, count: int) -> Array:
     """
     near_half, near_whole = int(0.35 * count), int(0.25 * count)
     even = np.geomspace(*BAND, count - near_half - near_whole)
-    return np.stack(
-        [
-            np.sort(
-                np.concatenate(
-                    [
-                        even,
-                        0.5 * own + _around(min(4.0 * damping, 0.35 * own), near_half),
-                        own + _around(min(8.0 * damping, 0.4 * own), near_whole),
-                    ]
-                )
-            )
-            for own in natural
-        ]
-    )
+    rows = []
+    for own in natural:
+        half = 0.5 * own + _around(min(4.0 * damping, 0.35 * own), near_half)
+        whole = own + _around(min(8.0 * damping, 0.4 * own), near_whole)
+        rows.append(np.sort(np.concatenate([even, half, whole])))
+    return np.stack(rows)
 
 
 def _around(reach: float, count: int) -> Array:
