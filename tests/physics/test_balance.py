@@ -350,7 +350,7 @@ def test_a_film_is_lost_where_the_voltage_turns_steep() -> None:
         return np.where(x < lost, x - lost, 1e16 * (x - lost))
 
     balance = SimpleNamespace(film_fails=True, excess=excess, segments={1: [(1.3, 3.0)]})
-    assert _film_lost(balance, balance.segments[1][0], None) == pytest.approx(lost, rel=4e-16)
+    assert _film_lost(balance, balance.segments[1][0], balance.segments[1][0][0]) == pytest.approx(lost, rel=4e-16)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -360,13 +360,13 @@ def test_a_film_that_fails_ends_with_the_outermost_stretch_of_its_side_and_no_ot
     balance = SimpleNamespace(
         film_fails=True, excess=lambda x: np.full(np.shape(x), -0.1), segments={1: right, -1: left}
     )
-    ends = [_film_lost(balance, segment, None) for segment in balance.segments[side]]
+    ends = [_film_lost(balance, segment, segment[0]) for segment in balance.segments[side]]
     assert ends == [None] * (len(ends) - 1) + [side * (1.6 if side > 0 else 1.3)]
     balance.excess = lambda x: np.abs(x) - 0.4
-    assert _film_lost(balance, balance.segments[side][0], None) == pytest.approx(0.4 * side)
+    assert _film_lost(balance, balance.segments[side][0], balance.segments[side][0][0]) == pytest.approx(0.4 * side)
     assert _film_lost(balance, balance.segments[side][0], 0.45 * side) == 0.45 * side
     balance.film_fails = False
-    assert _film_lost(balance, balance.segments[side][-1], None) is None
+    assert _film_lost(balance, balance.segments[side][-1], balance.segments[side][-1][0]) is None
 
 
 def test_a_flat_film_that_pulls_in_before_its_pitchfork_ends_there():

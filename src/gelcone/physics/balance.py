@@ -395,31 +395,24 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
         top = float(balance.squared(segment[1]))
         if not _rises(balance, segment) or top <= low:
             continue
-        begin = root_on_segment(balance, low, segment)
+        found = root_on_segment(balance, low, segment)
+        begin = segment[0] if found is None else found
         end = PullIn.FOLD if not outermost else PullIn.NEVER if balance.wall else PullIn.SEARCH_RANGE
         high = math.inf if end == PullIn.NEVER else top
         lost = _film_lost(balance, segment, begin)
         if lost is not None:
-            legs.append(
-                _Leg(
-                    low,
-                    float(balance.squared(lost)),
-                    segment[0] if begin is None else begin,
-                    (segment[0], lost),
-                    PullIn.FILM,
-                )
-            )
+            legs.append(_Leg(low, float(balance.squared(lost)), begin, (segment[0], lost), PullIn.FILM))
             break
-        legs.append(_Leg(low, high, segment[0] if begin is None else begin, segment, end))
+        legs.append(_Leg(low, high, begin, segment, end))
         low = top
     return legs
 
 
-def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float | None) -> float | None:
+def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float) -> float | None:
     """The displacement on a rising segment at which the film pulls in, or its range ends; None if it does not."""
     if not balance.film_fails:
         return None
-    x = np.linspace(segment[0] if begin is None else begin, segment[1], FILM_SAMPLES)
+    x = np.linspace(begin, segment[1], FILM_SAMPLES)
     over = np.flatnonzero(balance.excess(x) >= 0.0)
     if not over.size:
         return float(x[-1]) if segment is balance.segments[-1 if x[-1] < 0.0 else 1][-1] else None

@@ -195,8 +195,8 @@ class MembraneFilm(BranchedFilm):
             *((self.creeping.border,) if self.branches else ()),
             Border(self._slack_border, "pulls", divides=True, gentle=not self.branches),
             Border(self._cut_border, "near", divides=True),
-            Border(self._rim_border, "rim_taut", divides=True, gentle=True),
-            Border(self._whole_border, "any_taut", divides=True, gentle=True),
+            Border(partial(self._hoop_border, "rim", "rim_taut"), "rim_taut", divides=True, gentle=True),
+            Border(partial(self._hoop_border, "whole", "any_taut"), "any_taut", divides=True, gentle=True),
             Border(self._end_border, seldom=True),
         )
 
@@ -210,13 +210,8 @@ class MembraneFilm(BranchedFilm):
     def _cut_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
         return n["near"] * (n["cut_squared"] - self._place(x, squared, y, n, xp))
 
-    def _rim_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return self._hoop_border("rim", "rim_taut", self._place(x, squared, y, n, xp), squared, n)
-
-    def _whole_border(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
-        return self._hoop_border("whole", "any_taut", self._place(x, squared, y, n, xp), squared, n)
-
-    def _hoop_border(self, which: str, switch: str, s: Any, squared: Any, n: Numbers) -> Any:
+    def _hoop_border(self, which: str, switch: str, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> Any:
+        s = self._place(x, squared, y, n, xp)
         pulls = 0.5 + 0.5 * n["pulls"]
         if known(pulls) == 0.0:
             return 1.0 + 0.0 * s
