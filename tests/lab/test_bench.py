@@ -1,12 +1,17 @@
 """What a device predicts of its tests, against another program and against the settled motion."""
 
+import importlib
+
 import numpy as np
 import pytest
+import xarray as xr
 
 import gelcone
 from gelcone.errors import InputError
 from gelcone.lab.bench import KINDS, DeviceTest, Variants, field_value, rows_read
 from tests.lab.certified import CERTIFIED, device, made
+
+datasheet_module = importlib.import_module("gelcone.lab.datasheet")
 
 
 def alone(own):
@@ -122,7 +127,13 @@ def test_with_states_of_films_and_circuits_responses_ring_downs_and_series_are_t
     values = np.linalg.eigvals(gelcone.state_space(own, voltage=1e3).A)
     natural = np.abs(values[np.argmax(values.imag)]) / (2.0 * np.pi)
     assert variants.natural_frequency(1e3)[0] == pytest.approx(natural, rel=1e-6)
-    assert float(gelcone.datasheet(own, [1e3]).natural_frequency[1]) == pytest.approx(natural, rel=1e-6)
+    model, scales = own.to_model(), own.scales
+    rest = xr.Dataset(
+        {"constant_voltage": ("constant_voltage", [1e3 / scales.voltage]), "rest_displacement": float(variants.rest[0, 0]),
+         "stroke": ("constant_voltage", variants.stroke(np.array([1e3]))[0] / scales.length)}
+    )  # fmt: skip
+    sheet = datasheet_module._dynamic_numbers(model, rest)
+    assert sheet["natural_frequency"][1] * scales.frequency == pytest.approx([natural], rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["creep", "amplifier"])
