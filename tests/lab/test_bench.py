@@ -128,10 +128,11 @@ def test_with_states_of_films_and_circuits_responses_ring_downs_and_series_are_t
     natural = np.abs(values[np.argmax(values.imag)]) / (2.0 * np.pi)
     assert variants.natural_frequency(1e3)[0] == pytest.approx(natural, rel=1e-6)
     model, scales = own.to_model(), own.scales
+    levels, stroke = [1e3 / scales.voltage], variants.stroke(np.array([1e3]))[0] / scales.length
     rest = xr.Dataset(
-        {"constant_voltage": ("constant_voltage", [1e3 / scales.voltage]), "rest_displacement": float(variants.rest[0, 0]),
-         "stroke": ("constant_voltage", variants.stroke(np.array([1e3]))[0] / scales.length)}
-    )  # fmt: skip
+        {"stroke": ("constant_voltage", stroke), "rest_displacement": variants.rest[0, 0]},
+        {"constant_voltage": levels},
+    )
     sheet = datasheet_module._dynamic_numbers(model, rest)
     assert sheet["natural_frequency"][1] * scales.frequency == pytest.approx([natural], rel=1e-6)
 

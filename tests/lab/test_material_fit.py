@@ -1,6 +1,7 @@
 """A material from coupons: what is known comes out, and what is measured is chosen as certified."""
 
 import json
+import pickle
 import tomllib
 from pathlib import Path
 
@@ -32,6 +33,27 @@ TRUE = Material(
 )
 
 
+def once(function):
+    """A function of a test that does not read its stresses: the same path is integrated once."""
+    known = {}
+
+    def of(test, *given):
+        key = pickle.dumps((vars(test) | {"name": "", "stress": None}, given))
+        if key not in known:
+            known[key] = function(test, *given)
+        return known[key]
+
+    return of
+
+
+pulling, branches_pulling = once(stress_of), once(material_fit.branch_stresses)
+
+
+@pytest.fixture(autouse=True)
+def _paths_integrated_once(monkeypatch):
+    monkeypatch.setattr(material_fit, "branch_stresses", branches_pulling)
+
+
 def pulled(name, rate, top, gel=TRUE, gain=1.0, noise=0.0, rng=None):
     """Loading and unloading of a known material."""
     up = np.linspace(1.0, top, 16)[1:]
@@ -51,7 +73,7 @@ def held(name, top, gel=TRUE, gain=1.0, noise=0.0, rng=None):
 
 
 def measured(test, gel, gain, noise, rng):
-    stress = stress_of(test, gel) * gain
+    stress = pulling(test, gel) * gain
     if noise:
         stress = stress + noise * np.abs(stress).max() * rng.standard_normal(stress.size)
     return Coupon(**{**vars(test), "stress": stress})
@@ -77,7 +99,8 @@ def vhb():
 
 def test_a_known_material_comes_out():
     tests = Measured(tuple(program()), (), ("made.csv",))
-    result = fit_material(tests, {"relative_permittivity": 5.0}, draws=0)
+    laws = {"laws": ["gent", "yeoh"], "branches": [1, 2, 3]}
+    result = fit_material(tests, {"relative_permittivity": 5.0}, **laws, draws=0)
     assert (result.attrs["chosen_law"], result.attrs["chosen_branches"]) == ("yeoh", 2)
     gel = fitted_material(result)
     for name, value in TRUE:
@@ -176,9 +199,9 @@ def test_a_device_takes_the_table_as_it_is(vhb):
     assert device.material == fitted_material(vhb)
     assert set(device.material.sources) >= {"shear_modulus", "relaxation_time_3", "relative_permittivity"}
     assert "13 uniaxial tests" in device.material.sources["shear_modulus"]
-    run = gelcone.simulate(device.replace(frequency="5 Hz", voltage_amplitude="100 V"), times=[0.0, 1e-3])
-    assert int(run["outcome"]) == gelcone.Outcome.OK
     assert len(device.to_model().system.states) == 2 + 2 * 3
+    decays = np.linalg.eigvals(gelcone.state_space(device, voltage=500.0).A).real
+    assert ((decays < 0.0) & (decays > -1e3)).all()
 
 
 def test_a_result_is_saved_and_read(vhb, tmp_path):
@@ -275,13 +298,11 @@ def test_tests_under_voltage_are_predicted_and_not_fitted():
     base = pulled("v", 0.2, 2.0)
     test = Coupon(**{**vars(base), "voltage": 4e3, "thickness": 5e-4, "use": "check"})
     test = Coupon(**{**vars(test), "stress": stress_of(test, gel)})
-    tests = Measured((*program(), test), (), ("made.csv",))
+    thin = Coupon(**{**vars(test), "name": "thin", "thickness": np.nan})
+    tests = Measured((*program(), test, thin), (), ("made.csv",))
     result = fit_material(tests, {"relative_permittivity": 5.0}, laws=["yeoh"], branches=[2], draws=0)
-    assert float(result["error"][-1]) < 2e-3
-    assert result["voltage"].values.tolist() == [0.0] * (result.sizes["test"] - 1) + [4000.0]
-    thin = Coupon(**{**vars(test), "thickness": np.nan})
-    tests = Measured((*program(), thin), (), ("made.csv",))
-    result = fit_material(tests, {"relative_permittivity": 5.0}, laws=["yeoh"], branches=[2], draws=0)
+    assert float(result["error"][-2]) < 2e-3
+    assert result["voltage"].values.tolist() == [0.0] * (result.sizes["test"] - 2) + [4000.0] * 2
     assert np.isnan(float(result["error"][-1]))
     assert "no thickness: not predicted" in result.attrs["reading"]
 
