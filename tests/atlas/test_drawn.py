@@ -19,18 +19,18 @@ from gelcone.statistics import spread
 from tests.recorded import numbers, record
 
 PUMP = gelcone.find_device("biased-pump").replace(film="taut")
-DRAWS = {"moving_mass": np.array([4.8e-3, 5.0e-3, 5.3e-3]), "film_thickness": np.array([2.1e-4, 1.9e-4, 2.0e-4])}
+DRAWS = {"moving_mass": np.array([4.8e-3, 5.3e-3]), "film_thickness": np.array([2.1e-4, 1.9e-4])}
 
 
-def alone(k):
-    return PUMP.replace({name: values[k] for name, values in DRAWS.items()})
+def alone(k, device=PUMP):
+    return device.replace({name: values[k] for name, values in DRAWS.items()})
 
 
 def test_an_envelope_of_draws_is_that_of_each():
     axes = {"frequencies": ["8 Hz", "11 Hz"], "peaks": ["0.8 kV", "1.6 kV", "2.4 kV", "3.2 kV"]}
     found = gelcone.over_draws(PUMP, DRAWS, "envelope", margin=0.3, **axes)
     assert found.recommended_peak.units == "V"
-    for k in range(3):
+    for k in range(2):
         own = gelcone.envelope(alone(k), margin=0.3, **axes)
         for name in ("recommended_peak", "limit_low", "limit_high", "static_limit_voltage", "recommended_constant"):
             np.testing.assert_allclose(found[name][k], own[name], rtol=1e-12)
@@ -41,12 +41,13 @@ def test_an_envelope_of_draws_is_that_of_each():
 
 
 def test_a_frequency_response_of_draws_is_that_of_each():
-    hertz = [9.0, 11.0, 12.0]
-    found = gelcone.over_draws(PUMP, DRAWS, "frequency", frequencies=hertz)
+    """Of a damped pump, whose motion settles soon."""
+    hertz, pump = [9.0, 11.0, 12.0], PUMP.replace(damping_coefficient=0.03)
+    found = gelcone.over_draws(pump, DRAWS, "frequency", frequencies=hertz)
     assert found["stroke"].dims == ("draw", "branch", "drive_frequency")
     np.testing.assert_allclose(found["drive_frequency"], hertz)
-    for k in range(3):
-        own = gelcone.frequency(alone(k), hertz)
+    for k in range(2):
+        own = gelcone.frequency(alone(k, pump), hertz)
         for name in ("stroke", "peak_frequency", "harmonic_phase", "linear_stroke"):
             np.testing.assert_allclose(found[name][k], own[name], rtol=1e-6, atol=1e-9)
     assert np.ptp(found["peak_frequency"].values) > 0.1
@@ -241,21 +242,35 @@ def test_few_films_are_made_each(made):
         assert between is None
 
 
-def test_the_result_says_how_its_membranes_were_made(made):
+def test_the_result_says_how_its_membranes_were_made(made, monkeypatch):
+    """Each draw is examined with its own curve, made or between others."""
+
+    def window(plane, omegas, peaks, progress):
+        none = np.full((2, 7), np.inf)
+        return {"low": none, "high": none}, np.array([*[np.inf] * 5, plane.membrane.voltage(0.5)]), peaks
+
+    monkeypatch.setattr(drawn, "_window", window)
     draws = {name: np.random.default_rng(2).normal(1.3, 0.01, 12) for name in ("hoop_prestretch",)}
     pump = PUMP.replace(film="wrinkling")
     found = gelcone.over_draws(pump, draws, "envelope", frequencies=[8.0, 9.0], peaks=[400.0, 800.0])
+    own = (1.0 + pump.meridional_prestretch**2 + 2.0 * draws["hoop_prestretch"] ** 2) * 1.5 * pump.scales.voltage
+    np.testing.assert_allclose(found["static_limit_voltage"][:, -1], own, rtol=1e-6)
     assert json.loads(found.attrs["membranes"])["films"] == 12
     line = gelcone.in_words(found).splitlines()[-1]
     assert line.startswith("pull-in of the membrane: 6 membranes made for 12 films, the voltages of the others ")
 
 
 def test_a_data_sheet_has_the_interval_of_every_figure():
-    thickness = np.linspace(1.8e-4, 2.2e-4, 5)
-    found = gelcone.over_draws(PUMP, {"film_thickness": thickness}, "datasheet", voltages=["1 kV"])
-    alone = gelcone.datasheet(PUMP, ["1 kV"])
-    np.testing.assert_array_equal(found["blocked_force"], alone["blocked_force"])
-    forces = [float(gelcone.datasheet(PUMP.replace(film_thickness=h), ["1 kV"])["blocked_force"][1]) for h in thickness]
+    """The draw in the middle is the pump; a field about zero is said by mean and deviation."""
+    thickness, offsets = np.array([1.8e-4, 2.0e-4, 2.2e-4]), np.array([-30.0, 0.0, 30.0])
+    draws = {"film_thickness": thickness, "voltage_offset": offsets}
+    pump = PUMP.replace(voltage_offset=0.0)
+    found = gelcone.over_draws(pump, draws, "datasheet", voltages=["1 kV"])
+    np.testing.assert_array_equal(
+        [gelcone.stroke_and_blocked_force(pump, ["1 kV"])["blocked_force"][0]], found["blocked_force"][1:]
+    )
+    each = [pump.replace(film_thickness=h, voltage_offset=v) for h, v in zip(thickness, offsets, strict=True)]
+    forces = [float(gelcone.stroke_and_blocked_force(own, ["1 kV"])["blocked_force"][0]) for own in each]
     low, high = np.quantile(forces, [0.025, 0.975])
     assert float(found["blocked_force_low"][1]) == pytest.approx(low, rel=1e-12)
     assert float(found["blocked_force_high"][1]) == pytest.approx(high, rel=1e-12)
@@ -263,13 +278,8 @@ def test_a_data_sheet_has_the_interval_of_every_figure():
     assert "95 % at 1 kV" in words
     assert f"{1e3 * low:.3g} to {1e3 * high:.3g} mN" in words
     spread = float(np.std(thickness) / 2e-4)
-    assert f"tolerances: within these intervals lie 95 % of 5 draws, of film_thickness {100 * spread:.2g} %" in words
-
-
-def test_fields_about_zero_are_said_by_mean_and_deviation():
-    offsets = np.array([-30.0, 0.0, 30.0])
-    found = gelcone.over_draws(PUMP, {"voltage_offset": offsets}, "datasheet", voltages=["1 kV"])
-    assert f"voltage_offset 0 ± {np.std(offsets):.2g}" in gelcone.in_words(found)
+    assert f"tolerances: within these intervals lie 95 % of 3 draws, of film_thickness {100 * spread:.2g} %" in words
+    assert f"voltage_offset 0 ± {np.std(offsets):.2g}" in words
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------
