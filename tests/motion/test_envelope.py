@@ -42,7 +42,7 @@ def taut():
 
 @pytest.fixture(scope="module")
 def flat():
-    return envelope(FLAT, peaks=np.linspace(0.2, 2.4, 8), frequencies=[0.4, 0.9])
+    return envelope(FLAT, peaks=np.linspace(0.2, 2.4, 5), frequencies=[0.4, 0.9])
 
 
 def test_breakdown_and_slack_are_where_the_formulas_pass_zero(taut):
@@ -313,17 +313,16 @@ def test_between_two_frequencies_the_lowest_limit_is_known_to_one_percent():
 def test_the_transient_of_switching_on_counts_where_limits_hold_from_rest():
     """A bias that is switched on lifts the disc twice as high as it holds it."""
     model = TAUT.replace(dielectric_strength=1.1, voltage=0.03, voltage_bias=0.57, damping_ratio=0.05)
-    options = {"peaks": np.linspace(0.4, 1.4, 6), "frequencies": [0.3, 0.4]}
     low = {}
     for start in ("rest", "settled", "both"):
-        found = envelope(model, limits_from=start, **options)
-        assert f'"limits_from": "{start}"' in found.attrs["options"]
-        low[start] = found["limit_low"].values[DRIVEN_LIMITS.index("dielectric breakdown")]
+        plane = Plane.of(model, None, None, start)
+        found = driven(plane, np.array([0.3, 0.4]), np.array([0.4, 1.0]), refine=False, progress=None)
+        low[start] = found["low"][:, DRIVEN_LIMITS.index("dielectric breakdown")]
     assert (low["rest"] < 0.98 * low["settled"]).all()
     np.testing.assert_allclose(low["both"], low["rest"], atol=0.02)
     peak = 0.5 * (low["rest"][0] + low["settled"][0])
     drive = model.replace(voltage=0.05 * peak, voltage_bias=0.95 * peak, drive_frequency=0.3)
-    rest = float(found["rest_displacement"])
+    rest = plane.rest
     assert float(simulate(drive, (rest, 0.0), periods=12)["validity_breakdown"]) > 0.0
     assert float(gelcone.regime(drive, (rest, 0.0))["validity_breakdown"]) == 0.0
 
@@ -402,8 +401,9 @@ def test_a_pair_is_the_same_whatever_is_examined_with_it():
 
 def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_frequencies(monkeypatch):
     curve = Curve((0.0, 2.0), (0.3, 0.3), 0.01)
+    monkeypatch.setattr(plane_module, "SPAN", (*SPAN[:2], 5))  # fewer frequencies
     monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model: curve)
-    found = envelope(WRINKLING, peaks=np.linspace(0.05, 1.0, 20))
+    found = envelope(WRINKLING, peaks=[0.05, 0.2, 0.35, 0.7, 1.0])
     assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()
     assert np.isfinite(found["regime"].values[:, 0]).all()
     kicked = np.isfinite(found["kick_tried"].values)
@@ -429,7 +429,7 @@ def test_a_film_that_creeps_slowly_is_not_waited_for_and_has_the_same_limits(mon
     model = ConeModel(film="wrinkling", spring_stiffness=3.0, rest_height=1.4, damping_ratio=0.3).replace(
         voltage=0.1, voltage_bias=0.5, viscous_modulus_1=0.5, relaxation_time_1=300.0
     )
-    omegas, volts = np.array([0.5, 1.1]), np.array([0.5, 0.6, 0.7])
+    omegas, volts = np.array([0.5]), np.array([0.5, 0.6, 0.7])
 
     def limits(time: float) -> list[list[float]]:
         plane = Plane.of(model.replace(relaxation_time_1=time), None)
