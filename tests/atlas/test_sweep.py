@@ -121,7 +121,7 @@ OF_ITS_OWN = {"regime": QUICK, "lyapunov": {"transient": 60.0, "budget": 100.0, 
 
 @pytest.mark.parametrize("name", sweepable())
 def test_every_sweep_marks_the_cells_that_cannot_start(name):
-    plan = Plan(FAST, {"stretch_limit": [0.3, 60.0]}, options=OF_ITS_OWN.get(name, {}))
+    plan = Plan(DAMPED, {"stretch_limit": [0.3, 60.0]}, options=OF_ITS_OWN.get(name, {}))
     result = sweep(plan, name)
     from_rest = name in ("limits", "operating_limits")
     outside = Outcome.OK if from_rest else Outcome.OUTSIDE
@@ -605,7 +605,9 @@ def test_progress_is_called_with_shares_that_add_up_to_one(watched):
 
 def test_a_store_of_a_device_is_in_its_units(tmp_path):
     """Its arrays are those of the result, to the last bit, and those of each cell alone."""
-    pump = gelcone.find_device("biased-pump").replace(voltage_amplitude="0.4 kV")
+    pump = gelcone.find_device("biased-pump").replace(
+        film="taut", voltage_amplitude="0.4 kV", damping_coefficient="30 mN s/m"
+    )
     plan = gelcone.Plan(pump, {"film_thickness": ["0.18 mm", "0.22 mm"]})
     found = gelcone.sweep(plan, "settled", store=tmp_path / "s.zarr")
     with xr.open_zarr(tmp_path / "s.zarr") as stored:
