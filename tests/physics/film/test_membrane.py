@@ -141,6 +141,7 @@ def test_the_engine_follows_the_same_motion_as_scipy(prestretch, voltage, start)
     assert np.max(np.abs(run.states[0, :, 0] - found.y[0])) < 1e-7
 
 
+@pytest.mark.usefixtures("undelivered")
 def test_the_energy_of_a_long_run_through_all_kinds_balances():
     result = simulate(model_of(1.0, voltage=0.6), initial=(0.5, 0.0), periods=200)
     assert result["outcome"].item() == 0
@@ -217,6 +218,7 @@ def test_such_a_film_falls_slack_while_its_rims_are_taut_and_then_pulls_in():
     assert film.highest_squared(0.1, n) == pytest.approx(0.9210 * flat, rel=1e-3)
 
 
+@pytest.mark.usefixtures("undelivered")
 def test_the_energy_of_a_long_run_of_a_folded_film_balances():
     model = ConeModel(
         film="membrane", prestretch=1.5, prestretch_mode="radial", stretch_limit=50.0, damping_ratio=0.02, voltage=0.4,

@@ -90,6 +90,7 @@ BEHIND = {
 TIMES = np.linspace(0.0, 40.0, 401)
 
 
+@pytest.mark.usefixtures("undelivered")
 def test_what_a_source_gives_is_stored_in_the_film_or_lost():
     """Through all states of the film; the balance closes as well as the charge is that of the energy."""
     run = simulate(ConeModel(**BEHIND), (0.6, 0.0), times=TIMES)
@@ -114,6 +115,7 @@ def test_behind_a_small_resistance_it_moves_as_at_the_source():
     assert float(abs(run["displacement"] - alone["displacement"]).max()) < 1e-4
 
 
+@pytest.mark.usefixtures("undelivered")
 def test_a_film_with_a_strong_hoop_is_charged_through_a_resistance():
     model = ConeModel(**BEHIND | {"rest_height": 0.5, "voltage": 0.6} | FILMS["strong hoop"])
     run = simulate(model, (0.6, 0.0), times=TIMES[:201])
