@@ -233,6 +233,18 @@ def test_frequencies_between_are_looked_for_below_the_ceiling_alone_and_around_t
     monkeypatch.setattr(module, "_onset", lambda plane, omegas, highest: (np.nan, np.nan))
     low = np.full((2, len(DRIVEN_LIMITS)), np.inf)
     low[:, 0] = 0.5, 1.5
-    found = {"frequency": np.array([0.8, 1.25]), "low": low, "final_below": numbers(2, 2)}
+    found = {"frequency": np.array([0.8, 1.25]), "low": low, "high": low, "final_below": numbers(2, 2)}
     between, around = module.unknown_between(World(pull_in=lambda omega: 0.3 + 0.0 * omega), found, 2.0, set())
     assert (between.tolist(), around.tolist()) == ([pytest.approx(1.0)], [0.5])
+
+
+def test_no_frequency_is_added_where_the_limit_lies_within_the_interval_to_which_it_is_known(monkeypatch):
+    """Peaks far apart leave wide intervals: the straight line between these is not off by their width."""
+    monkeypatch.setattr(module, "_onset", lambda plane, omegas, highest: (np.nan, np.nan))
+    low, high = np.full((2, 2, len(DRIVEN_LIMITS)), np.inf)
+    low[:, 0], high[:, 0] = 0.5, 0.6
+    found = {"frequency": np.array([0.8, 1.25]), "low": low, "high": high, "final_below": numbers(2, 2)}
+    for limit, off in ((0.49, True), (0.51, False), (0.59, False), (0.61, True)):
+        world = World(pull_in=lambda omega, limit=limit: limit + 0.0 * omega)
+        between, _ = module.unknown_between(world, found, 2.0, set())
+        assert bool(between.size) == off, limit

@@ -64,11 +64,12 @@ def unknown_between(
     """Middles of the pairs of neighbouring frequencies between which the lowest limit does not follow the straight
     line, and the lower limit of each pair. Pairs whose limit follows the line are added to ``confirmed``.
 
-    ``found`` holds ``frequency``, ``low`` and ``final_below`` of `driven`. At each of `PROBES` two voltages are
-    examined: one `WITHIN` below the line, which must not meet a limit, and one above, which must meet one.
+    ``found`` holds ``frequency``, ``low``, ``high`` and ``final_below`` of `driven`. At each of `PROBES` two voltages
+    are examined: one `WITHIN` below the line between the lower ends, which must not meet a limit, and one above the
+    line between the upper ends, which must meet one.
     """
     known = found["frequency"]
-    lowest = np.clip(np.fmin.reduce(found["low"], axis=1), 0.0, ceiling)
+    lowest, highest = (np.clip(np.fmin.reduce(found[end], axis=1), 0.0, ceiling) for end in ("low", "high"))
     pairs = list(zip(known[:-1].tolist(), known[1:].tolist(), strict=True))
     wide = known[1:] > NARROWEST * known[:-1]
     at = np.flatnonzero([pair not in confirmed for pair in pairs] & wide & (lowest[:-1] + lowest[1:] > 0.0))
@@ -78,8 +79,8 @@ def unknown_between(
     probed = (known[pair + 1] > FAR * known[pair]) | (share == 0.5)
     pair, share = pair[probed], share[probed]
     omega = known[pair] ** (1.0 - share) * known[pair + 1] ** share
-    line = (1.0 - share) * lowest[pair] + share * lowest[pair + 1]
-    below, above = line * (1.0 - WITHIN), line * (1.0 + WITHIN)
+    lower_line, upper_line = ((1.0 - share) * end[pair] + share * end[pair + 1] for end in (lowest, highest))
+    below, above = lower_line * (1.0 - WITHIN), upper_line * (1.0 + WITHIN)
     lower = 0.5 * (found["final_below"][pair] + found["final_below"][pair + 1])
     tried = np.concatenate([below, above])
     examined = plane.examine(np.tile(omega, 2), tried, lower=np.tile(lower, (2, 1)), yields=False)
