@@ -177,8 +177,8 @@ def test_what_a_motion_fails_in_and_yields_is_sampled_over_enough_drive_periods(
 
 
 def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_plane(monkeypatch):
-    """The membrane is the first film's."""
-    first = {"hoop_slack": [[-1.0, 2.0, -1.0], [-1.0, -1.0, -1.0]], "beyond_membrane": [[9.0] * 3] * 2}
+    """The membrane is the first film's, where the model has none."""
+    first = {"hoop_slack": [[-1.0, 2.0, -1.0], [-1.0, -1.0, -1.0]]}
     second = {"hoop_slack": [[-1.0, -1.0, -1.0], [-1.0, -1.0, 0.5]], "near_limit": [[-1.0] * 3, [-1.0, 1.0, -1.0]]}
     films = [{name: np.array(values) for name, values in film.items()} for film in (first, second)]
     record(monkeypatch, module, excesses=lambda members, states, voltages: [dict(film) for film in films])
@@ -194,6 +194,10 @@ def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_pla
     assert found["beyond_membrane"].tolist() == [1.0, 0.0]
     assert np.isnan(found["breakdown"]).all()
     assert np.isnan(plane_of()._fails(members, run)["beyond_membrane"]).all()
+    films[1]["beyond_membrane"] = np.array([[-1.0] * 3, [-1.0, 0.1, -1.0]])
+    assert plane_of()._fails(members, run)["beyond_membrane"].tolist() == [0.0, 1.0]
+    films[0]["beyond_membrane"] = np.array([[-0.5] * 3] * 2)
+    assert plane_of(membrane=membrane)._fails(members, run)["beyond_membrane"].tolist() == [0.0, 1.0]
 
 
 @pytest.mark.parametrize("waveform", ["sine", "triangle"])

@@ -234,13 +234,12 @@ def test_a_pitchfork_by_hand_and_the_fold_behind_it():
     assert np.isnan(place[5])
 
 
-def test_a_bias_that_stiffens_leaves_the_searched_displacements():
+def test_a_bias_that_stiffens_holds_the_disc_up_to_the_end_of_the_search():
     balance = one(wells())
     voltage, kind, before, beyond = balance.losses(rest_of(balance, None))[0]
     assert kind == PullIn.SEARCH_RANGE
-    assert voltage == pytest.approx(math.sqrt(-0.8 + 0.5 * SEARCH_RANGE**2), rel=1e-9)
-    assert before == SEARCH_RANGE
-    assert beyond == math.inf
+    assert voltage == math.inf
+    assert np.isnan([before, beyond]).all()
 
 
 def test_a_lifted_film_with_a_limit_is_never_lost():
@@ -399,7 +398,18 @@ def test_at_a_fold_up_to_rounding_both_equilibria_are_one_that_is_not_stable_and
 def test_a_disc_that_leaves_all_displacements_does_so_on_its_own_side(side):
     balance = one(ConeModel(law="neo-hookean", film="taut", rest_height=side * 0.5))
     last = balance.losses(rest_of(balance, None))[-1]
-    assert (last.kind, last.after) == (PullIn.SEARCH_RANGE, side * math.inf)
+    assert (last.kind, last.after) == (PullIn.RUNAWAY, side * math.inf)
+
+
+@pytest.mark.parametrize(("stiffening", "kind"), [(0.0, PullIn.RUNAWAY), (1e-3, PullIn.SEARCH_RANGE)])
+def test_a_ramp_runs_away_only_where_the_film_pulls_no_more_the_farther_the_disc_is(stiffening, kind):
+    """Far away w is k + 1 + 4 c x^2 of the law with c times (I1 - 3)^2."""
+    balance = one(
+        ConeModel(law="yeoh", yeoh_c2=stiffening, yeoh_c3=0.0, spring_stiffness=0.7, film="taut", rest_height=0.5)
+    )
+    loss = balance.losses(rest_of(balance, None))[-1]
+    assert loss.kind == kind
+    assert loss.voltage == (pytest.approx(math.sqrt(1.7), rel=1e-3) if kind == PullIn.RUNAWAY else math.inf)
 
 
 def test_a_film_that_only_stiffens_loses_nothing_however_high_the_voltage():

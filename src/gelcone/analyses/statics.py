@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines, state_lines
-from gelcone.physics.balance import PullIn
+from gelcone.physics.balance import STAYS, PullIn
 from gelcone.words import FAILINGS, event_label, members_of, shortened, sized, strength_in_words
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _event_lines(member: xr.Dataset) -> list[str]:
     ramp = "slow voltage ramp from 0"
     if np.isnan(voltage):
         return [*lines, f"{ramp}: no stable equilibrium to start from"]
-    if kind == PullIn.NEVER:
+    if kind in STAYS:
         return [*lines, f"{ramp}: {kind.meaning}"]
     event = f"{ramp}: at {sized(voltage)} the disc {kind.meaning}"
     return [*lines, event if np.isinf(end) else f"{event} (moves to {sized(end)})"]

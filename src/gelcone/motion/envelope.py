@@ -224,7 +224,7 @@ def envelope(
         title="operating envelope",
     ).assign_attrs(
         pull_in_of=pull_in_of(plane),
-        pull_in_error=own_error or (0.0 if plane.membrane is None else plane.membrane.error),
+        pull_in_error=own_error or max((curve.error for curve in plane.membranes), default=0.0),
     )
 
 
@@ -235,7 +235,7 @@ def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -
 
 def pull_in_of(plane: Plane) -> str:
     """The model, ``membrane`` or ``cone``, whose pull-in an envelope shows."""
-    return "cone" if plane.membrane is None and not isinstance(plane.model.film, MembraneFilm) else "membrane"
+    return "membrane" if plane.membranes or isinstance(plane.model.film, MembraneFilm) else "cone"
 
 
 def recommended_peaks(low: Array, static: float, peaks: Array, margin: float = MARGIN) -> Array:

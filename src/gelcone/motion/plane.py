@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ from gelcone.motion.settle import alike, next_power_of_two
 from gelcone.motion.start import start_states
 from gelcone.motion.validity import excesses, slack_places
 from gelcone.physics.balance import StaticBalance
-from gelcone.physics.film.pull_in import PullInCurve
+from gelcone.physics.film.pull_in import PullInCurve, curves_of_members
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
@@ -95,8 +95,8 @@ class DriveShape:
 class Plane:
     """A single model at any peak voltage and drive frequency, started next to its rest.
 
-    ``membrane`` gives the voltages above which the film as a membrane has pulled in; None for those of the model's own
-    film.
+    ``membrane`` gives the voltages above which the membrane has pulled in that the first film stands for, where the
+    model itself has no ``radius_ratio`` by which it is known.
     """
 
     model: ConeModel
@@ -122,6 +122,14 @@ class Plane:
         return self.model.replace(
             drive_frequency=omegas, voltage=self.shape.amplitude * peaks, voltage_bias=self.shape.bias * peaks
         )
+
+    @cached_property
+    def membranes(self) -> list[PullInCurve]:
+        """The curves of the membranes that the films stand for."""
+        model, own = self.model, [] if self.membrane is None else [self.membrane]
+        for film in model.system.films:
+            own += [curve for _, curve in curves_of_members(film, model.members().values) or ()]
+        return own
 
     @cached_property
     def _balance(self) -> StaticBalance:
@@ -209,6 +217,14 @@ class Plane:
             | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
+    def excesses(self, members: Members, motion: Array, voltages: Sequence[Array]) -> list[dict[str, Array]]:
+        """Excesses over the validity of each film (`gelcone.motion.validity.excesses`), of the first film also over the
+        pull-in of the ``membrane``."""
+        found = excesses(members, motion, voltages)
+        if self.membrane is not None and "beyond_membrane" not in found[0]:
+            found[0]["beyond_membrane"] = np.abs(voltages[0]) / self.membrane.voltage(motion[..., 0]) - 1.0
+        return found
+
     @staticmethod
     def _transient(members: Members, drifts: _Drifts) -> Array:
         """Time for which the transient from rest is examined sample by sample, (members,)."""
@@ -270,15 +286,12 @@ class Plane:
 
     def _fails(self, members: Members, run: Trajectories) -> dict[str, Array]:
         """Flags (members,) by name of the assumptions that runs break at any time; NaN where that is unknown."""
-        voltages, x, film = members.voltages(run.times, run.states), run.states[..., 0], members.system.film
+        voltages, film = members.voltages(run.times, run.states), members.system.film
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
-            for own in excesses(members, run.states, voltages):
-                own.pop("beyond_membrane", None)  # by the curve that the plane is given
+            for own in self.excesses(members, run.states, voltages):
                 for name, excess in own.items():
                     found[name] = np.fmax(found[name], _ever(excess))
-            if self.membrane is not None:
-                found["beyond_membrane"] = _ever(voltages[0] - self.membrane.voltage(x))
         if film.kinds:  # wrinkles bound the use of a film, too
             found |= {name: run.film_times[:, 0, places].sum(axis=1) for name, places in slack_places(film).items()}
         return found

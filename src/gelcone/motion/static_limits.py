@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from gelcone.errors import InputError
@@ -12,10 +10,8 @@ from gelcone.motion.driven import WITHIN
 from gelcone.motion.natural import frequencies_under
 from gelcone.motion.plane import Plane, is_flat
 from gelcone.motion.ramp import Ramp
-from gelcone.motion.validity import NEAR_LIMIT, excesses
 from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.film import FilmState
-from gelcone.physics.film.pull_in import PullInCurve
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array
@@ -23,16 +19,19 @@ from gelcone.quantity import Array
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
 PEAKS = 20
 """Default number of peak voltages."""
-STATIC_POINTS, CLOSER = 400, 65
-"""Number of constant voltages at which limits are searched, and of those that are added around each limit."""
+STATIC_POINTS = 400
+"""Number of constant voltages of the static curves, and in each interval in which limits are searched."""
+FIRST, CLOSER, RESOLVED = 1.0, 65, 1e-9
+"""End of the first interval, dimensionless (each of the next is as long as all before); number of voltages between
+which a limit is bracketed again; and the share of itself to which it is known."""
 LATER = 2.0
-"""Ratio of the highest constant voltage at which a membrane's pull-in is searched to the largest of its pull-in
-voltages, and of the highest default peak voltage to the lowest quasi-static limit."""
+"""Ratio of the highest default peak voltage to the lowest quasi-static limit."""
 FARTHEST = 1024.0
 """Highest constant voltage, dimensionless, at which limits are searched for a film without pull-in and stretch
 limit."""
 BEFORE = 1.0 - 1e-9
 """Share of the pull-in voltage at which the disc has not jumped yet."""
+_FAILING = ("breakdown", "hoop_slack", "meridional_slack", "near_limit", "beyond_membrane")
 HELD_LEVELS = 32
 """Number of constant voltages that are held for a duration."""
 
@@ -41,36 +40,49 @@ HELD_LEVELS = 32
 
 
 def static_limits_of(plane: Plane) -> Array:
-    """The constant peak voltage at which either film meets each of `STATIC_LIMITS`, on the way to pull-in or, without
-    pull-in, to the stretch limit; infinite where it does not."""
-    model, ramp = plane.model, plane.ramp(np.zeros(1))
-    pull_in = ramp.pull_in
-    if plane.membrane is not None:
-        pull_in = min(pull_in, _membrane_pull_in(plane, plane.membrane, pull_in))
-    end = BEFORE * pull_in if np.isfinite(pull_in) else 1.0
-    met = _met(plane, end)
-    while not np.isfinite(pull_in) and not np.isfinite(met[-1]) and end < FARTHEST:
-        end *= 2.0
-        met = _met(plane, end)
-    return np.array([*met, ramp.pitchfork if is_flat(model) else np.nan, pull_in])
+    """The constant peak voltage at which either film meets each of `STATIC_LIMITS`, on the way to pull-in of the model
+    or, without it, to the stretch limit; infinite where it does not. The pull-in of a cone is that of the membrane for
+    which it stands, where that comes first.
+
+    A limit lies where the mask of `gelcone.motion.validity` changes, to `RESOLVED`.
+    """
+    ramp = plane.ramp(np.zeros(1))
+    *met, membrane = _met(plane, BEFORE * ramp.pull_in if np.isfinite(ramp.pull_in) else FARTHEST)
+    return np.array([*met, ramp.pitchfork if is_flat(plane.model) else np.nan, np.fmin(ramp.pull_in, membrane)])
 
 
 def _met(plane: Plane, highest: float) -> Array:
-    """The constant peak voltages up to ``highest`` at which breakdown, slack and the stretch limit are met."""
-    levels = np.linspace(0.0, highest, STATIC_POINTS + 1)
-    met = _first_met(plane, levels)
-    around = met[np.isfinite(met)][:, None] + levels[1] * np.linspace(-1.0, 1.0, CLOSER)
-    return _first_met(plane, np.union1d(levels, np.clip(around, 0.0, highest))) if around.size else met
+    """The constant peak voltages up to ``highest`` at which the assumptions `_FAILING` fail, searched upwards."""
+    low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
+    begin, end = 0.0, min(FIRST, highest)
+    while True:
+        levels = np.linspace(begin, end, STATIC_POINTS + 1)
+        excess = _excess(plane, levels)
+        for row in np.flatnonzero(np.isinf(high) & (excess > 0.0).any(axis=1)):
+            k = int(np.argmax(excess[row] > 0.0))
+            low[row], high[row] = levels[max(k - 1, 0)], levels[k]
+        if end >= highest or not np.isinf(high[~np.isnan(excess).all(axis=1)]).any():
+            break
+        begin, end = end, min(2.0 * end, highest)
+    unknown = np.isnan(excess).all(axis=1)
+    while (wide := np.flatnonzero(np.isfinite(high) & (high - low > RESOLVED * high))).size:
+        inner = np.linspace(low[wide], high[wide], CLOSER)
+        over = _excess(plane, inner.ravel()).reshape(-1, *inner.shape)[wide, :, np.arange(wide.size)] > 0.0
+        first, each = np.where(over.any(axis=1), over.argmax(axis=1), CLOSER - 1), np.arange(wide.size)
+        low[wide], high[wide] = inner[np.maximum(first - 1, 0), each], inner[first, each]
+    return np.where(unknown, np.nan, high)
 
 
-def _first_met(plane: Plane, levels: Array) -> Array:
-    """`_met` at given levels, by linear interpolation between them."""
-    states, strength = _states(plane, plane.ramp(levels)), plane.model.dielectric_strength
-    least = np.nan if strength is None else strength
-    excess = [(s.true_field - least, -s.hoop_stress, -s.meridional_stress, s.limit_share - NEAR_LIMIT) for s in states]
-    met = np.array([[first_passing(levels, of_limit) for of_limit in film] for film in excess]).min(axis=0)
-    met[0] = np.nan if strength is None else met[0]
-    return met
+def _excess(plane: Plane, levels: Array) -> Array:
+    """Excesses of the assumptions `_FAILING` (assumptions, levels) on a ramp, of two films the larger; NaN: unknown."""
+    ramp = plane.ramp(levels)
+    found = np.full((len(_FAILING), levels.size), np.nan)
+    with np.errstate(all="ignore"):
+        motion, voltages = ramp.displacement[None, :, None], [own[None] for own in ramp.voltages]
+        for own in plane.excesses(plane.model.members(), motion, voltages):
+            for row, name in enumerate(_FAILING):
+                found[row] = np.fmax(found[row], own.get(name, np.nan))
+    return found
 
 
 def _states(plane: Plane, ramp: Ramp) -> list[FilmState]:
@@ -115,16 +127,6 @@ def _natural(model: ConeModel, ramp: Ramp) -> Array:
     return frequencies_under(model.members(), stiffness, place, voltages)[0]
 
 
-def _membrane_pull_in(plane: Plane, membrane: PullInCurve, highest: float) -> float:
-    """The constant voltage up to ``highest`` at which the membrane pulls in on the ramp; infinity if none."""
-    known = membrane.voltage(np.linspace(0.0, membrane.reach, STATIC_POINTS))
-    if not np.isfinite(known).any():
-        return math.inf
-    # it pulls in at these voltages at the latest, but the ramp may reach the displacement at a higher one
-    levels = np.linspace(0.0, min(highest, LATER * known[np.isfinite(known)].max()), STATIC_POINTS + 1)
-    return first_passing(levels, levels - membrane.voltage(plane.ramp(levels).displacement))
-
-
 # --- held for a while -----------------------------------------------------------------------------------------------
 
 
@@ -140,15 +142,11 @@ def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
     film, since branches do not pull on the flat film; without a voltage that is held, all limits are."""
     if not held.highest > 0.0:
         return relaxed
-    names = ("breakdown", "hoop_slack", "meridional_slack", "near_limit")
-    voltages, found = held.members.voltages(held.run.times, held.run.states), np.full(relaxed.shape, np.inf)
+    voltages, found = held.members.voltages(held.run.times, held.run.states), np.full(len(_FAILING), np.inf)
     with np.errstate(all="ignore"):
-        for own in excesses(held.members, held.run.states, voltages):
-            most = [own[name].max(axis=1) if name in own else np.full(held.levels.shape, np.nan) for name in names]
-            found[: len(names)] = np.fmin(found[: len(names)], [first_passing(held.levels, values) for values in most])
-        beyond = np.inf
-        if plane.membrane is not None:
-            over = voltages[0] - plane.membrane.voltage(held.run.states[..., 0])
-            beyond = first_passing(held.levels, over.max(axis=1))
+        for own in plane.excesses(held.members, held.run.states, voltages):
+            most = [own[name].max(axis=1) if name in own else np.full(held.levels.shape, np.nan) for name in _FAILING]
+            found = np.fmin(found, [first_passing(held.levels, values) for values in most])
     found[0] = np.nan if plane.model.dielectric_strength is None else found[0]
-    return np.array([*found[:-2], relaxed[-2], min(held.highest, beyond)])
+    *met, membrane = found
+    return np.array([*met, relaxed[-2], min(held.highest, membrane)])

@@ -31,6 +31,9 @@ from gelcone.quantity import Array
 
 SEARCH_RANGE = 1000.0
 """Largest |x| that is searched if the stretch limit lies beyond it, or if there is none."""
+LEVELLED = 1.05
+"""Ratio of w at the end of the search to that at half of it below which w tends to a limit, above which nothing holds
+the disc."""
 WALL_DISTANCE = 1e-12
 """Share of the displacements left out before the stretch limit, where the force is lost to rounding."""
 NEAR_PULL_IN = 1.0 - 1e-9
@@ -47,14 +50,19 @@ class PullIn(Code):
     --------
     >>> import gelcone
     >>> [(kind.value, kind.name) for kind in gelcone.PullIn]
-    [(0, 'NEVER'), (1, 'PITCHFORK'), (2, 'FOLD'), (3, 'SEARCH_RANGE'), (4, 'FILM')]
+    [(0, 'NEVER'), (1, 'PITCHFORK'), (2, 'FOLD'), (3, 'SEARCH_RANGE'), (4, 'FILM'), (5, 'RUNAWAY')]
     """
 
     NEVER = 0, "stable at every voltage, approaching the stretch limit asymptotically"
     PITCHFORK = 1, "loses stability in a pitchfork: the flat film buckles to either side"
     FOLD = 2, "meets an unstable equilibrium in a fold and vanishes"
-    SEARCH_RANGE = 3, f"leaves the searched displacements, |x| up to {SEARCH_RANGE:g}"
+    SEARCH_RANGE = 3, f"stable up to |x| = {SEARCH_RANGE:g}, where the search ends"
     FILM = 4, "reaches a displacement at which the film pulls in"
+    RUNAWAY = 5, "runs away: beyond, no displacement holds it"
+
+
+STAYS = (PullIn.NEVER, PullIn.SEARCH_RANGE)
+"""The kinds in which stability is kept: their voltage is infinite."""
 
 
 class Loss(NamedTuple):
@@ -208,12 +216,15 @@ class StaticBalance:
         return [_with_slopes(self, level, at) for level, at in zip(squared, found, strict=True)]
 
     def losses(self, rest: float) -> list[Loss]:
-        """The losses of stability on a ramp from ``rest``, in their order. The last has the kind `PullIn.NEVER` if the
-        ramp stays stable from there on; its voltage is NaN if nothing is stable without voltage."""
+        """The losses of stability on a ramp from ``rest``, in their order. The last has an infinite voltage and one of
+        the kinds `STAYS` if the ramp stays stable from there on; its voltage is NaN if nothing is stable without
+        voltage."""
         legs = self.ramp_from(rest)
         begins = [*(leg.begin for leg in legs[1:]), math.copysign(math.inf, rest)]
         return [
-            NO_LOSS if leg.end == PullIn.NEVER else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
+            NO_LOSS._replace(kind=leg.end)
+            if leg.end in STAYS
+            else Loss(math.sqrt(leg.high), leg.end, leg.segment[1], begin)
             for leg, begin in zip(legs, begins, strict=False)
         ] or [NO_RAMP]
 
@@ -397,7 +408,7 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
             continue
         found = root_on_segment(balance, low, segment)
         begin = segment[0] if found is None else found
-        end = PullIn.FOLD if not outermost else PullIn.NEVER if balance.wall else PullIn.SEARCH_RANGE
+        end = PullIn.FOLD if not outermost else far_end(balance.wall, float(balance.squared(0.5 * segment[1])), top)
         high = math.inf if end == PullIn.NEVER else top
         lost = _film_lost(balance, segment, begin)
         if lost is not None:
@@ -406,6 +417,13 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
         legs.append(_Leg(low, high, begin, segment, end))
         low = top
     return legs
+
+
+def far_end(wall: bool, halfway: float, end: float) -> PullIn:
+    """The end of a ramp at the last displacement searched, a stretch limit or not, from w there and halfway to it."""
+    if wall:
+        return PullIn.NEVER
+    return PullIn.RUNAWAY if end < LEVELLED * halfway else PullIn.SEARCH_RANGE
 
 
 def _film_lost(balance: StaticBalance, segment: tuple[float, float], begin: float) -> float | None:

@@ -23,11 +23,13 @@ from gelcone.physics.balance import (
     NO_RAMP,
     ROUNDING,
     SEARCH_RANGE,
+    STAYS,
     WALL_DISTANCE,
     Equilibrium,
     Loss,
     PullIn,
     StaticBalance,
+    far_end,
     rest_of,
     same_squared,
 )
@@ -191,7 +193,8 @@ class PairBalance(StaticBalance):
                 return Curve(np.array(xs), np.array(volts), PullIn.FILM)
             x, voltage, tangent = *found, turned
             if not self.lowest < x < self.highest:
-                return Curve(np.array(xs), np.array(volts), PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
+                halfway = volts[int(np.argmin(np.abs(np.abs(xs) - 0.5 * abs(x))))]
+                return Curve(np.array(xs), np.array(volts), far_end(self.wall, halfway**2, voltage**2))
             xs.append(x)
             volts.append(voltage)
             size = LONGEST_STEP * (1.0 + voltage + abs(x))
@@ -358,8 +361,8 @@ class PairBalance(StaticBalance):
     def _loss(self, legs: Sequence[Leg], k: int) -> Loss:
         """The loss of stability at the end of the k-th leg."""
         leg = legs[k]
-        if leg.end == PullIn.NEVER:
-            return NO_LOSS
+        if leg.end in STAYS:
+            return NO_LOSS._replace(kind=leg.end)
         voltage, before = float(leg.voltage[-1]), float(leg.x[-1])
         if k + 1 == len(legs):
             after = math.copysign(math.inf, -float(self.force(before, (voltage * (1.0 + BEYOND)) ** 2)))

@@ -125,8 +125,23 @@ def _made(
 
 def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, voltage: Array) -> Array | None:
     """Excess of the voltage on a cone over the pull-in voltage of its membrane, as a share, at displacements of the
-    disc (members, samples); -1 where the membrane does not pull in. None for other films, without a ``radius_ratio``
-    among the ``values`` of the members, and where `known_curves` skips a curve.
+    disc (members, samples); -1 where the membrane does not pull in. None where `curves_of_members` has none.
+    """
+    curves = curves_of_members(placed, values)
+    if curves is None:
+        return None
+    excess = np.full(np.shape(x), -1.0)
+    at = np.broadcast_to(placed.place(x, {name: np.reshape(value, (-1, 1)) for name, value in values.items()}), x.shape)
+    for rows, curve in curves:
+        excess[rows] = np.abs(voltage[rows]) / curve.voltage(at[rows]) - 1.0
+    return excess
+
+
+def curves_of_members(
+    placed: PlacedFilm, values: Mapping[str, Array]
+) -> list[tuple[npt.NDArray[np.bool_], PullInCurve]] | None:
+    """Masks of members, by their ``values``, and the curve of the membrane that their cone stands for; members without
+    a curve are left out. None for other films, without a ``radius_ratio``, and where `known_curves` skips a curve.
     """
     film, own = placed.film, placed.own(values)
     if not isinstance(film, TautCone) or type(film) not in (TautCone, WrinklingCone) or "radius_ratio" not in own:
@@ -134,9 +149,7 @@ def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, volt
     law, stretches = film.law.numbers(own), film.stretches(own)
     columns = np.broadcast_arrays(*map(np.square, stretches), own["radius_ratio"], *law.values())
     films, film_of_member = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    excess = np.full(np.shape(x), -1.0)
-    at = np.broadcast_to(placed.place(x, {name: np.reshape(value, (-1, 1)) for name, value in values.items()}), x.shape)
-    missing = getattr(_thread, "missing", None)
+    found, missing = [], getattr(_thread, "missing", None)
     for k, (A, B, ratio, *numbers) in enumerate(films.tolist()):
         key = (film.law, tuple(zip(law, numbers, strict=True)), A, B, ratio)
         if missing is not None and key not in _curves and key not in curves_between and 0.0 < ratio < 1.0:
@@ -144,6 +157,5 @@ def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, volt
             return None
         curve = curve_of(*key) if 0.0 < ratio < 1.0 else None
         if curve is not None:
-            rows = film_of_member.ravel() == k
-            excess[rows] = np.abs(voltage[rows]) / curve.voltage(at[rows]) - 1.0
-    return excess
+            found.append((film_of_member.ravel() == k, curve))
+    return found
