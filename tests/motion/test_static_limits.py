@@ -165,6 +165,22 @@ def test_a_film_without_pull_in_is_examined_up_to_its_stretch_limit():
     assert (q + 1.4**2 + 1.0 / (1.4**2 * q) - 3.0) / 50.0 == pytest.approx(0.99, rel=1e-6)
 
 
+def test_a_film_without_tension_is_slack_from_no_voltage_on_and_one_without_pull_in_or_limit_has_none():
+    """The search ends, however far it would go."""
+    flat = Plane.of(ConeModel(voltage=0.1, law="neo-hookean", film="taut"), None)
+    assert static_limits.static_limits_of(flat)[1] == 0.0
+    stiff = {"law": "yeoh", "yeoh_c2": 0.05, "yeoh_c3": 0.0, "rest_height": 0.5, "hoop_prestretch": 1.4}
+    model = ConeModel(voltage=0.1, film="taut", **stiff)
+    limits = dict(zip(STATIC_LIMITS, static_limits.static_limits_of(Plane.of(model, None)), strict=True))
+    assert (limits["pull-in"], limits["stretch limit"]) == (np.inf, np.inf)
+    assert np.isnan(limits["dielectric breakdown"])
+    for name, flag in (("hoop slack", "hoop_slack"), ("meridional slack", "meridional_slack")):
+        near = gelcone.static(model, limits[name] * np.array([1.0 - 1e-6, 1.0 + 1e-6]))
+        x = (near["rest_displacement"] + near["stroke"]).values
+        at = np.nanargmin(np.abs(near["equilibrium_displacement"].values - x[:, None]), axis=1)
+        assert near[f"validity_{flag}"].values[[0, 1], at].tolist() == [0.0, 1.0]
+
+
 @pytest.mark.parametrize(
     ("limits", "top"),
     [

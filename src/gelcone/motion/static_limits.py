@@ -52,25 +52,26 @@ def static_limits_of(plane: Plane) -> Array:
 
 
 def _met(plane: Plane, highest: float) -> Array:
-    """The constant peak voltages up to ``highest`` at which the assumptions `_FAILING` fail, searched upwards."""
+    """The constant peak voltages up to ``highest`` below which the assumptions `_FAILING` hold, searched upwards."""
     low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
+    known = np.zeros(len(_FAILING), dtype=bool)
     begin, end = 0.0, min(FIRST, highest)
     while True:
         levels = np.linspace(begin, end, STATIC_POINTS + 1)
         excess = _excess(plane, levels)
+        known |= ~np.isnan(excess).all(axis=1)
         for row in np.flatnonzero(np.isinf(high) & (excess > 0.0).any(axis=1)):
             k = int(np.argmax(excess[row] > 0.0))
             low[row], high[row] = levels[max(k - 1, 0)], levels[k]
-        if end >= highest or not np.isinf(high[~np.isnan(excess).all(axis=1)]).any():
+        if end >= highest or np.isfinite(high[known]).all():
             break
         begin, end = end, min(2.0 * end, highest)
-    unknown = np.isnan(excess).all(axis=1)
-    while (wide := np.flatnonzero(np.isfinite(high) & (high - low > RESOLVED * high))).size:
+    while (wide := np.flatnonzero(np.isfinite(high) & (high - low > RESOLVED * (high + RESOLVED)))).size:
         inner = np.linspace(low[wide], high[wide], CLOSER)
         over = _excess(plane, inner.ravel()).reshape(-1, *inner.shape)[wide, :, np.arange(wide.size)] > 0.0
         first, each = np.where(over.any(axis=1), over.argmax(axis=1), CLOSER - 1), np.arange(wide.size)
         low[wide], high[wide] = inner[np.maximum(first - 1, 0), each], inner[first, each]
-    return np.where(unknown, np.nan, high)
+    return np.where(known, np.where(np.isfinite(high), low, np.inf), np.nan)
 
 
 def _excess(plane: Plane, levels: Array) -> Array:
