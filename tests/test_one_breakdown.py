@@ -40,7 +40,7 @@ def test_breakdown_is_one_voltage_whatever_the_own_drive(changes):
         ramps.append(found["static_limit_voltage"][STATIC_LIMITS.index(NAME)])
         assert [float(value) for value in ramps] == pytest.approx([constant] * 3, rel=1e-9)
         motions = [sheet["driven_dielectric_breakdown_voltage"], alone["driven_dielectric_breakdown_voltage"]]
-        motions.append(found["limit_high"][DRIVEN_LIMITS.index(NAME), 0])
+        motions.append(found["limit_low"][DRIVEN_LIMITS.index(NAME), 0])
         assert [float(value) for value in motions] == pytest.approx([moving] * 3, abs=error)
         assert sheet.attrs["first_limit"] == f"driven {NAME}"
         assert float(sheet["safe_peak_voltage"]) == pytest.approx(moving, abs=1.001 * error)

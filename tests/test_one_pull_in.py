@@ -58,14 +58,14 @@ def test_pull_in_of_a_drive_that_is_switched_on_from_rest_is_one_voltage(name):
     """Operating limits and envelope name the same interval; below it all commands run on, above it all pull in."""
     device = device_of(name)
     alone = gelcone.operating_limits(device)
-    high = voltage(alone, "driven_pull_in_voltage")
-    if not np.isfinite(high):
+    lower = voltage(alone, "driven_pull_in_voltage")
+    if not np.isfinite(lower):
         pytest.skip("does not pull in up to the voltages examined")
     own = device.frequency
     found = gelcone.envelope(device, frequencies=[own, 1.1 * own])
     row = DRIVEN_LIMITS.index("pull-in")
-    low, of_envelope = (float(found[end][row, 0]) for end in ("limit_low", "limit_high"))
-    assert of_envelope == high
+    low, high = (float(found[end][row, 0]) for end in ("limit_low", "limit_high"))
+    assert low == lower
     assert high - low <= voltage(alone, "driven_error_voltage") * (1.0 + 1e-9)
     scale = device.scales.voltage
     model = device.to_model()

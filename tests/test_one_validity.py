@@ -61,3 +61,37 @@ def test_a_limit_at_constant_voltage_lies_where_static_changes_its_flag(film, la
         lowest = min(limits[name] for name in FLAGS)
         below = fails(model, lowest * np.linspace(0.0, 0.999, 20))
         assert not any(any(own) for own in below.values()), model
+
+
+CONES = {
+    "a taut pump": ("biased-pump", {"film": "taut"}),
+    "a strong taut pump": (
+        "biased-pump", {"film": "taut", "hoop_prestretch": 1.6, "meridional_prestretch": 1.3, "voltage_offset": "0 V"},
+    ),
+    "a wrinkling pump": ("biased-pump", {"film": "wrinkling"}),
+    "two taut films": ("double-cone", {"film": "taut", "second_film": "taut"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CONES)
+def test_below_the_safe_peak_every_assumption_holds_in_a_run_and_at_rest(name):
+    """Also where the membrane pulls in for which the cone stands."""
+    shipped, changes = CONES[name]
+    device = gelcone.find_device(shipped).replace(changes)
+    limits = gelcone.operating_limits(device)
+    assert limits.attrs["pull_in_of"] == "membrane"
+    safe = float(limits["safe_peak_voltage"])
+    assert 100.0 < safe < 1e5
+    share = 0.999 * safe / (device.voltage_amplitude + abs(device.voltage_offset))
+    driven = device.replace(
+        voltage_amplitude=share * device.voltage_amplitude, voltage_offset=share * device.voltage_offset
+    )
+    run = gelcone.simulate(driven, periods=60.0)
+    flags = [str(one) for one in run.data_vars if str(one).startswith("validity_") and str(one) != "validity_error"]
+    assert len(flags) == 6
+    assert all(not float(run[one]) > 0.0 for one in flags), {one: float(run[one]) for one in flags}
+    if device.second_drive != "opposite":  # whose offset rises with the drive
+        near = gelcone.static(device, [0.999 * safe])
+        x = float((near["rest_displacement"] + near["stroke"]).item())
+        at = int(np.nanargmin(np.abs(near["equilibrium_displacement"].values[0] - x)))
+        assert all(not float(near[one][0, at]) > 0.0 for one in flags)

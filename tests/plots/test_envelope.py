@@ -58,10 +58,10 @@ def envelope(**changed):
     return result(values, {"drive_frequency": ("drive_frequency", OMEGA)}, {"drive_frequency": "Hz"})
 
 
-def test_a_limit_is_drawn_in_the_middle_of_its_interval_and_not_where_it_is_unbounded():
+def test_a_limit_is_drawn_at_the_lower_end_of_its_interval_and_not_where_it_is_unbounded():
     axes = blank()
     driven_limits(envelope(), axes)
-    np.testing.assert_allclose(data_of(line(axes, "rest is lost, driven")), [[1.0, 2.0], [2.1, 1.2]])
+    np.testing.assert_allclose(data_of(line(axes, "rest is lost, driven")), [[1.0, 2.0], [2.0, 1.0]])
     unknown = line(axes, "dielectric breakdown: unknown,\nno strength given")
     assert data_of(unknown).size == 0
     assert unknown.get_color() != line(axes, "rest is lost, driven").get_color()

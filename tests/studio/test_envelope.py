@@ -46,7 +46,7 @@ def compared(messages, result):
     np.testing.assert_allclose(arrays["frequency"], result["drive_frequency"], rtol=1e-12)
     np.testing.assert_allclose(arrays["window"], result["recommended_peak"], rtol=1e-12)
     for name in DRIVEN_LIMITS:
-        expected = result["limit_high"].sel(driven_limit=name).values
+        expected = result["limit_low"].sel(driven_limit=name).values
         np.testing.assert_allclose(arrays[f"limit {name}"], expected, rtol=1e-12, err_msg=name)
     static = [head["static"][str(name)] for name in result["static_limit"].values]
     np.testing.assert_allclose(static, result["static_limit_voltage"], rtol=1e-12)
@@ -89,7 +89,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
         assert (source, static[-1]) == (PUMP, 1.5)
         asked.append((own.tolist(), None if around is None else around.tolist()))
         low = np.tile(own[:, None] / 100.0, (1, count))
-        return {"frequency": own, "low": low, "high": low + 0.5, "final_below": own}
+        return {"frequency": own, "low": low, "final_below": own}
 
     def find_between(source, rows, ceiling, confirmed):
         own = rows["frequency"]
@@ -121,7 +121,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
     every = np.sort([*omegas, *new])
     np.testing.assert_allclose(arrays["frequency"], 2.0 * every)
     for name in DRIVEN_LIMITS:
-        np.testing.assert_allclose(arrays[f"limit {name}"], 100.0 * (every / 100.0 + 0.5))
+        np.testing.assert_allclose(arrays[f"limit {name}"], 100.0 * every / 100.0)
     assert head["static"]["pull-in"] == 150.0
     assert (head["highest"], head["most"], head["pull_in_of"]) == (pytest.approx(151.5), 66.0, "membrane")
     assert head["share"] == pytest.approx(len(every) / (1.8 * 33))
@@ -132,7 +132,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
 
 def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_around_what_is_known(monkeypatch):
     """A worker is asked for the numbers of the picture alone."""
-    made = dict.fromkeys(("frequency", "low", "high", "final_below", "more"), 1.0)
+    made = dict.fromkeys(("frequency", "low", "final_below", "more"), 1.0)
     asked = record(monkeypatch, envelope, _plane="plane", peaks_of="peaks", rows_of=made)
     assert envelope.find_rows(PUMP, "omegas", [1.25, 1.5], "around") == {n: v for n, v in made.items() if n != "more"}
     assert asked["peaks_of"] == [{"static": [1.25, 1.5]}]

@@ -108,9 +108,10 @@ def envelope(
     driven or quasi-static, less the margin; and at that peak, the window's edge, ``window_stroke``, ``window_power``,
     ``window_apparent_power``, ``window_peak_charge`` and ``window_regime``; NaN where there is no window.
 
-    The pull-in of a wrinkling cone without a second film is that of the membrane, which comes far earlier than the
-    cone's: of a motion whose voltage exceeds the one at which the membrane has pulled in
-    at that displacement. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
+    The pull-in of a cone is that of the membrane for which it stands, which comes earlier than the cone's: of a motion
+    whose voltage exceeds the one at which the membrane has pulled in at that displacement. A wrinkling cone stands for
+    one of the ``radius_ratio`` 0.2 where it has no other; taut and double cones only with their own, as those of
+    devices. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
     ``pull_in_error`` how well the membrane's force is known, over that without voltage (0 for the cone).
 
     Of a film that creeps ``long_time_voltage`` and ``instant_voltage`` are the constant voltages at which the film

@@ -39,8 +39,8 @@ def operating_limits(
     to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice
     the lowest quasi-static limit where that is less. Only the proportion of the member's own voltages matters:
     amplitude and offset rise together, and with the offset the voltage of a second film in opposite phase. A wrinkling
-    cone pulls in where the membrane does for which it stands, at a lower voltage than `limits` has of the cone; the
-    attribute ``pull_in_of`` says whose pull-in it is.
+    cone, and a taut one with a ``radius_ratio``, pulls in where the membrane does for which it stands, at a lower
+    voltage than `limits` has of the cone; the attribute ``pull_in_of`` says whose pull-in it is.
 
     Parameters
     ----------
@@ -52,8 +52,9 @@ def operating_limits(
     Returns
     -------
     Dataset over the ensemble's dims with a voltage for each of `STATIC_LIMITS` and, named ``driven_...``, of
-    `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply), known to within
-    ``driven_error_voltage`` (NaN where none is met); ``examined_step_voltage``, the distance between the peaks
+    `DRIVEN_LIMITS` (infinity where one is not met, NaN where it does not apply): the lower, safe end of the interval in
+    which the limit is first met, as in `envelope` and `drive`. ``driven_error_voltage`` is the largest width of these
+    intervals (NaN where no limit is met); ``examined_step_voltage``, the distance between the peaks
     examined: a window of chaos narrower than that may be missed, and the first one met may then begin lower;
     ``safe_peak_voltage`` below all of them; and ``outcome``, that of a member without voltage being an error. Where a
     motion is chaotic before it pulls in, runs at neighbouring voltages pull in or not, and the limit of pull-in is one
@@ -140,7 +141,7 @@ _LIMITS = (
         "safe peak": "peak voltage below every limit",
         "examined": "peak voltage up to which the driven motion was examined",
         "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
-        "driven error": "width to which the driven limits are known",
+        "driven error": "largest width of the intervals that begin at the limits of the drive",
     }
     | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
     | {f"driven {name}": f"limit of the drive that is switched on from rest: {name}" for name in DRIVEN_LIMITS}
@@ -161,5 +162,5 @@ def _limits_of(plane: Plane) -> dict[str, float]:
         {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}
         | {"driven error": float(error)}
         | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
-        | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, high, strict=True)}
+        | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, low, strict=True)}
     )

@@ -62,11 +62,11 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     looks = zip(envelope["driven_limit"].values, (BLACK, *CYCLE), MARKERS, strict=False)
     for row, (name, colour, marker) in enumerate(looks):
         low, high = envelope["limit_low"].values[row], envelope["limit_high"].values[row]
-        middle = np.where(np.isfinite(high), 0.5 * (low + high), np.nan)
+        met = np.where(np.isfinite(high), low, np.nan)  # the safe end
         look: dict[str, Any] = {"color": colour, "marker": marker, "ms": 3.5 if frequency.size < 40 else 2.2, "lw": 0.9}
-        if np.isfinite(middle).any():
+        if np.isfinite(met).any():
             label = f"{limit_label(envelope, name)}, driven"
-            axes.plot(*broken_at_jumps(frequency, middle), **look, label=label, clip_on=False)
+            axes.plot(*broken_at_jumps(frequency, met), **look, label=label, clip_on=False)
         elif np.isnan(low).all() and name == "dielectric breakdown":
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))

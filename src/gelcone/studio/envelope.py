@@ -69,7 +69,7 @@ def find_rows(source: Source, omegas: Array, static: Array, around: Array | None
     (frequencies,), default from the lowest up."""
     plane, pull_in = _plane(*source.key), float(static[-1])
     found = rows_of(plane, omegas, peaks_of(static), None, pull_in=pull_in, around=around, yields=False)
-    return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
+    return {name: found[name] for name in ("frequency", "low", "final_below")}
 
 
 def find_between(
@@ -148,8 +148,7 @@ class _Envelope:
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
             "window": recommended_peaks(low, float(np.nanmin(static, initial=np.inf)), peaks) * volts,
         }
-        high = self.rows.get("high", low)
-        arrays |= {f"limit {name}": high[:, k] * volts for k, name in enumerate(DRIVEN_LIMITS)}
+        arrays |= {f"limit {name}": low[:, k] * volts for k, name in enumerate(DRIVEN_LIMITS)}
         await self.work.tell(
             "envelope",
             arrays,
