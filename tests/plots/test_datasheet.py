@@ -139,6 +139,14 @@ def test_the_first_limit_is_red_and_the_longest_bar_lowest():
     assert axes.get_xlabel() == "peak voltage (V)"
 
 
+def test_a_limit_far_above_the_others_does_not_squash_their_bars():
+    far = {"driven_hoop_slack_voltage": 900.0, "pull_in_voltage": 1400.0, "stretch_limit_voltage": 18000.0}
+    axes = blank()
+    limit_bars(xr.Dataset({**far, "first_limit_voltage": ((), 900.0, {"units": "V"})}), axes)
+    assert [bar.get_width() for bar in axes.patches] == [1400.0, 1400.0, 900.0]
+    assert [text.get_text().strip() for text in axes.texts] == ["1.8e+04"]
+
+
 @pytest.mark.parametrize("count", [2, 3, 4, 9])
 def test_intervals_stand_in_a_column_of_their_own_behind_the_voltages(count):
     """The last column, at the right edge; of many voltages the first and the last are among those that are shown."""

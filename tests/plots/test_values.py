@@ -90,6 +90,14 @@ def test_single_numbers_of_one_unit_are_bars_and_what_has_no_value_is_left_out()
     ]  # fmt: skip
 
 
+def test_widths_have_no_bars_beside_limits_and_one_far_above_the_others_leaves_the_axis():
+    volts = {"slack": 900.0, "pull_in": 1400.0, "stretch_limit": 18e3, "driven_error": 3.0, "examined_step": 70.0}
+    result = xr.Dataset({f"{name}_voltage": ((), value, {"units": "V"}) for name, value in volts.items()})
+    (axes,) = values_figure(result).axes
+    assert [bar.get_width() for bar in axes.patches] == [900.0, 1400.0, 1400.0]
+    assert [text.get_text() for text in axes.texts] == ["900 V", "1400 V", "1.8e+04 V (beyond the axis)"]
+
+
 def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_another():
     names = {"one": "short", "two": " ".join(["constant voltage at which a film"] * 6), "three": "short, too"}
     result = xr.Dataset({name: ((), 1.0, {"long_name": meaning}) for name, meaning in names.items()})

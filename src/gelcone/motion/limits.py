@@ -16,6 +16,7 @@ from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltages
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
+from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
@@ -52,8 +53,8 @@ def limits(
     stable up to the highest voltage searched, NaN where the film does not rest flat); ``pitchfork_voltage``
     (`gelcone.pitchfork_voltage`); ``pull_in_voltage``, at which the disc jumps or a film pulls in on a slow ramp
     (infinity if never; a pitchfork from which the disc rises gradually is not one; of the film as given, `envelope` and
-    `operating_limits` take a wrinkling cone for the membrane, which pulls in earlier), and ``pull_in_kind``, how (a
-    `PullIn`); and ``outcome``.
+    `operating_limits` take a cone for the membrane for which it stands, which pulls in earlier), and ``pull_in_kind``,
+    how (a `PullIn`); and ``outcome``.
 
     Raises
     ------
@@ -105,8 +106,9 @@ def limits_cells(
             found[name][flat] = onset[name]
         stays = flat & (outcome == Outcome.OK) & np.isnan(found["onset_voltage"])
         found["onset_voltage"][stays] = np.inf
+    of = {"pull_in_voltage": ", of the cone itself"} if any(map(is_cone, members.system.films)) else {}
     variables: dict[str, dataset.Variable] = {
-        n: ((), found[n], meaning, _absent(n)) for n, meaning in _MEANINGS.items()
+        n: ((), found[n], meaning + of.get(n, ""), _absent(n)) for n, meaning in _MEANINGS.items()
     }
     return Findings(variables | {"pull_in_kind": ((), kind, PULL_IN_KIND, PullIn)}, outcome)
 

@@ -62,7 +62,7 @@ class PullIn(Code):
 
 
 STAYS = (PullIn.NEVER, PullIn.SEARCH_RANGE)
-"""The kinds in which stability is kept: their voltage is infinite."""
+"""The kinds that lose no stability: their voltage is infinite."""
 
 
 class Loss(NamedTuple):

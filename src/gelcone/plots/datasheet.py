@@ -19,6 +19,7 @@ from gelcone.plots.style import (
     second_axes,
     styled,
 )
+from gelcone.plots.values import end_of_bars
 from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ MOST_COLUMNS = 4
 LINE = 0.0365
 """Height of a row of the table, as a share of its panel."""
 END = 1.15
-"""End of the bar of an unbounded interval, over the highest limit."""
+"""End of the bar of an unbounded interval, over the longest bar."""
 HALF_POWER = np.sqrt(0.5)
 
 
@@ -151,11 +152,15 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
         return
     names = sorted(met, key=lambda name: -met[name])
     colours = [VERMILION if met[name] == min(met.values()) else BLUE for name in names]
-    axes.barh(range(len(names)), [met[name] for name in names], color=colours, height=0.4)
+    end = end_of_bars(list(met.values()))
+    axes.barh(range(len(names)), [min(met[name], end) for name in names], color=colours, height=0.4)
+    for k, name in enumerate(names):
+        if met[name] > end:
+            axes.text(end, k, f"{met[name]:.3g} ", fontsize=6.0, color="white", ha="right", va="center")
     if is_toleranced(result):
         for k, name in enumerate(names):
             own = f"{name.replace('pull-in', 'pull_in').replace(' ', '_')}_voltage"
-            span = np.clip([float(result[f"{own}_{end}"]) for end in ("low", "high")], 0.0, END * max(met.values()))
+            span = np.clip([float(result[f"{own}_{end}"]) for end in ("low", "high")], 0.0, END * end)
             axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)
     axes.set_yticks(range(len(names)), [name.replace("driven ", "drive: ") for name in names], fontsize=7.0)

@@ -11,7 +11,7 @@ from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, styled
 from gelcone.words import VARIED, measured, missing, sized, unit_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import xarray as xr
     from matplotlib.axes import Axes
@@ -25,6 +25,10 @@ STEM_DISTANCE = 0.1
 """Offset between the stems of two members at one harmonic."""
 BAR_HEIGHT = 0.32
 """Inches from one bar to the next."""
+FAR = 3.0
+"""Ratio to the next shorter bar from which on bars leave the axis."""
+WIDTHS = ("error", "step")
+"""Words in the names of numbers that are widths of others and have no bars."""
 BAR_LABEL = 44
 """Most letters per line of the name of a bar."""
 LINE_WIDTH = 80
@@ -45,8 +49,9 @@ def values_figure(result: xr.Dataset) -> Figure:
     varying = [name for name, v in curves.items() if bool((v.max(along) > v.min(along)).any())]
     shown = (varying or list(curves))[:MOST_PANELS]
     known = {name: v for name, v in numbers.items() if np.isfinite(v).any()} or numbers
-    if along is None and are_bars(known):
-        return styled(6.4, 0.9 + BAR_HEIGHT * len(known), lambda figure: draw_bars(result, known, figure))
+    bars = {name: v for name, v in known.items() if not set(name.split("_")) & set(WIDTHS)}
+    if along is None and are_bars(bars):
+        return styled(6.4, 0.9 + BAR_HEIGHT * len(bars), lambda figure: draw_bars(result, bars, figure))
     texts = [
         "\n  ".join(textwrap.wrap(number_text(v, name), LINE_WIDTH, break_on_hyphens=False))
         for name, v in known.items()
@@ -85,13 +90,23 @@ def draw_bars(result: xr.Dataset, numbers: Mapping[str, xr.DataArray], figure: F
     axes = figure.add_subplot()
     values = [float(v) for v in numbers.values()]
     names = [textwrap.fill(str(v.attrs.get("long_name", name)), BAR_LABEL) for name, v in numbers.items()]
-    bars = axes.barh(range(len(names)), values, color=BLUE, height=0.5)
-    axes.bar_label(bars, [sized(v) for v in numbers.values()], fontsize=7.0, padding=3.0)
+    end = end_of_bars(values)
+    bars = axes.barh(range(len(names)), np.minimum(values, end), color=BLUE, height=0.5)
+    texts = [sized(v) + (" (beyond the axis)" if float(v) > end else "") for v in numbers.values()]
+    axes.bar_label(bars, texts, fontsize=7.0, padding=3.0)
     axes.set_yticks(range(len(names)), names, fontsize=7.0)
     axes.invert_yaxis()
     axes.margins(x=0.2)
     quantity = next(iter(numbers.values())).attrs.get("quantity", "value")
     axes.set_xlabel(f"{quantity} ({unit_of(next(iter(numbers.values()))).strip()})")
+
+
+def end_of_bars(values: Sequence[float]) -> float:
+    """The longest bar within the axis: the last before the first step by `FAR` above the shorter half."""
+    ordered = np.sort(values)
+    far = np.flatnonzero(ordered[1:] > FAR * ordered[:-1]) + 1
+    far = far[2 * far > ordered.size]
+    return float(ordered[far[0] - 1] if far.size else ordered[-1])
 
 
 def is_number(variable: xr.DataArray) -> bool:

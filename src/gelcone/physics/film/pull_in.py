@@ -137,6 +137,11 @@ def over_pull_in(placed: PlacedFilm, values: Mapping[str, Array], x: Array, volt
     return excess
 
 
+def is_cone(placed: PlacedFilm) -> bool:
+    """Whether a film is a cone that may stand for a membrane."""
+    return type(placed.film) in (TautCone, WrinklingCone)
+
+
 def curves_of_members(
     placed: PlacedFilm, values: Mapping[str, Array]
 ) -> list[tuple[npt.NDArray[np.bool_], PullInCurve]] | None:
@@ -144,7 +149,7 @@ def curves_of_members(
     a curve are left out. None for other films, without a ``radius_ratio``, and where `known_curves` skips a curve.
     """
     film, own = placed.film, placed.own(values)
-    if not isinstance(film, TautCone) or type(film) not in (TautCone, WrinklingCone) or "radius_ratio" not in own:
+    if not isinstance(film, TautCone) or not is_cone(placed) or "radius_ratio" not in own:
         return None
     law, stretches = film.law.numbers(own), film.stretches(own)
     columns = np.broadcast_arrays(*map(np.square, stretches), own["radius_ratio"], *law.values())
