@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.analyses.request import Subject
+from gelcone.analyses.statics import static_words
 from gelcone.codes import Outcome
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
 from gelcone.motion.static_limits import STATIC_LIMITS
@@ -79,3 +81,27 @@ def test_pull_in_of_a_drive_that_is_switched_on_from_rest_is_one_voltage(name):
     # so near the limit a motion may go on for long before it pulls in
     lasts = 3.0 * max(200.0 * float(both.members().drive_period[0]), float(kinds["settled_time"].max()))
     assert gelcone.simulate(both, start, times=np.linspace(0.0, lasts, 11))["outcome"].values.tolist() == expected
+
+
+def test_a_film_that_stiffens_without_limit_never_pulls_in_whichever_command_is_asked():
+    """The end of the displacements searched is no event: no voltage, no branch and no mark of it."""
+    law = {"law": "yeoh", "yeoh_c2": 0.02, "yeoh_c3": 0.001, "film": "taut", "hoop_prestretch": 1.3}
+    model = gelcone.ConeModel(voltage=0.2, voltage_bias=0.3, rest_height=0.5, damping_ratio=0.2, **law)
+    at_rest = gelcone.static(model, [0.5])
+    for found in (gelcone.limits(model), gelcone.pull_in_voltage(model), at_rest):
+        assert float(found["pull_in_voltage"]) == np.inf
+        assert gelcone.PullIn(int(found["pull_in_kind"])) == gelcone.PullIn.SEARCH_RANGE
+    assert pull_in(model) == np.inf
+    assert float(at_rest["branch_voltage"].max()) < 10.0
+    legends = [axes.get_legend_handles_labels()[1] for axes in gelcone.plot(at_rest).axes]
+    assert not any("pull-in" in label for own in legends for label in own)
+    assert "stable up to |x| = 1000, where the search ends" in static_words(at_rest, Subject(model))
+    limits, sheet = gelcone.operating_limits(model), gelcone.datasheet(model, [0.5])
+    for found in (limits, sheet):
+        assert float(found["pull_in_voltage"]) == float(found["driven_pull_in_voltage"]) == np.inf
+        assert float(found["hoop_slack_voltage"]) < 10.0
+        assert found.attrs["pull_in_of"] == "cone"
+    window = gelcone.envelope(model, frequencies=[0.9, 1.0])
+    assert float(window["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) == np.inf
+    assert np.isinf(window["limit_low"].values[DRIVEN_LIMITS.index("pull-in")]).all()
+    assert not str(gelcone.drive(model, lowest=0.9, highest=1.0).attrs["limit"]).startswith("pull-in")
