@@ -95,7 +95,7 @@ def test_widths_have_no_bars_beside_limits_and_one_far_above_the_others_leaves_t
     result = xr.Dataset({f"{name}_voltage": ((), value, {"units": "V"}) for name, value in volts.items()})
     (axes,) = values_figure(result).axes
     assert [bar.get_width() for bar in axes.patches] == [900.0, 1400.0, 1400.0]
-    assert [text.get_text() for text in axes.texts] == ["900 V", "1400 V", "1.8e+04 V (beyond the axis)"]
+    assert [text.get_text() for text in axes.texts] == ["900 V", "1400 V", "1.8e+04 V →"]
 
 
 def test_long_meanings_take_more_lines_and_none_leaves_the_figure_or_meets_another():

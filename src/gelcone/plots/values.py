@@ -92,7 +92,7 @@ def draw_bars(result: xr.Dataset, numbers: Mapping[str, xr.DataArray], figure: F
     names = [textwrap.fill(str(v.attrs.get("long_name", name)), BAR_LABEL) for name, v in numbers.items()]
     end = end_of_bars(values)
     bars = axes.barh(range(len(names)), np.minimum(values, end), color=BLUE, height=0.5)
-    texts = [sized(v) + (" (beyond the axis)" if float(v) > end else "") for v in numbers.values()]
+    texts = [sized(v) + (" →" if float(v) > end else "") for v in numbers.values()]
     axes.bar_label(bars, texts, fontsize=7.0, padding=3.0)
     axes.set_yticks(range(len(names)), names, fontsize=7.0)
     axes.invert_yaxis()
