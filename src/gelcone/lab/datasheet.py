@@ -9,6 +9,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.devices.analysis import analysis, check_one, plain
+from gelcone.errors import InputError
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.equilibrium import static
@@ -91,7 +92,7 @@ def datasheet(
 
     Raises
     ------
-    InputError : for an ensemble, or voltages out of bounds.
+    InputError : for an ensemble, voltages out of bounds, or none above 0.
 
     Examples
     --------
@@ -103,6 +104,8 @@ def datasheet(
     """
     check_one(model, "datasheet")
     levels = own_levels(model) if voltages is None else np.unique(np.asarray(voltages, dtype=float))
+    if not np.any(levels):
+        raise InputError("voltages = 0: a data sheet takes one above 0; give --over voltage=..., or a drive")
     levels = np.unique([0.0, *np.atleast_1d(levels)])
     ramp, displacements = _ramp(model, float(levels[-1]))
     found = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)

@@ -44,7 +44,8 @@ def transfer_figure(result: xr.Dataset) -> Figure:
         for own in axes[1]:
             own.set_xscale("log")
             log_ticks(own)
-            own.set_xlim(float(frequency.min()), float(frequency.max()))
+            if frequency.size > 1:
+                own.set_xlim(float(frequency.min()), float(frequency.max()))
             own.set_xlabel(axis_label(frequency, "drive frequency"))
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
