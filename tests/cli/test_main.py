@@ -89,6 +89,7 @@ def test_doubts_are_said_once_as_they_were_typed_and_lost_workers_every_time(end
         for _ in range(2):
             warnings.warn("a = 3: is\n   unusual", DoubtfulInput, stacklevel=1)
             warnings.warn("worker lost", LostWorker, stacklevel=1)
+            warnings.showwarning(RuntimeWarning("divide by zero encountered in divide"), RuntimeWarning, "numpy.py", 1)
 
     lines = ["Warning: --a '3 m': is unusual", "Warning: worker lost", "Warning: worker lost"]
     assert ended(doubtful) == (0, "".join(f"{line}\n" for line in lines))

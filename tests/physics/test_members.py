@@ -196,6 +196,49 @@ def test_the_flow_of_members_is_that_of_each_alone(samples):
             assert volts[(member, *at)] == states[(member, *at, 2)]
 
 
+FILMS = {
+    "wrinkling": {"film": "wrinkling"},
+    "membrane": {"film": "membrane", "stretch_limit": 50.0},
+    "creeping": {"film": "wrinkling", "viscous_modulus_1": 0.6, "relaxation_time_1": 2.0},
+    "two": {
+        "film": "wrinkling",
+        "second_film": "wrinkling",
+        "second_flat_height": 1.0,
+        "second_drive": "constant",
+        "second_voltage": 0.4,
+    },
+}
+CIRCUITS = {
+    "resistance": {"series_resistance": 0.5},
+    "leak": {"series_resistance": 0.5, "leakage_time": 4.0},
+    "limit": {"series_resistance": 0.3, "filter_time": 0.2, "current_limit": 0.5},
+}
+RATED = [
+    *((film, "resistance") for film in FILMS),
+    *(
+        pytest.param(film, other, marks=pytest.mark.slow)
+        for film in ("wrinkling", "creeping", "two")
+        for other in CIRCUITS
+    ),
+]
+
+
+@pytest.mark.parametrize(("film", "circuit"), RATED)
+def test_the_rates_of_a_motion_are_those_with_which_its_states_change(film, circuit):
+    """By central differences of the integrator's states, of a film that goes slack behind a resistance."""
+    drive = {"voltage": 0.3, "voltage_bias": 0.4, "drive_frequency": 0.9, "damping_ratio": 0.2, "hoop_prestretch": 1.1}
+    model, h = ConeModel(**FILMS[film], **CIRCUITS[circuit], **drive, rest_height=0.6), 1e-5
+    members, at = model.members(), np.array([[0.7, 2.1, 3.3, 5.2, 6.4]])
+    times = np.sort(np.concatenate([at - h, at, at + h], axis=1))
+    states = integrate(members, [0.7, 0.1], times, tolerance=1e-14).states
+    changes = (states[:, 2::3] - states[:, ::3]) / (2.0 * h)
+    rates = np.stack(np.broadcast_arrays(*members.flow(at, states[:, 1::3])[0]), axis=-1)
+    np.testing.assert_allclose(rates, changes, atol=2e-9)
+    n = members.numbers(1)
+    borders = members.system.switches(at, list(np.moveaxis(states[:, 1::3], -1, 0)), n)
+    assert any((side != n[name]).any() for name, side in borders.items())
+
+
 def test_the_rate_bounds_how_fast_deviations_move():
     """No eigenvalue of the Jacobian is larger, over displacements up to half the width of the film."""
     model = grid(voltage_bias=0.4)

@@ -21,7 +21,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.errors import InputError
+from gelcone.errors import DoubtfulInput, InputError
 
 TILE_CELLS = 16384
 """Largest number of cells of a tile, which is equally wide along each axis."""
@@ -249,7 +249,7 @@ def _locked(path: Path) -> Iterator[None]:
     except Timeout:
         raise InputError(f"{path}: another run is writing to it; wait for it, or choose another store") from None
     except (OSError, NotImplementedError) as error:
-        warnings.warn(f"{path}: cannot be locked ({error}); start no second run on it", stacklevel=2)
+        warnings.warn(f"{path}: cannot be locked ({error}); start no second run on it", DoubtfulInput, stacklevel=2)
     try:
         yield
     finally:

@@ -195,6 +195,10 @@ def _said(error: click.UsageError) -> str:
     return f"{error.format_message().rstrip('.')}; {remedy}"
 
 
-def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning as one line, without the place in the source."""
+def _say_warning(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    """A warning of gelcone as one line, without the place in the source. Those of libraries are not for users."""
+    from gelcone.errors import DoubtfulInput, LostWorker
+
+    if not issubclass(category, DoubtfulInput | LostWorker):
+        return
     print(f"Warning: {' '.join(as_typed(str(message), sys.argv[1:]).split())}", file=sys.stderr)

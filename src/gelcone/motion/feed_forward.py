@@ -112,7 +112,6 @@ def _integrated(model: ConeModel, tau: Array, voltage: Array, start: tuple[float
 
     def rates(t: float, z: Array) -> list[float]:
         own = n | {INPUTS[0]: np.interp(t, tau, voltage)}
-        own |= system.switches(0.0, list(z), own)
         with np.errstate(all="ignore"):
             return [float(rate) for rate in system.rates(0.0, list(z), own)]
 

@@ -87,7 +87,7 @@ class Rates:
         return self._sizes.reshape((-1,) + (1,) * (z.ndim - 1))
 
     def _at(self, t: float, y: Any, voltage: Input | None, force: Input) -> tuple[Array, Mapping[str, Any]]:
-        """Dimensionless states and all numbers, including the switches."""
+        """Dimensionless states and all numbers."""
         states = np.asarray(y, dtype=float)
         if states.shape[:1] != (len(self.states),):
             raise InputError(f"y: must have {len(self.states)} states ({', '.join(self.states)}), not {states.shape}")
@@ -97,8 +97,7 @@ class Rates:
         else:
             volts, slope = (voltage(t) if callable(voltage) else voltage) / s.voltage, 0.0
         newton = (force(t) if callable(force) else force) / s.force
-        n = self._n | dict(zip(INPUTS, (volts, slope, newton, 0.0), strict=True))
-        return z, n | self._system.switches(0.0, list(z), n)
+        return z, self._n | dict(zip(INPUTS, (volts, slope, newton, 0.0), strict=True))
 
 
 def rates(device: Device) -> Rates:

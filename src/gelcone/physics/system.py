@@ -130,8 +130,12 @@ class ConeSystem(Structure):
     # --- the equation of motion --------------------------------------------------------------------------------------
 
     def rates(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """Rates of change of the states."""
-        return self._moment(tau, z, n, xp).rates_and_slope()[0]
+        """Rates of change of the states; by NumPy each with the switches of its place."""
+        return self._moment(tau, z, self._switched(tau, z, n, xp), xp).rates_and_slope()[0]
+
+    def _switched(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any) -> Numbers:
+        own = self.switches(tau, z, n) if xp is np else {}
+        return {**n, **own} if own else n
 
     def rates_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the states under a constant commanded voltage."""
@@ -166,9 +170,10 @@ class ConeSystem(Structure):
         """Rates of change, and their Jacobian [i][j], the derivative of rate i by state j.
 
         In a planar system the Jacobian shares the film's division with the rates; else the rates are differentiated. In
-        a graph it is that of deviations with the film's charge in place of its voltage (see `charged`).
+        a graph it is that of deviations with the film's charge in place of its voltage (see `charged`). By NumPy each
+        is taken with the switches of its place.
         """
-        rates, slope = self._moment(tau, z, n, xp).rates_and_slope()
+        rates, slope = self._moment(tau, z, self._switched(tau, z, n, xp), xp).rates_and_slope()
         if self.planar:
             return rates, [[0.0, 1.0], [slope, -2.0 * n["damping_ratio"]]]
         if not traced(xp):
