@@ -10,7 +10,7 @@ shown = gelcone.envelope(device, peaks=[1100.0, 2000.0, 2900.0], frequencies=[8.
 figure = shown.gelcone.plot()
 columns = ("drive_frequency", "recommended_peak", "window_stroke", "window_power")
 for frequency, peak, stroke, power in zip(*(shown[name].values for name in columns), strict=True):
-    print(f"{frequency:.0f} Hz: up to {peak:.0f} V, stroke {stroke:.1f} mm, mean power {power:.2f} mW")
+    print(f"{frequency:.0f} Hz: up to {peak:.0f} V, stroke {stroke:.1f} mm, mean power supplied {power:.2f} mW")
 
 # about the bias of 790 V, in metres, seconds and volts; python-control takes it as control.ss(*...)
 system = signal.StateSpace(*gelcone.state_space(device))

@@ -152,7 +152,7 @@ def test_the_single_numbers_of_a_data_sheet_with_and_without_draws():
     sheet = made({n: (None, values[n], units[n][0]) for n in units}
                  | {"stiffness_at_rest": ("constant_voltage", [25.0, 15.0], "N/m")})  # fmt: skip
     pairs = [("rest height", "13 mm"), ("stiffness at rest", "25 N/m"), ("stroke of the drive", "3 mm"),
-             ("peak current", "1.5 mA"), ("apparent power", "80 mVA"), ("mean power", "6 mW")]  # fmt: skip
+             ("peak current", "1.5 mA"), ("apparent power", "80 mVA"), ("mean power supplied", "6 mW")]  # fmt: skip
     assert words.sheet_single(sheet) == pairs
     assert words.sheet_single(edited(sheet, apparent_power=NAN)) == pairs[:2]
     ends = {f"{n}_{end}": v * f for n, v in values.items() for end, f in (("low", 0.5), ("high", 2.0))}
@@ -163,7 +163,7 @@ def test_the_single_numbers_of_a_data_sheet_with_and_without_draws():
     assert words.sheet_single(toleranced) == [
         ("rest height", "13 mm (6.5 to 26 mm)"), ("stiffness at rest", "25 N/m (20 to 30 N/m)"),
         ("stroke of the drive", "3 mm (1.5 to 6 mm)"), ("peak current", "1.5 mA (0.75 to 3 mA)"),
-        ("apparent power", "80 mVA (40 to 160 mVA)"), ("mean power", "6 mW (3 to 12 mW)"),
+        ("apparent power", "80 mVA (40 to 160 mVA)"), ("mean power supplied", "6 mW (3 to 12 mW)"),
     ]  # fmt: skip
 
 

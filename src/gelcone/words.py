@@ -125,7 +125,7 @@ SHEET_DRIVE = {
     "drive_stroke": "stroke of the drive",
     "peak_current": "peak current",
     "apparent_power": "apparent power",
-    "mean_power": "mean power",
+    "mean_power": "mean power supplied",
 }
 
 

@@ -24,7 +24,7 @@ from tests.plots.made_up import result
     ],
 )
 def test_limit_and_kick_are_in_words(kick, words):
-    names = ("stroke", "work", "speed", "power", "apparent_power", "voltage_bias", "voltage")
+    names = ("stroke", "work", "speed", "power", "supplied_power", "apparent_power", "voltage_bias", "voltage")
     drive = result(
         dict.fromkeys(names, ((), 1.0))
         | {
@@ -51,7 +51,7 @@ def test_limit_and_kick_are_in_words(kick, words):
 def best(**changes):
     own = {
         "stroke": (None, 5.0, "mm"), "work": (None, 6.0, "mJ"), "speed": (None, 0.75, "m/s"), "power": (None, 8.0,
-        "mW"),
+        "mW"), "supplied_power": (None, 20.0, "mW"),
         "apparent_power": (None, 90.0, "mVA"), "voltage_bias": (None, 700.0, "V"), "voltage": (None, 400.0, "V"),
         "drive_frequency": (None, 11.0, "Hz"), "peak_voltage": (None, 1100.0, "V"), "limit_voltage": (None, 1375.0,
         "V"),
@@ -65,12 +65,13 @@ def best(**changes):
 @pytest.mark.parametrize("largest", ["stroke", "work", "speed", "power"])
 def test_the_best_drive(largest):
     values = {"stroke": "stroke 5 mm", "work": "work a period 6 mJ", "speed": "rms speed 0.75 m/s",
-              "power": "mean power 8 mW"}  # fmt: skip
+              "power": "mean power on the load 8 mW of 20 mW supplied"}  # fmt: skip
     named = {"stroke": "5 mm", "work": "6 mJ", "speed": "0.75 m/s", "power": "8 mW"}[largest]
     own = ["voltage_amplitude", "voltage_offset", "frequency", "voltage", "voltage_bias"]
     lines = drive.drive_words(best().assign_attrs(largest=largest), SUBJECT).splitlines()
     lines = lines[len(answer.heading(SUBJECT, own)) :]
     others = ", ".join(text for name, text in values.items() if name != largest)
+    others += ", mean power supplied 20 mW" if largest == "power" else ""
     assert lines == [
         f"largest {largest}: {named} at 11 Hz and 1100 V peak (offset 700 V, amplitude 400 V)",
         f"  {others}, apparent power 90 mVA",

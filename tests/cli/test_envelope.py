@@ -52,7 +52,9 @@ def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_dev
     figure = envelope_figure(load(tmp_path / "there" / "envelope.nc"))
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert {"recommended window", "hoop slack, driven", "the device's own drive"} <= set(labels)
-    assert {"mean power (mW)", "natural freq. (Hz)", "blocked force (N)"} <= {a.get_ylabel() for a in figure.axes}
+    assert {"mean power supplied (mW)", "natural freq. (Hz)", "blocked force (N)"} <= {
+        a.get_ylabel() for a in figure.axes
+    }
 
 
 def test_without_a_dielectric_strength_text_object_and_figure_say_unknown(gelcone, undrawn, tmp_path):

@@ -91,9 +91,12 @@ def made_up(*limits):
             "outcome": (("f", "peak"), np.zeros((4, 1))),
             **{
                 f"driven_{name}": (("f", "peak"), np.full((4, 1), 0.1))
-                for name in ("stroke", "damper_power", "apparent_power")
+                for name in ("stroke", "damper_power", "power", "apparent_power")
             },
-            **{f"window_{name}": ("f", [1.0, 2.0, 9.0, 3.0]) for name in ("stroke", "damper_power", "apparent_power")},
+            **{
+                f"window_{name}": ("f", [1.0, 2.0, 9.0, 3.0])
+                for name in ("stroke", "damper_power", "power", "apparent_power")
+            },
             "window_regime": ("f", np.full(4, Regime.PERIODIC)),
         }
     )
@@ -242,14 +245,15 @@ def test_drives_inside_the_window_are_its_edge_and_the_peaks_up_to_it():
         regime=(("f", "peak"), np.array([[Regime.PERIODIC, Regime.PERIODIC, Regime.CHAOTIC]] * 4)),
         outcome=(("f", "peak"), np.array([[0, 3, 0]] * 4)),
         **{f"driven_{name}": (("f", "peak"), np.arange(12.0).reshape(4, 3) + 10.0 * k)
-           for k, name in enumerate(("stroke", "damper_power", "apparent_power"))},
+           for k, name in enumerate(("stroke", "damper_power", "power", "apparent_power"))},
     )  # fmt: skip
     found = best_drive.candidates(window)
     np.testing.assert_allclose(found.frequency, [*FREQUENCY, 0.5, 0.5, 0.995, 1.0, 1.0, 1.5, 1.5])
     np.testing.assert_allclose(found.peak, [1.6, 1.12, 1.6, 1.52, 1.1, 1.52, 1.1, 1.1, 1.52, 1.1, 1.52])
     np.testing.assert_allclose(found.stroke, [1, 2, 9, 3, 0, 1, 3, 6, 7, 9, 10])
     np.testing.assert_allclose(found.power[4:], found.stroke[4:] + 10.0)
-    np.testing.assert_allclose(found.apparent[4:], found.stroke[4:] + 20.0)
+    np.testing.assert_allclose(found.supplied[4:], found.stroke[4:] + 20.0)
+    np.testing.assert_allclose(found.apparent[4:], found.stroke[4:] + 30.0)
     assert found.periodic.tolist() == [1, 1, 1, 1, 1, 0, 1, 1, 0, 1, 0]
     assert found.edge.tolist() == [1] * 4 + [0] * 7
 
@@ -259,7 +263,7 @@ def test_drives_inside_the_window_are_its_edge_and_the_peaks_up_to_it():
 )
 def test_what_may_be_largest(largest, value):
     one = best_drive.Candidates(
-        *(np.array([v, v]) for v in (0.5, 1.0, 0.3, 0.4, 9.0)), np.array([1.0, 0.0]), np.ones(2)
+        *(np.array([v, v]) for v in (0.5, 1.0, 0.3, 0.4, 0.7, 9.0)), np.array([1.0, 0.0]), np.ones(2)
     )
     np.testing.assert_allclose(one.value(largest, 0.1), [value, np.nan])
 
@@ -271,7 +275,7 @@ def test_the_kick_is_that_of_the_closer_search_and_known_at_the_edge_alone():
     )
 
     def best(frequency, edge):
-        return best_drive.Candidates(frequency, 1.0, 0.3, 0.4, 9.0, 1.0, edge)
+        return best_drive.Candidates(frequency, 1.0, 0.3, 0.4, 0.7, 9.0, 1.0, edge)
 
     kicks = [best_drive._kick(near, wide, best(*one)) for one in ((1.0, 1.0), (0.995, 1.0), (1.0, 0.0), (0.7, 1.0))]
     np.testing.assert_array_equal(kicks, [5.0, 0.2, np.nan, np.nan])
@@ -291,6 +295,7 @@ def searched(monkeypatch, **parts):
         drive_frequency=("f", [1.2, 1.4, 1.6, 1.9]), kick_high=("f", [5, 6, 7, 8])
     )
     near = near.assign(window_damper_power=("f", [0.1, 0.2, 0.6, 0.3]), window_apparent_power=("f", [15.0, 16, 17, 18]))
+    near = near.assign(window_power=("f", [1.5, 1.6, 1.7, 1.8]))
     asked = {}
 
     def envelopes(cone, *, peaks=None, **options):
@@ -320,6 +325,7 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     expected = {
         "drive_frequency": 1.6, "peak_voltage": peak, "voltage": peak * 2.0 / 3.0, "voltage_bias": peak / 3.0,
         "stroke": 9.0, "work": 0.6 * 2.0 * np.pi / 1.6, "speed": np.sqrt(0.6 / 0.2), "power": 0.6,
+        "supplied_power": 1.7,
         "apparent_power": 17.0, "limit_voltage": 1.95, "frequency_low": 1.0, "frequency_high": 1.9, "kick": 7.0,
     }  # fmt: skip
     for name, value in expected.items():

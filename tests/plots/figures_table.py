@@ -251,7 +251,7 @@ TABLE = {
                 "text: # of peak_current",
                 "text: apparent power",
                 "text: # of apparent_power",
-                "text: mean power",
+                "text: mean power supplied",
                 "text: # of mean_power",
                 "text: pull-in of the cone under constant voltage: none",
                 "text: first limit: hoop slack of the drive, at a peak of # of first_limit_voltage",
@@ -464,7 +464,10 @@ TABLE = {
             "x: drive frequency (of drive_frequency); y: stroke (of window_stroke); title: at the window's edge; log x",
             ["solid window_stroke over drive_frequency", "ticks as 1.5"],
         ),
-        ("y: mean power (of window_power); log x", ["dashed window_damper_power over drive_frequency", "ticks as 1.5"]),
+        (
+            "y: mean power supplied (of window_power); log x",
+            ["dashed window_damper_power over drive_frequency", "ticks as 1.5"],
+        ),
         (
             "figure",
             [

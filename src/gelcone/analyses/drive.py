@@ -45,9 +45,12 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _yields(shown: xr.Dataset, largest: str) -> list[str]:
-    names = {"stroke": "stroke", "work": "work a period", "speed": "rms speed", "power": "mean power"}
+    names = {"stroke": "stroke", "work": "work a period", "speed": "rms speed"}
     named = [f"{words} {sized(shown[name])}" for name, words in names.items() if name != largest]
-    return [*named, f"apparent power {sized(shown['apparent_power'])}"]
+    supplied = sized(shown["supplied_power"])
+    power = f"mean power on the load {sized(shown['power'])} of {supplied} supplied"
+    power = f"mean power supplied {supplied}" if largest == "power" else power
+    return [*named, power, f"apparent power {sized(shown['apparent_power'])}"]
 
 
 def _sensitivities(shown: xr.Dataset) -> list[str]:

@@ -46,6 +46,7 @@ class Candidates(NamedTuple):
     peak: Array
     stroke: Array
     power: Array
+    supplied: Array
     apparent: Array
     periodic: Array
     edge: Array
@@ -95,13 +96,14 @@ def drive(
     Returns
     -------
     Dataset with ``drive_frequency``, ``peak_voltage``, ``voltage`` and ``voltage_bias`` (amplitude and offset) of the
-    best drive, and of the motion that it settles to from rest: ``stroke``, ``work``, ``speed``, ``power`` and
-    ``apparent_power``. ``limit_voltage`` is the lowest limit of `gelcone.envelope` there, whose name is the attribute
-    ``limit``. ``frequency_low`` and ``frequency_high`` are the examined frequencies between which the same peak voltage
-    stays below all limits. ``kick`` is a sudden change of velocity that leads to another motion (infinity: none of
-    those tried). Over ``frequency``: ``window_peak``, the window's edge, and ``window_value``, the quantity to maximise
-    there. Over ``time``: ``displacement`` and ``drive_voltage`` of two drive periods. Over ``field``: ``sensitivity``,
-    the relative change of the stroke over that of a field at this drive (NaN if the motion ends).
+    best drive, and of the motion that it settles to from rest: ``stroke``, ``work``, ``speed``, ``power`` on damper or
+    load, ``supplied_power`` of the source and ``apparent_power``. ``limit_voltage`` is the lowest limit of
+    `gelcone.envelope` there, whose name is the attribute ``limit``. ``frequency_low`` and ``frequency_high`` are the
+    examined frequencies between which the same peak voltage stays below all limits. ``kick`` is a sudden change of
+    velocity that leads to another motion (infinity: none of those tried). Over ``frequency``: ``window_peak``, the
+    window's edge, and ``window_value``, the quantity to maximise there. Over ``time``: ``displacement`` and
+    ``drive_voltage`` of two drive periods. Over ``field``: ``sensitivity``, the relative change of the stroke over that
+    of a field at this drive (NaN if the motion ends).
 
     Raises
     ------
@@ -154,6 +156,7 @@ def drive(
         "work": ((), best.value("work", zeta), "work on damper or load a drive period", "energy"),
         "speed": ((), best.value("speed", zeta), "root mean square speed", "velocity"),
         "power": ((), best.power, "mean power to damper or load", "power"),
+        "supplied_power": ((), best.supplied, "mean power that the voltage source supplies", "power"),
         "apparent_power": ((), best.apparent, "root mean square voltage times current", "apparent power"),
         "limit_voltage": ((), bound, "peak voltage of the lowest limit there", dataset.absent("voltage")),
         "frequency_low": ((), band[0], "lowest frequency at which this voltage is below all limits", "frequency"),
@@ -199,6 +202,7 @@ def candidates(found: xr.Dataset) -> Candidates:
     of_plane = {
         "stroke": found["driven_stroke"].values,
         "power": found["driven_damper_power"].values,
+        "supplied": found["driven_power"].values,
         "apparent": found["driven_apparent_power"].values,
         "periodic": (found["regime"].values == Regime.PERIODIC) & (found["outcome"].values == 0),
         "frequency": np.broadcast_to(frequency[:, None], inside.shape),
@@ -208,6 +212,7 @@ def candidates(found: xr.Dataset) -> Candidates:
     of_edge = {
         "stroke": found["window_stroke"].values,
         "power": found["window_damper_power"].values,
+        "supplied": found["window_power"].values,
         "apparent": found["window_apparent_power"].values,
         "periodic": found["window_regime"].values == Regime.PERIODIC,
         "frequency": frequency,

@@ -149,7 +149,7 @@ def shade(envelope: xr.Dataset, axes: Axes) -> None:
 def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
     """Stroke and mean power at the edge of the recommended window over drive frequency."""
     frequency = envelope["drive_frequency"].values
-    twin_curves(axes, frequency, envelope["window_stroke"], "stroke", envelope["window_power"], "mean power")
+    twin_curves(axes, frequency, envelope["window_stroke"], "stroke", envelope["window_power"], "mean power supplied")
     frequency_axis(envelope, axes)
     axes.set_title("at the window's edge", fontsize=8.0, pad=2.0)
     if not (envelope["recommended_peak"].values > 0.0).any():
