@@ -376,6 +376,25 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
     )
 
 
+def test_voltages_that_pull_in_at_once_share_a_line():
+    along = "constant_voltage"
+    found = made(
+        {
+            "begin": (along, [NAN], "mm"), "pull_in_time": (along, [0.0], "ms"), "outcome": (along, [0]),
+            "long_time_voltage": (None, 600.0, "V"), "instant_voltage": (None, 900.0, "V"),
+            "holding_voltage": (None, 650.0, "V"),
+            "time_to_pull_in": ("held_voltage", [INF, 8000.0, 0.0, 0.0], "ms"),
+        },
+        {along: (along, [1000.0], "V"), "time": ("time", [0.0, 60_000.0], "ms"),
+         "held_voltage": ("held_voltage", [640.0, 800.0, 910.0, 920.0], "V")},
+    )  # fmt: skip
+    assert said(trajectories.creep_words, found)[-3:] == [
+        "time to pull-in:",
+        "  800 V: 8 s",
+        "  from 910 V on: at once",
+    ]
+
+
 def test_voltages_are_written_with_the_digits_that_tell_them_apart():
     assert trajectories.telling_digits([3359.11, 3359.14, 3359.14, 3416.0]) == 6
     assert trajectories.telling_digits([3000.0, 3100.0]) == 4

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gelcone import frequency, settled
+from gelcone import frequency, in_words, settled
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.electrical import MEANINGS, known_of
@@ -40,6 +40,17 @@ def test_what_does_not_move_has_no_phase():
     swept = frequency(still.replace(drive_frequency=0.4), [0.4, 0.5], (0.3, 0.0))
     assert np.isnan(swept["harmonic_phase"].values).all()
     assert np.isnan(small_signal_response(still.replace(drive_frequency=0.4), [0.4])["phase"].values).all()
+
+
+def test_rounding_of_a_disc_at_rest_is_zero_and_a_late_permittivity_is_the_reason_of_no_linear_stroke():
+    late = {"dielectric_share": 0.3, "dielectric_time": 2.0, "filter_time": 0.4, "leakage_time": 5.0}
+    undriven = ConeModel(voltage=0.0, rest_height=0.6, damping_ratio=0.3, **late)
+    found = settled(undriven, (0.8, 0.1))
+    assert found["resting"] == 1
+    for name in ("current", "power", "damper_power", "leak_power", "apparent_power", "field", "heat"):
+        assert float(found[name]) == 0.0, name
+    assert float(settled(undriven.replace(voltage=0.4), (0.8, 0.1))["current"]) > 0.1
+    assert "stroke by linear theory: not computed, for the permittivity follows late" in in_words(found)
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------

@@ -200,10 +200,14 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             )
     if late.sizes["held_voltage"]:
         lines.append("time to pull-in:")
-        for k in evenly(late.sizes["held_voltage"], PRINTED_LINES):
-            one = late.isel(held_voltage=int(k))
+        later = late.isel(held_voltage=late["time_to_pull_in"].values > 0.0)
+        for k in evenly(later.sizes["held_voltage"], PRINTED_LINES):
+            one = later.isel(held_voltage=int(k))
             late_by = lasting(float(one["time_to_pull_in"]), shown["time"], 4)
             lines.append(f"  {sized(one['held_voltage'], digits)}: {late_by}")
+        if later.sizes["held_voltage"] < late.sizes["held_voltage"]:
+            first = late["held_voltage"][late["time_to_pull_in"].values == 0.0].min()
+            lines.append(f"  from {sized(first, digits)} on: at once")
     return "\n".join(lines)
 
 

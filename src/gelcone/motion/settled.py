@@ -27,6 +27,9 @@ from gelcone.quantity import Array, Time
 if TYPE_CHECKING:
     import xarray as xr
 
+ROUNDING = 1e-12
+"""Dimensionless current, power or field of a disc at rest below which it is rounding."""
+
 
 @analysis(swept=True, examples=("biased-pump", "--preset spring --set drive_frequency=0.3,0.4 --json"))
 def settled(
@@ -61,13 +64,13 @@ def settled(
     subharmonics, 0 if the disc is ``resting`` or if no period up to 64 was found (chaos, or not settled); over
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
     sin(harmonic omega t), for the voltage sin(omega t), NaN for a harmonic that vanishes; ``linear_stroke`` by linear
-    theory (NaN without an equilibrium); the largest ``current`` into a film (infinite if the voltage jumps); the mean
-    ``power`` of the source, and if there are losses besides those of the damper its parts ``damper_power``,
-    ``film_power``, ``resistor_power`` (with the loss at jumps of an ideal source's voltage), ``leak_power`` and
-    ``dielectric_power``; the ``apparent_power`` (rms voltage times rms current) and the largest true ``field``; for
-    films that creep or leak the mean ``heat`` in them over their volume and ``heating``, the rate at which their
-    temperature rises while they give no heat away; ``validity_*`` as in `regime`; and ``outcome``, an error for a
-    member without damping.
+    theory (NaN without an equilibrium, or for a permittivity that follows late); the largest ``current`` into a film
+    (infinite if the voltage jumps); the mean ``power`` of the source, and if there are losses besides those of the
+    damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at jumps of an ideal source's
+    voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage times rms current) and the
+    largest true ``field``; for films that creep or leak the mean ``heat`` in them over their volume and ``heating``,
+    the rate at which their temperature rises while they give no heat away; ``validity_*`` as in `regime`; and
+    ``outcome``, an error for a member without damping.
 
     Raises
     ------
@@ -95,6 +98,12 @@ def settled(
     )
 
 
+def _linear(members: Members) -> dict[str, str]:
+    """The quantity of the linear stroke, with the reason why there may be none."""
+    late = {"nan": "not computed, for the permittivity follows late"} if members.system.circuit.delays else {}
+    return dataset.absent("length", **late)
+
+
 def settled_cells(
     members: Members,
     states: Array,
@@ -115,6 +124,8 @@ def settled_cells(
     if losing.any():
         part = members.take(losing)
         found.put(losing, settled_swing(part, states[losing], source=True, **budgets, **flow))
+    rounding = found.resting.astype(bool)[:, None] & (np.abs(found.source) < ROUNDING)
+    found.source[rounding] = 0.0
     if (ran := found.outcome == Outcome.OK).any():
         part = members.take(ran)
         linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
@@ -128,7 +139,7 @@ def settled_cells(
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), found.phases, "phases of harmonics ahead of the voltage", "angle"),
-            "linear_stroke": ((), linear, "stroke by linear theory", dataset.absent("length")),
+            "linear_stroke": ((), linear, "stroke by linear theory", _linear(members)),
             **{
                 name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
                 for name in known_of(members.system)
