@@ -3,8 +3,12 @@
 import doctest
 import inspect
 import re
+import subprocess
+import sys
 import tempfile
+import zipfile
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -43,6 +47,19 @@ def missing(thing):
     if not any(re.search(r"\d", example.want) for example in examples(sections.get("Examples", ""))):
         found.append("an example with a number")
     return found
+
+
+def test_public_names_are_found_in_a_zip_file(tmp_path):
+    """By a process that has no other gelcone."""
+    packed, source = tmp_path / "packed.zip", Path(gelcone.__file__).parents[1]
+    with zipfile.ZipFile(packed, "w") as archive:
+        for path in sorted(source.glob("gelcone/**/*.py")):
+            archive.write(path, path.relative_to(source))
+    code = f"import sys; sys.path.insert(0, {str(packed)!r}); import gelcone; print(gelcone.__file__, *dir(gelcone))"
+    code += "; gelcone.simulate"
+    place, *names = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split()
+    assert Path(place).is_relative_to(packed)
+    assert names == dir(gelcone)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -229,11 +229,11 @@ if TYPE_CHECKING:
 
 @cache
 def _listing() -> dict[str, tuple[str, str]]:
-    """Public name -> its module and the line about it, read from the imports above."""
+    """Public name -> its module and the line about it, read from the imports above, also in a zip file."""
     import ast
-    from pathlib import Path
+    import pkgutil
 
-    listing = ast.parse(Path(__file__).read_text(encoding="utf-8"))
+    listing = ast.parse(pkgutil.get_data(__name__, "__init__.py") or b"")
     nodes = [node for block in listing.body if isinstance(block, ast.If) for node in block.body]
     found: dict[str, tuple[str, str]] = {}
     for node, behind in zip(nodes, [*nodes[1:], None], strict=True):

@@ -89,6 +89,7 @@ def test_axes_of_a_device_are_in_its_units_dimensionless_or_in_si():
     [
         ("charge=3", "'charge' is not a component of --initial; known: displacement, velocity, viscous_mer"),
         ("1,0,3", "must be a displacement and a velocity, or all states"),
+        ("1,0,3", "for example --initial 1,0 or --initial displacement=0.5"),
         ("displacement=1,displacement=2", "--initial displacement: is given twice"),
         ("displacement=1 mm", "must be a number"),
         ("1,viscous_hoop_1=2", "'1' is not a component of --initial"),

@@ -60,9 +60,16 @@ def test_words_of_a_command_are_in_their_places_behind_the_device():
     assert command._in_places(own, ("voltage", "1", "2")) == {"device": None, **places}
     assert command._in_places(own, ("biased-pump", "voltage", "1", "2")) == {"device": "biased-pump", **places}
     form = "continue: takes [DEVICE] PARAMETER FROM TO, "
+    example = ", as in gelcone continue voltage 0.9 1.4 --preset base --out results"
     for words, said in (
-        (("biased-pump", "voltage", "1"), "and behind the device biased-pump a word is missing"),
-        (("own.toml", "voltage", "1"), "and behind the device own.toml a word is missing"),
+        (
+            ("biased-pump", "voltage", "1"),
+            f"and behind the device biased-pump one of PARAMETER, FROM, TO is missing{example}",
+        ),
+        (
+            ("own.toml", "voltage", "1"),
+            f"and behind the device own.toml one of PARAMETER, FROM, TO is missing{example}",
+        ),
         (("voltage", "1"), "not 2 words: voltage 1"),
         (("own.toml", "voltage", "1", "2", "3"), "not 5 words: own.toml voltage 1 2 3"),
         ((), "not 0 words: none"),

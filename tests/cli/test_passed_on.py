@@ -407,8 +407,11 @@ def test_words_in_places_are_counted(asked, command_line):
         (("continue", "voltage"), "continue: takes [DEVICE] PARAMETER FROM TO, not 1 words: voltage"),
         (("continue", *"abcde"), "continue: takes [DEVICE] PARAMETER FROM TO, not 5 words: a b c d e"),
         (("locus",), "locus: takes [DEVICE] EVENT, not 0 words: none"),
-        (("locus", "mine.toml"), "locus: takes [DEVICE] EVENT, and behind the device mine.toml a word is missing"),
-        (("continue", "soft-film", "1", "2"), "and behind the device soft-film a word is missing"),
+        (
+            ("locus", "mine.toml"),
+            "locus: takes [DEVICE] EVENT, and behind the device mine.toml EVENT is missing, as in gelcone locus fold ",
+        ),
+        (("continue", "soft-film", "1", "2"), "and behind the device soft-film one of PARAMETER, FROM, TO is missing"),
     ):
         code, _, err = command_line(*typed)
         assert code == 2

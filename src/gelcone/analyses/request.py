@@ -203,8 +203,9 @@ def read_initial(text: str, device: Device | None, model: ConeModel) -> tuple[fl
     names = [state.name for state in states]
     named = [part.partition("=")[::2] for part in parts] if "=" in text else []
     if not named and len(parts) not in (2, len(names)):
-        form = "1,0" if device is None else '"5 mm,0 m/s"'
+        form, alone = ("1,0", "0.5") if device is None else ('"5 mm,0 m/s"', '"5 mm"')
         more = f", or all states ({', '.join(names)}), or some by name=value" if len(names) > 2 else ""
+        form += f" or --initial displacement={alone}" if more else ""
         raise InputError(
             f"--initial {text!r}: must be a displacement and a velocity{more}, for example --initial {form}"
         )

@@ -54,7 +54,12 @@ def _in_places(analysis: Analysis, words: tuple[str, ...]) -> dict[str, str | No
     form = " ".join(["[DEVICE]", *analysis.arguments.values()])
     if len(words) == len(places):
         if words[0].endswith(".toml") or words[0] in shipped_devices():
-            raise InputError(f"{analysis.command}: takes {form}, and behind the device {words[0]} a word is missing")
+            own = [*analysis.arguments.values()]
+            missing = own[0] if len(own) == 1 else f"one of {', '.join(own)}"
+            raise InputError(
+                f"{analysis.command}: takes {form}, and behind the device {words[0]} {missing} is missing, as in "
+                f"gelcone {analysis.command} {analysis.examples[0]}"
+            )
         return {"device": None, **dict(zip(places, words, strict=True))}
     if len(words) == 1 + len(places):
         return dict(zip(["device", *places], words, strict=True))

@@ -52,7 +52,8 @@ def subject_parameters(*, starts: bool = True) -> list[click.Parameter]:
             ["--initial"],
             hidden=not starts,  # refused with a remedy where it is typed
             metavar="X,U",
-            help="Initial displacement and velocity (of a device '5 mm,0 m/s'), all states, or some by name=value.",
+            help="Initial displacement and velocity (of a device '5 mm,0 m/s'), all states, or some by name=value, "
+            "such as 'displacement=5 mm'.",
         ),
         click.Option(
             ["--film"],
