@@ -61,7 +61,7 @@ def device():
         ("apparent power", "mVA", lambda s: 1e3 * s.force * s.length / s.time),
         ("voltage", "V", lambda s: s.voltage),
         ("current", "mA", lambda s: 1e3 * s.force * s.length / s.time / s.voltage),
-        ("field", "V/um", lambda s: 1e-6 * s.field),
+        ("field", "MV/m", lambda s: 1e-6 * s.field),
         ("stress", "kPa", lambda s: 1e-3 * s.stress),
         ("frequency", "Hz", lambda s: 1.0 / (2.0 * np.pi * s.time)),
         ("rate", "1/s", lambda s: 1.0 / s.time),

@@ -156,7 +156,7 @@ OUTPUTS = {
     "displacement": "displacement", "velocity": "velocity", "current": "current", "film_voltage": "drive_voltage",
     "meridional_stress": "meridional_stress", "hoop_stress": "hoop_stress", "true_field": "true_field",
 }  # fmt: skip
-SI = {"mm": 1e-3, "mA": 1e-3, "V/um": 1e6, "kPa": 1e3}
+SI = {"mm": 1e-3, "mA": 1e-3, "MV/m": 1e6, "kPa": 1e3}
 CODES = {"breakdown": "breakdown", "near_limit": "near_limit", "film_state": "film_state"}
 
 

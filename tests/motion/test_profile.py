@@ -158,7 +158,7 @@ def test_a_device_answers_in_its_units():
     found = gelcone.film(device, "20 mm", "3 kV")
     model = gelcone.film(device.to_model(), 0.02 / 0.04, 3000.0 / device.scales.voltage)
     assert {name: found[name].units for name in ("force", "capacitance", "thickness", "true_field", "firmness")} == {
-        "force": "N", "capacitance": "nF", "thickness": "mm", "true_field": "V/um", "firmness": "kPa",
+        "force": "N", "capacitance": "nF", "thickness": "mm", "true_field": "MV/m", "firmness": "kPa",
     }  # fmt: skip
     # C = eps A/H of the flat film times the mean square of the deformed over the mounted area
     eps, area = device.material.relative_permittivity * 8.8541878188e-12, np.pi * (0.05**2 - 0.01**2)

@@ -84,3 +84,14 @@ def test_the_capacitance_is_drawn_where_height_and_voltage_both_vary(heights, vo
     for k in range(volts if heights > 1 and volts > 1 else 0):
         curve = line(panels["capacitance (pF)"], f"{300.0 * k:g} V")
         np.testing.assert_array_equal(data_of(curve), [found["height"], 100.0 * own[:, k]])
+
+
+def test_the_lower_panels_of_two_films_say_whose_they_are():
+    found = profile()
+    for name in ("meridional_stretch", "hoop_stretch"):
+        found[name] = found["true_field"] / 10.0
+    found = found.assign(outcome=((), 0)).assign_coords(constant_voltage=[800.0])
+    figure = profile_figure(found)
+    assert figure.axes[0].get_title(loc="left") == "above: both films; below: the first film alone"
+    alone = found.drop_vars([name for name in found.data_vars if str(name).startswith("second_")])
+    assert profile_figure(alone).axes[0].get_title(loc="left") == ""

@@ -49,7 +49,7 @@ MEASURES: Mapping[str, Measure] = {
     "charge": Measure("C", "uC", 1e6),
     "capacitance": Measure("F", "nF", 1e9),
     "thickness": Measure("m", "mm", 1e3),
-    "field": Measure("V/m", "V/um", 1e-6),
+    "field": Measure("V/m", "MV/m", 1e-6),
     "stress": Measure("Pa", "kPa", 1e-3),
     "frequency": Measure("Hz", "Hz", 1.0),
     "rate": Measure("1/s", "1/s", 1.0),

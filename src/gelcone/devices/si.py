@@ -23,7 +23,7 @@ from gelcone.physics.model import ConeModel
 if TYPE_CHECKING:
     import xarray as xr
 
-FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "V/um"}
+FIELDS_READ_AS = {"m": "mm", "kg": "g", "Pa": "kPa", "V/m": "MV/m"}
 """SI unit of a device's field -> the unit of an axis over it, where it differs."""
 DEVICE = "device_fields"
 """Attribute of a result that holds the fields of its device, as JSON."""

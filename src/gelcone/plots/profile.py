@@ -23,12 +23,15 @@ def profile_figure(result: xr.Dataset) -> Figure:
     """The held states of the first actuator; with several heights and voltages also the capacitance over both."""
     member = members_of(result, [0])[0][1]
     prefix = "" if "held" in member else "second_"
+    two = "second_held" in member and not prefix
     sensing = min(member.sizes["height"], member.sizes["constant_voltage"]) > 1
 
     def draw(figure: Figure) -> None:
         grid = figure.add_gridspec(2, 6, height_ratios=[1.2, 1.0])
         states = _states(member, prefix)
         cone_profile(member, states, prefix, figure, figure.add_subplot(grid[0, :]))
+        if two:
+            figure.axes[0].set_title("above: both films; below: the first film alone", loc="left", fontsize=7.0)
         columns = [grid[1, :2], grid[1, 2:4], grid[1, 4:]] if sensing else [grid[1, :3], grid[1, 3:]]
         stretches(member, states, prefix, figure.add_subplot(columns[0]))
         fields(member, states, prefix, figure.add_subplot(columns[1]))
