@@ -30,6 +30,7 @@ from gelcone.lab.periodic import (
 from gelcone.motion.flow import integrate
 from gelcone.motion.natural import frequencies_under
 from gelcone.motion.regular import solved_where_regular
+from gelcone.physics.commanded import under_commands
 from gelcone.physics.members import Members
 from gelcone.physics.waveforms import Samples
 from gelcone.quantity import Array
@@ -162,18 +163,21 @@ class Variants:
         return np.broadcast_to(np.asarray(self.device.scales.size(quantity)), self.members.shape)[:, None]
 
     def force(self, x: Array, squared: Any, n: Mapping[str, Any] | None = None) -> tuple[Array, Array]:
-        """Static force and its slope, of arrays (variants, ...)."""
-        with np.errstate(all="ignore"):
-            force, slope = self.members.system.static_force(x, squared, self.n if n is None else n)
-        return np.asarray(force), np.asarray(slope)
+        """Static force and its slope under squared commanded voltages, of arrays (variants, ...)."""
+        balance = under_commands(self.members.system, self.n if n is None else n)
+        return np.asarray(balance.force(x, squared)), np.asarray(balance.slope(x, squared))
 
     def volts(self, commanded: Array) -> Array:
         """The dimensionless voltage of the source, (variants, rows), of a commanded one in V."""
         return self.gains[AMPLIFIER] * np.asarray(commanded, dtype=float) / self.scale("voltage")
 
     def squared(self, commanded: Array) -> Array:
-        """The squared voltage on the film once the circuit has settled, (variants, rows)."""
-        return np.asarray((np.abs(self.members.system.circuit.gain(0.0, self.n)) * self.volts(commanded)) ** 2)
+        """The squared voltage of the source, (variants, rows), of a commanded one in V."""
+        return np.asarray(self.volts(commanded) ** 2)
+
+    def on_films(self, x: Array, squared: Array) -> list[Array]:
+        """The squared voltages on the films at rest at x under squared commanded voltages, (variants, rows)."""
+        return [np.asarray(own) for own in under_commands(self.members.system, self.n).films(x, squared)]
 
     @property
     def rest(self) -> Array:
@@ -265,7 +269,7 @@ class Variants:
         """Natural frequency about the rest under a constant voltage, (variants,)."""
         at = np.array([voltage])
         x, squared = self.rest + self.stroke(at) / (self.scale("length") * self.gains["laser"]), self.squared(at)
-        volts = [np.sqrt(squared)] * len(self.members.system.films)
+        volts = [np.sqrt(own) for own in self.on_films(x, squared)]
         found = frequencies_under(self.members, self.force(x, squared)[1], x, volts)
         return np.asarray(found * self.scale("frequency"))[:, 0]
 
@@ -274,7 +278,7 @@ class Variants:
         x, squared = np.asarray(height) / self.scale("length"), self.squared(voltage)
         films = [film for film in self.members.system.films if film.drive in (None, "same")]
         with np.errstate(all="ignore"):
-            found = sum(film.capacitance(x, squared, [], self.n) for film in films)
+            found = sum(film.capacitance(x, self.on_films(x, squared)[0], [], self.n) for film in films)
         return np.asarray(found) * self.scale("capacitance") * self.gains["capacitance meter"]
 
     def ring_down(self) -> Array:
@@ -314,7 +318,7 @@ class Variants:
         if start is None:
             gain, n = self.members.system.circuit.gain, self.n
             mean = np.abs(gain(0.0, n) * offset) ** 2 + 0.5 * np.abs(gain(omega, n) * amplitude) ** 2
-            start = linear_motion(members, self._raised(mean).ravel())
+            start = linear_motion(members, self._raised(mean / np.abs(gain(0.0, n)) ** 2).ravel())
         found = balanced(members, np.reshape(start, (members.size, *np.shape(start)[-2:])))
         return found.reshape(*offset.shape, *found.shape[1:])
 

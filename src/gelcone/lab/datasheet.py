@@ -68,8 +68,8 @@ def datasheet(
     Parameters
     ----------
     model : a single actuator; its drive decides power, current and the limits.
-    voltages : constant voltages v of the statics and of the small-signal numbers. Default the peak of the drive and,
-        where it has one, its offset.
+    voltages : constant commanded voltages v of the statics and of the small-signal numbers. Default the peak of the
+        drive and, where it has one, its offset.
     threads : worker threads; default one a core. Does not change a bit of the result.
     progress : called with the share of the work just done (the shares add up to 1).
 
@@ -133,10 +133,11 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     x = rest + found["stroke"].values
     x = np.where(np.isfinite(x), x, np.nan)
     squared = volts**2
-    capacitance, slope, gain = _electric(model, x, volts)
+    on_film = np.sqrt(balance.films(x, squared)[0])
+    capacitance, slope, gain = _electric(model, x, on_film)
     with np.errstate(all="ignore"):
-        stiffness = np.where(np.isfinite(x), model.stiffness(x, volts), np.nan)
-        moved = gain**2 / stiffness
+        stiffness = np.where(np.isfinite(x), balance.stiffness(x, squared), np.nan)
+        moved = gain**2 / np.where(np.isfinite(x), model.stiffness(x, on_film), np.nan)
         coupling = moved / (slope + moved)
     work, load = np.array([_works(balance, rest, at, v2) for at, v2 in zip(x, squared, strict=True)]).T
     natural = natural_frequency(model, volts, x) / (2.0 * np.pi)
@@ -149,7 +150,7 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
         "volume_power": (work * natural, "work over volume at the natural frequency", _of("power density")),
         "mass_power": (work * natural, "work over mass at the natural frequency", _of("specific power")),
         "capacitance": (capacitance, "charge over voltage", _charge("capacitance")),
-        "field_energy": (0.5 * capacitance * squared, "energy of the field", _charge("energy")),
+        "field_energy": (0.5 * capacitance * on_film**2, "energy of the field", _charge("energy")),
         "coupling": (coupling, "electromechanical coupling factor, squared", _charge("share")),
     })  # fmt: skip
 

@@ -66,8 +66,7 @@ def task_of(
     if not 0.0 < most < np.inf:
         raise InputError(f"most = {most:g} V: must be positive and finite; give the largest voltage")
     if heights is None:
-        gain = float(np.abs(model.system.circuit.gain(0.0, model.numbers())))
-        at = stroke_and_blocked_force(model, [0.0, gain * most / scales.voltage])["displacement"].values * scales.length
+        at = stroke_and_blocked_force(model, [0.0, most / scales.voltage])["displacement"].values * scales.length
         if np.isnan(at).any():
             raise InputError(
                 f"most = {most:g} V: no height is held there, for the film pulls in; lower it or give heights"

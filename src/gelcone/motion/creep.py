@@ -42,7 +42,7 @@ CURVE, FINER, FINE = 12, 2, 6
 """Number of voltages between the thresholds at which the time to pull-in is computed; how often the interval in which
 that time begins to exceed the holding time is divided again, and by how many voltages."""
 TURNS = 4
-"""Fixed-point iterations for the voltage behind a circuit and the displacement of the film."""
+"""Most searches for the rest of circuits, until they are on the sides of their borders that it assumed."""
 ZOOMS, ZOOMED = 3, 65
 """How often the interval in which the disc jumps is sampled more finely, and the number of samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
@@ -80,7 +80,7 @@ def creep(
     Parameters
     ----------
     model : a single actuator whose film has branches; its own drive gives the default of ``voltages`` alone.
-    voltages : constant voltages that are held. Default: the peak of the drive and, where it has one, its offset.
+    voltages : constant commanded voltages that are held. Default: the peak of the drive and, where it has one, its offset.
     duration : the holding time. Default eight time constants of the slowest branch.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -91,10 +91,10 @@ def creep(
     Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
     the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
     over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
-    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage is below
-    the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does
+    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage on the film is
+    below the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does
     already. ``long_time_voltage`` and ``instant_voltage`` are these
-    thresholds, of the voltage on the film. Over ``held_voltage``, from the one to the
+    thresholds. All voltages are commanded ones. Over ``held_voltage``, from the one to the
     other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
     held for it, from below to 1/400 of the window.
 
@@ -122,12 +122,12 @@ def creep(
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
     current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(films.members(levels), run))
-    starts, volts = films.starts(levels)
+    starts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
     found: dict[str, dataset.Variable] = {
         "begin": (along, starts[:, 0], "displacement at once", dataset.absent("length", nan="pulls in at once")),
         "end": (along, x[:, -1], "displacement after the holding time", dataset.absent("length", nan="pulls in")),
-        "equilibrium": (along, films.relaxed.place(volts), "displacement of the relaxed film", _BEYOND),
+        "equilibrium": (along, films.relaxed.place(levels), "displacement of the relaxed film", _BEYOND),
         "pull_in_time": (along, ends, "time to pull-in", _HELD),
         "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
         "current": ((*along, "time"), current, "current into the films", "current"),
@@ -170,7 +170,7 @@ _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
 _HIGHEST = "highest voltage that is held for the duration", _NEVER
-_MARGIN = ("share by which the voltage is below that of pull-in at once", dataset.absent("share", nan="pulled in"))
+_MARGIN = ("share by which the film's voltage is below that of pull-in at once", dataset.absent("share", nan="pulled in"))
 
 
 class _Ramp:
@@ -183,10 +183,10 @@ class _Ramp:
         self.rest = rest_of(self.balance, None)
         self.lost: Loss = self.balance.jump(self.rest)
 
-    def place(self, volts: Array) -> Array:
-        """Displacement at voltages on the film; NaN at and above that at which the film is lost."""
-        found, _ = self.balance.along_ramp(self.rest, volts**2)
-        return np.where(volts < self.lost.voltage, found, np.nan)
+    def place(self, levels: Array) -> Array:
+        """Displacement at commanded voltages; NaN at and above that at which the film is lost."""
+        found, _ = self.balance.along_ramp(self.rest, levels**2)
+        return np.where(levels < self.lost.voltage, found, np.nan)
 
 
 def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
@@ -197,9 +197,8 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
 
 
 class Holding(NamedTuple):
-    """Constant voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to it, both on
-    the film; the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`, of
-    the voltage on the film."""
+    """Constant commanded voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to it;
+    the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`."""
 
     highest: float
     levels: Array
@@ -217,11 +216,11 @@ def holding(
     check_budgets(duration=duration)
     films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), float(duration)
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
-    end = highest if np.isfinite(highest) else up_to / films.gain
+    end = highest if np.isfinite(highest) else up_to
     levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
     run, _ = films.run(levels, _times(lasts), weighted(progress, 0.5))
-    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest * films.gain, *_HIGHEST)}
-    return Holding(highest * films.gain, levels * films.gain, films.members(levels), run, variables)
+    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest, *_HIGHEST)}
+    return Holding(highest, levels, films.members(levels), run, variables)
 
 
 def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
@@ -247,42 +246,36 @@ class _Held:
         """Makes both ramps of a model."""
         return cls(model, _Ramp(films_at_once(model)), _Ramp(model), tolerance, threads)
 
-    @property
-    def gain(self) -> float:
-        """The constant voltage on the flat film over the commanded one."""
-        return float(np.abs(self.model.system.circuit.gain(0.0, self.model.numbers())))
-
     def members(self, levels: Array) -> Members:
         """The actuator at the levels."""
         return at_constant_voltages(self.model, levels).members()
 
-    def starts(self, levels: Array) -> tuple[Array, Array]:
-        """Equilibria (levels, N) of the film at once, behind charged circuits, and its voltages; the displacement is
-        NaN where it pulls in at once."""
-        found = [self._start(members, k) for members in [self.members(levels)] for k in range(levels.size)]
-        states, volts = zip(*found, strict=True)
-        return np.array(states), np.array(volts)
+    def starts(self, levels: Array) -> Array:
+        """Equilibria (levels, N) of the film at once, behind charged circuits; the displacement is NaN where it pulls
+        in at once."""
+        members, places = self.members(levels), self.at_once.place(levels)
+        return np.array([self._start(members, k, place) for k, place in enumerate(places)])
 
-    def _start(self, members: Members, k: int) -> tuple[list[float], float]:
+    def _start(self, members: Members, k: int, place: Any) -> list[float]:
         """The start of one level. Levels are computed one by one, since films at different levels have different
         laws."""
         system, n = members.system, members.numbers_at(k)
         command = np.float64(system.waveform.voltage(0.0, n))
         z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)
-        volts, before = np.abs(command * system.circuit.gain(0.0, n)), np.inf
-        for _ in range(1 if system.circuit.name == "ideal" else TURNS):
-            z[0] = self.at_once.place(np.array([volts]))[0]
-            if np.isnan(z[0]) or np.abs(volts - before) < CONVERGED:
-                break
-            own = {**n, **system.switches_under(command, z, n)}
-            z = circuits_at_rest(system, command, z, own)
-            before, volts = volts, np.abs(np.float64(system.voltages(0.0, z, own)[0]))
-        return [float(value) for value in z], float(volts)
+        z[0] = place
+        if system.circuit.states and not np.isnan(place):
+            switches: dict[str, Any] | None = None
+            for _ in range(TURNS):
+                before, switches = switches, system.switches_under(command, z, n)
+                if before == switches:
+                    break
+                z = circuits_at_rest(system, command, z, {**n, **switches})
+        return [float(value) for value in z]
 
     def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
         """The runs, and the time at which each film pulls in or its disc jumps: 0 at once, infinite if it does not, NaN
         if unknown."""
-        members, states = self.members(levels), self.starts(levels)[0]
+        members, states = self.members(levels), self.starts(levels)
         options: dict[str, Any] = {"tolerance": self.tolerance, "threads": self.threads}
         run = integrate(members, states, times, **options, progress=progress)
         lost = np.isin(run.outcome, (Outcome.PULLED_IN, Outcome.STRETCH_LIMIT))
@@ -297,7 +290,7 @@ class _Held:
 
     def curve(self, lasts: float, progress: Progress) -> tuple[Array, Array, float]:
         """Voltages between the thresholds, the times to pull-in there, and the highest that is held."""
-        low, high = self.relaxed.lost.voltage / self.gain, self.at_once.lost.voltage / self.gain
+        low, high = self.relaxed.lost.voltage, self.at_once.lost.voltage
         if not np.isfinite(low):
             peak = float(np.max(own_levels(self.model)))
             return np.linspace(0.0, peak, CURVE), np.full(CURVE, np.nan if np.isnan(low) else np.inf), low

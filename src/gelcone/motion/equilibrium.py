@@ -20,6 +20,7 @@ from gelcone.motion.static_bifurcations import fold_variables, pitchfork_variabl
 from gelcone.motion.static_results import PLACE, constant_voltages, label_static, own_levels, padded
 from gelcone.motion.validity import ASSUMPTIONS, outside, untrue_by
 from gelcone.physics.balance import Equilibrium, StaticBalance, rest_of
+from gelcone.physics.commanded import faithful
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import balances_of, each
@@ -57,8 +58,8 @@ def static(
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
-    voltages : constant voltages v, at least 0, one or several. Default the peak of the drive and,
-        where it has one, its offset.
+    voltages : constant commanded voltages v, at least 0, one or several. Default the peak of the drive and, where it
+        has one, its offset. With a commanded charge they are the voltages that it gives the flat film.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     at_once : of a film that creeps, before its branches have relaxed: the first stroke of a step, the blocked force
         of a fast one. Default the film that has relaxed.
@@ -70,7 +71,8 @@ def static(
     ``equilibria`` counts them). ``force`` holds the disc at x and ``stiffness`` is its slope, both NaN beyond the
     stretch limit and where a film held at x has pulled in. ``slope`` is that of the force at
     ``equilibrium_displacement``, which is ``stable`` where the energy has a minimum, and ``film_state`` the state of a
-    wrinkling film there. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the equilibria over the
+    wrinkling film there. Where films do not rest at the commanded voltage, as one that leaks behind a resistance,
+    ``film_voltage`` is that on the film. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the equilibria over the
     voltage, pieces parted by NaN, with the folds among the points. ``pitchfork_voltage``, ``pitchfork_displacement``,
     ``fold_voltage``, ``fold_displacement`` and pull-in are those of `pitchfork_voltage`, `fold_voltages` and
     `pull_in_voltage`; ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those of
@@ -104,7 +106,7 @@ def static(
     squared = levels[:, None] ** 2
     whole = np.stack([balance.whole(x, squared) for balance in balances])
     force = np.where(whole, np.stack([balance.force(x, squared) for balance in balances]), np.nan)
-    stiffness = np.where(whole, np.stack([balance.slope(x, squared) for balance in balances]), np.nan)
+    stiffness = np.stack([balance.stiffness(x, squared) for balance in balances])
     count = np.array([[len(at) for at in row] for row in found])
     folds = each(lambda balance: balance.folds(), balances)
     rests = each(rest_of, balances, [None] * len(balances))
@@ -135,19 +137,26 @@ def static(
         },
         title="statics",
     )
-    result = _with_validity(result, held.members(), levels, place)
+    result = _with_validity(result, held.members(), balances, levels, place)
     counted.finish()
     options = json.loads(result.attrs["options"]) | {"voltages": None if voltages is None else levels.tolist()}
     options |= {"displacements": None if displacements is None else x.tolist(), "at_once": at_once}
     return result.assign_attrs(options=json.dumps(options))
 
 
-def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: Array) -> xr.Dataset:
+def _with_validity(
+    result: xr.Dataset, members: Members, balances: list[StaticBalance], levels: Array, place: Array
+) -> xr.Dataset:
     """Adds the state of the films and the assumptions that fail at the equilibria (members, voltages, equilibria)."""
     held = np.broadcast_to(levels[:, None], place.shape)
-    films, n, first = members.system.films, members.numbers(trailing=1), held.reshape(members.size, -1)
+    films, first = members.system.films, held.reshape(members.size, -1)
     at = place.reshape(members.size, -1, 1)
-    voltages = [first, *map(np.sqrt, members.system.squares_at_rest(first**2, n)[1:])]
+    voltages = _on_films(balances, at[..., 0], first)
+    for film, voltage in zip(films, voltages, strict=True):
+        if not faithful(members.system, members.numbers()):
+            values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
+            attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
+            result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
     with np.errstate(over="ignore", invalid="ignore"):
         states = members.film_states(at, voltages)
     fails = dict(outside(members, at, voltages, states))
@@ -166,6 +175,12 @@ def _with_validity(result: xr.Dataset, members: Members, levels: Array, place: A
         attrs = {"long_name": f"1 at an equilibrium with {untrue_by(name)}", "units": "1", "quantity": "share"}
         result[f"validity_{name}"] = (result["slope"].dims, values, attrs)
     return result
+
+
+def _on_films(balances: list[StaticBalance], place: Array, commands: Array) -> list[Array]:
+    """The voltages on each film at rest at displacements under commands, (members, levels) each."""
+    found = [balance.films(*at) for balance, *at in zip(balances, place, commands**2, strict=True)]
+    return [np.sqrt(np.stack(squares)) for squares in zip(*found, strict=True)]
 
 
 def _wanted(displacements: npt.ArrayLike, balances: list[StaticBalance]) -> Array:

@@ -13,11 +13,12 @@ import numpy.typing as npt
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import IdealSource
+from gelcone.physics.commanded import command_at, voltage_under
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import each, every_balance, rest_displacements
+from gelcone.physics.statics import balances_of_films, each, rest_displacements
 from gelcone.physics.structure import Line
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
@@ -76,8 +77,7 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     (members, levels) under constant voltages on the films."""
     system, n, shape = members.system, dict(members.numbers(trailing=1)), place.shape
     volts = [np.broadcast_to(voltage, shape) for voltage in voltages]
-    gain = np.broadcast_to(np.abs(system.circuit.gain(0.0, n)), shape)
-    commands = [np.divide(one, gain, out=np.zeros(shape), where=gain > 0.0) for one in volts]
+    commands = [command_at(system, system.line_of(k), place, one, n) for k, one in enumerate(volts)]
     opposite = len(system.films) > 1 and system.films[-1].drive == "opposite"
     n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
     at = _OperatingPoint(place, place, [one[..., None] for one in volts], [], n, commands[0])
@@ -155,12 +155,15 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
 
 
 def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` with those of circuits at which no current flows under a constant ``command``. The search for
-    rest starts there: with a film without voltage an amplifier may be at its limit."""
+    """The states ``z`` with those of circuits at which no current flows under a constant ``command`` but the leak. The
+    search for rest starts there: with a film without voltage an amplifier may be at its limit."""
     z = list(z)
     for line in system.lines:
+        own = system.command_of(line, command, n)
         for i in system.places_of(line):
-            z[i] = np.broadcast_to(system.command_of(line, command, n), np.shape(z[0]))[()]
+            z[i] = np.broadcast_to(own, np.shape(z[0]))[()]
+        if line.circuit.carries_voltage and not line.circuit.faithful(line.own(n)):
+            z[system.places_of(line)[-1]] = np.sign(own) * voltage_under(system, line, z[0], own, n)
     return z
 
 
@@ -244,7 +247,7 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
     if len(members.system.films) > 1:
         return _under_both(members, mean_squares)
     (squared,) = mean_squares
-    balances = every_balance(members)
+    balances = balances_of_films(members)
     rests = each(rest_of, balances, [None] * len(balances))
     place = np.stack(
         [balance.along_ramp(rest, own)[0] for balance, rest, own in zip(balances, rests, squared, strict=True)]

@@ -20,6 +20,7 @@ from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.statics import every_balance
 from gelcone.quantity import Array
 
 ROUNDING = 1e-9
@@ -33,7 +34,7 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
     Parameters
     ----------
     model : a single model.
-    voltage : constant voltage on the film, dimensionless: a number, or shape (voltages,).
+    voltage : constant commanded voltage, dimensionless: a number, or shape (voltages,).
     displacement : the equilibrium there, of the same shape. Default: the one that a slow ramp from 0 to the voltage
         ends at.
     """
@@ -41,8 +42,9 @@ def natural_frequency(model: ConeModel, voltage: npt.ArrayLike, displacement: np
         ramp = stroke_and_blocked_force(model, np.abs(voltage))
         displacement = ramp["displacement"].values.reshape(np.shape(voltage))
     volts, place = np.broadcast_arrays(np.asarray(voltage, dtype=float), np.asarray(displacement, dtype=float))
-    squares = model.system.squares_at_rest(volts.reshape(1, -1) ** 2, model.members().numbers(trailing=1))
-    stiffness = np.reshape(model.stiffness(place, volts), (1, -1))
+    (balance,) = every_balance(model)
+    squares = [np.reshape(one, (1, -1)) for one in balance.films(place, volts**2)]
+    stiffness = np.reshape(balance.stiffness(place, volts**2), (1, -1))
     found = frequencies_under(model.members(), stiffness, place.reshape(1, -1), [np.sqrt(one) for one in squares])
     return found.reshape(place.shape)[()]
 

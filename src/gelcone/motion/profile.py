@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,10 +17,12 @@ from gelcone.membrane.gel import Gel
 from gelcone.membrane.profile import Profile, held, profile
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.static_results import constant_voltages, own_levels
+from gelcone.physics.balance import StaticBalance
 from gelcone.physics.film.membrane import KINDS, MembraneFilm
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.placed import PlacedFilm
+from gelcone.physics.statics import every_balance
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
 from gelcone.register.analysis import Axis
@@ -115,13 +118,14 @@ def film(
     count = (members.size, 1 if heights is None else heights.size, levels.size)
     if np.prod(count) > MOST_CELLS:
         raise InputError(f"heights and voltages: make {np.prod(count)} states; take at most {MOST_CELLS}")
+    balances = every_balance(members)
     x = _rests(members, levels) if heights is None else np.broadcast_to(heights[:, None], count)
     counted = Counted(progress)
     variables: dict[str, dataset.Variable] = {
         "displacement": (_CELL, x, "height of the disc", dataset.absent("length", nan="beyond pull-in"))
     }
     for placed in films:
-        variables |= _variables(members, placed, x, levels)
+        variables |= _variables(members, balances, placed, x, levels)
         counted(1.0 / len(films))
     coords: dict[str, dataset.Variable] = {
         "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage")
@@ -176,9 +180,14 @@ class _Cells(NamedTuple):
     held: npt.NDArray[np.int8]
 
 
-def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) -> dict[str, dataset.Variable]:
+def _variables(
+    members: Members, balances: Sequence[StaticBalance], placed: PlacedFilm, x: Array, levels: Array
+) -> dict[str, dataset.Variable]:
     """The variables of one film."""
-    each = [_with_rings(members, placed, k, _cells(members, placed, k, x[k], levels)) for k in range(members.size)]
+    place = list(members.system.films).index(placed)
+    squares = [balance.films(x[k], levels**2)[place] + np.zeros(x[k].shape) for k, balance in enumerate(balances)]
+    cells = [_cells(members.numbers_at(k), placed, x[k], squares[k]) for k in range(members.size)]
+    each = [_with_rings(members, placed, k, own) for k, own in enumerate(cells)]
     shape = x.shape
     known = _Cells(*(np.stack(values).reshape(shape) for values in zip(*(own for own, _ in each), strict=True)))
     found = Profile(*(np.stack(values) for values in zip(*(rings for _, rings in each), strict=True)))
@@ -202,7 +211,7 @@ def _variables(members: Members, placed: PlacedFilm, x: Array, levels: Array) ->
         "force": (_CELL, known.force, "force with which the film pulls the disc back", "force"),
         "charge": (_CELL, known.capacitance * known.voltage, "charge on the film", "charge"),
         "capacitance": (_CELL, known.capacitance, "charge over voltage", "capacitance"),
-        "pull_in_voltage": (_CELL, known.pull_in, "voltage at which it pulls in at this height", _NEVER),
+        "pull_in_voltage": (_CELL, known.pull_in, "voltage on it at which it pulls in at this height", _NEVER),
         "largest_field": (_CELL, highest, "largest true electric field", nowhere),
         "largest_field_radius": (_CELL, place, "mounted radius of the ring of the largest field", "length"),
         "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),
@@ -252,11 +261,8 @@ def _wrinkled(at: Profile) -> Array:
     return found
 
 
-def _cells(members: Members, placed: PlacedFilm, k: int, x: Array, levels: Array) -> _Cells:
-    """States of the fitted film, on which devices run."""
-    n = members.numbers_at(k)
-    place = list(members.system.films).index(placed)
-    squared = np.asarray(members.system.squares_at_rest(levels**2, n)[place]) + np.zeros(x.shape)
+def _cells(n: Mapping[str, Any], placed: PlacedFilm, x: Array, squared: Array) -> _Cells:
+    """States of the fitted film, on which devices run, under squared voltages on it."""
     own, at, V = placed.own(n), np.ravel(placed.place(x, n)), np.ravel(squared)
     v, there = np.sqrt(V), np.isfinite(at)
     x0, one = np.where(there, at, 0.0), placed.film

@@ -32,7 +32,7 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive plays no part.
-    voltages : constant voltages v, at least 0, one or several.
+    voltages : constant commanded voltages v, at least 0, one or several.
     start : as in `pull_in_voltage`.
 
     Returns
@@ -88,15 +88,14 @@ def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
     """The ramp of a single model to the ``levels``."""
     squared, rest = levels**2, rest_of(balance, None)
     x = balance.along_ramp(rest, squared)[0]
-    stiffness = np.where(balance.whole(x, squared), balance.slope(x, squared), np.nan)
     (pitchfork,) = pitchfork_voltages([balance])
     return Ramp(
         rest,
         x,
         x - rest,
         balance.voltage_force(rest, squared) + 0.0,
-        stiffness,
-        [np.sqrt(own) for own in balance.system.squares_at_rest(squared, balance.n)],
+        balance.stiffness(x, squared),
+        [np.sqrt(own) for own in balance.films(x, squared)],
         float(np.nan_to_num(pitchfork, nan=np.inf)),
         balance.jump(rest).voltage,
     )

@@ -14,9 +14,11 @@ from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.state_space import rest_under
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
+from gelcone.physics.structure import DISC
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Time, Voltage, Voltages
 from gelcone.register.analysis import Axis
@@ -64,8 +66,8 @@ def step(
     ----------
     model : a single actuator; its own drive plays no part, but for the default of ``voltages`` and for its bias v0
         where a second film in opposite phase has 2 v0 - v.
-    voltages : constant voltages after the step. Default: the peak of the drive and, where it has one, its offset.
-    before : constant voltage before the step, at which the disc rests. Default 0.
+    voltages : constant commanded voltages after the step. Default: the peak of the drive and, where it has one, its offset.
+    before : constant commanded voltage before the step, at which disc, film and circuit rest. Default 0.
     duration : time after the step. Default eight decay times of the damping, or of the slowest state of a component.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -78,7 +80,7 @@ def step(
     the end over the way; ``settling_time``, after which the disc stays within 2 % of the way (NaN where it does not);
     ``drift``, by how much it still moves in the last tenth, over the way; ``equilibrium``, where a slow ramp to the
     voltage ends; and over ``time`` the ``displacement``. All but ``begin`` are NaN where the film pulls in, which the
-    ``outcome`` says. States of components start as in `gelcone.simulate`: behind a resistance the film is uncharged.
+    ``outcome`` says.
 
     Raises
     ------
@@ -103,6 +105,8 @@ def step(
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
     times = np.linspace(0.0, lasts, int(samples) + 1)
     states = members.start_states((start, 0.0))
+    if before > 0.0 and states.shape[1] > len(DISC):
+        states[:, len(DISC) :] = [float(value) for value in rest_under(model, start, before)[len(DISC) :]]
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=progress)
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}

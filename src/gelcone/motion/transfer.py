@@ -113,8 +113,7 @@ def transfer(
         )
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, voltage=about, outputs=("displacement", *electric))
-    volts = abs(about * complex(model.system.circuit.gain(0.0, model.numbers())))
-    natural = float(natural_frequency(model, volts, space.place))
+    natural = float(natural_frequency(model, abs(about), space.place))
     omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)
     within = (omega >= MEASURED[0] * natural) & (omega <= MEASURED[1] * natural)
     at = omega[within][::EVERY] if frequencies is None else omega

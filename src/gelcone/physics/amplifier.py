@@ -59,6 +59,11 @@ ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
 
 SLOW = ("filter_time", "series_resistance", "dielectric_time")
 """Parameters that are time constants of states."""
+UNREACHED = 1e12
+"""Resistance, over the series resistance, that stands for the limit of a constant current."""
+MOST_TURNS, SAME = 60, 1e-15
+"""Most fixed-point iterations for the voltage of a source behind a resistance without a state, and the change that ends
+them."""
 REDUCED_RESISTANCE = 0.01
 """Series resistance below which it may have no state; the error, of second order, is 7.5e-4 there."""
 
@@ -154,6 +159,23 @@ class Amplifier(Circuit):
         return 1.0 / (
             behind * (1.0 + 1j * np.asarray(frequency) * n["filter_time"] if "filter_time" in self.takes else 1.0)
         )
+
+    def commanded(self, port: Port, voltage: Any, n: Numbers) -> Any:
+        """The command under which the leak flows through the resistance; one that takes more current than the limit is
+        out of reach."""
+        if not {"series_resistance", "leakage_time"} <= set(self.takes):
+            return voltage
+        rho = n["series_resistance"]
+        if self.reduced:  # the leak is that at the source's voltage
+            source = voltage
+            for _ in range(MOST_TURNS):
+                before, source = source, voltage + rho * sum(self._leaking(source, port, n, np))
+                if np.all(np.abs(source - before) <= SAME * np.abs(source)):
+                    break
+            return source
+        through = sum(self._leaking(voltage, port, n, np))
+        missing = np.maximum(through - n["current_limit"], 0.0) if "current_limit" in self.takes else 0.0
+        return voltage + rho * through + UNREACHED * rho * missing
 
     def describe(self) -> str:
         bound = f"below {REDUCED_RESISTANCE:g} (times C0 Omega0)"

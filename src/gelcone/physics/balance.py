@@ -121,7 +121,7 @@ class StaticBalance:
     @cached_property
     def highest_squared(self) -> float:
         """The V at which the flat film pulls in; infinite if it never does."""
-        return float(self.system.film.highest_squared(0.0, self.n))
+        return float(self.highest_at(0.0))
 
     @cached_property
     def film_fails(self) -> bool:
@@ -146,6 +146,14 @@ class StaticBalance:
             self._ramps[rest] = _ramp(self, rest)
         return self._ramps[rest]
 
+    def films(self, x: Any, squared: Any) -> list[Any]:
+        """The squared voltage on each film at rest at x, under a squared constant command."""
+        return self.system.squares_at_rest(squared, self.n)
+
+    def highest_at(self, x: Any) -> Any:
+        """The V at which the film pulls in at x; infinite if it never does."""
+        return self.system.film.highest_squared(x, self.n)
+
     def inside(self, x: Array) -> npt.NDArray[np.bool_]:
         """Mask of the displacements at which the film can be held."""
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
@@ -166,16 +174,24 @@ class StaticBalance:
         with np.errstate(all="ignore"):
             return self.inside(x) & ~np.asarray(self.system.pulled_in(x, squared, self.n))
 
+    def stiffness(self, x: Array, squared: Array) -> Array:
+        """dF/dx where the film can be held, NaN elsewhere."""
+        return np.where(self.whole(x, squared), self.slope(x, squared), np.nan)
+
     def voltage_force(self, x: Any, squared: Any) -> Any:
         """The reduction of the force by the voltage."""
         with np.errstate(all="ignore"):
-            return self.system.film.voltage_force(np.float64(x), np.asarray(squared), [], self.n)
+            return self.system.film.voltage_force(np.float64(x), np.asarray(self.films(x, squared)[0]), [], self.n)
 
     def squared(self, x: Any) -> Any:
         """w(x), the V at which x is an equilibrium; at x = 0 its limit, infinite where a force acts on the flat film.
 
         Above the pull-in V of the film it continues as in the cone.
         """
+        return self.balancing(x)
+
+    def balancing(self, x: Any) -> Any:
+        """The squared voltage on the film at which x is an equilibrium."""
         with np.errstate(all="ignore"):
             return self.system.film.balancing(x, -self.system.bias.secant(x, self.n), self.n)
 
@@ -185,7 +201,7 @@ class StaticBalance:
         with np.errstate(all="ignore"):
             if self.film_fails:
                 highest = self.system.film.highest_squared(x, self.n)
-                balancing = self.squared(x)
+                balancing = self.balancing(x)
                 # infinite where the film holds the disc at any voltage: evaluated without voltage
                 squared = np.where(np.isinf(balancing), 0.0, np.clip(balancing, 0.0, NEAR_PULL_IN * highest))
             return self.system.film.turning(x, squared, self.n) + self.system.bias.turning(x, self.n)
@@ -200,7 +216,7 @@ class StaticBalance:
                 x = roots_on_segment(self, squared, segment)
                 at = np.flatnonzero(~np.isnan(x))
                 stable = at.size > 0 and _rises(self, segment)
-                whole = squared[at] < self.system.film.highest_squared(x[at], self.n)
+                whole = squared[at] < self.highest_at(x[at])
                 for i in at[whole]:
                     found[i][float(x[i])] = stable
             for _, fold in segments[:-1]:
@@ -269,7 +285,8 @@ class StaticBalance:
             pitchfork = float(self.squared(0.0))
             lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
             voltage = np.unique([0.0, lost, min(highest, math.sqrt(self.highest_squared))])
-            slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, pitchfork - voltage**2)
+            away = self.balancing(0.0) - self.films(0.0, voltage**2)[0]
+            slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, away)
             found.append(np.stack([0.0 * voltage, voltage, slope]))
         return found
 
@@ -277,7 +294,7 @@ class StaticBalance:
         """w(x) over the pull-in V, less 1: positive where there is no equilibrium."""
         if not self.film_fails:
             return np.full(np.shape(x), -1.0)[()]
-        return self.squared(x) / self.system.film.highest_squared(x, self.n) - 1.0
+        return self.squared(x) / self.highest_at(x) - 1.0
 
 
 def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:

@@ -207,6 +207,7 @@ class Circuit(Component):
                 Trial("leaks", (port, y, here), listed(1, "films")),
                 Trial("saturations", (port, y, here), NAMED),
                 Trial("gain", (PLACES, many), NUMBERS),
+                Trial("commanded", (port, PLACES, many), NUMBERS),
                 Trial("describe", (), TEXT),
             ],
         )
@@ -237,6 +238,15 @@ class Circuit(Component):
     def gain(self, frequency: Any, n: Numbers) -> Any:
         """Complex ratio of the film's voltage to the commanded one at an angular frequency (0: a constant voltage)."""
         return 1.0 + 0.0j
+
+    def faithful(self, n: Numbers) -> bool:
+        """Whether films rest at the commanded voltage. Default: where the `gain` of a constant voltage is 1."""
+        return bool(np.all(np.asarray(self.gain(0.0, n)) == 1.0))
+
+    def commanded(self, port: Port, voltage: Any, n: Numbers) -> Any:
+        """The constant command, not negative, under which the films rest at a ``voltage``, with the disc held at the
+        port's displacement. Default: by the `gain` of a constant voltage."""
+        return voltage / np.abs(self.gain(0.0, n))
 
     @property
     def losses(self) -> tuple[str, ...]:
@@ -316,3 +326,9 @@ class ChargeControl(Circuit):
 
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return port.voltage(port.command)
+
+    def faithful(self, n: Numbers) -> bool:
+        return False
+
+    def commanded(self, port: Port, voltage: Any, n: Numbers) -> Any:
+        return port.charge(voltage)

@@ -127,7 +127,7 @@ class PairBalance(StaticBalance):
     def _pulled_in(self, x: Any, squared: float) -> Any:
         """Whether a film has no state at x (a number or an array), at the squared voltage on the first."""
         at = np.asarray(x, dtype=float)
-        squares = self.system.squares_at_rest(np.float64(squared), self.n)
+        squares = self.films(at, np.float64(squared))
         fails = at != at
         for film, own in zip(self.system.films, squares, strict=True):
             fails = fails | (own >= film.highest_squared(at, self.n))

@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from gelcone.errors import InputError
 from gelcone.physics.balance import StaticBalance, rest_of, single_balance
+from gelcone.physics.commanded import commanded_balance
+from gelcone.physics.component import Component
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.pair import pair_balance
 from gelcone.physics.system import BIAS_SHARE, ConeSystem
 from gelcone.quantity import Array
 
@@ -24,25 +25,32 @@ T = TypeVar("T")
 
 
 def every_balance(model: Ensemble, bias_share: float | None = None) -> list[StaticBalance]:
-    """The static balances of all members, also of those without any state; single cones with equal film and bias share
-    one.
+    """The static balances of all members under constant commands, also of those without any state; single cones with
+    equal film, bias and circuit share one.
 
-    ``bias_share``: the bias of films in opposite phase over the voltage on the first. Default: the bias of the model.
+    ``bias_share``: the bias of films in opposite phase over the command of the first. Default: the bias of the model.
     """
     members = model.members()
     if len(members.system.films) > 1:
         more = {} if bias_share is None else {BIAS_SHARE: bias_share}
-        return [pair_balance(members.system, members.numbers_at(member) | more) for member in range(members.size)]
+        return [commanded_balance(members.system, members.numbers_at(member) | more) for member in range(members.size)]
+    _, firsts, which = _alike(members, members.system.circuit)
+    found = [commanded_balance(members.system, members.numbers_at(member)) for member in firsts]
+    return [found[place] for place in which]
+
+
+def balances_of_films(members: Members) -> list[StaticBalance]:
+    """The static balances of all members with one film, under constant voltages on the film."""
     _, firsts, which = _alike(members)
     found = [single_balance(members.system, members.numbers_at(member)) for member in firsts]
     return [found[place] for place in which]
 
 
-def _alike(members: Members) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """The different sets of numbers of films and bias, (sets, numbers); the first member with each set; and the index
-    of the set of each member."""
+def _alike(members: Members, *more: Component) -> tuple[Array, npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """The different sets of numbers of films, bias and ``more`` components, (sets, numbers); the first member with each
+    set; and the index of the set of each member."""
     system = members.system
-    parts = (system.bias, *system.films)
+    parts = (system.bias, *system.films, *more)
     values = {name: value for part in parts for name, value in part.numbers(members.values).items()}
     table = np.column_stack([np.broadcast_to(value, members.shape) for value in values.values()])
     if members.size == 1:

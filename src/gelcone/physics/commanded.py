@@ -1,0 +1,221 @@
+"""Statics under a constant command, where films do not rest at the commanded voltage.
+
+A film that leaks rests at less than the voltage of a source behind a resistance, and one with a commanded charge at a
+voltage that falls as its capacitance grows. With the disc held at x a film rests at the voltage v whose command c(x, v)
+is the given one; c rises with v. The equilibria are those of `gelcone.physics.balance`: where a film's squared voltage
+w(x) holds the disc the command is c(x, sqrt(w)), and the disc is stable where that command grows with |x|, so that folds
+lie where it turns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, Loss, StaticBalance, single_balance
+from gelcone.physics.bracket import rise
+from gelcone.physics.circuit import Port
+from gelcone.physics.component import Numbers
+from gelcone.physics.pair import PairBalance, pair_balance
+from gelcone.physics.structure import Line
+from gelcone.physics.system import BIAS_SHARE, ConeSystem
+from gelcone.quantity import Array
+
+STEP = 6e-6
+"""Change of displacement and voltage, relative to 1 + |x| and v, over which the slopes of a command are computed."""
+LEAST, MOST = 1e-16, 1e16
+"""Bounds of the squared voltages at which the ratio of command to voltage is computed."""
+DOUBLINGS = 60
+"""Most doublings in the search for a voltage above that of a command."""
+OUT_OF_REACH = 1e6
+"""Command, dimensionless, above which a loss of stability counts as none: the current limit of the source prevents
+it."""
+
+
+def faithful(system: ConeSystem, n: Numbers) -> bool:
+    """Whether all films rest at the commanded voltages."""
+    return all(line.circuit.faithful(line.own(n)) for line in system.lines)
+
+
+def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> Any:
+    """The constant command of a line under which its films rest at a ``voltage``, with the disc held at x."""
+    own = line.own(n)
+    if line.circuit.faithful(own):
+        return voltage
+    films = tuple((system.films[k], []) for k in line.films)
+    with np.errstate(all="ignore"):
+        return line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
+
+
+def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
+    """The voltage at which the films of a line rest under a constant ``command`` of either sign, with the disc held at
+    x; above that of pull-in where they have no state there."""
+    if line.circuit.faithful(line.own(n)):
+        return np.abs(command)
+    x, command = np.broadcast_arrays(np.asarray(x, dtype=float), np.abs(np.asarray(command, dtype=float)))
+
+    def excess(v: Any) -> Any:
+        found = command_at(system, line, x, v, n)
+        return np.where(np.isnan(found), np.inf, found) - command
+
+    with np.errstate(all="ignore"):
+        limits = [np.asarray(system.films[k].highest_squared(x, n), dtype=float) for k in line.films]
+        highest = np.sqrt(NEAR_PULL_IN * np.fmin.reduce(limits)) + 0.0 * command
+        high = np.minimum(highest, 1.0 + command)
+        for _ in range(DOUBLINGS):
+            low = (excess(high) < 0.0) & (high < highest)
+            if not low.any():
+                break
+            high = np.where(low, np.minimum(2.0 * high, highest), high)
+        found = rise(excess, np.zeros(command.shape), high)
+        beyond = excess(high) < 0.0
+        found = np.where(beyond, high * command / command_at(system, line, x, high, n), found)
+        return np.where(np.isnan(x), np.nan, found)[()]
+
+
+class _Slopes(NamedTuple):
+    """Derivatives of a line's command by displacement and by voltage."""
+
+    x: Any
+    voltage: Any
+
+
+def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> _Slopes:
+    """The slopes at voltages above 0."""
+    if line.circuit.faithful(line.own(n)):
+        return _Slopes(0.0 * voltage, 1.0 + 0.0 * voltage)
+    h = STEP * (1.0 + np.abs(x))
+    above, below = (command_at(system, line, x + step, voltage, n) for step in (h, -h))
+    more, less = (command_at(system, line, x, voltage * (1.0 + step), n) for step in (STEP, -STEP))
+    return _Slopes((above - below) / (2.0 * h), (more - less) / (2.0 * STEP * voltage))
+
+
+class _Commanded(StaticBalance):
+    """A balance whose squared voltages are those of the command of the first line."""
+
+    def _command_of(self, line: Line, command: Any) -> tuple[Any, float]:
+        """The command of a line, and its slope by that of the first."""
+        if line.drive == "constant":
+            return self.n["second_voltage"] + 0.0 * command, 0.0
+        if line.drive == "opposite":
+            share = self.n.get(BIAS_SHARE)
+            bias = abs(self.n["voltage_bias"]) if share is None else share * command
+            return 2.0 * bias - command, 2.0 * (share or 0.0) - 1.0
+        return command, 1.0
+
+    def films(self, x: Any, squared: Any) -> list[Any]:
+        return [found.squared for found in self._at(x, squared, slopes=False)]
+
+    def _at(self, x: Any, squared: Any, slopes: bool = True) -> list[_Film]:
+        """The films at displacements under squared commands."""
+        system, n, found = self.system, self.n, dict[int, _Film]()
+        command = np.sqrt(np.asarray(squared, dtype=float))
+        for line in system.lines:
+            own, share = self._command_of(line, command)
+            v = voltage_under(system, line, x, own, n)
+            by_x, by_command = 0.0 * v, 0.0 * v
+            if slopes:
+                slope = _slopes_of_command(system, line, x, np.maximum(v, math.sqrt(LEAST)), n)
+                by_x, by_command = -2.0 * v * slope.x / slope.voltage, 2.0 * v * share * np.sign(own) / slope.voltage
+            found |= dict.fromkeys(line.films, _Film(v * v, by_x, by_command))
+        return [found[k] for k in range(len(system.films))]
+
+    def force(self, x: Any, squared: Any) -> Any:
+        with np.errstate(all="ignore"):
+            x = np.asarray(x, dtype=float)
+            return self.system.force_under(x, self.films(x, squared), self.n)[0]
+
+    def slope(self, x: Any, squared: Any) -> Any:
+        """dF/dx at a constant command, under which the films' voltages follow the disc."""
+        with np.errstate(all="ignore"):
+            return self._slope_at(np.asarray(x, dtype=float), self._at(x, squared))
+
+    def _slope_at(self, x: Any, at: list[_Film]) -> Any:
+        slope = self.system.force_under(x, [film.squared for film in at], self.n)[1]
+        for film, own in zip(self.system.films, at, strict=True):
+            slope = slope - np.where(own.by_x == 0.0, 0.0, film.voltage_gain(x, own.squared, self.n) * own.by_x)
+        return slope
+
+    def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
+        with np.errstate(all="ignore"):
+            found = self.inside(x)
+            for film, own in zip(self.system.films, self.films(x, squared), strict=True):
+                found = found & ~np.asarray(own > film.highest_squared(x, self.n))
+            return found
+
+    def losses(self, rest: float) -> list[Loss]:
+        return [NO_LOSS if loss.voltage > OUT_OF_REACH else loss for loss in super().losses(rest)]
+
+
+class _Film(NamedTuple):
+    """The squared voltage on a film, and its derivatives by the displacement and by the command."""
+
+    squared: Any
+    by_x: Any
+    by_command: Any
+
+
+@dataclass(frozen=True)
+class CommandedBalance(_Commanded):
+    """One actuator with one film under a constant command."""
+
+    def _ratio(self, x: Any, squared: Any) -> Any:
+        """The command over the voltage on the film, squared, at a squared voltage on the film."""
+        voltage = np.sqrt(np.clip(squared, LEAST, MOST))
+        return (command_at(self.system, self.system.lines[0], x, voltage, self.n) / voltage) ** 2
+
+    def highest_at(self, x: Any) -> Any:
+        highest = super().highest_at(x)
+        return highest * self._ratio(x, NEAR_PULL_IN * highest)
+
+    def squared(self, x: Any) -> Any:
+        with np.errstate(all="ignore"):
+            on_film = self.balancing(x)
+            highest = NEAR_PULL_IN * np.asarray(StaticBalance.highest_at(self, x))
+            return on_film * self._ratio(x, np.minimum(on_film, highest))
+
+    def turning(self, x: Any) -> Any:
+        with np.errstate(all="ignore"):
+            highest = NEAR_PULL_IN * np.asarray(StaticBalance.highest_at(self, x))
+            on_film = np.clip(np.nan_to_num(self.balancing(x), nan=0.0, posinf=0.0, neginf=0.0), 0.0, highest)
+            voltage = np.sqrt(np.maximum(on_film, LEAST))
+            slope = _slopes_of_command(self.system, self.system.lines[0], x, voltage, self.n)
+            more = 2.0 * on_film * slope.x / (voltage * slope.voltage)
+            return super().turning(x) + x * self.system.film.voltage_gain(x, on_film, self.n) * more
+
+
+@dataclass(frozen=True)
+class CommandedPair(_Commanded, PairBalance):
+    """One double cone under a constant command."""
+
+    def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
+        place = np.float64(x)
+        with np.errstate(all="ignore"):
+            at = self._at(place, np.float64(voltage * voltage))
+            force = self.system.force_under(place, [film.squared for film in at], self.n)[0]
+            gain = sum(
+                film.voltage_gain(place, own.squared, self.n) * own.by_command
+                for film, own in zip(self.system.films, at, strict=True)
+            )
+            return float(force), float(self._slope_at(place, at)), -float(gain)
+
+
+def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
+    """Make a balance for forces alone, also of many actuators: the numbers may be arrays."""
+    if faithful(system, n):
+        return StaticBalance(system, n, math.nan, math.nan, False)
+    return _Commanded(system, n, math.nan, math.nan, False)
+
+
+def commanded_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
+    """Make the balance of an actuator under constant commands."""
+    if len(system.films) > 1:
+        pair = pair_balance(system, n)
+        return pair if faithful(system, n) else CommandedPair(system, n, pair.lowest, pair.highest, pair.wall)
+    one = single_balance(system, n)
+    return one if faithful(system, n) else CommandedBalance(system, n, one.lowest, one.highest, one.wall)

@@ -1,0 +1,137 @@
+"""A constant voltage is the commanded one, whichever command is asked and whatever lies between source and film."""
+
+import numpy as np
+import pytest
+
+import gelcone
+from gelcone.physics.amplifier import Amplifier
+from gelcone.physics.model import ConeModel
+
+TAUT = {"rest_height": 0.8, "hoop_prestretch": 1.4, "damping_ratio": 0.25, "spring_stiffness": 1.5}
+PAIR = {**TAUT, "second_film": "taut", "second_flat_height": 1.4, "voltage_bias": 0.4}
+LEAK = {"series_resistance": 3.0, "leakage_time": 12.0}
+SINH = {**LEAK, "leakage_field": 0.4}
+CIRCUITS = {
+    "ideal": TAUT,
+    "filter": {**TAUT, "filter_time": 0.4},
+    "resistance": {**TAUT, "series_resistance": 0.5},
+    "leak": {**TAUT, **LEAK},
+    "leak of an ideal source": {**TAUT, "leakage_time": 12.0},
+    "sinh leak": {**TAUT, **SINH},
+    "filter and sinh leak": {**TAUT, **SINH, "filter_time": 0.4, "slew_rate": 2.0},
+    "current limit above the leak": {**TAUT, **LEAK, "current_limit": 2.0},
+    "current limit below the leak": {**TAUT, **LEAK, "current_limit": 0.03},
+    "reduced": {**TAUT, "leakage_time": 0.05, "circuit": Amplifier(("series_resistance", "leakage_time"), True),
+                "series_resistance": 0.009},
+    "late permittivity": {**TAUT, **LEAK, "dielectric_share": 0.3, "dielectric_time": 2.0},
+    "charge": {**TAUT, "circuit": "charge"},
+    "wrinkling": {**TAUT, **LEAK, "film": "wrinkling"},
+    "creeping": {**TAUT, **LEAK, "viscous_modulus_1": 0.4, "relaxation_time_1": 3.0},
+    **{f"double cone, {drive}": {**PAIR, **SINH, "second_drive": drive} for drive in ("same", "opposite")},
+    "double cone, constant": {**PAIR, **LEAK, "second_drive": "constant", "second_voltage": 0.5},
+    "double cone, charge": {**PAIR, "circuit": "charge"},
+    "double cone, opposite, ideal": {**PAIR, "second_drive": "opposite"},
+}  # fmt: skip
+LEVEL = 0.9
+LASTS = 400.0
+
+
+@pytest.fixture(params=CIRCUITS.values(), ids=CIRCUITS)
+def model(request):
+    return ConeModel(voltage=0.2, **request.param)
+
+
+def level_of(model):
+    """A constant voltage that a run can have, too: of films in opposite phase their bias."""
+    return model.voltage_bias if model.system.films[-1].drive == "opposite" else LEVEL
+
+
+def place_of(static):
+    """The displacement at the end of the ramp to the last voltage."""
+    return float(static["stroke"][-1] + static["rest_displacement"])
+
+
+def test_one_voltage_has_one_rest(model):
+    level = level_of(model)
+    static = gelcone.static(model, [level])
+    place = place_of(static)
+    step = gelcone.step(model, [level], duration=LASTS)
+    run = gelcone.simulate(model.replace(voltage=0.0, voltage_bias=level), times=[LASTS])
+    found = {
+        "ramp": gelcone.stroke_and_blocked_force(model, [level])["displacement"],
+        "step": step["end"],
+        "ramp of step": step["equilibrium"],
+        "run": run["displacement"],
+        "state space": gelcone.state_space(model, voltage=level).place,
+        "transfer": gelcone.transfer(model, [1.0], bias=level, amplitudes=[0.0])["equilibrium"],
+    }
+    for name, value in found.items():
+        assert np.ravel(value)[-1] == pytest.approx(place, abs=1e-6), name
+    at = np.abs(static["equilibrium_displacement"].values.ravel() - place)
+    assert np.nanmin(at) < 1e-9
+    volts = static.get("film_voltage")
+    on_film = level if volts is None else volts.values.ravel()[np.nanargmin(at)]
+    assert float(np.ravel(run["drive_voltage"])[-1]) == pytest.approx(on_film, abs=1e-6)
+
+
+def test_a_step_from_a_voltage_to_itself_does_not_move(model):
+    found = gelcone.step(model, [LEVEL], before=LEVEL)
+    assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
+
+
+def test_the_stiffness_is_the_slope_of_the_force_under_the_command(model):
+    places = np.array([0.55 - 1e-5, 0.55, 0.55 + 1e-5])
+    found = gelcone.static(model, [LEVEL], places)
+    force, stiffness = found["force"].values.ravel(), found["stiffness"].values.ravel()
+    assert stiffness[1] == pytest.approx((force[2] - force[0]) / 2e-5, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["sinh leak", "charge"])
+def test_a_data_sheet_has_the_rest_of_the_statics(name):
+    """Its coupling is that of the held film, at the voltage on it: (g^2/K)/(dQ/dv + g^2/K)."""
+    model = ConeModel(voltage=0.2, voltage_bias=0.5, **CIRCUITS[name])
+    sheet, static = gelcone.datasheet(model, [LEVEL]), gelcone.static(model, [LEVEL])
+    assert place_of(sheet) == pytest.approx(place_of(static), abs=1e-9)
+    x, v = place_of(static), float(static["film_voltage"][0, 0])
+    assert float(sheet["capacitance"][-1]) == pytest.approx(1.0 + x * x, rel=1e-6)
+    assert float(sheet["field_energy"][-1]) == pytest.approx(0.5 * (1.0 + x * x) * v * v, rel=1e-6)
+    moved = (2.0 * x * v) ** 2 / float(model.stiffness(x, v))
+    assert float(sheet["coupling"][-1]) == pytest.approx(moved / (1.0 + x * x + moved), rel=1e-6)
+    linear = np.linalg.eigvals(gelcone.state_space(model, voltage=LEVEL).A)
+    pair = linear[np.abs(linear.imag) > 1e-9]
+    assert float(sheet["natural_frequency"][-1]) == pytest.approx(np.abs(pair[0]), rel=1e-9)
+
+
+def test_a_film_creeps_under_one_kind_of_voltage():
+    """The threshold is that of the statics, below which every voltage is held, and none a little above for long."""
+    beam = {"beam_stiffness": -0.6, "beam_cubic": 2.0, "beam_height": 1.0, "damping_ratio": 0.3, "prestretch": 1.2}
+    film = gelcone.TautCone(branches=1, prestretch_mode="equibiaxial")
+    branch = {"viscous_modulus_1": 1.0, "relaxation_time_1": 20.0}
+    model = ConeModel(film=film, bias=gelcone.BuckledBeam(), voltage=0.2, **beam, **branch)
+    behind = model.replace(series_resistance=0.5, leakage_time=8.0)
+    plain, found = (gelcone.creep(one, [0.5], duration=20.0, tolerance=1e-8) for one in (model, behind))
+    assert float(found["long_time_voltage"]) > 1.03 * float(plain["long_time_voltage"])
+    static = gelcone.static(behind, [0.5])
+    assert float(found["equilibrium"][0]) == pytest.approx(place_of(static), abs=1e-9)
+    assert float(found["long_time_voltage"]) == pytest.approx(float(static["pull_in_voltage"]), rel=1e-9)
+    longest = gelcone.creep(behind, [0.5], duration=2000.0, tolerance=1e-8)
+    assert found["long_time_voltage"] <= longest["holding_voltage"] < found["holding_voltage"]
+    assert float(longest["holding_voltage"]) == pytest.approx(float(found["long_time_voltage"]), rel=1e-2)
+
+
+@pytest.mark.parametrize("circuit", [LEAK, {"circuit": "charge"}], ids=["leak", "charge"])
+def test_static_limits_are_those_of_a_run_whose_command_rises_slowly(circuit):
+    """Of a taut film the hoop is slack at the same command in both."""
+    model = ConeModel(voltage=0.2, voltage_bias=0.6, **{**TAUT, "hoop_prestretch": 1.2}, **circuit)
+    limits = gelcone.operating_limits(model)
+    slack = min(float(limits[f"{name}_slack_voltage"]) for name in ("hoop", "meridional"))
+    assert float(limits["safe_peak_voltage"]) <= slack
+    shares = []
+    for share in (0.999, 1.001):
+        static = gelcone.static(model, [share * slack])
+        held = model.replace(voltage=0.0, voltage_bias=share * slack)
+        run = gelcone.simulate(held, (place_of(static), 0.0), times=np.linspace(0.0, LASTS, 800))
+        names = ("validity_hoop_slack", "validity_meridional_slack")
+        shares.append([max(float(np.ravel(one[name])[0]) for name in names) for one in (run, static)])
+    assert shares[0] == [0.0, 0.0]
+    assert min(shares[1]) > 0.0
