@@ -66,6 +66,12 @@ class Balance:
     def slope(self, x, squared):
         return self.at + 4.0 * x - squared
 
+    def stiffness(self, x, squared):
+        return np.where(self.whole(x, squared), self.slope(x, squared), np.nan)
+
+    def films(self, x, squared):
+        return [np.broadcast_to(squared, np.broadcast_shapes(np.shape(x), np.shape(squared)))]
+
     def folds(self):
         return [(0.3 * self.at, 5.0 + self.at)]
 

@@ -20,6 +20,7 @@ from gelcone import (
     stroke_and_blocked_force,
 )
 from gelcone.motion import equilibrium as module
+from gelcone.physics.statics import every_balance
 from gelcone.plots.equilibrium import static_figure
 from tests.motion.balances import MODEL, SOFTENING, TABLE1, Balance, random_model
 from tests.recorded import record
@@ -305,7 +306,7 @@ def test_the_statics_hold_what_the_balances_give(monkeypatch, balances, at_once)
     """At once they are those of the films before they creep, whose states decide on validity, too."""
     fast = MODEL.replace(rest_height=0.125)
     asked = record(
-        monkeypatch, module, films_at_once=fast, _with_validity=lambda result, members, levels, place: result
+        monkeypatch, module, films_at_once=fast, _with_validity=lambda result, members, balances, levels, place: result
     )
     x, shares = np.array([-1.0, 0.5, 1.75]), []
     found = module.static(MODEL, [0.5, 1.0], x, at_once=at_once, progress=shares.append)
@@ -370,7 +371,7 @@ def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):
     fails = {"hoop_slack": np.arange(12).reshape(3, 4) % 2 == 0}
     asked = record(monkeypatch, module, outside=fails)
     members = ConeModel(damping_ratio=[0.1, 0.2, 0.3]).members()
-    found = module._with_validity(result, members, levels, place)
+    found = module._with_validity(result, members, every_balance(members), levels, place)
     np.testing.assert_array_equal(found["validity_hoop_slack"], [[[1.0, np.nan], [1.0, 0.0]]] * 3)
     assert np.isnan(found["validity_breakdown"]).all()
     pulled = [[[0.0, np.nan], [1.0, 0.0]], *[[[0.0, np.nan], [0.0, 0.0]]] * 2]

@@ -52,14 +52,20 @@ def _curve_lines(member: xr.Dataset) -> list[str]:
 
 
 def _about(equilibrium: xr.Dataset) -> list[str]:
-    """Whether an equilibrium is stable, the states of films that wrinkle, and which assumptions of the model fail."""
+    """Whether an equilibrium is stable, the voltages on films that do not rest at the commanded one, the states of
+    films that wrinkle, and which assumptions of the model fail."""
     states = [
         f"{film} {event_label(equilibrium[name])}"
         for name, film in (("film_state", "film"), ("second_film_state", "second film"))
         if name in equilibrium and int(equilibrium[name]) > 0
     ]
     failing = [text for name, text in FAILINGS.items() if float(equilibrium[f"validity_{name}"]) > 0.0]
-    return ["stable" if equilibrium["stable"] else "unstable", *states, *failing]
+    volts = [
+        f"{sized(equilibrium[name])} on the {film}"
+        for name, film in (("film_voltage", "film"), ("second_film_voltage", "second film"))
+        if name in equilibrium
+    ]
+    return ["stable" if equilibrium["stable"] else "unstable", *volts, *states, *failing]
 
 
 def _event_lines(member: xr.Dataset) -> list[str]:

@@ -80,7 +80,8 @@ def creep(
     Parameters
     ----------
     model : a single actuator whose film has branches; its own drive gives the default of ``voltages`` alone.
-    voltages : constant commanded voltages that are held. Default: the peak of the drive and, where it has one, its offset.
+    voltages : constant commanded voltages that are held. Default: the peak of the drive and, where it has one, its
+        offset.
     duration : the holding time. Default eight time constants of the slowest branch.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -91,10 +92,9 @@ def creep(
     Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
     the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
     over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
-    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage on the film is
-    below the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does
-    already. ``long_time_voltage`` and ``instant_voltage`` are these
-    thresholds. All voltages are commanded ones. Over ``held_voltage``, from the one to the
+    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage on the film
+    is below the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it
+    does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All voltages are commanded ones. Over ``held_voltage``, from the one to the
     other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
     held for it, from below to 1/400 of the window.
 
@@ -170,7 +170,10 @@ _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
 _HIGHEST = "highest voltage that is held for the duration", _NEVER
-_MARGIN = ("share by which the film's voltage is below that of pull-in at once", dataset.absent("share", nan="pulled in"))
+_MARGIN = (
+    "share by which the film's voltage is below that of pull-in at once",
+    dataset.absent("share", nan="pulled in"),
+)
 
 
 class _Ramp:
@@ -179,7 +182,7 @@ class _Ramp:
 
     def __init__(self, model: ConeModel | Members) -> None:
         self.balance: StaticBalance
-        (self.balance,) = every_balance(model, bias_share=1.0)
+        (self.balance,) = every_balance(model)
         self.rest = rest_of(self.balance, None)
         self.lost: Loss = self.balance.jump(self.rest)
 
@@ -197,8 +200,8 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
 
 
 class Holding(NamedTuple):
-    """Constant commanded voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to it;
-    the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`."""
+    """Constant commanded voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to
+    it; the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`."""
 
     highest: float
     levels: Array

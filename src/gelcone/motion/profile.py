@@ -184,8 +184,8 @@ def _variables(
     members: Members, balances: Sequence[StaticBalance], placed: PlacedFilm, x: Array, levels: Array
 ) -> dict[str, dataset.Variable]:
     """The variables of one film."""
-    place = list(members.system.films).index(placed)
-    squares = [balance.films(x[k], levels**2)[place] + np.zeros(x[k].shape) for k, balance in enumerate(balances)]
+    which = list(members.system.films).index(placed)
+    squares = [balance.films(x[k], levels**2)[which] + np.zeros(x[k].shape) for k, balance in enumerate(balances)]
     cells = [_cells(members.numbers_at(k), placed, x[k], squares[k]) for k in range(members.size)]
     each = [_with_rings(members, placed, k, own) for k, own in enumerate(cells)]
     shape = x.shape

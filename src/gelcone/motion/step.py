@@ -66,7 +66,8 @@ def step(
     ----------
     model : a single actuator; its own drive plays no part, but for the default of ``voltages`` and for its bias v0
         where a second film in opposite phase has 2 v0 - v.
-    voltages : constant commanded voltages after the step. Default: the peak of the drive and, where it has one, its offset.
+    voltages : constant commanded voltages after the step. Default: the peak of the drive and, where it has one, its
+        offset.
     before : constant commanded voltage before the step, at which disc, film and circuit rest. Default 0.
     duration : time after the step. Default eight decay times of the damping, or of the slowest state of a component.
     tolerance : relative error of one integration step. Default 1e-15.

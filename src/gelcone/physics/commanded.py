@@ -3,8 +3,8 @@
 A film that leaks rests at less than the voltage of a source behind a resistance, and one with a commanded charge at a
 voltage that falls as its capacitance grows. With the disc held at x a film rests at the voltage v whose command c(x, v)
 is the given one; c rises with v. The equilibria are those of `gelcone.physics.balance`: where a film's squared voltage
-w(x) holds the disc the command is c(x, sqrt(w)), and the disc is stable where that command grows with |x|, so that folds
-lie where it turns.
+w(x) holds the disc the command is c(x, sqrt(w)), and the disc is stable where that command grows with |x|, so that
+folds lie where it turns.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers)
     own = line.own(n)
     if line.circuit.faithful(own):
         return voltage
-    films = tuple((system.films[k], []) for k in line.films)
+    films = tuple((system.films[k], list[Any]()) for k in line.films)
     with np.errstate(all="ignore"):
         return line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
 
