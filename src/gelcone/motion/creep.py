@@ -94,9 +94,10 @@ def creep(
     over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
     temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage on the film
     is below the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it
-    does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All voltages are commanded ones. Over ``held_voltage``, from the one to the
-    other, ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is
-    held for it, from below to 1/400 of the window.
+    does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All
+    voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is
+    infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400
+    of the window.
 
     Raises
     ------
