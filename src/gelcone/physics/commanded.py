@@ -32,9 +32,9 @@ LEAST, MOST = 1e-16, 1e16
 """Bounds of the squared voltages at which the ratio of command to voltage is computed."""
 DOUBLINGS = 60
 """Most doublings in the search for a voltage above that of a command."""
-OUT_OF_REACH = 1e6
-"""Command, dimensionless, above which a loss of stability counts as none: the current limit of the source prevents
-it."""
+OUT_OF_REACH = 1e5
+"""Command, dimensionless, above which a loss of stability counts as none: the current limit of the source prevents it,
+or it is the end of the search, where the capacitance has grown a millionfold."""
 
 
 def faithful(system: ConeSystem, n: Numbers) -> bool:
