@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, Loss, StaticBalance, single_balance
+from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, Loss, PullIn, StaticBalance, single_balance
 from gelcone.physics.bracket import rise
 from gelcone.physics.circuit import Port
 from gelcone.physics.component import Numbers
@@ -149,7 +149,8 @@ class _Commanded(StaticBalance):
             return found
 
     def losses(self, rest: float) -> list[Loss]:
-        return [NO_LOSS if loss.voltage > OUT_OF_REACH else loss for loss in super().losses(rest)]
+        none = NO_LOSS._replace(kind=PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
+        return [none if loss.voltage > OUT_OF_REACH else loss for loss in super().losses(rest)]
 
 
 class _Film(NamedTuple):

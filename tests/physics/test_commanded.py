@@ -1,0 +1,68 @@
+"""Statics under a commanded voltage: films between command and rest, forces, slopes and losses."""
+
+import numpy as np
+import pytest
+
+from gelcone.physics.balance import PullIn, single_balance
+from gelcone.physics.commanded import (
+    CommandedBalance,
+    command_at,
+    commanded_balance,
+    faithful,
+    voltage_under,
+)
+from gelcone.physics.model import ConeModel
+
+TAUT = {"rest_height": 0.8, "hoop_prestretch": 1.4, "damping_ratio": 0.25, "spring_stiffness": 1.5}
+LEAK = {"series_resistance": 3.0, "leakage_time": 12.0}
+
+
+def leaking(**more):
+    return ConeModel(voltage=0.2, **TAUT, **LEAK, **more)
+
+
+def test_a_film_that_leaks_divides_the_voltage_with_the_resistance_in_front():
+    """The film of the capacitance 1 + x^2 leaks through leakage_time/(1 + x^2)."""
+    model = leaking()
+    n, line = model.own_numbers, model.system.lines[0]
+    assert not faithful(model.system, n)
+    x, v = np.array([0.0, 0.4, 1.3]), np.array([0.3, 0.9, 0.1])
+    command = command_at(model.system, line, x, v, n)
+    np.testing.assert_allclose(command, v * (1.0 + 3.0 * (1.0 + x * x) / 12.0), rtol=1e-12)
+    np.testing.assert_allclose(voltage_under(model.system, line, x, command, n), v, rtol=1e-12)
+    np.testing.assert_allclose(voltage_under(model.system, line, x, -command, n), v, rtol=1e-12)
+    assert np.isnan(voltage_under(model.system, line, np.nan, 0.5, n))
+
+
+def test_a_film_that_rests_at_the_command_has_the_balance_of_the_film():
+    model = ConeModel(voltage=0.2, **TAUT, series_resistance=3.0)
+    n = model.own_numbers
+    assert faithful(model.system, n)
+    assert type(commanded_balance(model.system, n)) is type(single_balance(model.system, n))
+    assert voltage_under(model.system, model.system.lines[0], 0.4, -0.7, n) == 0.7
+    assert isinstance(commanded_balance(leaking().system, leaking().own_numbers), CommandedBalance)
+
+
+def test_force_slope_and_equilibrium_are_those_at_the_voltage_on_the_film():
+    model = leaking()
+    n = model.own_numbers
+    held, under = single_balance(model.system, n), commanded_balance(model.system, n)
+    x, h = np.array([0.3, 0.7]), 1e-5
+    ratio = 1.0 + 3.0 * (1.0 + x * x) / 12.0
+    np.testing.assert_allclose(under.force(x, (0.6 * ratio) ** 2), held.force(x, 0.36), rtol=1e-11)
+    np.testing.assert_allclose(under.squared(x), held.squared(x) * ratio**2, rtol=1e-11)
+    between = (under.force(x + h, 0.5) - under.force(x - h, 0.5)) / (2.0 * h)
+    np.testing.assert_allclose(under.slope(x, 0.5), between, rtol=1e-8)
+    rise = (under.squared(x + h) - under.squared(x - h)) / (2.0 * h)
+    # at an equilibrium the stiffness is the slope of the command along the branch, times the pull of the voltage
+    at = under.squared(x)
+    pull = (under.force(x, at * (1.0 + 1e-6)) - under.force(x, at * (1.0 - 1e-6))) / (2e-6 * at)
+    np.testing.assert_allclose(under.slope(x, at), -pull * rise, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("law", "kind"), [("gent", PullIn.NEVER), ("neo-hookean", PullIn.SEARCH_RANGE)])
+def test_a_disc_that_no_command_in_reach_releases_is_stable_to_the_end_of_the_search(law, kind):
+    for more in ({}, {"current_limit": 0.03}):
+        model = leaking(law=law, **more)
+        loss = commanded_balance(model.system, model.own_numbers).jump(0.8)
+        assert (loss.voltage, loss.kind) == (np.inf, kind)
