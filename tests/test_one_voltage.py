@@ -31,6 +31,7 @@ CIRCUITS = {
     "double cone, constant": {**PAIR, **LEAK, "second_drive": "constant", "second_voltage": 0.5},
     "double cone, charge": {**PAIR, "circuit": "charge"},
     "double cone, opposite, ideal": {**PAIR, "second_drive": "opposite"},
+    "double cone, opposite, resistance": {**PAIR, "second_drive": "opposite", "series_resistance": 0.5},
 }  # fmt: skip
 LEVEL = 0.9
 LASTS = 400.0
@@ -77,6 +78,24 @@ def test_one_voltage_has_one_rest(model):
 def test_a_step_from_a_voltage_to_itself_does_not_move(model):
     found = gelcone.step(model, [LEVEL], before=LEVEL)
     assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", [name for name in CIRCUITS if name.startswith("double cone")])
+def test_a_step_from_no_voltage_begins_with_that_of_the_second_film(name):
+    found = gelcone.step(ConeModel(voltage=0.2, **CIRCUITS[name]), [0.0])
+    assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
+
+
+def test_a_membrane_that_leaks_rests_and_runs_where_its_statics_say():
+    """Without voltage it rests where one that does not leak does; under voltage to the error of the fitted charge."""
+    plain = ConeModel(voltage=0.2, **TAUT, film="membrane")
+    model = plain.replace(**LEAK)
+    static = gelcone.static(model, [LEVEL])
+    assert float(static["rest_displacement"]) == pytest.approx(float(gelcone.static(plain, [0.0])["rest_displacement"]))
+    place = place_of(static)
+    assert np.isfinite(static["pull_in_voltage"])
+    run = gelcone.integrate(model.replace(voltage=0.0, voltage_bias=LEVEL), (place, 0.0), [LASTS])
+    assert float(run.states[0, -1, 0]) == pytest.approx(place, abs=1e-4)
 
 
 def test_the_stiffness_is_the_slope_of_the_force_under_the_command(model):

@@ -33,5 +33,5 @@ def quick_design(folder):
     path = folder / "quick.toml"
     path.write_text(quick_wish(), encoding="utf-8")
     own = gelcone.read_wish(path)
-    with patch.multiple(fronts, **FEW), patch.multiple(designs, AGAIN=8, TRAP=25, ATTEMPTS=1):
+    with patch.multiple(fronts, **FEW), patch.multiple(designs, AGAIN=8, TRAP=25, ATTEMPTS=2):
         return own, gelcone.design(own)

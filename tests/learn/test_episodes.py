@@ -319,16 +319,18 @@ def test_an_episode_has_the_nearest_number_of_periods(period, episode, steps):
             task_of(device, 900.0, wrong, period, episode)
 
 
-def test_default_heights_have_the_voltage_that_a_leaking_film_leaves():
-    """Through the resistance a fifth of the voltage of the source is lost."""
+def test_default_heights_are_those_under_the_command_which_a_leaking_film_lowers():
+    """Through the resistance a fifth of the voltage of the source is lost, and more as the film grows."""
     leak = {"series_resistance": "20 Mohm", "material.resistivity": "1 Gohm m", "film": "taut"}
     leaking = gelcone.find_device("biased-pump").replace(leak)
     model = leaking.to_model()
     gain = abs(complex(model.system.circuit.gain(0.0, model.numbers())))
     assert 0.7 < gain < 0.9
     task = task_of(leaking, 1500.0, None, 2e-3, 0.1)
-    rests = gelcone.stroke_and_blocked_force(leaking, [0.0, 1500.0 * gain]).displacement.values
+    rests = gelcone.stroke_and_blocked_force(leaking, [0.0, 1500.0]).displacement.values
     assert [task.lowest, task.highest] == pytest.approx(sorted(1e-3 * rests), rel=1e-9)
+    tight = gelcone.stroke_and_blocked_force(leaking.replace({"series_resistance": 0.0}), [0.0, 1500.0 * gain])
+    assert rests[0] < rests[1] < tight.displacement.values[1]
 
 
 def test_what_is_seen_ends_at_ten_ranges_on_either_side(made):

@@ -196,9 +196,9 @@ def test_operating_limits_are_those_of_the_envelope(operating):
     static = dict(zip(plane["static_limit"].values, plane["static_limit_voltage"].values, strict=True))
     assert float(result["pull_in_voltage"][0]) == static["pull-in"]
     assert float(result["hoop_slack_voltage"][0]) == static["hoop slack"]
-    for name, high in zip(plane["driven_limit"].values, plane["limit_high"].values[:, 0], strict=True):
+    for name, low in zip(plane["driven_limit"].values, plane["limit_low"].values[:, 0], strict=True):
         column = name.replace(" ", "_").replace("-", "_")
-        assert float(result[f"driven_{column}_voltage"][0]) == pytest.approx(high, nan_ok=True)
+        assert float(result[f"driven_{column}_voltage"][0]) == pytest.approx(low, nan_ok=True)
     lowest = np.nanmin([*plane["limit_low"].values[:, 0], *static.values()])
     assert float(result["safe_peak_voltage"][0]) == pytest.approx(min(lowest, 1.2))
 
@@ -209,7 +209,7 @@ def test_operating_limits_of_a_wrinkling_cone_have_the_pull_in_of_the_membrane()
     plane = gelcone.envelope(model, frequencies=[1.0, 1.1])
     assert plane.pull_in_of == "membrane"
     assert float(found.pull_in_voltage) == float(plane.static_limit_voltage.sel(static_limit="pull-in"))
-    assert float(found.driven_pull_in_voltage) == float(plane.limit_high.sel(driven_limit="pull-in")[0])
+    assert float(found.driven_pull_in_voltage) == float(plane.limit_low.sel(driven_limit="pull-in")[0])
     assert float(found.pull_in_voltage) < 0.95 * float(gelcone.limits(model).pull_in_voltage)  # the cone's
     assert found.pull_in_of == gelcone.datasheet(model, [0.1]).pull_in_of == "membrane"
     assert found.pull_in_voltage.long_name.endswith("pull-in of the membrane")

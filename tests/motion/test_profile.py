@@ -213,8 +213,12 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     x, levels, made = np.broadcast_to([[-0.25], [0.5]], (2, 2, 2)), np.array([0.25, 0.75]), []
     squares = {"A": np.full((2, 1, 1), 1.44), "B": np.full((2, 1, 1), 1.96)}  # of the pre-stretches
 
-    def cells(members, placed, k, at, volts):
-        return module._Cells(np.ravel(at), np.tile(volts, 2) + 0.125, *(numbers(4,
+    balances = [SimpleNamespace(films=lambda x, squared: [squared]) for _ in range(2)]
+    each = iter(range(2))
+
+    def cells(own, placed, at, squares):
+        k = next(each)  # the members come in order
+        return module._Cells(np.ravel(at), np.sqrt(np.ravel(squares)) + 0.125, *(numbers(4,
         at=50.0 + 10.0 * k + j) for j in range(3)),
                              np.arange(4, dtype=np.int8), np.array([0, 1, 0, 6], dtype=np.int8))  # fmt: skip
 
@@ -225,7 +229,7 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     record(monkeypatch, module, _cells=cells, _with_rings=ringed)
     own_numbers = type(placed).own
     monkeypatch.setattr(type(placed), "own", lambda film, n: {**own_numbers(film, n), **squares})
-    found = {name: variable[1] for name, variable in module._variables(members, placed, x, levels).items()}
+    found = {name: variable[1] for name, variable in module._variables(members, balances, placed, x, levels).items()}
     shape = (2, 2, 2)
     voltage = np.broadcast_to(levels + 0.125, shape)
     own = [rings(4, at=100.0 * k) for k in range(2)]
@@ -254,7 +258,8 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     np.testing.assert_array_equal(found["mounted_radius"], [[1.0, 2.0, 3.0, 5.0]] * 2)
     assert [one.voltage.tolist() for one in made] == [[0.375, 0.875] * 2] * 2
     del members.values["dielectric_strength"]
-    assert np.isnan(module._variables(members, placed, x, levels)["breakdown_share"][1]).all()
+    each = iter(range(2))
+    assert np.isnan(module._variables(members, balances, placed, x, levels)["breakdown_share"][1]).all()
 
 
 def test_states_that_are_held_have_the_force_of_their_rings_and_those_that_are_not_found_say_so(monkeypatch):

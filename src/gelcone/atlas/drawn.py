@@ -31,10 +31,9 @@ from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import MARGIN, plane_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
-from gelcone.motion.settle import single
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.film.interpolated_pull_in import interpolated_curves
-from gelcone.physics.model import ConeModel
+from gelcone.physics.model import ConeModel, single
 from gelcone.progress import Counted, Progress, advance, weighted
 from gelcone.quantity import Array
 from gelcone.register.analyses import find_analysis, sweepable

@@ -24,9 +24,8 @@ from gelcone.continuum.mesh import Film, interpolated, mesh_film
 from gelcone.continuum.path import Ending, Point, cone, flat, newton, reach, slackens
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.settle import single
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
-from gelcone.physics.model import ConeModel
+from gelcone.physics.model import ConeModel, single
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Lengths, Voltages
 from gelcone.register.analysis import Axis

@@ -35,9 +35,8 @@ from gelcone.continuum.mesh import (
 )
 from gelcone.continuum.path import Ending, Point, arc, cone, flat, newton, reach, settled, slackens
 from gelcone.errors import InputError, check_name
-from gelcone.motion.settle import single
 from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
-from gelcone.physics.model import PARAMETERS, ConeModel
+from gelcone.physics.model import PARAMETERS, ConeModel, single
 from gelcone.progress import Progress
 from gelcone.quantity import Array
 

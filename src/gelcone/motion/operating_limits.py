@@ -14,11 +14,10 @@ from gelcone.errors import InputError
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
-from gelcone.motion.settle import single
 from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.members import Members
-from gelcone.physics.model import ConeModel
+from gelcone.physics.model import ConeModel, single
 from gelcone.progress import Progress, advance
 from gelcone.quantity import Array
 

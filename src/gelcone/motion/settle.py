@@ -17,7 +17,6 @@ from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.physics.members import Members
-from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array
 
@@ -41,11 +40,6 @@ STILL = 1e-12
 """Largest motion (in units of b-a and 1/Omega0) that counts as rounding."""
 LONGEST_TIME = 1e12
 """Longest time of a run; a longer one would not end."""
-
-
-def single(members: Members, row: int) -> ConeModel:
-    """One member as a single model."""
-    return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})
 
 
 # --- settling ---------------------------------------------------------------------------------------------------------

@@ -106,7 +106,8 @@ def step(
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
     times = np.linspace(0.0, lasts, int(samples) + 1)
     states = members.start_states((start, 0.0))
-    if before > 0.0 and states.shape[1] > len(DISC):
+    charged = before > 0.0 or len(model.system.films) > 1  # a second film may have a voltage of its own
+    if charged and states.shape[1] > len(DISC):
         states[:, len(DISC) :] = [float(value) for value in rest_under(model, start, before)[len(DISC) :]]
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=progress)
     x, ran = run.states[..., 0], run.outcome == Outcome.OK

@@ -49,7 +49,14 @@ def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers)
         return voltage
     films = tuple((system.films[k], list[Any]()) for k in line.films)
     with np.errstate(all="ignore"):
-        return line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
+        return line.circuit.commanded(_FittedPort(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
+
+
+class _FittedPort(Port):
+    """A port with the charges that programs have: those of a membrane itself are quadratures, and slow."""
+
+    def capacitances(self, voltage: Any) -> list[Any]:
+        return [film.fitted_capacitance(self.displacement, voltage * voltage, y, self.n) for film, y in self.films]
 
 
 def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
@@ -86,10 +93,13 @@ class _Slopes(NamedTuple):
 
 
 def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> _Slopes:
-    """The slopes at voltages above 0."""
+    """The slopes at voltages above 0, next to that of pull-in at one slightly below."""
     if line.circuit.faithful(line.own(n)):
         return _Slopes(0.0 * voltage, 1.0 + 0.0 * voltage)
     h = STEP * (1.0 + np.abs(x))
+    limits = [system.films[k].highest_squared(place, n) for k in line.films for place in (x - h, x, x + h)]
+    inside = np.sqrt(np.fmin.reduce(np.broadcast_arrays(*limits))) * (1.0 - 2.0 * STEP)
+    voltage = np.fmin(voltage, inside)
     above, below = (command_at(system, line, x + step, voltage, n) for step in (h, -h))
     more, less = (command_at(system, line, x, voltage * (1.0 + step), n) for step in (STEP, -STEP))
     return _Slopes((above - below) / (2.0 * h), (more - less) / (2.0 * STEP * voltage))
@@ -186,8 +196,9 @@ class CommandedBalance(_Commanded):
             on_film = np.clip(np.nan_to_num(self.balancing(x), nan=0.0, posinf=0.0, neginf=0.0), 0.0, highest)
             voltage = np.sqrt(np.maximum(on_film, LEAST))
             slope = _slopes_of_command(self.system, self.system.lines[0], x, voltage, self.n)
-            more = 2.0 * on_film * slope.x / (voltage * slope.voltage)
-            return super().turning(x) + x * self.system.film.voltage_gain(x, on_film, self.n) * more
+            more = x * self.system.film.voltage_gain(x, on_film, self.n) * 2.0 * on_film * slope.x
+            # without a voltage on the film, and where the command overflows, the circuit plays no part
+            return super().turning(x) + np.nan_to_num(more / (voltage * slope.voltage), posinf=0.0, neginf=0.0)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from gelcone.physics.film.gel import PRESTRETCHES, BranchedFilm, GelFilm, check_
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
-from gelcone.physics.members import Ensemble
+from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.placed import DRIVES, PREFIX, PlacedFilm
 from gelcone.physics.records import (
     CIRCUITS,
@@ -447,3 +447,8 @@ def parameter_quantity(name: str, system: ConeSystem | None = None) -> Quantity:
     known = PARAMETERS | (system.parameters if system else {})
     check_name("numeric model parameter", name, known)
     return known[name]
+
+
+def single(members: Members, row: int) -> ConeModel:
+    """One member as a single model."""
+    return ConeModel.of_system(members.system, {name: float(value[row]) for name, value in members.values.items()})

@@ -251,6 +251,10 @@ class PlacedFilm(Component):
         """The charge of the film over its voltage."""
         return self.film.capacitance(self.place(x, n), squared, y, self.own(n), xp)
 
+    def fitted_capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
+        """The capacitance that programs have, of arrays."""
+        return self.film.fitted_capacitance(self.place(x, n), squared, y, self.own(n))
+
     def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
         """Rate of its charge."""
         return self.film.current(self.place(x, n), self._turned(velocity), voltage, rate, self.own(n))

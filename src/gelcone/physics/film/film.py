@@ -291,6 +291,10 @@ class Film(Component):
             )
         return 1.0 + 2.0 * integral(lambda at: self.voltage_gain(at, squared, n), np.asarray(x, dtype=float))
 
+    def fitted_capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
+        """The `capacitance` that programs have, of arrays. Default: the capacitance itself."""
+        return self.capacitance(x, squared, y, n)
+
     def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
         """Rate of the charge while displacement and ``voltage`` change at a ``velocity`` and a ``rate``; NaN (unknown)
         for a film with own states.

@@ -35,6 +35,16 @@ def energy_and_area(law: StrainEnergyLaw, V: Any, n: Numbers) -> tuple[Any, Any]
     return law.energy(strain, n) - 0.5 * V * area, area
 
 
+def area(law: StrainEnergyLaw, V: Any, n: Numbers) -> Any:
+    """The capacitance, of arrays: t^2 G, or that of the flat film where the hoop is the more stretched direction."""
+    return np.where(n["even_slack"] > 0.0, energy_and_area(law, V, n)[1], _flat_area(V, n))
+
+
+def _flat_area(V: Any, n: Numbers) -> Any:
+    powers = formulas.powers(V, FLAT)
+    return 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
+
+
 def traced_stretch(law: StrainEnergyLaw, squared: Any, share: Any, n: Numbers, xp: Any) -> Any:
     """The root t of V G = Vb(t) in a program where ``share`` is 1; 1 where it is 0."""
 
@@ -53,6 +63,4 @@ def traced_area(law: StrainEnergyLaw, squared: Any, pulls: Any, n: Numbers, xp: 
     the more stretched direction."""
     even = n["even_slack"]
     t = traced_stretch(law, squared, even if known(pulls) == 0.0 else (1.0 - pulls) * even, n, xp)
-    powers = formulas.powers(squared, FLAT)
-    flat = 1.0 + sum(n[f"flat_area_{i}"] * power for i, power in enumerate(powers[: FLAT + 1]))
-    return even * (t * t * n["G"]) + (1.0 - even) * flat
+    return even * (t * t * n["G"]) + (1.0 - even) * _flat_area(squared, n)
