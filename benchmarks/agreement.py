@@ -229,7 +229,7 @@ def limit_pairs(own: gelcone.Device, sheet: Any, ask: Asked) -> Iterator[Pair]:
     for limit in ("pull_in", "dielectric_breakdown", "hoop_slack", "meridional_slack", "stretch_limit"):
         volt = float(limits[f"driven_{limit}_voltage"])
         if np.isfinite(volt):
-            below, above = (_meets(own, at, start, limit, ask) for at in (volt - WIDER * width, volt))
+            below, above = (_meets(own, at, start, limit, ask) for at in (volt, volt + WIDER * width))
             yield "limits: operating limits, runs from rest", volt, volt if above and not below else 0.0
 
 

@@ -137,7 +137,7 @@ def test_a_sweep_of_envelopes_and_of_responses():
     assert ends["outcome"].values.tolist() == [[Outcome.ERROR, Outcome.OK]] * 2  # no drive, no envelope
     alone = envelope(model.replace(voltage_bias=0.0, voltage=0.4), frequencies=[0.4, 0.8], margin=0.0)
     for k in range(2):
-        slack = float(alone["limit_high"].sel(driven_limit="hoop slack")[k])
+        slack = float(alone["limit_low"].sel(driven_limit="hoop slack")[k])
         assert float(ends["driven_hoop_slack_voltage"][k, 1]) == slack
         assert float(ends["safe_peak_voltage"][k, 1]) == float(alone["recommended_peak"][k])
     static = alone["static_limit_voltage"].sel(static_limit="hoop slack")
@@ -151,7 +151,7 @@ def test_a_sweep_of_envelopes_and_of_responses():
         model.replace(voltage_bias=0.0, voltage=0.4, dielectric_strength=0.3), frequencies=[0.4, 0.8], margin=0.0
     )
     for k in range(2):
-        breaks = float(low["limit_high"].sel(driven_limit="dielectric breakdown")[k])
+        breaks = float(low["limit_low"].sel(driven_limit="dielectric breakdown")[k])
         assert float(weak["driven_dielectric_breakdown_voltage"][k]) == breaks < 0.3
         assert float(weak["safe_peak_voltage"][k]) == float(low["recommended_peak"][k])
     moved = sweep(plan, "settled")

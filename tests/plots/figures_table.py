@@ -7,8 +7,8 @@ Units are the names of the variables whose unit a label shows, # is a number, - 
 TABLE = {
     "step": [
         (
-            "x: time after the step (of time); y: displacement (of displacement); title: dashed: end of a "
-            "slow ramp; dotted: settling time",
+            "x: time after the step (of time); y: displacement (of displacement); title: dashed: end of a slow "
+            "ramp; dotted: settling time",
             [
                 "solid displacement over time: # of constant_voltage",
                 "dashed level at equilibrium",
@@ -288,6 +288,7 @@ TABLE = {
             "x: peak voltage (of first_limit_voltage); title: limits met: peak of the drive",
             [
                 "bars of -",
+                "text: #",
                 "ticks: stretch limit, meridional slack, drive: meridional slack, hoop slack, drive: hoop slack",
             ],
         ),
@@ -446,8 +447,8 @@ TABLE = {
             "x: drive frequency (of drive_frequency); y: peak voltage (of driven_peak); log x",
             [
                 "solid o in the legend: dielectric breakdown: unknown, no strength given",
-                "solid s - over drive_frequency: hoop slack, driven",
-                "solid ^ - over drive_frequency: meridional slack, driven",
+                "solid s limit_low over drive_frequency: hoop slack, driven",
+                "solid ^ limit_low over drive_frequency: meridional slack, driven",
                 "dashed level at static_limit_voltage: hoop slack, quasi-static",
                 "dash-dotted level at static_limit_voltage: meridional slack, quasi-static",
                 "filled recommended_peak over drive_frequency: recommended window",
@@ -844,8 +845,8 @@ TABLE = {
         (
             "figure",
             [
-                "stable, unstable, brute force, period #, the model holds nowhere here, linear theory, "
-                "phase, swept up, phase, swept down"
+                "stable, unstable, brute force, period #, the model holds nowhere here, linear "
+                "theory, phase, swept up, phase, swept down"
             ],
         ),
     ],
