@@ -478,6 +478,15 @@ def test_what_holds_no_voltage_takes_no_duration(model, message):
         envelope(BEAM, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=-1.0)
 
 
+def test_no_constant_voltage_is_recommended_above_those_that_were_held():
+    """A slow branch carries such a film past the pull-in of the relaxed membrane, up to which voltages are held."""
+    branch = {"film": gelcone.TautCone(branches=1), "viscous_modulus_1": 3.0, "relaxation_time_1": 500.0}
+    model = ConeModel(**branch, prestretch=1.3, radius_ratio=0.2, rest_height=0.8, damping_ratio=0.3, voltage=0.3)
+    found = envelope(model, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=1.0, margin=0.2)
+    assert not np.isfinite(found["static_limit_voltage"]).any()
+    assert float(found["recommended_constant"]) == pytest.approx(0.8 * float(found["held_voltage"].max()))
+
+
 def test_a_film_that_leaks_and_creeps_warms_as_its_settled_motion_does():
     model = TAUT.replace(leakage_time=20.0, film=gelcone.TautCone(branches=1), relaxation_time_1=2.0)
     found = envelope(model, peaks=[0.4, 0.6], frequencies=[0.5, 0.9])

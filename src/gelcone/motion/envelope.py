@@ -158,15 +158,18 @@ def envelope(
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
     static_limits = static_limits_of(plane)
+    default = peaks_of(static_limits)
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
-        held = hold(plane, duration, float(peaks_of(static_limits)[-1]), weighted(progress, HELD_SHARE))
+        held = hold(plane, duration, float(default[-1]), weighted(progress, HELD_SHARE))
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
+        if np.isfinite(static_limits).any():  # else no voltage that was held meets a limit
+            default = peaks_of(static_limits)
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
-    volts = peaks_of(static_limits) if given is None else given
-    static = static_curves(plane, max(float(volts[-1]), float(peaks_of(static_limits)[-1])))
+    volts = default if given is None else given
+    static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
     found = driven(
         plane,
@@ -205,7 +208,7 @@ def envelope(
             "recommended_peak": (of_frequency, recommended, "recommended highest peak voltage", "voltage"),
             "recommended_constant": (
                 (),
-                (1.0 - margin) * np.minimum(lowest_static, static["peak_voltage"][-1]),
+                (1.0 - margin) * np.minimum(lowest_static, default[-1]),
                 "recommended highest constant voltage",
                 "voltage",
             ),
