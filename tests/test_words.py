@@ -84,6 +84,11 @@ def test_a_time_is_written_in_a_unit_that_one_can_imagine(value, units, text):
     assert lasting(value, xr.DataArray(value, attrs={"units": units}), 4) == text
 
 
+@pytest.mark.parametrize(("value", "text"), [(999.999, "1000 ms"), (1540.0, "1500 ms"), (4.94e7, "14 h")])
+def test_a_time_of_few_digits_has_no_exponent(value, text):
+    assert lasting(value, xr.DataArray(value, attrs={"units": "ms"}), 2) == text
+
+
 def test_chaos_that_ends_has_its_lifetime_in_one_unit():
     times = {"lifetime": 3e6, "lifetime_low": 9e5, "lifetime_high": 9e6}
     member = xr.Dataset({name: ((), value, {"units": "ms"}) for name, value in times.items()})

@@ -69,6 +69,8 @@ TIMES = (("ms", 1.0), ("s", 1e3), ("min", 6e4), ("h", 3.6e6), ("days", 8.64e7))
 """Units of a time and how many milliseconds each is."""
 FEWEST = 2.0
 """A unit is used from this number of it on."""
+FEWEST_DIGITS = 4
+"""Numbers below 10,000 have no exponent, however few of their digits count."""
 
 
 def time_unit(value: float, variable: xr.DataArray) -> tuple[float, str]:
@@ -86,7 +88,8 @@ def lasting(value: float, variable: xr.DataArray, digits: int = 2) -> str:
     if math.isinf(value):
         return "infinite"
     size, unit = time_unit(value, variable)
-    return f"{value / size:.{digits}g}{unit}"
+    number = float(f"{value / size:.{digits}g}")
+    return f"{number:.{max(digits, FEWEST_DIGITS)}g}{unit}"
 
 
 def rate_unit(variable: xr.DataArray) -> str:

@@ -23,10 +23,11 @@ def drive_words(shown: xr.Dataset, subject: Subject) -> str:
     """The best drive: first a line with all that is needed to use it, then margins and sensitivities."""
     peak, limit = float(shown["peak_voltage"]), float(shown["limit_voltage"])
     largest = shown.attrs["largest"]
+    of = "power on the load" if largest == "power" else largest
     parts = f"offset {sized(shown['voltage_bias'])}, amplitude {sized(shown['voltage'])}"
     lines = [
         *heading(subject, ["voltage_amplitude", "voltage_offset", "frequency", "voltage", "voltage_bias"]),
-        f"largest {largest}: {sized(shown[largest])} at {sized(shown['drive_frequency'])} and "
+        f"largest {of}: {sized(shown[largest])} at {sized(shown['drive_frequency'])} and "
         f"{sized(shown['peak_voltage'])} peak ({parts})",
         f"  {', '.join(_yields(shown, largest))}",
     ]
