@@ -72,8 +72,9 @@ def test_the_best_drive(largest):
     lines = lines[len(answer.heading(SUBJECT, own)) :]
     others = ", ".join(text for name, text in values.items() if name != largest)
     others += ", mean power supplied 20 mW" if largest == "power" else ""
+    of = "power on the load" if largest == "power" else largest
     assert lines == [
-        f"largest {'power on the load' if largest == 'power' else largest}: {named} at 11 Hz and 1100 V peak (offset 700 V, amplitude 400 V)",
+        f"largest {of}: {named} at 11 Hz and 1100 V peak (offset 700 V, amplitude 400 V)",
         f"  {others}, apparent power 90 mVA",
         "  limited by pull-in at 1375 V: 20% below it; this voltage stays below all limits from 10 to 13 Hz",
         "  a kick of 0.25 m/s leads to another motion",
