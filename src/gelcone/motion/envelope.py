@@ -164,8 +164,7 @@ def envelope(
     if duration is not None:
         held = hold(plane, duration, float(default[-1]), weighted(progress, HELD_SHARE))
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
-        if np.isfinite(static_limits).any():  # else no voltage that was held meets a limit
-            default = peaks_of(static_limits)
+        default = peaks_of(static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
     volts = default if given is None else given
