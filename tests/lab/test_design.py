@@ -97,6 +97,26 @@ def test_a_check_lowers_the_limit_by_what_the_envelope_found(wish, monkeypatch):
     np.testing.assert_allclose(looked[0], 0.7, rtol=1e-9)
 
 
+@pytest.mark.parametrize(("met", "share"), [(0.9, 0.9), (1.3, 1.0), (np.nan, 1.0), (np.inf, 1.0)])
+def test_the_probability_of_a_design_is_that_under_the_limits_of_its_check(wish, monkeypatch, met, share):
+    """Also where it passes at once: of the closed forms and the check, the lower limit counts."""
+    problem = fronts.Problem(wish(WISH), 8)
+    unit = np.full(len(problem.names), 0.5)
+    limits = problem.nominal(problem.designs(unit[None])).limits
+    if met == np.inf:  # no limit on the ramp
+        monkeypatch.setattr(
+            fronts.Problem, "nominal", lambda *_: fronts.Found({}, np.full(limits.shape, np.inf), limits)
+        )
+    recommended = met * (1.0 - problem.wish.margin) * float(np.nanmin(limits[:, 0, 0]))
+    checked = designs.Checked(0.006, 0.005, 0.001, 1e3 if met == np.inf else recommended, "pull-in", "")
+    monkeypatch.setattr(designs, "check", lambda wish, device: checked)
+    asked = []
+    monkeypatch.setattr(designs, "probability_of", lambda one, *given: asked.append(one.pull_in) or (1.0, 0.9, 1.0))
+    row = designs.checked_row(problem, unit, np.zeros((1, unit.size)))
+    assert row.problem.pull_in == pytest.approx(share, rel=1e-12)
+    assert asked == [row.problem.pull_in]
+
+
 def test_a_design_that_new_draws_miss_is_searched_again_with_the_confidence_that_lacked(wish, monkeypatch):
     """On top of what was asked beyond before, never for more than all; where no search holds, the last one stays."""
     problem = fronts.Problem(replace(wish(WISH), confidence=0.9), 8, seed=3)

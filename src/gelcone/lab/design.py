@@ -101,19 +101,21 @@ class Row(NamedTuple):
 
 
 def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
-    """Check a design; if it fails for its limits, or new draws for its confidence, search one with more distance."""
+    """Check a design; if it fails for its limits, or new draws for its confidence, search one with more distance. Its
+    probability is that under the limits that the check found."""
     wished, uncertain = problem.wish.confidence, problem.draws > 1
     for attempt in range(ATTEMPTS):
         device = problem.wish.device.replace_quietly(fields_of(problem, unit))
-        row = Row(problem, unit, population, device, check(problem.wish, device))
-        lacking = wished - probability_of(problem, unit, problem.seed + 2)[0] if uncertain else 0.0
-        if attempt == ATTEMPTS - 1 or ("leaves" not in row.checked.failed and lacking <= 0.0):
+        checked = check(problem.wish, device)
+        limit = float(np.nanmin(problem.nominal(problem.designs(unit[None])).limits[:, 0, 0]))
+        share = checked.recommended / (1.0 - problem.wish.margin) / limit if np.isfinite(limit) else 1.0
+        limited = replace(problem, pull_in=float(np.fmin(share, problem.pull_in)))
+        row = Row(limited, unit, population, device, checked)
+        lacking = wished - probability_of(limited, unit, problem.seed + 2)[0] if uncertain else 0.0
+        if attempt == ATTEMPTS - 1 or ("leaves" not in checked.failed and lacking <= 0.0):
             return row
-        if row.checked.failed:
-            found = problem.nominal(problem.designs(unit[None]))
-            share = row.checked.recommended / (1.0 - problem.wish.margin) / float(np.nanmin(found.limits[:, 0, 0]))
-            problem = replace(problem, pull_in=min(share, 0.98 * problem.pull_in))
-        problem = replace(problem, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
+        lowered = float(np.fmin(share, 0.98 * problem.pull_in)) if checked.failed else limited.pull_in
+        problem = replace(limited, pull_in=lowered, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
         unit, population, fitness = problem.search(problem.wish.objectives[0], with_best(population, unit), AGAIN)
         if not feasible(fitness):
             return row
