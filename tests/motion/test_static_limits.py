@@ -8,7 +8,7 @@ import pytest
 import gelcone
 from gelcone.errors import InputError
 from gelcone.motion import static_limits
-from gelcone.motion.creep import Holding
+from gelcone.motion.creep import HeldRuns, Holding
 from gelcone.motion.plane import Plane
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.physics.model import ConeModel
@@ -73,7 +73,7 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     volts = found["dielectric breakdown"]
     assert np.isinf(relaxed[0]) or relaxed[0] < volts
     end = float(gelcone.creep(model, [volts], duration=60.0)["end"].item())
-    assert volts * np.sqrt(1.0 + end * end) == pytest.approx(1.45, rel=2e-3)
+    assert (1.0 - 2e-4) * 1.45 < volts * np.sqrt(1.0 + end * end) <= 1.45
     assert found["pitchfork"] != found["pitchfork"]
 
 
@@ -196,13 +196,23 @@ def test_peaks_are_examined_up_to_pull_in_or_to_twice_the_lowest_limit(limits, t
     np.testing.assert_allclose(peaks, top * np.arange(1.0, 21.0) / 20.0)
 
 
+def made_up_holding(highest, levels, model, displacement):
+    """Held voltages with a ``displacement`` (levels, samples) of the levels."""
+
+    def at(levels):
+        x = displacement(levels)
+        times = np.tile(np.linspace(0.0, 1.0, x.shape[1]), (len(levels), 1))
+        run = SimpleNamespace(times=times, states=np.stack([x, 0.0 * x], axis=-1))
+        return HeldRuns(model.replace(voltage=0.0, voltage_bias=levels).members(), run)
+
+    return Holding(highest, levels, at(levels), at, {})
+
+
 def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_time():
     """The disc rises and sinks again while the voltage is held."""
-    levels, times = np.linspace(0.0, 2.0, 201), np.linspace(0.0, 1.0, 11)
-    x = levels[:, None] * 4.0 * times * (1.0 - times) * 0.5
-    model = TAUT.replace(dielectric_strength=1.3, voltage=0.0, voltage_bias=levels)
-    run = SimpleNamespace(times=np.tile(times, (201, 1)), states=np.stack([x, 0.0 * x], axis=-1))
-    held = Holding(1.8, levels, model.members(), run, {})
+    levels, times = np.linspace(0.0, 2.0, 21), np.linspace(0.0, 1.0, 11)
+    model = TAUT.replace(dielectric_strength=1.3)
+    held = made_up_holding(1.8, levels, model, lambda v: v[:, None] * 4.0 * times * (1.0 - times) * 0.5)
     relaxed = np.array([0.1, 0.2, 0.3, 0.4, 0.77, 0.5])
     plane = straight(TAUT.replace(dielectric_strength=1.3))
     found = static_limits.held_limits(plane, held, relaxed)
@@ -210,11 +220,13 @@ def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_ti
     hoop = static_limits.static_limits_of(straight(plane.model, rest=0.0))[1]
     thin = 1.0 / (1.2**2 * 1.5**2)
     low = np.sqrt((1.2**2 - thin) / (1.0 - (1.2**2 + 1.5**2 + thin - 3.0) / 50.0))  # flat, before the disc has risen
-    np.testing.assert_allclose(found, [breakdown, hoop, low, np.inf, 0.77, 1.8], rtol=2e-4)
+    expected = np.array([breakdown, hoop, low, np.inf, 0.77, 1.8])
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
+    assert (found[:3] <= expected[:3] * (1.0 + 1e-12)).all()
     assert np.isnan(static_limits.held_limits(straight(TAUT), held, relaxed)[0])
     curve = Curve((0.0, 2.0), (1.5, 0.5), 0.01)  # at 0.5 v: 1.5 - 0.25 v = v
     over = static_limits.held_limits(straight(TAUT, membrane=curve), held, relaxed)
-    assert over[-1] == pytest.approx(1.2, rel=1e-3)
+    assert over[-1] == pytest.approx(1.2, rel=1e-4)
     none = static_limits.held_limits(plane, held._replace(highest=0.0), relaxed)
     np.testing.assert_array_equal(none, relaxed)
 
@@ -232,13 +244,10 @@ def test_films_in_opposite_phase_hold_no_voltage_and_others_are_held_with_what_t
 @pytest.mark.parametrize("flat", [0.3, 0.9])
 def test_the_first_film_to_meet_a_limit_counts_while_a_voltage_is_held_too(flat):
     """Both at one voltage: of the field it is the film that is farther from its flat height."""
-    levels = np.linspace(0.0, 1.2, 241)
+    levels = np.linspace(0.0, 1.2, 25)
     films = {"second_film": "taut", "second_drive": "same", "second_flat_height": flat, "dielectric_strength": 0.9}
     model = TAUT.replace(**films)
-    x = np.tile(0.2 + 0.1 * levels[:, None], (1, 3))
-    run = SimpleNamespace(times=np.tile([0.0, 1.0, 2.0], (241, 1)), states=np.stack([x, 0.0 * x], axis=-1))
-    members = model.replace(voltage=0.0, voltage_bias=levels).members()
-    held = Holding(1.1, levels, members, run, {})
+    held = made_up_holding(1.1, levels, model, lambda v: np.tile(0.2 + 0.1 * v[:, None], (1, 3)))
     found = static_limits.held_limits(straight(model), held, np.full(len(STATIC_LIMITS), 9.0))
     first, second = (
         passes(lambda v, own=own: v * np.sqrt(1.0 + own(0.2 + 0.1 * v) ** 2) - 0.9, 0.0, 2.0)

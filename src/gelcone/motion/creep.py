@@ -6,6 +6,7 @@ voltages, that at once and that of the relaxed film, it pulls in late.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -202,13 +203,21 @@ def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
 
 class Holding(NamedTuple):
     """Constant commanded voltages that a film bears for a duration: the ``highest`` of them and the ``levels`` up to
-    it; the ``members`` at the levels and their ``run``; and the ``variables`` of the same names as in `creep`."""
+    it; their ``runs``, and `at` for those of other levels; and the ``variables`` of the same names as in
+    `creep`."""
 
     highest: float
     levels: Array
+    runs: HeldRuns
+    at: Callable[[Array], HeldRuns]
+    variables: dict[str, dataset.Variable]
+
+
+class HeldRuns(NamedTuple):
+    """The ``members`` of held voltages and their ``run``."""
+
     members: Members
     run: Trajectories
-    variables: dict[str, dataset.Variable]
 
 
 def holding(
@@ -222,9 +231,12 @@ def holding(
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
     end = highest if np.isfinite(highest) else up_to
     levels = end * (1.0 - np.linspace(1.0, 0.0, count) ** 2)  # closer to the end
-    run, _ = films.run(levels, _times(lasts), weighted(progress, 0.5))
+
+    def at(levels: Array, progress: Progress = None) -> HeldRuns:
+        return HeldRuns(films.members(levels), films.run(levels, _times(lasts), progress)[0])
+
     variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest, *_HIGHEST)}
-    return Holding(highest, levels, films.members(levels), run, variables)
+    return Holding(highest, levels, at(levels, weighted(progress, 0.5)), at, variables)
 
 
 def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:

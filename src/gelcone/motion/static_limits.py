@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from gelcone.errors import InputError
-from gelcone.motion.creep import Holding, holding
+from gelcone.motion.creep import HeldRuns, Holding, holding
 from gelcone.motion.driven import WITHIN
 from gelcone.motion.natural import frequencies_under
 from gelcone.motion.plane import Plane, is_flat
 from gelcone.motion.ramp import Ramp
-from gelcone.physics.bracket import first_passing
 from gelcone.physics.film.film import FilmState
+from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
 from gelcone.quantity import Array
@@ -34,6 +36,8 @@ BEFORE = 1.0 - 1e-9
 _FAILING = ("breakdown", "hoop_slack", "meridional_slack", "near_limit", "beyond_membrane")
 HELD_LEVELS = 32
 """Number of constant voltages that are held for a duration."""
+HELD_CLOSER, HELD_RESOLVED = 10, 1e-4
+"""As `CLOSER` and `RESOLVED`, of voltages that are held."""
 
 
 # --- quasi-static ---------------------------------------------------------------------------------------------------
@@ -53,34 +57,54 @@ def static_limits_of(plane: Plane) -> Array:
 
 def _met(plane: Plane, highest: float) -> Array:
     """The constant peak voltages up to ``highest`` below which the assumptions `_FAILING` hold, searched upwards."""
+
+    def excess(levels: Array) -> Array:
+        ramp = plane.ramp(levels)
+        voltages = [own[None] for own in ramp.voltages]
+        return _excesses(plane, plane.model.members(), ramp.displacement[None, :, None], voltages)[:, 0]
+
     low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
     known = np.zeros(len(_FAILING), dtype=bool)
     begin, end = 0.0, min(FIRST, highest)
     while True:
         levels = np.linspace(begin, end, STATIC_POINTS + 1)
-        excess = _excess(plane, levels)
-        known |= ~np.isnan(excess).all(axis=1)
-        for row in np.flatnonzero(np.isinf(high) & (excess > 0.0).any(axis=1)):
-            k = int(np.argmax(excess[row] > 0.0))
-            low[row], high[row] = levels[max(k - 1, 0)], levels[k]
+        found = excess(levels)
+        known |= ~np.isnan(found).all(axis=1)
+        low, high = np.where(np.isinf(high), _first_over(levels, found), [low, high])
         if end >= highest or np.isfinite(high[known]).all():
             break
         begin, end = end, min(2.0 * end, highest)
-    while (wide := np.flatnonzero(np.isfinite(high) & (high - low > RESOLVED * (high + RESOLVED)))).size:
-        inner = np.linspace(low[wide], high[wide], CLOSER)
-        over = _excess(plane, inner.ravel()).reshape(-1, *inner.shape)[wide, :, np.arange(wide.size)] > 0.0
-        first, each = np.where(over.any(axis=1), over.argmax(axis=1), CLOSER - 1), np.arange(wide.size)
-        low[wide], high[wide] = inner[np.maximum(first - 1, 0), each], inner[first, each]
-    return np.where(known, np.where(np.isfinite(high), low, np.inf), np.nan)
+    return np.where(known, _narrowed(excess, low, high, CLOSER, RESOLVED), np.nan)
 
 
-def _excess(plane: Plane, levels: Array) -> Array:
-    """Excesses of the assumptions `_FAILING` (assumptions, levels) on a ramp, of two films the larger; NaN: unknown."""
-    ramp = plane.ramp(levels)
-    found = np.full((len(_FAILING), levels.size), np.nan)
+def _first_over(levels: Array, excess: Array) -> Array:
+    """The ends (2, assumptions) of the first intervals of ``levels``, (levels,) or (assumptions, levels), at whose
+    upper ends the ``excess`` (assumptions, levels) is positive; the upper one is infinite if it never is."""
+    over = excess > 0.0
+    first = over.argmax(axis=1)[:, None]
+    low, high = (
+        np.take_along_axis(np.broadcast_to(levels, over.shape), k, axis=1)[:, 0]
+        for k in (np.maximum(first - 1, 0), first)
+    )
+    return np.stack([low, np.where(over.any(axis=1), high, np.inf)])
+
+
+def _narrowed(excess: Callable[[Array], Array], low: Array, high: Array, closer: int, resolved: float) -> Array:
+    """The lower ends (assumptions,) of intervals in which assumptions cease to hold, divided by ``closer`` voltages
+    until they are as wide as the share ``resolved`` of the voltage; infinite where ``high`` is."""
+    while (wide := np.flatnonzero(np.isfinite(high) & (high - low > resolved * (high + resolved)))).size:
+        inner = np.linspace(low[wide], high[wide], closer, axis=1)
+        own = excess(inner.ravel()).reshape(-1, *inner.shape)[wide, np.arange(wide.size)]
+        own[:, -1] = np.inf
+        low[wide], high[wide] = _first_over(inner, own)
+    return np.where(np.isfinite(high), low, np.inf)
+
+
+def _excesses(plane: Plane, members: Members, motion: Array, voltages: Sequence[Array]) -> Array:
+    """Excesses of the assumptions `_FAILING` (assumptions, members, samples), of two films the larger; NaN: unknown."""
+    found = np.full((len(_FAILING), *motion.shape[:2]), np.nan)
     with np.errstate(all="ignore"):
-        motion, voltages = ramp.displacement[None, :, None], [own[None] for own in ramp.voltages]
-        for own in plane.excesses(plane.model.members(), motion, voltages):
+        for own in plane.excesses(members, motion, voltages):
             for row, name in enumerate(_FAILING):
                 found[row] = np.fmax(found[row], own.get(name, np.nan))
     return found
@@ -139,15 +163,18 @@ def hold(plane: Plane, duration: float, up_to: float, progress: Progress) -> Hol
 
 
 def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
-    """The voltages of `STATIC_LIMITS` that are met while a voltage is held. The pitchfork is that of the ``relaxed``
-    film, since branches do not pull on the flat film; without a voltage that is held, all limits are."""
+    """The voltages of `STATIC_LIMITS` that are met while a voltage is held, from below to `HELD_RESOLVED`. The
+    pitchfork is that of the ``relaxed`` film, since branches do not pull on the flat film; without a voltage that is
+    held, all limits are."""
     if not held.highest > 0.0:
         return relaxed
-    voltages, found = held.members.voltages(held.run.times, held.run.states), np.full(len(_FAILING), np.inf)
-    with np.errstate(all="ignore"):
-        for own in plane.excesses(held.members, held.run.states, voltages):
-            most = [own[name].max(axis=1) if name in own else np.full(held.levels.shape, np.nan) for name in _FAILING]
-            found = np.fmin(found, [first_passing(held.levels, values) for values in most])
-    found[0] = np.nan if plane.model.dielectric_strength is None else found[0]
-    *met, membrane = found
+
+    def excess(runs: HeldRuns) -> Array:
+        with np.errstate(all="ignore"):
+            voltages = runs.members.voltages(runs.run.times, runs.run.states)
+        return np.asarray(np.fmax.reduce(_excesses(plane, runs.members, runs.run.states, voltages), axis=2))
+
+    low, high = _first_over(held.levels, excess(held.runs))
+    *met, membrane = _narrowed(lambda levels: excess(held.at(levels)), low, high, HELD_CLOSER, HELD_RESOLVED)
+    met[0] = np.nan if plane.model.dielectric_strength is None else met[0]
     return np.array([*met, relaxed[-2], min(held.highest, membrane)])
