@@ -75,6 +75,12 @@ def test_pull_in_of_a_drive_that_is_switched_on_from_rest_is_one_voltage(name):
     both = model.replace(voltage=float(model.voltage) * share, voltage_bias=float(model.voltage_bias) * share)
     start = (float(found["rest_displacement"]) / 1e3 / device.scales.length + NUDGE, 0.0)
     expected = [Outcome.OK, Outcome.PULLED_IN]
+    if voltage(alone, "driven_chaos_voltage") < lower:
+        # of one run out of chaos, as its meaning says: up to the onset of chaos all run on
+        assert "out of chaos" in alone["driven_pull_in_voltage"].attrs["long_name"]
+        quiet = voltage(alone, "driven_chaos_voltage") / low
+        both = both.replace(voltage=both.voltage[:1] * quiet, voltage_bias=both.voltage_bias[:1] * quiet)
+        expected = expected[:1]
     kinds = gelcone.regime(both, start)
     assert kinds["outcome"].values.tolist() == expected
     assert gelcone.settled(both, start)["outcome"].values.tolist() == expected

@@ -157,6 +157,14 @@ def test_what_the_limits_of_a_window_hold_for(start, text):
     assert said(envelope.envelope_words, shown)[6] == f"recommended drive, 25% below its limits{text}:"
 
 
+@pytest.mark.parametrize(("chaos", "late"), [([1100.0, np.inf], True), ([1300.0, 1600.0], False)])
+def test_a_pull_in_out_of_chaos_is_that_of_one_run(chaos, late):
+    shown = window().assign_coords(driven_limit=["pull-in", "chaos"])
+    shown["limit_low"][1] = chaos
+    line = "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
+    assert (line in said(envelope.envelope_words, shown)) is late
+
+
 def test_the_film_whose_pull_in_limits_an_envelope():
     cone = said(envelope.envelope_words, window().assign_attrs(pull_in_of="cone"))[4]
     assert (

@@ -39,4 +39,18 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(monkeypatch):
         assert float(own["examined_voltage"]) == 1.212
         assert float(own["examined_step_voltage"]) == pytest.approx(1.212 / 20.0)
     np.testing.assert_allclose(examined[0], 1.212 * np.arange(1.0, 21.0) / 20.0)
+    assert "chaos" not in found["driven_pull_in_voltage"].attrs["long_name"]
     assert np.isnan(found["safe_peak_voltage"].values[1])
+
+
+@pytest.mark.parametrize(("pull_in", "chaos", "late"), [(0.9, 0.6, True), (0.6, 0.9, False), (np.inf, 0.6, False)])
+def test_a_pull_in_above_the_limit_of_chaos_is_said_to_be_that_of_one_run(monkeypatch, pull_in, chaos, late):
+    low = np.full((1, len(DRIVEN_LIMITS)), np.inf)
+    low[0, DRIVEN_LIMITS.index("pull-in")], low[0, DRIVEN_LIMITS.index("chaos")] = pull_in, chaos
+    monkeypatch.setattr(operating_limits_module, "plane_of", lambda model, threads: straight(model, jump=1.2))
+    monkeypatch.setattr(operating_limits_module, "driven", lambda *given, **options: {"low": low, "high": low})
+    found = gelcone.operating_limits(TAUT)
+    words = found["driven_pull_in_voltage"].attrs["long_name"]
+    assert ("out of chaos" in words) is late
+    assert "pull-in of the cone" in words
+    assert "chaos" not in found["pull_in_voltage"].attrs["long_name"]

@@ -62,6 +62,9 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
         yield f"  {name:20s}  {reading:16s}  {row}"
     yield _pull_in_words(shown)
+    low = dict(zip(driven_names, shown["limit_low"].values, strict=True))
+    if (np.isfinite(low["pull-in"]) & (low.get("chaos", np.inf) < low["pull-in"])).any():
+        yield "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
     if "instant_voltage" in shown:
         yield from _creep_words(shown)
     if np.isnan(static["dielectric breakdown"]):

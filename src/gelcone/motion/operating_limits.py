@@ -113,16 +113,18 @@ def _limits_of_members(
                 found[name][row] = value
         advance(progress, 1.0 / members.size)
     of = " or ".join(sorted(whose, reverse=True))
+    late = np.isfinite(found["driven pull-in"]) & (found["driven chaos"] < found["driven pull-in"])
+    words = _LIMITS | ({"driven pull-in": _LIMITS["driven pull-in"] + OUT_OF_CHAOS} if late.any() else {})
     variables: dict[str, dataset.Variable] = {
-        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _meaning(name, of), _limit(name))
+        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _meaning(words[name], of), _limit(name))
         for name, values in found.items()
     }
     return Findings(variables, outcome), refused, of
 
 
-def _meaning(name: str, of: str) -> str:
+def _meaning(words: str, of: str) -> str:
     """The meaning of a limit; that of pull-in says whose it is."""
-    return f"{_LIMITS[name]} of the {of}" if of and name.endswith("pull-in") else _LIMITS[name]
+    return words.replace("pull-in", f"pull-in of the {of}") if of else words
 
 
 def _limit(name: str) -> dict[str, str]:
@@ -135,6 +137,8 @@ def _limit(name: str) -> dict[str, str]:
     )
 
 
+OUT_OF_CHAOS = " out of chaos (other runs pull in lower or higher)"
+"""Words for a limit of pull-in of a motion that was chaotic before."""
 _LIMITS = (
     {
         "safe peak": "peak voltage below every limit",
