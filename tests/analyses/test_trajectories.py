@@ -47,6 +47,12 @@ def test_a_step_names_its_numbers():
         "within the run, drift at the end 3 %",
         f"  900 V: {Outcome.PULLED_IN.meaning}",
     ]
+    shares = {"breakdown": [0.25, np.nan], "pulled_in": [0.0, 1.0], "near_limit": [0.0, np.nan]}
+    valid = step.assign({f"validity_{name}": ("constant_voltage", own) for name, own in shares.items()})
+    assert own_lines(runs.step_words(valid, SUBJECT), 1) == [
+        "of 2 motions the model does not hold in: above breakdown in 1 (up to 25 % of the motion), pulled in in 1 (up "
+        "to 100 % of the motion)"
+    ]
 
 
 def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
@@ -83,6 +89,10 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
         "  800 V: 8 s",
     ]
 
+    valid = creep.assign(validity_breakdown=(along, [0.0, 0.25, np.nan]), validity_near_limit=(along, [0.0] * 3))
+    assert own_lines(runs.creep_words(valid, SUBJECT), 1) == [
+        "of 3 motions the model does not hold in: above breakdown in 1 (up to 25 % of the motion)"
+    ]
     close = creep.assign(holding_voltage=creep["holding_voltage"].copy(data=800.0004))
     first, *_, last = own_lines(runs.creep_words(close, SUBJECT), 6)
     assert first.endswith("up to 800.0004 V is held for 20 s")

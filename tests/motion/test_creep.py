@@ -2,6 +2,7 @@
 
 import importlib
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,8 +12,11 @@ import pytest
 
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
+from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.creep import _Held, _margin, _Ramp, holding
 from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.job import Trajectories
+from gelcone.motion.validity import VALIDITY
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -105,6 +109,28 @@ def test_a_creeping_device_is_a_run_of_simulate_and_ends_relaxed():
     held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
     late = gelcone.simulate(held, times=[15.0, 20.0], tolerance=1e-10)["displacement"][-1]
     assert float(one["end"]) == pytest.approx(float(late), rel=1e-4)
+
+
+@pytest.mark.parametrize(("film", "strength"), [(TautCone, 1.165), (WrinklingCone, 1.3)])
+def test_the_model_holds_for_the_share_of_the_time_for_which_it_holds_in_simulate(film, strength):
+    """Slack, breakdown, and a membrane that has pulled in, while voltages are held and until a film pulls in."""
+    model = ConeModel(
+        film=film(branches=1, prestretch_mode="equibiaxial"), bias=gelcone.BuckledBeam(), beam_stiffness=-0.6,
+        beam_cubic=2.0, beam_height=1.0, prestretch=1.2, damping_ratio=0.3, viscous_modulus_1=1.0,
+        relaxation_time_1=5.0, dielectric_strength=strength, radius_ratio=0.25,
+    )  # fmt: skip
+    levels, options = [0.4, 0.95, 1.07], {"tolerance": 1e-10}
+    found = gelcone.creep(model, levels, duration=15.0, **options)
+    starts = _Held.of(model, 1e-10, None).starts(np.array(levels))
+    for k, level in enumerate(levels):
+        held = at_constant_voltages(model, [level]).take([0])
+        alone = gelcone.simulate(held, starts[k], times=[15.0], **options).isel(member=0)
+        shares = [name for name in alone if str(name).startswith(("validity_", "film_state_"))]
+        assert {str(name) for name in found} >= set(shares)
+        for name in shares:
+            np.testing.assert_allclose(found[name][k], alone[name], atol=1e-8, err_msg=f"{level} {name}")
+    assert 0.05 < float(found["validity_breakdown"].max()) < 0.95
+    assert float(found["validity_beyond_membrane"].max()) == 1.0
 
 
 def test_a_leaking_film_behind_a_resistance_creeps_at_its_own_voltage():
@@ -219,7 +245,8 @@ class Films:
             progress(1.0)
         outcome = np.array([Outcome.PULLED_IN, Outcome.OK], dtype=np.int8)[: levels.size]
         ends = np.array([times[40], np.inf])[: levels.size]
-        return SimpleNamespace(states=numbers(levels.size, times.size, 3, at=5.0), outcome=outcome, times=times), ends
+        run = Trajectories.blank(np.tile(times, (levels.size, 1)), ConeModel(**RELAXING).system, "states", outcome)
+        return replace(run, states=numbers(levels.size, times.size, 3, at=5.0)), ends
 
     def members(self, levels):
         return "members", levels.tolist()
@@ -245,6 +272,7 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
     """A run that pulls in is known up to and at that time."""
     films, asked, shares = Films(), [], []
     monkeypatch.setattr(_Held, "of", lambda *given: asked.append(given) or films)
+    monkeypatch.setattr(creep_module, "even_times", lambda model, lasts: np.array([[0.0, lasts]]))
     electric = {}
 
     def electrics(members, run):
@@ -252,6 +280,7 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
         return numbers(2, 121, at=12.0), numbers(2, 121, at=13.0)
 
     monkeypatch.setattr(creep_module, "_electric", electrics)
+    monkeypatch.setattr(creep_module, "validity_of_run", lambda members, run: numbers(2, VALIDITY, at=14.0))
     model = ConeModel(**RELAXING)
     found = gelcone.creep(model, [0.25, 0.5], duration=30.0, tolerance=2e-9, threads=5, progress=shares.append)
     assert asked == [(model, 2e-9, 5)]
@@ -270,6 +299,7 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
         "heating": np.where(gone, np.nan, numbers(2, 121, at=13.0)), "long_time_voltage": 0.75, "instant_voltage": 1.25,
         "holding_voltage": 0.875, "time_to_pull_in": numbers(4, at=10.0), "held_voltage": numbers(4, at=9.0),
         "constant_voltage": [0.25, 0.5], "outcome": [Outcome.PULLED_IN, Outcome.OK],
+        "validity_hoop_slack": numbers(2, VALIDITY, at=14.0)[:, 0], "validity_pulled_in": [1.0, 0.0],
     }  # fmt: skip
     for name, values in expected.items():
         np.testing.assert_array_equal(found[name], values, name)

@@ -1,9 +1,11 @@
 """What an integrator is given and gives back: the arrays of a run of which nothing is known yet."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from gelcone.motion.job import KEEPS, Trajectories
+from gelcone.motion.job import KEEPS, Trajectories, to_the_end
 from gelcone.physics.model import ConeModel
 from tests.toys import FilteredVoltage
 
@@ -40,3 +42,20 @@ def test_nothing_is_known_of_a_run_that_has_not_begun(kind, keep):
         assert not getattr(found, name).any(), name
     assert found.times is times
     assert found.outcome is outcome
+
+
+def test_samples_of_a_run_that_ended_have_its_end_behind_the_last_that_it_reached():
+    """One ends between two samples, one on a sample, one not at all, and one before the second sample taken."""
+    times = np.tile(np.arange(5.0), (4, 1))
+    states = np.stack([times, 0.0 * times], axis=-1)
+    for member, reached in enumerate((3, 3, 5, 1)):
+        states[member, reached:] = np.nan
+    ends = np.array([2.7, 2.0, 4.0, 0.4])
+    run = SimpleNamespace(times=times, states=states, end_times=ends, end_states=np.stack([ends, ends + 9.0], axis=-1))
+    at, found = to_the_end(run, np.array([0, 2, 3, 4]))
+    np.testing.assert_array_equal(at, [[0.0, 2.0, 2.7, 4.0], [0, 2, 3, 4], [0, 2, 3, 4], [0.0, 0.4, 3.0, 4.0]])
+    nan = np.nan
+    np.testing.assert_array_equal(found[..., 0], [[0, 2, 2.7, nan], [0, 2, nan, nan], [0, 2, 3, 4], [0, 0.4, nan, nan]])
+    np.testing.assert_array_equal(found[..., 1], [[0, 0, 11.7, nan], [0, 0, nan, nan], [0] * 4, [0, 9.4, nan, nan]])
+    np.testing.assert_array_equal(run.times, times)
+    np.testing.assert_array_equal(to_the_end(run)[0][0], [0.0, 1.0, 2.0, 2.7, 4.0])

@@ -13,6 +13,7 @@ import gelcone
 from gelcone import ConeModel, InputError, Outcome, dataset, simulate
 from gelcone.motion import response
 from gelcone.motion.flow import integrate
+from gelcone.motion.job import to_the_end
 from gelcone.motion.validity import SHARES
 from tests.recorded import numbers, record
 from tests.toys import PowerFilm
@@ -466,7 +467,7 @@ def test_shares_are_counted_to_where_a_run_ends():
     times = np.broadcast_to(np.linspace(0.1, 20.0, 200), (2, 200))
     run = integrate(model, (1.0, 0.0), times)
     assert run.outcome.tolist() == [Outcome.OK, Outcome.PULLED_IN]
-    kept, states = response._to_the_end(run, np.arange(0, 200, 2))
+    kept, states = to_the_end(run, np.arange(0, 200, 2))
     last = int(np.isfinite(states[1, :, 0]).sum()) - 1
     assert kept[1, last] == run.end_times[1] > kept[1, last - 1]
     np.testing.assert_array_equal(states[1, last], run.end_states[1])
@@ -490,22 +491,6 @@ def test_the_balance_of_a_film_whose_energy_is_unknown_is_unknown(film, known):
     assert np.isnan(run["energy_residual"].values[1:]).all() != known
 
 
-def test_samples_of_a_run_that_ended_have_its_end_behind_the_last_that_it_reached():
-    """One ends between two samples, one on a sample, one not at all, and one before the second sample taken."""
-    times = np.tile(np.arange(5.0), (4, 1))
-    states = np.stack([times, 0.0 * times], axis=-1)
-    for member, reached in enumerate((3, 3, 5, 1)):
-        states[member, reached:] = np.nan
-    ends = np.array([2.7, 2.0, 4.0, 0.4])
-    run = SimpleNamespace(times=times, states=states, end_times=ends, end_states=np.stack([ends, ends + 9.0], axis=-1))
-    at, found = response._to_the_end(run, np.array([0, 2, 3, 4]))
-    np.testing.assert_array_equal(at, [[0.0, 2.0, 2.7, 4.0], [0, 2, 3, 4], [0, 2, 3, 4], [0.0, 0.4, 3.0, 4.0]])
-    nan = np.nan
-    np.testing.assert_array_equal(found[..., 0], [[0, 2, 2.7, nan], [0, 2, nan, nan], [0, 2, 3, 4], [0, 0.4, nan, nan]])
-    np.testing.assert_array_equal(found[..., 1], [[0, 0, 11.7, nan], [0, 0, nan, nan], [0] * 4, [0, 9.4, nan, nan]])
-    np.testing.assert_array_equal(run.times, times)
-
-
 # --- what is handed on ------------------------------------------------------------------------------------------------
 
 
@@ -526,8 +511,6 @@ def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, want
     """Shares are those of even times up to the end, whichever times are shown; what is delivered, of all samples."""
     model, shares = ConeModel(damping_ratio=0.1, voltage=[0.2, 0.3], drive_frequency=2.0 * np.pi), []
     jumps = numbers(2, 1, at=8.0), numbers(2, 1, at=9.0)
-    lasted = SimpleNamespace(shares=lambda: {name: numbers(2, at=20.0 + k) for k, name in enumerate(SHARES)},
-                             share_error=numbers(2, at=30.0))  # fmt: skip
     heat = {"heat": ((), numbers(2, at=31.0), "heat", "power density")}
     power = {"apparent_power": ((), numbers(2, at=32.0), "power", "apparent power")}
 
@@ -538,7 +521,8 @@ def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, want
         return {"displacement": run.states[..., 0]}, [SimpleNamespace(kind=None)]
 
     asked = record(
-        monkeypatch, response, integrate=integrated, switched=jumps, _variables=variables, lasting=lasted, _heat=heat,
+        monkeypatch, response, integrate=integrated, switched=jumps, _variables=variables, _heat=heat,
+        validity_of_run=numbers(2, 3, at=20.0),
         delivered=power, broken=lambda members, motion, voltages, states: {"breakdown": motion[..., 0] > 1.0},
         even_times=lambda model, spans: np.linspace(0.0, 1.0, 6)[None] * np.reshape(np.max(spans), (-1, 1)),
         validity_variables=lambda found, outcome, system, **more: {"found": (("all",), found, "", "share")},
@@ -548,7 +532,9 @@ def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, want
     found = simulate(model, numbers(2, 2), **length, progress=shares.append, **options)
     even = np.linspace(0.0, 3.0, 6)
     every = np.union1d(even, wanted or [])
-    (run,), (of_jumps,), (of_time,), (of_power,) = (asked[n] for n in ("integrate", "switched", "lasting", "delivered"))
+    (run,), (of_jumps,), (of_time,), (of_power,) = (
+        asked[n] for n in ("integrate", "switched", "validity_of_run", "delivered")
+    )
     np.testing.assert_allclose(run["times"], [every] * 2)
     np.testing.assert_array_equal(run["initial"], numbers(2, 2))
     assert (run["keep"], run["progress"]) == ("work", shares.append)
@@ -558,10 +544,9 @@ def test_a_time_response_hands_each_part_what_it_was_asked_for(monkeypatch, want
     np.testing.assert_allclose(of_jumps["times"], [every] * 2)
     assert asked["_variables"][0]["jumped"] is jumps[0]
     assert asked["_variables"][0]["lost"] is of_power["lost"] is jumps[1]
-    np.testing.assert_allclose(of_time["times"], [even] * 2)
+    np.testing.assert_allclose(run["times"][0, of_time["samples"]], even)
     np.testing.assert_allclose(of_power["times"], [every] * 2)
-    expected = [*(numbers(2, at=20.0 + k) for k in range(len(SHARES))), numbers(2, at=30.0)]
-    np.testing.assert_array_equal(found["found"][:, : len(expected)], np.stack(expected, axis=1))
+    np.testing.assert_array_equal(found["found"], numbers(2, 3, at=20.0))
     shown = every if wanted is None else np.array(wanted)
     np.testing.assert_allclose(found["time"], shown)
     at = np.searchsorted(every, shown)

@@ -11,6 +11,7 @@ import xarray as xr
 import gelcone
 from gelcone import InputError, Outcome
 from gelcone.motion.step import _duration, _measured
+from gelcone.motion.validity import VALIDITY, invalid
 from tests.recorded import numbers, record
 
 module = importlib.import_module("gelcone.motion.step")
@@ -91,6 +92,27 @@ def test_a_step_that_pulls_in_says_so():
     assert np.isnan(found["equilibrium"][1])
 
 
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_the_model_holds_for_the_share_of_a_step_for_which_it_holds_in_simulate(film):
+    """Slack, breakdown, membranes that have pulled in, and steps that pull in."""
+    device = PUMP.replace(film=film)
+    levels = ["1 kV", "2.4 kV", "2.8 kV"]
+    found = gelcone.step(device, levels, duration="0.5 s")
+    for k, level in enumerate(levels):
+        held = device.replace(voltage_amplitude=0.0, voltage_offset=level)
+        alone = gelcone.simulate(held, times=["0.5 s"])
+        shares = [name for name in alone if str(name).startswith(("validity_", "film_state_"))]
+        assert {str(name) for name in found} >= set(shares)
+        for name in shares:
+            np.testing.assert_allclose(found[name][k], alone[name], atol=1e-8, err_msg=f"{level} {name}")
+    assert invalid(found).values.tolist() == [False, True, True]
+    assert 0.1 < float(found["validity_beyond_membrane"][1]) < 0.9
+    if film == "taut":
+        assert all(0.1 < float(found[f"validity_{name}"][2]) < 0.9 for name in ("breakdown", "hoop_slack"))
+    else:
+        assert float(found["validity_pulled_in"][2]) == 1.0
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -118,7 +140,10 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
 
     names = ("end", "rise_time", "overshoot", "settling_time", "drift")
     measured = {name: numbers(2, at=10.0 + k) for k, name in enumerate(names)}
-    asked = record(monkeypatch, module, stroke_and_blocked_force=ramp, integrate=runs, _measured=measured)
+    lasted = numbers(2, VALIDITY, at=30.0)
+    asked = record(
+        monkeypatch, module, stroke_and_blocked_force=ramp, integrate=runs, _measured=measured, validity_of_run=lasted
+    )
     model, shares = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2), []
     found = gelcone.step(
         model, [0.5, 0.625], before=0.125, duration=30.0, tolerance=2e-9, threads=5, progress=shares.append
@@ -138,6 +163,7 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     assert found["equilibrium"].values.tolist() == [0.25, 0.375]
     np.testing.assert_array_equal(found["displacement"], numbers_of["x"])
     assert found["outcome"].values.tolist() == [0, 4]
+    np.testing.assert_array_equal(found["validity_hoop_slack"], lasted[:, 0])
     assert json.loads(found.attrs["options"]) == {"before": 0.125, "duration": 30.0, "tolerance": 2e-9}
     units = {found[name].attrs["quantity"] for name in ("end", "begin", "equilibrium", "displacement")}
     assert units == {"length"}

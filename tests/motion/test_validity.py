@@ -118,7 +118,7 @@ def test_the_error_is_that_of_the_parts():
     assert validity(members, times, states)[0, SHARES.index("breakdown")] == 1.0
     expected = np.std(np.repeat([0.0, 1.0], BLOCKS // 2), ddof=1) / np.sqrt(BLOCKS)
     assert validity(members, times, states)[0, len(SHARES)] == pytest.approx(expected)
-    assert validity(members, times, states, turn=True)[0, len(SHARES)] == 0.0
+    assert validity(members, times, states, whole=True)[0, len(SHARES)] == 0.0
 
 
 def test_a_run_that_ends_by_pull_in_has_pulled_in():

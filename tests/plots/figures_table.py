@@ -14,9 +14,10 @@ TABLE = {
                 "dashed level at equilibrium",
                 "dotted upright at settling_time",
                 "solid level at begin",
+                "solid in the legend: faint: the model does not hold",
             ],
         ),
-        ("figure", ["# of constant_voltage"]),
+        ("figure", ["# of constant_voltage, faint: the model does not hold"]),
     ],
     "creep": [
         (

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL
 from gelcone.plots.creep import creep_figure
 from gelcone.plots.style import CYCLE
 from tests.plots.made_up import data_of, line, result, texts
@@ -45,6 +46,13 @@ def test_times_are_in_seconds_where_a_run_lasts_some_and_margins_in_percent():
     assert [text.get_text().strip() for text in curve.texts] == ["in the long run", "at once"]
     assert (margin.get_xlabel(), margin.get_ylabel()) == ("holding time (s)", "margin (% of the voltage)")
     assert (curve.get_xlabel(), curve.get_ylabel()) == ("constant voltage (V)", "time to pull-in (s)")
+
+
+def test_lines_of_voltages_at_which_the_model_does_not_hold_are_faint():
+    place, _, margin = creep_figure(creep().assign(validity_breakdown=("constant_voltage", [0.5, 0.0]))).axes
+    assert [one.get_alpha() for one in place.lines[:1]] == [UNHELD]
+    assert [one.get_label() for one in margin.lines if one.get_alpha() == UNHELD] == ["300 V", UNHELD_LABEL]
+    assert not any(one.get_alpha() == UNHELD for axes in creep_figure(creep()).axes for one in axes.lines)
 
 
 def test_a_film_that_never_pulls_in_says_so():

@@ -57,7 +57,7 @@ def of_pump(made):
 
 RESULTS = {
     "step": lambda: gelcone.step(RAISED, [0.3, 0.6]),
-    "creep": lambda: gelcone.creep(gelcone.ConeModel(rest_height=0.4, viscous_modulus_1=0.5), [0.3, 0.6]),
+    "creep": lambda: gelcone.creep(ConeModel(rest_height=0.4, prestretch=1.3, viscous_modulus_1=0.5), [0.3, 0.6]),
     "transfer functions": lambda: gelcone.transfer(RAISED.replace(damping_ratio=0.1), [0.5, 1.0], bias=0.4),
     "triptych": lambda: gelcone.triptych(MOVING.replace(voltage=[0.2, 0.9]), periods=3, late_periods=2, **QUICK),
     "bifurcation diagram": lambda: gelcone.bifurcation(MOVING, "voltage", [0.3, 0.9], bisections=0, **QUICK),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Outcome
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL
 from gelcone.plots.step import step_figure
 from gelcone.plots.style import CYCLE
 from tests.plots.made_up import line, result
@@ -24,6 +25,7 @@ def test_lines_stand_at_the_equilibrium_and_at_the_settling_time():
         {"time": "ms", "displacement": "mm", "constant_voltage": "V"},
     )
     (axes,) = step_figure(step).axes
+    assert not any(one.get_alpha() == UNHELD or one.get_label() == UNHELD_LABEL for one in axes.lines)
     np.testing.assert_array_equal(line(axes, "300 V").get_ydata(), [1.0, 2.5, 2.1])
     assert line(axes, "300 V").get_xdata().tolist() == [0.0, 10.0, 20.0]
     ended = next(one for one in axes.lines if one.get_label().startswith("600 V, "))
@@ -35,3 +37,7 @@ def test_lines_stand_at_the_equilibrium_and_at_the_settling_time():
     assert (dotted.get_xdata()[0], dotted.get_color()) == (7.0, CYCLE[0])
     assert axes.get_xlim() == pytest.approx((0.0, 20.0))
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("time after the step (ms)", "displacement (mm)")
+    (axes,) = step_figure(step.assign(validity_hoop_slack=("constant_voltage", [0.0, 0.25]))).axes
+    faint = [one.get_label() for one in axes.lines if one.get_alpha() == UNHELD]
+    assert faint == [ended.get_label(), UNHELD_LABEL]
+    assert UNHELD_LABEL in [text.get_text() for text in axes.get_legend().get_texts()]

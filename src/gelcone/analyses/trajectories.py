@@ -157,7 +157,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
             f"{100.0 * float(one['overshoot']):.1f} %, {settles}, drift at the end "
             f"{100.0 * round(float(one['drift']), 7) + 0.0:.2g} %"
         )
-    return "\n".join(lines)
+    return "\n".join([*lines, *validity_in_words(shown)])
 
 
 # --- creep ------------------------------------------------------------------------------------------------------------
@@ -208,7 +208,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         if later.sizes["held_voltage"] < late.sizes["held_voltage"]:
             first = late["held_voltage"][late["time_to_pull_in"].values == 0.0].min()
             lines.append(f"  from {sized(first, digits)} on: at once")
-    return "\n".join(lines)
+    return "\n".join([*lines, *validity_in_words(shown)])
 
 
 def telling_digits(values: Iterable[float]) -> int:

@@ -7,7 +7,7 @@ voltages, that at once and that of the relaxed film, it pulls in late.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,8 +21,10 @@ from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.linear import circuits_at_rest, uncurrented
+from gelcone.motion.response import even_times
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.static_results import constant_voltages, own_levels
+from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
@@ -98,7 +100,8 @@ def creep(
     does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All
     voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is
     infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400
-    of the window.
+    of the window. ``validity_*`` are those of `simulate`, for the time over which the voltage is held; also a disc that
+    jumps counts as pulled in.
 
     Raises
     ------
@@ -120,10 +123,14 @@ def creep(
     check_budgets(duration=lasts)
     films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
-    run, ends = films.run(levels, times, weighted(progress, 0.4))
+    sampled = np.union1d(even_times(model, lasts)[0], times)
+    whole, ends = films.run(levels, sampled, weighted(progress, 0.4))
+    shown = np.searchsorted(sampled, times)
+    run = replace(whole, times=whole.times[:, shown], states=whole.states[:, shown])
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
-    current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(films.members(levels), run))
+    members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
+    current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
     starts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
     found: dict[str, dataset.Variable] = {
@@ -138,6 +145,7 @@ def creep(
         **_both(films.relaxed, films.at_once),
         "holding_voltage": ((), highest, *_HIGHEST),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
+        **validity_variables(validity_of_run(members, whole), outcome, model.system, along, "time"),
     }
     result = dataset.label(
         model,
@@ -151,7 +159,6 @@ def creep(
         title="creep",
     )
     advance(progress, 0.1)
-    outcome = np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
     return result.assign(outcome=dataset.outcome_array(outcome, along))
 
 

@@ -62,6 +62,16 @@ class Trajectories:
         )
 
 
+def to_the_end(run: Trajectories, samples: npt.NDArray[np.intp] | slice = slice(None)) -> tuple[Array, Array]:
+    """Times and states of some samples of a run, default all; the first sample behind an early end is that end."""
+    times, states = run.times[:, samples].copy(), run.states[:, samples].copy()
+    ended = np.isnan(states[..., 0])
+    rows, first = np.flatnonzero(ended.any(axis=1)), ended.argmax(axis=1)
+    later = rows[run.end_times[rows] > times[rows, first[rows] - 1]]
+    times[later, first[later]], states[later, first[later]] = run.end_times[later], run.end_states[later]
+    return times, states
+
+
 @dataclass(frozen=True)
 class Job:
     """One call of `gelcone.integrate`: ``members``, the mask ``runs`` of those to integrate, and what to record.

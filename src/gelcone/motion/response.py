@@ -16,12 +16,11 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.delivery import delivered, switched
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.job import Trajectories
+from gelcone.motion.job import Trajectories, to_the_end
 from gelcone.motion.settle import LONGEST_TIME
 from gelcone.motion.start import start_states
-from gelcone.motion.validity import ASSUMPTIONS, SHARES, broken, lasting, unknown, validity_variables
+from gelcone.motion.validity import ASSUMPTIONS, broken, validity_of_run, validity_variables
 from gelcone.physics.film.film import FilmState
-from gelcone.physics.film.wrinkling import FAILED
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
@@ -153,13 +152,7 @@ def simulate(
         variables, film_states = _variables(members, run, *jumps)
         voltages = members.voltages(run.times, run.states)
         fails = broken(members, run.states, voltages, film_states)
-    found = unknown(model.size)
-    lasted = lasting(members, *_to_the_end(run, checked))
-    found[:, : len(SHARES) + 1] = np.stack([*lasted.shares().values(), lasted.share_error], axis=1)
-    states = film_variables(members, run)
-    if FAILED in members.system.film.kinds:  # the exact share of the time for which it has failed
-        found[:, len(SHARES) + 1 + members.system.film.kinds.index(FAILED)] = states[f"film_state_{FAILED}"][1]
-    valid = validity_variables(found, run.outcome, members.system, of="time")
+    valid = validity_variables(validity_of_run(members, run, checked), run.outcome, members.system, of="time")
     films = {film.prefix: film for film in members.system.films}
     kinds = {film.prefix: own.kind for film, own in zip(films.values(), film_states, strict=True) if film.kinds}
     shared_times = (sampled == sampled[0]).all()
@@ -176,9 +169,9 @@ def simulate(
             for n, v in kinds.items()
         }
         | valid
-        | states
+        | film_variables(members, run)
         | _heat(members, run)
-        | delivered(members, *_to_the_end(run, np.arange(sampled.shape[1])), jumps[1]),
+        | delivered(members, *to_the_end(run), jumps[1]),
         coords={"time": ((dim,), sampled[0, kept] if shared_times else sampled[:, kept], "time", "time")},
         outcome=run.outcome,
         # given times are the coordinate of the result
@@ -206,16 +199,6 @@ def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     lost, half = heat_of(members.system, run.work), run.times.shape[1] // 2
     mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half])
     return {name: ((), mean, f"{words}, in the second half", of) for name, (words, of) in HEAT.items()}
-
-
-def _to_the_end(run: Trajectories, samples: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Times and states of some samples of a run; the first sample behind an early end is that end."""
-    times, states = run.times[:, samples].copy(), run.states[:, samples].copy()
-    ended = np.isnan(states[..., 0])
-    rows, first = np.flatnonzero(ended.any(axis=1)), ended.argmax(axis=1)
-    later = rows[run.end_times[rows] > times[rows, first[rows] - 1]]
-    times[later, first[later]], states[later, first[later]] = run.end_times[later], run.end_states[later]
-    return times, states
 
 
 def _check_positive(name: str, value: Any, bound: str) -> None:

@@ -16,6 +16,7 @@ from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.settle import LONGEST_TIME
 from gelcone.motion.state_space import rest_under
 from gelcone.motion.static_results import constant_voltages, own_levels
+from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.structure import DISC
@@ -81,7 +82,7 @@ def step(
     the end over the way; ``settling_time``, after which the disc stays within 2 % of the way (NaN where it does not);
     ``drift``, by how much it still moves in the last tenth, over the way; ``equilibrium``, where a slow ramp to the
     voltage ends; and over ``time`` the ``displacement``. All but ``begin`` are NaN where the film pulls in, which the
-    ``outcome`` says.
+    ``outcome`` says. ``validity_*`` are those of `simulate`, of the run after the step.
 
     Raises
     ------
@@ -117,9 +118,10 @@ def step(
     along = ("constant_voltage",)
     variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
     variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
+    valid = validity_variables(validity_of_run(members, run), run.outcome, members.system, along, "time")
     result = dataset.label(
         model,
-        variables,
+        variables | valid,
         coords={
             "constant_voltage": (along, levels, "constant voltage after the step", "voltage"),
             "time": (("time",), times, "time after the step", "time"),

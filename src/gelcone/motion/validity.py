@@ -17,6 +17,7 @@ import numpy.typing as npt
 from gelcone.codes import Outcome
 from gelcone.dataset import Variable
 from gelcone.motion.dwell import Path, dwell_times
+from gelcone.motion.job import Trajectories, to_the_end
 from gelcone.physics.film.film import Film, FilmState
 from gelcone.physics.film.pull_in import over_pull_in
 from gelcone.physics.film.wrinkling import FAILED
@@ -185,18 +186,18 @@ def lasting(members: Members, times: Array, states: Array) -> Lasting:
 
 
 def validity(
-    members: Members, times: Array, states: Array, *, turn: bool = False, film_times: Array | None = None
+    members: Members, times: Array, states: Array, *, whole: bool = False, film_times: Array | None = None
 ) -> Array:
     """Shares of the time of motions sampled from their start to their end, (members, `VALIDITY`): of each of `SHARES`;
     the largest error of all shares; and of each state of the first film and of the second, from the ``film_times``
     (members, films, kinds) of the run.
 
-    The error is that of the times at which assumptions begin and cease to hold. Unless the motion is one whole ``turn``
-    of a cycle, it is at least the standard error of the shares of `BLOCKS` parts.
+    The error is that of the times at which assumptions begin and cease to hold. Unless the motion is
+    ``whole``, as a turn of a cycle is, it is at least the standard error of the shares of `BLOCKS` parts.
     """
     found, films = lasting(members, times, states), members.system.films
     error, ran = found.share_error, found.spans.sum(axis=1) > 0.0
-    if not turn:
+    if not whole:
         error = np.maximum(error, _spread_of_parts(members, times, states, found))
     kinds = np.full((len(times), 2, MOST_KINDS), np.nan)
     for place, film in enumerate(films):
@@ -206,6 +207,11 @@ def validity(
             spent = film_times[:, place] / film_times[:, place].sum(axis=1, keepdims=True)
         kinds[:, place, : len(film.kinds)] = np.where(ran[:, None], spent[:, : len(film.kinds)], np.nan)
     return np.hstack([np.stack([*found.shares().values(), error], axis=1), kinds.reshape(len(times), -1)])
+
+
+def validity_of_run(members: Members, run: Trajectories, samples: npt.NDArray[np.intp] | slice = slice(None)) -> Array:
+    """`validity` of whole runs from start to end, by some of their samples."""
+    return validity(members, *to_the_end(run, samples), whole=True, film_times=run.film_times)
 
 
 def _spread_of_parts(members: Members, times: Array, states: Array, found: Lasting) -> Array:

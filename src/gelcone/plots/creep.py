@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.plots.step import name_faint, opacities
 from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, say, styled
 from gelcone.words import evenly, measured, time_unit
 
@@ -19,18 +20,20 @@ SHOWN = 6
 
 
 def creep_figure(result: xr.Dataset) -> Figure:
-    """Displacement and margin over time, one line per voltage, and the time to pull-in between the thresholds."""
+    """Displacement and margin over time, one line per voltage, faint where the model does not hold; and the time to
+    pull-in between the thresholds."""
     size, unit = time_unit(float(result["time"][-1]), result["time"])
 
     def draw(figure: Figure) -> None:
         axes: Any = figure.subplot_mosaic([["place", "curve"], ["margin", "curve"]], width_ratios=[1.15, 1.0])
-        picks = evenly(result.sizes["constant_voltage"], SHOWN)
+        picks, opacity = evenly(result.sizes["constant_voltage"], SHOWN), opacities(result)
         for k, pick in enumerate(picks):
             one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
+            look = {"color": colour, "alpha": opacity[pick]}
             time = one["time"].values[1:] / size
             name = measured(one["constant_voltage"])
-            axes["place"].plot(time, one["displacement"].values[1:], color=colour)
-            axes["margin"].plot(time, 100.0 * one["margin"].values[1:], color=colour, label=name)
+            axes["place"].plot(time, one["displacement"].values[1:], **look)
+            axes["margin"].plot(time, 100.0 * one["margin"].values[1:], **look, label=name)
             if np.isfinite(one["equilibrium"]):
                 axes["place"].axhline(float(one["equilibrium"]), color=colour, lw=0.6, ls="--", alpha=0.7)
             if np.isfinite(one["pull_in_time"]) and float(one["pull_in_time"]) > 0.0:
@@ -42,6 +45,7 @@ def creep_figure(result: xr.Dataset) -> Figure:
         axes["place"].set_ylabel(axis_label(result["displacement"], "displacement"))
         axes["place"].set_title("dashed: equilibrium; dotted: pull-in", loc="left", fontsize=8.0)
         axes["margin"].set_ylim(bottom=0.0)
+        name_faint(axes["margin"], opacity[picks])
         axes["margin"].legend(loc="best")
         axes["margin"].set_ylabel("margin (% of the voltage)")
         axes["margin"].set_xlabel(f"holding time{_bracketed(unit)}")

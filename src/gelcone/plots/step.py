@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.codes import Outcome
-from gelcone.plots.style import CYCLE, GREY, name_axes, styled
+from gelcone.motion.validity import invalid
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL
+from gelcone.plots.style import BLACK, CYCLE, GREY, name_axes, styled
+from gelcone.quantity import Array
 from gelcone.words import evenly, measured
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SHOWN = 6
@@ -19,18 +23,18 @@ SHOWN = 6
 
 
 def step_figure(result: xr.Dataset) -> Figure:
-    """Displacement after the step; dashed the equilibrium of a slow ramp, dotted the settling time."""
+    """Displacement after the step, faint where the model does not hold; dashed the end of a slow ramp, dotted the
+    settling time."""
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
-        picks = evenly(result.sizes["constant_voltage"], SHOWN)
+        picks, opacity = evenly(result.sizes["constant_voltage"], SHOWN), opacities(result)
         for k, pick in enumerate(picks):
             one, colour = result.isel(constant_voltage=int(pick)), CYCLE[k % len(CYCLE)]
             outcome = int(one["outcome"])
             ended = f", {Outcome(outcome).words}" if outcome else ""
-            axes.plot(
-                result["time"], one["displacement"], color=colour, label=measured(one["constant_voltage"]) + ended
-            )
+            look = {"color": colour, "alpha": opacity[pick], "label": measured(one["constant_voltage"]) + ended}
+            axes.plot(result["time"], one["displacement"], **look)
             if np.isfinite(one["equilibrium"]):
                 axes.axhline(float(one["equilibrium"]), color=colour, lw=0.6, ls="--", alpha=0.7)
             if np.isfinite(one["settling_time"]):
@@ -39,6 +43,19 @@ def step_figure(result: xr.Dataset) -> Figure:
         axes.set_xlim(0.0, float(result["time"].max()))
         name_axes(axes, result["time"], result["displacement"], "time after the step")
         axes.set_title("dashed: end of a slow ramp; dotted: settling time", loc="left", fontsize=8.0)
+        name_faint(axes, opacity[picks])
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return styled(6.0, 3.4, draw, result)
+
+
+def opacities(result: xr.Dataset) -> Array:
+    """Opacities of the lines of each constant voltage: faint where the model does not hold."""
+    where = invalid(result)
+    return np.where(np.zeros(result.sizes["constant_voltage"], dtype=bool) if where is None else where, UNHELD, 1.0)
+
+
+def name_faint(axes: Axes, opacity: Array) -> None:
+    """Names the faint lines in the legend, if there are any."""
+    if (opacity < 1.0).any():
+        axes.plot([], [], color=BLACK, alpha=UNHELD, label=UNHELD_LABEL)

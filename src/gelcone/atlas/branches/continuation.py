@@ -490,7 +490,7 @@ def _extent(branch: Branch) -> tuple[Array, Array, Array]:
         shooting.members_at((branch.values,)),
         np.hstack([np.zeros((points, 1)), times.reshape(points, -1)]),
         np.hstack([nodes.reshape(points, n, -1)[first], run.states.reshape(points, n * samples, -1)]),
-        turn=True,
+        whole=True,
         film_times=run.film_times.reshape(points, n, *run.film_times.shape[1:]).sum(axis=1),
     )
     return low, high, holds

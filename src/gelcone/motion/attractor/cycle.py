@@ -159,7 +159,7 @@ class Sampled(NamedTuple):
 
     def validity(self, members: Members, *, turn: bool) -> Array:
         """Validity of the model along the motions (`gelcone.motion.validity.validity`)."""
-        return validity(members, self.times, self.states, turn=turn, film_times=self.film_times)
+        return validity(members, self.times, self.states, whole=turn, film_times=self.film_times)
 
 
 def sampled(members: Members, states: Array, periods: int, samples: int, **flow_options: Any) -> Sampled:
