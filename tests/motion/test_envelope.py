@@ -471,7 +471,9 @@ def test_a_voltage_that_is_held_for_a_time_is_that_of_creep():
         (BEAM.replace(second_film="taut", second_drive="opposite"), "duration: films in opposite phase"),
     ],
 )
-def test_what_holds_no_voltage_takes_no_duration(model, message):
+def test_what_holds_no_voltage_takes_no_duration(monkeypatch, model, message):
+    """Before any work."""
+    monkeypatch.delattr(envelope_module, "plane_of")
     with pytest.raises(InputError, match=message):
         envelope(model, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=10.0)
     with pytest.raises(InputError, match="duration = -1: must be a positive time"):
@@ -601,7 +603,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
 
     monkeypatch.setattr(envelope_module, "plane_of", plane)
     asked = record(
-        monkeypatch, envelope_module, hold=held, held_limits=limits, _held_variables=scalar,
+        monkeypatch, envelope_module, check_holds=None, holding=held, held_limits=limits, _held_variables=scalar,
         thresholds={"instant_voltage": scalar["instant_voltage"]},
     )  # fmt: skip
     shares = []
@@ -614,11 +616,12 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
     assert json.loads(found.attrs["options"]) == options
     assert float(found["instant_voltage"]) == 1.25
     if duration is None:
-        assert not asked["hold"]
+        assert not asked["holding"]
         assert "held_voltage" not in found
         return
-    (call,), (of_limits,) = asked["hold"], asked["held_limits"]
+    (call,), (of_limits,) = asked["holding"], asked["held_limits"]
     assert (call["duration"], call["up_to"]) == (30.0, pytest.approx(1.212))
+    assert (call["model"], call["count"], call["threads"]) == (TAUT, 32, 5)
     assert of_limits["held"] is asked["_held_variables"][0]["held"] is held
     assert of_limits["relaxed"][-1] == 1.2
     assert asked["_held_variables"][0]["duration"] == 30.0

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 import gelcone
-from gelcone.errors import InputError
 from gelcone.motion import static_limits
-from gelcone.motion.creep import HeldRuns, Holding
+from gelcone.motion.creep import HeldRuns, Holding, holding
 from gelcone.motion.plane import Plane
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.physics.model import ConeModel
 from tests.motion.planes import BEAM, FLAT, TAUT, WRINKLING, Curve, passes, straight
-from tests.recorded import record
 
 
 def test_the_membranes_static_pull_in_is_found_above_the_voltages_of_the_drive():
@@ -68,7 +66,7 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     model = BEAM.replace(dielectric_strength=1.45)
     plane = Plane.of(model, None)
     relaxed = static_limits.static_limits_of(plane)
-    held = static_limits.hold(plane, 60.0, 1.0, None)
+    held = holding(model, 60.0, 1.0, count=32, threads=None)
     found = dict(zip(STATIC_LIMITS, static_limits.held_limits(plane, held, relaxed), strict=True))
     volts = found["dielectric breakdown"]
     assert np.isinf(relaxed[0]) or relaxed[0] < volts
@@ -229,16 +227,6 @@ def test_the_limits_of_a_held_voltage_are_the_first_that_its_run_meets_at_any_ti
     assert over[-1] == pytest.approx(1.2, rel=1e-4)
     none = static_limits.held_limits(plane, held._replace(highest=0.0), relaxed)
     np.testing.assert_array_equal(none, relaxed)
-
-
-def test_films_in_opposite_phase_hold_no_voltage_and_others_are_held_with_what_the_plane_has(monkeypatch):
-    asked = record(monkeypatch, static_limits, holding="held")
-    assert static_limits.hold(straight(TAUT), 3.0, 1.5, "progress") == "held"
-    ((call),) = asked["holding"]
-    assert (call["model"], call["duration"], call["up_to"], call["progress"]) == (TAUT, 3.0, 1.5, "progress")
-    assert (call["count"], call["threads"]) == (static_limits.HELD_LEVELS, None)
-    with pytest.raises(InputError, match="duration: films in opposite phase hold no constant voltage; leave it out"):
-        static_limits.hold(straight(TAUT.replace(second_film="taut", second_drive="opposite")), 3.0, 1.5, None)
 
 
 @pytest.mark.parametrize("flat", [0.3, 0.9])

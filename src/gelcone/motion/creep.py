@@ -227,13 +227,20 @@ class HeldRuns(NamedTuple):
     run: Trajectories
 
 
+def check_holds(model: ConeModel, duration: float) -> None:
+    """Raises `InputError` where `holding` has no answer: for a duration that is not positive, a film without branches,
+    a commanded charge and films in opposite phase."""
+    if model.system.films[-1].drive == "opposite":
+        raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
+    _check_creeps(model, "duration", "or leave it out")
+    check_budgets(duration=duration)
+
+
 def holding(
     model: ConeModel, duration: float, up_to: float, *, count: int, threads: int | None, progress: Progress = None
 ) -> Holding:
     """The highest voltage that a film bears for a ``duration``, and its runs at ``count`` levels up to that, or up to
-    ``up_to`` for a film that never pulls in. Raises `InputError` as `creep`."""
-    _check_creeps(model, "duration", "or leave it out")
-    check_budgets(duration=duration)
+    ``up_to`` for a film that never pulls in."""
     films, lasts = _Held.of(model, DEFAULT_TOLERANCE, threads), float(duration)
     _, _, highest = films.curve(lasts, weighted(progress, 0.5))
     end = highest if np.isfinite(highest) else up_to

@@ -7,7 +7,7 @@ limits hold for a constant peak voltage reached on a slow ramp, driven limits fo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,13 +17,13 @@ from gelcone.codes import Outcome, Regime
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
 from gelcone.motion.coexisting import coexisting
-from gelcone.motion.creep import Holding, thresholds
+from gelcone.motion.creep import Holding, check_holds, holding, thresholds
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import driven
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, Plane
 from gelcone.motion.response import HEAT, heats
-from gelcone.motion.static_limits import STATIC_LIMITS, held_limits, hold, peaks_of, static_curves, static_limits_of
+from gelcone.motion.static_limits import STATIC_LIMITS, held_limits, peaks_of, static_curves, static_limits_of
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import membrane_pull_in
@@ -41,6 +41,8 @@ COEXISTING_SHARE = 0.3
 """Share of the progress for coexisting motions."""
 HELD_SHARE = 0.1
 """Share of the progress for constant voltages that are held."""
+HELD_LEVELS = 32
+"""Number of constant voltages that are held for a duration."""
 
 
 @analysis(
@@ -149,9 +151,7 @@ def envelope(
     >>> window.recommended_peak.values.round(3).tolist()
     [0.727, 0.681]
     """
-    check_one(model, "envelope")
-    if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
-        raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
+    _check(model, margin, duration)
     plane = plane_of(model, threads, limits_from)
     own_error = float(model.own_numbers["film_error"]) if isinstance(model.film, MembraneFilm) else None
     given = None if peaks is None else _axis("peaks", peaks)
@@ -162,7 +162,8 @@ def envelope(
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
-        held = hold(plane, duration, float(default[-1]), weighted(progress, HELD_SHARE))
+        of_held: dict[str, Any] = {"threads": threads, "progress": weighted(progress, HELD_SHARE)}
+        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, **of_held)
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
         default = peaks_of(static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
@@ -229,6 +230,15 @@ def envelope(
         pull_in_of=pull_in_of(plane),
         pull_in_error=own_error or max((curve.error for curve in plane.membranes), default=0.0),
     )
+
+
+def _check(model: ConeModel, margin: float, duration: float | None) -> None:
+    """Raises `InputError` for an ensemble, a margin outside [0, 1), and a duration for which no voltage can be held."""
+    check_one(model, "envelope")
+    if not (isinstance(margin, float | int) and 0.0 <= margin < 1.0):
+        raise InputError(f"margin = {margin}: must be a number from 0 up to, but not including, 1")
+    if duration is not None:
+        check_holds(model, duration)
 
 
 def plane_of(model: ConeModel, threads: int | None, limits_from: str = "rest") -> Plane:

@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from gelcone.errors import InputError
-from gelcone.motion.creep import HeldRuns, Holding, holding
+from gelcone.motion.creep import HeldRuns, Holding
 from gelcone.motion.driven import WITHIN
 from gelcone.motion.natural import frequencies_under
 from gelcone.motion.plane import Plane, is_flat
@@ -15,7 +14,6 @@ from gelcone.motion.ramp import Ramp
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress
 from gelcone.quantity import Array
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
@@ -34,8 +32,6 @@ limit."""
 BEFORE = 1.0 - 1e-9
 """Share of the pull-in voltage at which the disc has not jumped yet."""
 _FAILING = ("breakdown", "hoop_slack", "meridional_slack", "near_limit", "beyond_membrane")
-HELD_LEVELS = 32
-"""Number of constant voltages that are held for a duration."""
 HELD_CLOSER, HELD_RESOLVED = 10, 1e-4
 """As `CLOSER` and `RESOLVED`, of voltages that are held."""
 
@@ -153,13 +149,6 @@ def _natural(model: ConeModel, ramp: Ramp) -> Array:
 
 
 # --- held for a while -----------------------------------------------------------------------------------------------
-
-
-def hold(plane: Plane, duration: float, up_to: float, progress: Progress) -> Holding:
-    """Constant voltages up to ``up_to`` held for a ``duration``. Raises `InputError` for a film that does not creep."""
-    if plane.model.system.films[-1].drive == "opposite":
-        raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
-    return holding(plane.model, duration, up_to, count=HELD_LEVELS, threads=plane.threads, progress=progress)
 
 
 def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
