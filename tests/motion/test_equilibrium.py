@@ -20,6 +20,7 @@ from gelcone import (
     stroke_and_blocked_force,
 )
 from gelcone.motion import equilibrium as module
+from gelcone.motion.validity import invalid
 from gelcone.physics.statics import every_balance
 from gelcone.plots.equilibrium import static_figure
 from tests.motion.balances import MODEL, SOFTENING, TABLE1, Balance, random_model
@@ -197,7 +198,7 @@ def test_the_figure_tells_stable_from_unstable():
     filled = [len(d.get_xdata()) for d in dots if d.get_markerfacecolor() != "white"]
     opened = [len(d.get_xdata()) for d in dots if d.get_markerfacecolor() == "white"]
     assert (filled, opened) == ([1, 1, 2], [0, 0, 1])
-    dashed = [line for line in branches.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
+    dashed = [line for line in branches.lines if line.get_linestyle() == "--" and np.isfinite(line.get_ydata()).any()]
     (unstable,) = dashed
     drawn = np.isfinite(unstable.get_ydata())
     assert drawn.sum() >= 2
@@ -301,6 +302,26 @@ def test_each_equilibrium_has_the_state_of_its_film_and_one_that_is_not_there_ha
         np.testing.assert_array_equal(states[k][there], model.film.state(place[k][there], v, [], n).kind)
 
 
+@pytest.mark.parametrize("film", ["taut", "wrinkling"])
+def test_a_branch_fails_where_equilibria_at_its_voltages_do(film):
+    """Slack, breakdown, the stretch limit, a membrane that has pulled in, and jumps."""
+    model = ConeModel(
+        film=film, rest_height=0.8, hoop_prestretch=1.3, spring_stiffness=1.3, stretch_limit=20.0,
+        dielectric_strength=1.2, radius_ratio=0.25,
+    )  # fmt: skip
+    branches = gelcone.static(model, [0.1])
+    volts, place, fails = (branches[f"branch_{name}"].values for name in ("voltage", "displacement", "fails"))
+    points = np.flatnonzero(np.isfinite(volts))[::9]
+    assert 0.0 < fails[points].mean() < 1.0
+    levels, back = np.unique(volts[points], return_inverse=True)
+    found = gelcone.static(model, levels)
+    where, at = invalid(found).values, found["equilibrium_displacement"].values
+    for point, level in zip(points, back, strict=True):
+        nearest = np.nanargmin(np.abs(at[level] - place[point]))
+        assert at[level, nearest] == pytest.approx(place[point], abs=1e-6)
+        assert where[level, nearest] == fails[point]
+
+
 @pytest.mark.parametrize("at_once", [False, True])
 def test_the_statics_hold_what_the_balances_give(monkeypatch, balances, at_once):
     """At once they are those of the films before they creep, whose states decide on validity, too."""
@@ -361,14 +382,19 @@ def test_branches_reach_a_fifth_beyond_the_highest_voltage_and_half_beyond_the_l
 def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):
     """A disc has pulled in beyond the displacement and above the voltage at which a ramp jumps."""
     levels, place = np.array([0.4, 0.6]), np.array([[[0.2, np.nan], [0.7, 0.3]]] * 3)
-    dims = ("member", "constant_voltage", "equilibrium")
+    dims, along = ("member", "constant_voltage", "equilibrium"), ("member", "branch_point")
     result = xr.Dataset(
         {
             "slope": (dims, place), "pull_in_voltage": ("member", [0.5, np.inf, 0.65]), "pull_in_from": ("member",
-            [-0.5, np.nan, -0.5]),
+            [-0.5, np.nan, -0.5]), "branch_displacement": (along, [[0.2, 0.7, np.nan]] * 3),
+            "branch_voltage": (along, [[0.45, 0.55, np.nan]] * 3),
         }
     )  # fmt: skip
-    fails = {"hoop_slack": np.arange(12).reshape(3, 4) % 2 == 0}
+
+    def fails(members, motion, voltages, states):
+        """True of each first point."""
+        return {"hoop_slack": np.arange(motion[..., 0].size).reshape(motion.shape[:-1]) % 2 == 0}
+
     asked = record(monkeypatch, module, outside=fails)
     members = ConeModel(damping_ratio=[0.1, 0.2, 0.3]).members()
     found = module._with_validity(result, members, every_balance(members), levels, place)
@@ -376,7 +402,12 @@ def test_what_fails_at_equilibria_is_what_fails_of_the_films_there(monkeypatch):
     assert np.isnan(found["validity_breakdown"]).all()
     pulled = [[[0.0, np.nan], [1.0, 0.0]], *[[[0.0, np.nan], [0.0, 0.0]]] * 2]
     np.testing.assert_array_equal(found["validity_pulled_in"], pulled)
-    (call,) = asked["outside"]
+    call, of_branches = asked["outside"]
+    np.testing.assert_array_equal(of_branches["motion"][..., 0], result["branch_displacement"])
+    np.testing.assert_array_equal(of_branches["voltages"][0][:, :2], [[0.45, 0.55]] * 3)
+    np.testing.assert_array_equal(found["branch_fails"][0, :2], [True, True])  # the second has pulled in
+    np.testing.assert_array_equal(found["branch_fails"][1, :2], [False, True])
+    assert not found["branch_fails"][:, 2].any()  # a gap
     np.testing.assert_array_equal(call["motion"], place.reshape(3, 4, 1))
     np.testing.assert_array_equal(call["voltages"][0], [[0.4, 0.4, 0.6, 0.6]] * 3)
 

@@ -627,14 +627,19 @@ TABLE = {
             [
                 "solid branch_displacement over branch_voltage",
                 "dashed branch_displacement over branch_voltage",
+                "dashed nothing over branch_voltage",
                 "solid in the legend: stable",
                 "dashed in the legend: unstable",
                 "points D fold_displacement over fold_voltage: fold",
+                "solid in the legend: faint: the model does not hold",
             ],
         ),
         (
             "figure",
-            ["voltage # of constant_voltage, model does not hold", "stable, unstable, fold, model does not hold"],
+            [
+                "voltage # of constant_voltage, model does not hold",
+                "stable, unstable, fold, faint: the model does not hold",
+            ],
         ),
     ],
     "sweep": [

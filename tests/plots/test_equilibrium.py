@@ -7,6 +7,7 @@ from matplotlib.colors import to_rgb
 import gelcone
 from gelcone import Outcome
 from gelcone.physics.balance import PullIn
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL
 from gelcone.plots.equilibrium import MARKER_SIZES, delivered_force, equilibrium_branches, force_curves, static_figure
 from gelcone.plots.style import BLUE, CYCLE, VERMILION
 from tests.plots.made_up import blank, corners, data_of, line, parameter, result, texts
@@ -149,24 +150,20 @@ def test_a_failed_member_says_so_instead_of_an_empty_picture():
     assert figure.axes[1].get_xlim() == (0.0, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("fails", "grey"),
-    [
-        ([5, 6, 7, 8], (1.0, 1.6)), ([7, 8], (1.4, 1.6)), (range(9), (0.0, 1.6)), ([0, 1, 6, 7, 8], (1.2, 1.6)),
-        ([3, 4], None), ([0, 1], None), ([], None),
-    ],
-)  # fmt: skip
-def test_voltages_from_the_first_beyond_which_the_model_holds_nowhere_are_grey(fails, grey):
-    """At all stable equilibria, that is: an unstable one that fails, or one of several, does not count."""
-    share = np.zeros((9, 3))
-    share[list(fails)] = 0.5
-    share[2, 0], share[3:, 1] = 0.5, 0.5
-    data = statics().assign(validity_breakdown=(("constant_voltage", "equilibrium"), share))
+def test_branches_are_faint_where_the_model_does_not_hold():
+    """Up to the next point at which it does, so that no gaps are left; results that do not say are not faint."""
     axes = blank()
-    equilibrium_branches(data, axes)
-    spans = [patch for patch in axes.patches if patch.get_label() == "model does not hold"]
-    shown = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in spans]
-    assert shown == ([] if grey is None else [pytest.approx(grey)])
+    equilibrium_branches(statics().assign(branch_fails=("step", [False, False, False, True])), axes)
+    faint = [one for one in axes.lines if one.get_alpha() == UNHELD]
+    np.testing.assert_array_equal(data_of(faint[1]), [[1.0, 1.5], [0.2, 0.4]])
+    assert (faint[1].get_color(), faint[1].get_linestyle()) == (VERMILION, "--")
+    assert faint[-1].get_label() == UNHELD_LABEL
+    full = [one for one in axes.lines if one.get_alpha() == 1.0]
+    np.testing.assert_array_equal(data_of(full[0]), [[0.0, 0.5], [0.0, 0.1]])
+    np.testing.assert_array_equal(data_of(full[1]), [[1.0], [0.2]])
+    for fails in ({}, {"branch_fails": ("step", [False] * 4)}):
+        equilibrium_branches(statics().assign(fails), axes := blank())
+        assert not any(one.get_alpha() == UNHELD for one in axes.lines)
 
 
 @pytest.mark.parametrize(("members", "rows"), [(2, 2), (5, 3)])

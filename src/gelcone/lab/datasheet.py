@@ -51,8 +51,8 @@ STEPS = 4000
     answers="datasheet",
     single=True,
     file_only=(
-        "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "equilibrium",
-        "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
+        "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "branch_fails",
+        "equilibrium", "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
     ),
     examples=("biased-pump --out results", 'biased-pump --over "voltage=0.5 kV,1 kV,1.5 kV" --film wrinkling --json'),
 )  # fmt: skip

@@ -22,6 +22,7 @@ from gelcone.motion.validity import ASSUMPTIONS, outside, untrue_by
 from gelcone.physics.balance import Equilibrium, StaticBalance, rest_of
 from gelcone.physics.commanded import faithful
 from gelcone.physics.film.at_once import films_at_once
+from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.statics import balances_of, each
 from gelcone.progress import Counted, Progress
@@ -73,7 +74,8 @@ def static(
     ``equilibrium_displacement``, which is ``stable`` where the energy has a minimum, and ``film_state`` the state of a
     wrinkling film there. Where films do not rest at the commanded voltage, as one that leaks behind a resistance,
     ``film_voltage`` is that on the film. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the
-    equilibria over the voltage, pieces parted by NaN, with the folds among the points. ``pitchfork_voltage``,
+    equilibria over the voltage, pieces parted by NaN, with the folds among the points; ``branch_fails`` says where an
+    assumption of the model fails. ``pitchfork_voltage``,
     ``pitchfork_displacement``, ``fold_voltage``, ``fold_displacement`` and pull-in are those of `pitchfork_voltage`,
     `fold_voltages` and `pull_in_voltage`; ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those
     of `stroke_and_blocked_force`. ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
@@ -148,33 +150,45 @@ def _with_validity(
     result: xr.Dataset, members: Members, balances: list[StaticBalance], levels: Array, place: Array
 ) -> xr.Dataset:
     """Adds the state of the films and the assumptions that fail at the equilibria (members, voltages, equilibria)."""
-    held = np.broadcast_to(levels[:, None], place.shape)
-    films, first = members.system.films, held.reshape(members.size, -1)
-    at = place.reshape(members.size, -1, 1)
-    voltages = _on_films(balances, at[..., 0], first)
+    films, flat = members.system.films, (members.size, -1)
+    held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
+    voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
     for film, voltage in zip(films, voltages, strict=True):
         if not faithful(members.system, members.numbers()):
             values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
             attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
             result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
-    with np.errstate(over="ignore", invalid="ignore"):
-        states = members.film_states(at, voltages)
-    fails = dict(outside(members, at, voltages, states))
     for film, state in zip(films, states, strict=True):
         if kinds := film.kinds:
             found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)
             attrs = {"long_name": f"state of {film.words}", "units": "1"}
             attrs |= {"quantity": "flag"} | dataset.flags_of(kinds)
             result[f"{film.prefix}film_state"] = (result["slope"].dims, found.astype(np.int8), attrs)
-    lost, before = (result[name].values.reshape(-1, 1, 1) for name in ("pull_in_voltage", "pull_in_from"))
-    snaps = (held > lost) & (np.abs(place) > np.abs(before))
-    fails["pulled_in"] = snaps.reshape(members.size, -1)
     for name in ASSUMPTIONS:
         found = fails[name].reshape(place.shape) if name in fails else np.full(place.shape, np.nan)
         values = np.where(np.isnan(place), np.nan, found).reshape(result["slope"].shape)
         attrs = {"long_name": f"1 at an equilibrium with {untrue_by(name)}", "units": "1", "quantity": "share"}
         result[f"validity_{name}"] = (result["slope"].dims, values, attrs)
+    branch, at = result["branch_voltage"], result["branch_displacement"].values.reshape(flat)
+    _, _, fails = _failing(result, members, balances, np.nan_to_num(branch.values).reshape(flat), at)
+    attrs = dataset.attributes("whether an assumption of the model fails along the equilibria", "flag")
+    found = np.any([*fails.values()], axis=0) & np.isfinite(at)
+    result["branch_fails"] = (branch.dims, found.reshape(branch.shape), attrs)
     return result
+
+
+def _failing(
+    result: xr.Dataset, members: Members, balances: list[StaticBalance], held: Array, place: Array
+) -> tuple[list[Array], list[FilmState], dict[str, npt.NDArray[np.bool_]]]:
+    """Voltages on the films, their states, and masks of the assumptions that fail by name, at equilibria (members,
+    points) at the commanded voltages ``held``."""
+    voltages = _on_films(balances, place, held)
+    with np.errstate(over="ignore", invalid="ignore"):
+        states = members.film_states(place[..., None], voltages)
+    fails = dict(outside(members, place[..., None], voltages, states))
+    lost, before = (result[name].values.reshape(-1, 1) for name in ("pull_in_voltage", "pull_in_from"))
+    fails["pulled_in"] = (held > lost) & (np.abs(place) > np.abs(before))
+    return voltages, states, fails
 
 
 def _on_films(balances: list[StaticBalance], place: Array, commands: Array) -> list[Array]:

@@ -40,6 +40,8 @@ NEAR_PULL_IN = 1.0 - 1e-9
 """Share of the pull-in V up to which slopes, infinite there, are evaluated."""
 ROUNDING = 1e-14
 """Squared voltages that differ by less count as equal: an equilibrium then lies on its fold or pitchfork."""
+FLAT_SAMPLES = 161
+"""Points along the flat equilibria."""
 FILM_SAMPLES = 401
 
 
@@ -284,7 +286,8 @@ class StaticBalance:
         if self.flat:
             pitchfork = float(self.squared(0.0))
             lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
-            voltage = np.unique([0.0, lost, min(highest, math.sqrt(self.highest_squared))])
+            end = min(highest, math.sqrt(self.highest_squared))
+            voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), lost])
             away = self.balancing(0.0) - self.films(0.0, voltage**2)[0]
             slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, away)
             found.append(np.stack([0.0 * voltage, voltage, slope]))

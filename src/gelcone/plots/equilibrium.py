@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
+from gelcone.plots.branches import UNHELD, UNHELD_LABEL, with_neighbours
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, name_axes, styled
 from gelcone.words import evenly, measured, unit_of
@@ -122,9 +123,14 @@ def limit_forces(member: xr.Dataset, axes: Axes) -> None:
 
 
 def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
-    """Displacement of all equilibria over the voltage, unstable ones dashed, with pitchfork, folds and pull-in."""
+    """Displacement of all equilibria over the voltage, unstable ones dashed, with pitchfork, folds and pull-in; faint
+    where the model does not hold."""
     voltage, place = member["branch_voltage"], member["branch_displacement"]
-    split_by_stability(voltage, place, member["branch_slope"], axes, colour=BLUE, both=VERMILION)
+    fails = np.asarray(member.get("branch_fails", np.zeros(voltage.size, dtype=bool)))  # files of 0.2 do not say
+    for which, alpha in ((with_neighbours(fails), UNHELD), (~fails, 1.0)):
+        if which.any():
+            shown = np.where(which, place, np.nan)
+            split_by_stability(voltage, shown, member["branch_slope"], axes, colour=BLUE, both=VERMILION, alpha=alpha)
     axes.plot([], [], color=BLUE, label="stable")
     if (member["branch_slope"] <= 0.0).any():
         axes.plot([], [], color=VERMILION, ls="--", label="unstable")
@@ -137,26 +143,11 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
     mark_jump(member, axes)
-    mark_unheld(member, axes)
+    if fails.any():
+        axes.plot([], [], color=BLACK, alpha=UNHELD, label=UNHELD_LABEL)
     name_axes(axes, voltage, place, "constant voltage", "displacement")
     axes.set_xlim(0.0, float(np.nanmax(voltage)) if np.isfinite(voltage).any() else 1.0)
     note_failure(member, axes)
-
-
-def mark_unheld(member: xr.Dataset, axes: Axes) -> None:
-    """Greys the voltages above which the model holds at none of the computed stable equilibria."""
-    where = invalid(member)
-    if where is None:
-        return
-    holds = (member["stable"].astype(bool) & np.isfinite(member["equilibrium_displacement"]) & ~where).any(
-        "equilibrium"
-    )
-    levels = member["constant_voltage"].values
-    fails = ~holds.values
-    if levels.size > 1 and fails.any():
-        first = levels[np.flatnonzero(~fails)[-1] + 1] if (~fails).any() and fails[-1] else levels[0]
-        if fails[levels >= first].all():
-            axes.axvspan(first, levels[-1], color=GREY, alpha=0.2, lw=0.0, label="model does not hold")
 
 
 def mark_jump(member: xr.Dataset, axes: Axes) -> None:
@@ -174,11 +165,13 @@ def mark_jump(member: xr.Dataset, axes: Axes) -> None:
     axes.plot([], [], color=BLACK, marker=r"$\uparrow$", ls="none", label=named)
 
 
-def split_by_stability(x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str) -> None:
+def split_by_stability(
+    x: Any, y: Any, slope: Any, axes: Axes, *, colour: str, both: str, alpha: float | None = None
+) -> None:
     """A line, solid where ``slope`` is not negative, and dashed in the colour ``both`` where it is not positive."""
     x, y, slope = (np.asarray(values, dtype=float) for values in (x, y, slope))
-    axes.plot(x, np.where(slope >= 0.0, y, np.nan), color=colour)
-    axes.plot(x, np.where(slope <= 0.0, y, np.nan), color=both, ls="--")
+    axes.plot(x, np.where(slope >= 0.0, y, np.nan), color=colour, alpha=alpha)
+    axes.plot(x, np.where(slope <= 0.0, y, np.nan), color=both, alpha=alpha, ls="--")
 
 
 def note_failure(member: xr.Dataset, axes: Axes) -> None:
