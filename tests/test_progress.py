@@ -1,11 +1,13 @@
 """Progress adds up, and a run is stopped by its watch."""
 
+import importlib
 import threading
 from types import SimpleNamespace
 
 import pytest
 import tqdm.auto
 
+import gelcone
 from gelcone import ConeModel, simulate
 from gelcone.progress import Counted, Stopped, Watch, advance, bar, barred, split_progress, watching, weighted
 
@@ -34,6 +36,33 @@ def test_two_parts_add_up_in_the_ratio_of_their_work(share):
     second(1.0)
     assert told == pytest.approx([0.75 * share, 0.25 * share])
     assert split_progress(None, 3.0, 1.0) == (None, None)
+
+
+MODEL = ConeModel(rest_height=0.8, hoop_prestretch=1.3, damping_ratio=0.3, voltage=0.2)
+RELAXING = MODEL.replace(viscous_modulus_1=0.5, relaxation_time_1=2.0)
+
+
+@pytest.mark.parametrize(
+    ("module", "part", "run"),
+    [
+        ("response", "delivered", lambda progress: simulate(MODEL, periods=2, progress=progress)),
+        ("settled", "linear_response", lambda progress: gelcone.settled(MODEL, progress=progress)),
+        ("step", "stroke_and_blocked_force", lambda progress: gelcone.step(MODEL, [0.3], progress=progress)),
+        ("creep", "validity_of_run", lambda progress: gelcone.creep(RELAXING, [0.3], progress=progress)),
+    ],
+)
+def test_a_bar_is_not_full_before_the_last_long_part_begins(monkeypatch, module, part, run):
+    module, shares, before = importlib.import_module(f"gelcone.motion.{module}"), [], []
+    work = getattr(module, part)
+
+    def watched(*arguments, **options):
+        before.append(sum(shares))
+        return work(*arguments, **options)
+
+    monkeypatch.setattr(module, part, watched)
+    run(shares.append)
+    assert 0.3 < before[-1] <= 0.7 + 1e-12
+    assert sum(shares) == pytest.approx(1.0)
 
 
 def test_a_watch_counts_steps_and_stops_what_it_watches():

@@ -72,7 +72,9 @@ def test_each_variable_holds_its_number_of_the_swing_and_the_linear_stroke_that_
     assert search["members"].damping_ratio.tolist() == [0.1, 0.2, 0.3]
     assert {name: search[name] for name in options} == options
     assert (search["threads"], search["source"], search["only_extent"]) == (5, True, False)
-    assert search["progress"] == shares.append
+    assert sum(shares) == 1.0
+    search["progress"](1.0)
+    assert sum(shares) == 1.5  # linear theory has the other half
     assert linear["model"].damping_ratio.tolist() == [0.2, 0.3]
     assert linear["frequencies"].tolist() == [[0.7], [0.8]]
     np.testing.assert_array_equal(found["linear_stroke"], [np.nan, np.nan, 7.0, 8.0])

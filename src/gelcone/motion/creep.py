@@ -132,7 +132,7 @@ def creep(
     members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
     current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
     starts = films.starts(levels)
-    held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.5))
+    held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.3))
     found: dict[str, dataset.Variable] = {
         "begin": (along, starts[:, 0], "displacement at once", dataset.absent("length", nan="pulls in at once")),
         "end": (along, x[:, -1], "displacement after the holding time", dataset.absent("length", nan="pulls in")),
@@ -158,7 +158,7 @@ def creep(
         options={"duration": duration, "tolerance": tolerance},
         title="creep",
     )
-    advance(progress, 0.1)
+    advance(progress, 0.3)
     return result.assign(outcome=dataset.outcome_array(outcome, along))
 
 
@@ -322,6 +322,7 @@ class _Held:
         """Voltages between the thresholds, the times to pull-in there, and the highest that is held."""
         low, high = self.relaxed.lost.voltage, self.at_once.lost.voltage
         if not np.isfinite(low):
+            advance(progress, 1.0)
             peak = float(np.max(own_levels(self.model)))
             return np.linspace(0.0, peak, CURVE), np.full(CURVE, np.nan if np.isnan(low) else np.inf), low
         high = max(high, low * (1.0 + 1e-6)) if np.isfinite(high) else 2.0 * low

@@ -24,7 +24,7 @@ from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.system import ConeSystem
-from gelcone.progress import Progress
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Times
 from gelcone.register.analysis import Axis
 
@@ -145,13 +145,15 @@ def simulate(
         kept, checked = (np.searchsorted(sampled[0], some) for some in (wanted, even))
     sampled = np.broadcast_to(sampled, (model.size, sampled.shape[1]))
     _check_memory(*sampled.shape)
-    run = integrate(model, states0, sampled, keep="work", tolerance=tolerance, threads=threads, progress=progress)
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
+    run = integrate(model, states0, sampled, keep="work", **flow, progress=weighted(progress, 0.4))
     members = model.members()
     with np.errstate(over="ignore", invalid="ignore"):
-        jumps = switched(members, states0, run.times, tolerance=tolerance, threads=threads)
+        jumps = switched(members, states0, run.times, **flow)
         variables, film_states = _variables(members, run, *jumps)
         voltages = members.voltages(run.times, run.states)
         fails = broken(members, run.states, voltages, film_states)
+    advance(progress, 0.2)
     valid = validity_variables(validity_of_run(members, run, checked), run.outcome, members.system, of="time")
     films = {film.prefix: film for film in members.system.films}
     kinds = {film.prefix: own.kind for film, own in zip(films.values(), film_states, strict=True) if film.kinds}
@@ -181,6 +183,7 @@ def simulate(
         },
         title="time response",
     )
+    advance(progress, 0.4)
     for name in kinds:
         result[f"{name}film_state"].attrs |= dataset.flags_of(films[name].kinds)
     return dataset.with_initial(result, model, states0)

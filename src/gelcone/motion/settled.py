@@ -21,7 +21,7 @@ from gelcone.motion.swing import Swing, settled_swing
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.progress import Progress
+from gelcone.progress import Counted, Progress, weighted
 from gelcone.quantity import Array, Time
 
 if TYPE_CHECKING:
@@ -117,7 +117,8 @@ def settled_cells(
     """Compute `settled` for every member of a flattened ensemble from its state (members, N); options as there."""
     budgets: dict[str, Any] = {"transient": transient, "patience": patience}
     check_budgets(**budgets)
-    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads, "progress": progress}
+    counted = Counted(progress)
+    flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads, "progress": weighted(counted, 0.5)}
     losing = members.damped
     found, linear = Swing.blank(members.size, states=states.shape[1]), np.full(members.size, np.nan)
     found.outcome[~losing] = Outcome.ERROR
@@ -129,6 +130,7 @@ def settled_cells(
     if (ran := found.outcome == Outcome.OK).any():
         part = members.take(ran)
         linear[ran] = linear_response(part, part.number("drive_frequency")[:, None]).stroke[:, 0]
+    counted.finish()
     return Findings(
         {
             "stroke": ((), 2.0 * found.amplitude, "stroke of the settled motion, peak to peak", "length"),

@@ -20,7 +20,7 @@ from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.physics.structure import DISC
-from gelcone.progress import Progress
+from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltage, Voltages
 from gelcone.register.analysis import Axis
 
@@ -110,11 +110,12 @@ def step(
     charged = before > 0.0 or len(model.system.films) > 1  # a second film may have a voltage of its own
     if charged and states.shape[1] > len(DISC):
         states[:, len(DISC) :] = [float(value) for value in rest_under(model, start, before)[len(DISC) :]]
-    run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=progress)
+    run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}
     found["begin"] = np.full(levels.size, start)
     found["equilibrium"] = stroke_and_blocked_force(model, levels)["displacement"].values
+    advance(progress, 0.5)
     along = ("constant_voltage",)
     variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
     variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
