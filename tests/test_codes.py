@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from gelcone.codes import Outcome, Regime
+from gelcone.codes import FilmPullIn, Outcome, Regime
 from gelcone.dataset import OUTCOME_ATTRIBUTES
 from gelcone.physics.balance import PullIn
 from tests.answers import SCHEMA
@@ -61,6 +61,11 @@ def test_an_outcome_has_one_name_in_json_tables_and_the_schema_and_the_same_with
 def test_the_docstring_of_codes_lists_each_with_its_meaning(kinds):
     listed = re.findall(r"\* ``(\w+)``: (.*?) (?=\*|Examples)", " ".join(inspect.getdoc(kinds).split()))
     assert listed == [(kind.name, kind.meaning) for kind in kinds]
+
+
+@pytest.mark.parametrize("kinds", [Outcome, Regime, PullIn, FilmPullIn])
+def test_a_meaning_has_no_dimensionless_numbers_since_devices_have_units(kinds):
+    assert not [kind.meaning for kind in kinds if re.search(r"\|x\||time unit|\bI1\b", kind.meaning)]
 
 
 def test_every_outcome_says_in_one_line_of_its_own_what_happened():

@@ -101,7 +101,9 @@ def test_a_film_that_stiffens_without_limit_never_pulls_in_whichever_command_is_
     assert float(at_rest["branch_voltage"].max()) < 10.0
     legends = [axes.get_legend_handles_labels()[1] for axes in gelcone.plot(at_rest).axes]
     assert not any("pull-in" in label for own in legends for label in own)
-    assert "stable up to |x| = 1000, where the search ends" in static_words(at_rest, Subject(model))
+    assert "stable up to 1000 times the width of the film, where the search ends" in static_words(
+        at_rest, Subject(model)
+    )
     limits, sheet = gelcone.operating_limits(model), gelcone.datasheet(model, [0.5])
     for found in (limits, sheet):
         assert float(found["pull_in_voltage"]) == float(found["driven_pull_in_voltage"]) == np.inf

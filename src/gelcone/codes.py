@@ -73,8 +73,8 @@ class Outcome(Code):
     )
     STEP_LIMIT = (
         3,
-        f"needed more than {STEPS_PER_CALL} steps for {CALL_SPAN:g} time units; the model is too "
-        "stiff, or its drive has corners too often",
+        f"needed more than {STEPS_PER_CALL} steps for a short stretch of the run; the model is too stiff, or its drive "
+        "has corners too often",
     )
     NOT_FINITE = (
         4,

@@ -408,7 +408,7 @@ def test_the_time_that_counts_is_that_of_all_periods(shelf, monkeypatch):
     subject = shelf.subject(Setting(preset="base"))
     monkeypatch.setattr(look, "LONGEST_TIME", 2.5 * float(subject.model.drive_period))
     assert look.response(subject, 2).words["shown"] == 2.0
-    with pytest.raises(InputError, match=r"^drive_frequency: 3 periods last .* time units; raise the frequency"):
+    with pytest.raises(InputError, match=r"^drive_frequency: 3 periods last too long; raise the frequency"):
         look.response(subject, 3)
 
 

@@ -58,7 +58,7 @@ class PullIn(Code):
     NEVER = 0, "stable at every voltage, approaching the stretch limit asymptotically"
     PITCHFORK = 1, "loses stability in a pitchfork: the flat film buckles to either side"
     FOLD = 2, "meets an unstable equilibrium in a fold and vanishes"
-    SEARCH_RANGE = 3, f"stable up to |x| = {SEARCH_RANGE:g}, where the search ends"
+    SEARCH_RANGE = 3, f"stable up to {SEARCH_RANGE:g} times the width of the film, where the search ends"
     FILM = 4, "reaches a displacement at which the film pulls in"
     RUNAWAY = 5, "runs away: beyond, no displacement holds it"
 
@@ -334,8 +334,8 @@ def _folds(balance: StaticBalance, side: int) -> list[float]:
         if balance.wall or law is None:
             raise
         raise InputError(
-            f"law = {law.name}: its response exceeds all numbers up to |x| = {balance.highest:g}, where equilibria are "
-            "searched; give the law a strain_limit, the I1 - 3 at which the film is as stiff as a wall"
+            f"law = {law.name}: its response overflows within {balance.highest:g} times the width of the film, "
+            "the end of the search; give the law a strain_limit, the I1 - 3 at which the film is as stiff as a wall"
         ) from lost
 
 

@@ -126,7 +126,7 @@ def response(subject: Subject, periods: float) -> Parts:
         period = float(members.drive_period[0])
     if not 0.0 < periods * period <= LONGEST_TIME:
         name = "frequency" if subject.device is not None else "drive_frequency"
-        raise InputError(f"{name}: {periods:g} periods last {periods * period:g} time units; raise the frequency")
+        raise InputError(f"{name}: {periods:g} periods last too long; raise the frequency")
     wanted = samples_over(members, periods * period)
     count = min(wanted, MOST_SAMPLES)
     span = periods * period * count / wanted
