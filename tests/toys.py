@@ -128,6 +128,12 @@ class SeriesResistor(Circuit):
     def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
         return port.voltage(y[0])
 
+    def faithful(self, n: Any) -> bool:
+        return bool(np.all(n["leak"] == 0.0))
+
+    def commanded(self, port: Port, voltage: Any, n: Any) -> Any:
+        return voltage + port.charge(voltage) * n["leak"] / n["conductance"]
+
     def rates(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> list[Any]:
         return [(port.command - port.voltage(y[0])) * n["conductance"] - y[0] * n["leak"]]
 

@@ -211,6 +211,7 @@ def stuck(self, *_):
         (Hangs, {"reach": lambda self, n: 3.0}, "Wrong.reach: returns 3.0; return a list of 2, one for each of its en"),
         (Hangs, {"state": lambda self, x, voltage, y, n: None}, "Wrong.state: returns None; return a list of 8, one"),
         (Hangs, {"describe": lambda self: 3}, "Wrong.describe: returns 3; return a text"),
+        (Hangs, {"relaxed": lambda self, x, squared, n: [0.0]}, "Wrong.relaxed: returns [0.0]; return None, or a list"),
         (Hangs, {"states": LAG, "rates": lambda self, x, velocity, squared, y, n, xp=np: x - y[0]}, "Wrong.rates: ret"),
         (Hums, {"detail": lambda self, n: [1.0, 2.0, 3.0]}, "Wrong.detail: returns [1.0, 2.0, 3.0]; return one number"),
         (Soft, {"strain_limit": lambda self, n: None}, "Wrong.strain_limit: returns None; return one number for each"),

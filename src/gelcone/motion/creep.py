@@ -20,8 +20,8 @@ from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.linear import circuits_at_rest, uncurrented
 from gelcone.motion.response import even_times
+from gelcone.motion.rest import circuits_under
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
@@ -44,8 +44,6 @@ SAMPLES, DECADES = 120, 4.0
 CURVE, FINER, FINE = 12, 2, 6
 """Number of voltages between the thresholds at which the time to pull-in is computed; how often the interval in which
 that time begins to exceed the holding time is divided again, and by how many voltages."""
-TURNS = 4
-"""Most searches for the rest of circuits, until they are on the sides of their borders that it assumed."""
 ZOOMS, ZOOMED = 3, 65
 """How often the interval in which the disc jumps is sampled more finely, and the number of samples."""
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
@@ -291,16 +289,8 @@ class _Held:
         laws."""
         system, n = members.system, members.numbers_at(k)
         command = np.float64(system.waveform.voltage(0.0, n))
-        z = uncurrented(system, command, list(members.start_states((self.relaxed.rest, 0.0))[k]), n)
-        z[0] = place
-        if system.circuit.states and not np.isnan(place):
-            switches: dict[str, Any] | None = None
-            for _ in range(TURNS):
-                before, switches = switches, system.switches_under(command, z, n)
-                if before == switches:
-                    break
-                z = circuits_at_rest(system, command, z, {**n, **switches})
-        return [float(value) for value in z]
+        z = [place, *members.start_states((self.relaxed.rest, 0.0))[k, 1:]]
+        return [float(value) for value in (z if np.isnan(place) else circuits_under(system, command, z, n))]
 
     def run(self, levels: Array, times: Array, progress: Progress) -> tuple[Trajectories, Array]:
         """The runs, and the time at which each film pulls in or its disc jumps: 0 at once, infinite if it does not, NaN

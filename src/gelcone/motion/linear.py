@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.regular import solved_where_regular
+from gelcone.motion.rest import COMMAND, circuits_at_rest, films_at_rest, stacked, uncurrented
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import IdealSource
-from gelcone.physics.commanded import command_at, voltage_under
+from gelcone.physics.commanded import command_at
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES
 from gelcone.physics.members import Ensemble, Members
@@ -30,8 +30,6 @@ ROUNDING = 1e-13
 NEWTON_STEPS = 20
 MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
-BIAS, SQUARE = "constant command", "squared voltage on film"
-"""Names of the command and of the squared voltages among the numbers of a search for rest."""
 RAMP = 33
 """Steps in which the voltages on both films of a double cone rise together."""
 
@@ -82,8 +80,8 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
     at = _OperatingPoint(place, place, [one[..., None] for one in volts], [], n, commands[0])
     at = _settled(members, at)
-    rows = gradients(lambda z, n, xp: system.rates_under(n[BIAS], z, n, xp), at.z, {**at.n, BIAS: commands[0]})
-    return _stacked(rows, shape)
+    rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), at.z, {**at.n, COMMAND: commands[0]})
+    return stacked(rows, shape)
 
 
 @dataclass(frozen=True)
@@ -142,83 +140,21 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
     system, squares = members.system, at.mean_squares
     shape = at.place.shape
     starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
-    z = [at.place, np.zeros(shape), *starts]
     bias, n = at.command, dict(at.n)
+    z = films_at_rest(system, squares, [at.place, np.zeros(shape), *starts], n)
     z = uncurrented(system, bias, z, n)
     with np.errstate(all="ignore"):
         n |= system.switches_under(bias, z, n)
         for k, film in enumerate(system.films):
-            n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n) if film.borders else {}
-        own = [i for i in system.mechanical if i > 1]
-        z = at_rest(z, own, partial(_held_rates, system, len(squares)), n | _named(squares))
+            n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n)
     return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
-
-
-def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` with those of circuits at which no current flows under a constant ``command`` but the leak. The
-    search for rest starts there: with a film without voltage an amplifier may be at its limit."""
-    z = list(z)
-    for line in system.lines:
-        own = system.command_of(line, command, n)
-        for i in system.places_of(line):
-            z[i] = np.broadcast_to(own, np.shape(z[0]))[()]
-        if line.circuit.carries_voltage and not line.circuit.faithful(line.own(n)):
-            z[system.places_of(line)[-1]] = np.sign(own) * voltage_under(system, line, z[0], own, n)
-    return z
-
-
-def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[str, Any]) -> list[Any]:
-    """The states ``z`` with those of circuits at rest under a constant ``command``; films are unchanged."""
-    with np.errstate(all="ignore"):
-        for line in system.lines:
-            places = [i for i in range(2, len(z)) if i in system.places_of(line)]
-            z = at_rest(z, places, partial(_circuit_rates, system, line), {**n, BIAS: command})
-    return z
-
-
-def _named(squares: Sequence[Any]) -> dict[str, Any]:
-    """The squared voltages on the films among numbers."""
-    return {f"{SQUARE} {k}": squared for k, squared in enumerate(squares)}
-
-
-def _held_rates(system: ConeSystem, films: int, z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
-    """Rates of change of the films' and the bias's states under constant squared voltages."""
-    return system.rates_held([n[f"{SQUARE} {k}"] for k in range(films)], z, n, xp)[2:]
-
-
-def _circuit_rates(system: ConeSystem, line: Line, z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
-    """Rates of change of the states of a line's circuit at a constant command."""
-    return system.electric(line, n[BIAS], 0.0, z, n, xp)[1:]
-
-
-def at_rest(
-    z: list[Any],
-    places: list[int],
-    rates: Callable[[list[Any], Mapping[str, Any], Any], list[Any]],
-    n: Mapping[str, Any],
-) -> list[Any]:
-    """The states with those at ``places`` changed so that their ``rates`` vanish, by Newton's method."""
-    z = list(z)
-    for _ in range(NEWTON_STEPS if places else 0):
-        slopes, now = _stacked(gradients(rates, z, n), z[0].shape)[..., places], _stacked([rates(z, n, np)], z[0].shape)
-        change = solved_where_regular(slopes, now[..., 0, :])
-        for k, i in enumerate(places):
-            z[i] = z[i] - change[..., k]
-        if not np.nanmax(np.abs(change), initial=0.0) > SAME_VOLTAGE:
-            break
-    return z
-
-
-def _stacked(rows: Sequence[Sequence[Any]], shape: tuple[int, ...]) -> Array:
-    """Rows and columns of arrays as matrices, ``shape`` + (rows, columns)."""
-    return np.stack([np.stack([np.broadcast_to(value, shape) for value in row], axis=-1) for row in rows], axis=-2)
 
 
 def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array) -> Array:
     """A film's voltage (members, frequencies, PHASES) through a circuit that is linear about the bias, with the films
     held at the operating point."""
     bias, shape = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape
-    slopes = _stacked(_electric_slopes(system, line, at), shape)
+    slopes = stacked(_electric_slopes(system, line, at), shape)
     own = [2 + i for i in sorted(system.places_of(line))]
     commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, PHASES)))
     multiples = np.arange(commanded.shape[-1], dtype=float)
@@ -305,11 +241,11 @@ def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]
         held = gradients(
             lambda v, n, xp: system.rates_held(v[count:], v[:count], n, xp), [*at.z, *at.mean_squares], at.n
         )
-        by, slopes, films = _stacked(held, shape), np.zeros((*shape, count, count)), []
+        by, slopes, films = stacked(held, shape), np.zeros((*shape, count, count)), []
         slopes[..., places, :] = by[..., :count]
         for k, voltage in enumerate(at.voltages):
             line = system.line_of(k)
-            own = _stacked([row[2:] for row in _electric_slopes(system, line, at)], shape)
+            own = stacked([row[2:] for row in _electric_slopes(system, line, at)], shape)
             film = np.zeros((*shape, count))
             film[..., places] = by[..., count + k]
             slopes += 2.0 * voltage.mean(axis=-1)[..., None, None] * film[..., :, None] * own[..., 0, None, :]

@@ -13,8 +13,9 @@ from gelcone.devices.analysis import check_model, check_one, device_words, dimen
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, check_names
-from gelcone.motion.linear import all_ideal, at_rest, uncurrented
+from gelcone.motion.linear import all_ideal
 from gelcone.motion.ramp import stroke_and_blocked_force
+from gelcone.motion.rest import rest_under
 from gelcone.physics.component import State
 from gelcone.physics.differentiate import gradients
 from gelcone.physics.model import ConeModel
@@ -35,9 +36,6 @@ OUTPUTS: Mapping[str, str] = {
 }
 """Outputs of a linear model -> quantity; the electric ones are those of the first film."""
 INPUTS: Mapping[str, str] = {"voltage": "voltage", "force": "force", "voltage_rate": "slew rate"}
-MOST_SIDES = 5
-"""Most searches for rest, until films and circuits are on the sides of their borders that it assumed: an amplifier
-whose limit the leak exceeds is at its limit at rest."""
 PASSED = 1e-12
 """Feed-through of the charge, as a share of its largest derivative, below which it is rounding."""
 
@@ -157,8 +155,7 @@ def _linearised(
         check_names(f"{kind} of a linear model", given, known)
     system, n = model.system, model.numbers()
     bias = float(model.voltage_bias if voltage is None else voltage)
-    place = equilibrium_under_bias(model, bias)
-    at = [*map(float, rest_under(model, place, bias)), bias]
+    at = [*map(float, rest_under(model, equilibrium_under_bias(model, bias), bias)), bias]
     switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
     n = {**n, **switches}
     slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)
@@ -229,27 +226,6 @@ def _output_rows(
             if jumps:
                 D[k, list(inputs).index("voltage_rate")] = passed[k, 0]
     return C[:-1], D[:-1]
-
-
-def rest_under(model: ConeModel, place: float, voltage: float) -> list[Any]:
-    """All states at rest under a constant command, by Newton's method from a displacement ``place`` of the disc."""
-    system, n = model.system, model.numbers()
-    z: list[Any] = [np.float64(place), np.float64(0.0), *map(np.float64, system.starts(np.float64(place), n))]
-    z = uncurrented(system, voltage, z, n)
-
-    def rates(every: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
-        return list(system.rates_under(voltage, every, n, xp)[1:])
-
-    others = [0, *range(2, len(z))]
-    switches: Mapping[str, Any] | None = None
-    for _ in range(MOST_SIDES):
-        before, switches = switches, system.switches_under(voltage, z, n)
-        if before == switches:
-            break
-        own = {**n, **switches}
-        z = at_rest(z, others[1:], lambda every, n, xp: rates(every, n, xp)[1:], own)
-        z = z if system.planar else at_rest(z, others, rates, own)
-    return z
 
 
 def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, float]:

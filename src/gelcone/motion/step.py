@@ -13,13 +13,12 @@ from gelcone.errors import InputError
 from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
+from gelcone.motion.rest import rest_under
 from gelcone.motion.settle import LONGEST_TIME
-from gelcone.motion.state_space import rest_under
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
-from gelcone.physics.structure import DISC
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltage, Voltages
 from gelcone.register.analysis import Axis
@@ -106,10 +105,7 @@ def step(
     lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
     times = np.linspace(0.0, lasts, int(samples) + 1)
-    states = members.start_states((start, 0.0))
-    charged = before > 0.0 or len(model.system.films) > 1  # a second film may have a voltage of its own
-    if charged and states.shape[1] > len(DISC):
-        states[:, len(DISC) :] = [float(value) for value in rest_under(model, start, before)[len(DISC) :]]
+    states = np.tile(rest_under(model, start, before), (members.size, 1))
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}

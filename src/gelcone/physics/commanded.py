@@ -190,6 +190,13 @@ class CommandedBalance(_Commanded):
             highest = NEAR_PULL_IN * np.asarray(StaticBalance.highest_at(self, x))
             return on_film * self._ratio(x, np.minimum(on_film, highest))
 
+    def excess(self, x: Any) -> Any:
+        """w(x) over the pull-in V, less 1, of the film's own voltages, with which the command rises: commands may be
+        infinite at both."""
+        if not self.film_fails:
+            return super().excess(x)
+        return self.balancing(x) / super().highest_at(x) - 1.0
+
     def turning(self, x: Any) -> Any:
         with np.errstate(all="ignore"):
             highest = NEAR_PULL_IN * np.asarray(StaticBalance.highest_at(self, x))

@@ -148,6 +148,10 @@ class PlacedFilm(Component):
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         return self.film.starts(self.place(x, n), self.own(n))
 
+    def relaxed(self, x: Any, squared: Any, n: Numbers) -> list[Any] | None:
+        """The film's own states at rest; None where they are unknown."""
+        return self.film.relaxed(self.place(x, n), squared, self.own(n))
+
     def time_constant(self, n: Numbers) -> Any:
         return self.film.time_constant(self.own(n))
 

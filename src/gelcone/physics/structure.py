@@ -172,6 +172,15 @@ class Structure:
                 found += line.circuit.starts(x, line.own(n))
         return found
 
+    def relaxed(self, x: Any, squares: Sequence[Any], n: Numbers) -> list[Any]:
+        """The states of films and bias at rest at x and constant squared voltages; None for those that are unknown."""
+        found: list[Any] = []
+        for owner, states in self._added:
+            if owner[0] != "line":
+                own = self.films[owner[1]].relaxed(x, squares[owner[1]], n) if owner[0] == "film" else None
+                found += [None] * len(states) if own is None else own
+        return found
+
     @cached_property
     def numbers(self) -> tuple[str, ...]:
         """Names of the numbers of the formulas, in the order of `numbers_of`."""

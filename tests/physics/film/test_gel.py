@@ -69,7 +69,7 @@ def test_branches_rest_on_the_mounted_film_or_where_a_run_starts(film):
     flat, raised = film(branches=1), film(branches=1, rested="raised")
     n = flat.numbers(flat.complete(BRANCH | {"meridional_prestretch": 1.1, "hoop_prestretch": 0.8}))
     assert flat.starts(x, n) == [1.0, 1.0]
-    m, width = raised.resting_lengths(x, n)
+    m, width = raised.resting_lengths(x, 0.0, n)
     assert raised.starts(x, n) == pytest.approx([1.0 / m, 1.0 / width])
     assert (width > 1.0) == (film is WrinklingCone)
     assert film().starts(x, n) == []
@@ -97,7 +97,7 @@ def test_a_film_that_wrinkles_is_overstretched_by_its_gap_and_not_by_the_length_
     """Without voltage a film of pre-stretch 0.6 rests longer than its gap: its branch would be beyond its limit."""
     film = WrinklingCone(branches=1)
     n = film.numbers(film.complete({**BRANCH, "viscous_limit_1": 0.5, "prestretch": 0.6}))
-    m, width = film.resting_lengths(0.3, n)
+    m, width = film.resting_lengths(0.3, 0.0, n)
     y = [1.0, 1.0]
     assert film.viscous.limit_share(m, width, y, n) > 1.0 > film.viscous.limit_share(1.09, 1.0, y, n)
     assert not film.overstretched(0.3, y, n)

@@ -251,7 +251,7 @@ def test_a_voltage_gives_a_flat_film_no_energy_that_moves_it():
 
 def test_it_rests_as_long_as_its_gap_and_says_how_it_creeps():
     film = TautCone(branches=2, flow="linear")
-    lengths = film.resting_lengths(X, {})
+    lengths = film.resting_lengths(X, 0.0, {})
     np.testing.assert_allclose(lengths[0], 1.0 + X**2)
     assert lengths[1] == 1.0
     assert film.describe().endswith("bears compression; it creeps: 2 Maxwell branches, linear flow")

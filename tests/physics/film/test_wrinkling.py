@@ -116,7 +116,7 @@ def test_where_a_film_without_tension_changes_and_how_long_its_gel_is_by_hand():
         n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, stretch_limit=0.7)
         assert float(n["shortest"]) == pytest.approx(natural / lm**2 - 1.0)
         x = np.sqrt(natural / lm**2 - 1.0)
-        m, width = film.resting_lengths(np.array([0.5, 0.999, 1.02]) * x, n)
+        m, width = film.resting_lengths(np.array([0.5, 0.999, 1.02]) * x, 0.0, n)
         np.testing.assert_allclose(lm**2 * m[:2], natural, rtol=1e-6)
         np.testing.assert_allclose(width[:2], max(1.0, lh**-2), rtol=1e-6)
         assert lm**2 * m[2] > natural * (1.0 + 1e-3)
@@ -191,7 +191,7 @@ def test_the_strain_is_that_of_the_lengths_without_voltage(law):
     film, random = WrinklingCone(law=LAWS[law]), np.random.default_rng(2)
     lm, lh, x = (random.uniform(low, high, 200) for low, high in ((0.6, 1.4), (0.6, 1.6), (0.0, 1.2)))
     n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, **PARAMETERS[law])
-    m, width = film.resting_lengths(x, n)
+    m, width = film.resting_lengths(x, 0.0, n)
     exact = n["A"] * m + n["B"] * width + n["G"] / (m * width) - 3.0
     np.testing.assert_allclose(film.strain(x, n), exact, atol=1e-9)
     kinds = 2 * (m > (1.0 + x * x) * (1.0 + 1e-9)) + (width > 1.0 + 1e-9)

@@ -144,11 +144,13 @@ class Film(Component):
         of_place = ("strain", "drag")
         of_voltage = ("voltage_gain", "turning", "balancing")
         of_states = ("voltage_force", "work", "capacitance")
+        fits, words = listed(len(self.states))
         check_formulas(
             self,
             [
                 *(Trial("force", (x, squared, own, here), PAIR) for own in ([], y)),
-                Trial("rates", (x, x, squared, y, here), listed(len(self.states))),
+                Trial("rates", (x, x, squared, y, here), (fits, words)),
+                Trial("relaxed", (x, squared, here), (lambda own: own is None or fits(own), f"None, or {words}")),
                 Trial("dissipation", (x, x, squared, y, here), NUMBERS),
                 *(Trial(name, (x, here), NUMBERS) for name in (*of_place, "highest_squared")),
                 *(Trial(name, (x, squared, here), NUMBERS) for name in of_voltage),
@@ -171,6 +173,10 @@ class Film(Component):
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """Rates of change of the film's own states."""
         return []
+
+    def relaxed(self, x: Any, squared: Any, n: Numbers) -> list[Any] | None:
+        """The film's own states at rest at x and V. Default None: Newton's method on the `rates` finds them."""
+        return None
 
     @property
     def dissipates(self) -> bool:

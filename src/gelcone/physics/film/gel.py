@@ -145,17 +145,22 @@ class BranchedFilm(GelFilm):
         states ``y`` are stretched."""
 
     @abstractmethod
-    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        """The squared lengths m and n at which the relaxed film rests at x without voltage."""
+    def resting_lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        """The squared lengths m and n to which the branches of the relaxed film are stretched at x and V."""
 
     def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        """The least squared lengths of the branches at x. Default: `resting_lengths`."""
-        return self.resting_lengths(x, n)
+        """The least squared lengths of the branches at x. Default: `resting_lengths` without voltage."""
+        return self.resting_lengths(x, 0.0, n)
 
     def starts(self, x: Any, n: Numbers) -> list[Any]:
         if not self.branches or self.rested == "flat":
             return super().starts(x, n)
-        return self.viscous.relaxed(*self.resting_lengths(x, n))
+        return self.viscous.relaxed(*self.resting_lengths(x, 0.0, n))
+
+    def relaxed(self, x: Any, squared: Any, n: Numbers) -> list[Any] | None:
+        if not self.branches:
+            return super().relaxed(x, squared, n)
+        return self.viscous.relaxed(*self.resting_lengths(x, squared, n))
 
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
         if not (self.branches and y):

@@ -117,7 +117,7 @@ class MembraneFilm(BranchedFilm):
         """The formulas of a film whose branches have states."""
         return CreepingMembrane(self)
 
-    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+    def resting_lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         s = np.maximum(np.square(x), n["mean_begin"])  # below, the film without voltage is loose
         return mean_length(s, n)[0], 1.0
 

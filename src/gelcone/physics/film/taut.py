@@ -56,7 +56,7 @@ class TautCone(BranchedFilm):
     linear_charge = True
     traced_charge = True
 
-    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
+    def resting_lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
         return 1.0 + np.square(x), 1.0
 
     def complete(self, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -96,12 +96,12 @@ class WrinklingCone(TautCone):
         if self.branches and self.elastic.continues:
             raise InputError(f"pull_in = {self.pull_in}: a film with branches ends there; take first or minimum")
 
-    def resting_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
-        return self.lengths(x, 0.0, n)
+    def resting_lengths(self, x: Any, squared: Any, n: Numbers) -> tuple[Any, Any]:
+        return self.lengths(x, squared, n)
 
     def shortest_lengths(self, x: Any, n: Numbers) -> tuple[Any, Any]:
         """The squared lengths of the taut film."""
-        return super().resting_lengths(x, n)
+        return super().resting_lengths(x, 0.0, n)
 
     @cached_property
     def creeping(self) -> Creeping:
