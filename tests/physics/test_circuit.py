@@ -342,6 +342,9 @@ class Formula:
     def capacitance(self, x, squared, y, n, xp):
         return self.share * ((1.0 + x * x) * (1.0 + 0.25 * squared) * (2.0 + y[0]))
 
+    def fitted_capacitance(self, x, squared, y, n):
+        return self.capacitance(x, squared, y, n, np)
+
     def rates(self, x, velocity, squared, y, n, xp):
         return [x * velocity - squared * y[0]]
 

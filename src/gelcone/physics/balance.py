@@ -352,10 +352,12 @@ def roots_on_segment(balance: StaticBalance, squared: Array, segment: tuple[floa
     """The root x of w(x) = v^2 inside a segment for each v^2, (levels,); NaN if there is none."""
 
     def excess(x: Array) -> Array:
-        above = np.asarray(balance.squared(x) - squared)
         if not balance.lifted:
-            return above
-        force = balance.force(x, squared)
+            return np.asarray(balance.squared(x) - squared)
+        force = np.asarray(balance.force(x, squared))
+        if not np.isnan(force).any():
+            return force
+        above = np.asarray(balance.squared(x) - squared)
         # a film that has pulled in has no force: take its sign from w, so that no root before pull-in is missed
         return np.where(np.isnan(force), math.copysign(1.0, segment[1]) * np.sign(above), force)
 

@@ -70,8 +70,11 @@ class Port:
         return self.rate_of_command()
 
     def capacitances(self, voltage: Any) -> list[Any]:
-        """The capacitance of each film at a voltage."""
-        return [film.capacitance(self.displacement, voltage * voltage, y, self.n, self.xp) for film, y in self.films]
+        """The capacitance of each film at a voltage, of arrays as of programs, so that a run stays where films rest."""
+        x, squared = self.displacement, voltage * voltage
+        if traced(self.xp):
+            return [film.capacitance(x, squared, y, self.n, self.xp) for film, y in self.films]
+        return [film.fitted_capacitance(x, squared, y, self.n) for film, y in self.films]
 
     def capacitance(self, voltage: Any) -> Any:
         """The capacitance of all films at a voltage."""

@@ -49,14 +49,7 @@ def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers)
         return voltage
     films = tuple((system.films[k], list[Any]()) for k in line.films)
     with np.errstate(all="ignore"):
-        return line.circuit.commanded(_FittedPort(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
-
-
-class _FittedPort(Port):
-    """A port with the charges that programs have: those of a membrane itself are quadratures, and slow."""
-
-    def capacitances(self, voltage: Any) -> list[Any]:
-        return [film.fitted_capacitance(self.displacement, voltage * voltage, y, self.n) for film, y in self.films]
+        return line.circuit.commanded(Port(voltage, x, 0.0, lambda: 0.0, films, n, np), voltage, own)
 
 
 def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
@@ -65,9 +58,11 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
     if line.circuit.faithful(line.own(n)):
         return np.abs(command)
     x, command = np.broadcast_arrays(np.asarray(x, dtype=float), np.abs(np.asarray(command, dtype=float)))
+    if not command.any():
+        return np.where(np.isnan(x), np.nan, command)[()]
 
     def excess(v: Any) -> Any:
-        found = command_at(system, line, x, v, n)
+        found = command_at(system, line, x, v, n) if v.any() else v
         return np.where(np.isnan(found), np.inf, found) - command
 
     with np.errstate(all="ignore"):
@@ -75,13 +70,13 @@ def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbe
         highest = np.sqrt(NEAR_PULL_IN * np.fmin.reduce(limits)) + 0.0 * command
         high = np.minimum(highest, 1.0 + command)
         for _ in range(DOUBLINGS):
-            low = (excess(high) < 0.0) & (high < highest)
-            if not low.any():
+            low = excess(high) < 0.0
+            if not (low & (high < highest)).any():
                 break
             high = np.where(low, np.minimum(2.0 * high, highest), high)
         found = rise(excess, np.zeros(command.shape), high)
-        beyond = excess(high) < 0.0
-        found = np.where(beyond, high * command / command_at(system, line, x, high, n), found)
+        if low.any():
+            found = np.where(low, high * command / command_at(system, line, x, high, n), found)
         return np.where(np.isnan(x), np.nan, found)[()]
 
 

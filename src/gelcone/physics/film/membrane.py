@@ -151,7 +151,7 @@ class MembraneFilm(BranchedFilm):
             none = 0.0 * s
             slack = formulas.Pull(none, none, none, none, none, none, none, none)
             return (slack if known(pulls) == 0.0 else self._pull(s, squared, n)), pulls
-        own, slack, _ = self._at(s, squared, n)
+        own, slack = self._at(s, squared, n)
         return own._replace(k=np.where(slack, 0.0, own.k), by_s=np.where(slack, 0.0, own.by_s)), 1.0
 
     def _pull(self, s: Any, squared: Any, n: Numbers) -> formulas.Pull:
@@ -165,17 +165,14 @@ class MembraneFilm(BranchedFilm):
         own = formulas.pull("near", s, squared, n, behind)
         return formulas.Pull(*(near * one + (1.0 - near) * other for one, other in zip(own, far, strict=True)))
 
-    def _at(
-        self, s: Any, squared: Any, n: Numbers, formula: Callable[..., Any] = formulas.pull
-    ) -> tuple[Any, Any, Any]:
-        """Values of a ``formula`` of the film in tension, of arrays, with masks of where it is slack and where it has
-        pulled in."""
+    def _at(self, s: Any, squared: Any, n: Numbers, formula: Callable[..., Any] = formulas.pull) -> tuple[Any, Any]:
+        """Values of a ``formula`` of the film in tension, of arrays, and a mask of where it is slack."""
         s, squared = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(squared, dtype=float))
         with np.errstate(all="ignore"):
             near = s < n["cut_squared"]
             own = _of_pieces(near, partial(formula, s=s, V=squared, n=n))
             slack = near & (own.base <= 0.0) | (s < n["begin_squared"])
-        return own, slack, self._gone(s, squared, n)
+        return own, slack
 
     def _gone(self, s: Any, squared: Any, n: Numbers) -> Any:
         """Mask of where the film has pulled in."""
@@ -229,7 +226,7 @@ class MembraneFilm(BranchedFilm):
 
     def switches(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> dict[str, Any]:
         s = self._place(x, squared, y, n)
-        own, slack, _ = self._at(s, squared, n, formulas.spot)
+        own, slack = self._at(s, squared, n, formulas.spot)
 
         def sign(positive: Any) -> Any:
             return np.where(positive, 1.0, -1.0)
@@ -296,7 +293,8 @@ class MembraneFilm(BranchedFilm):
     # --- statics -----------------------------------------------------------------------------------------------------
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        own, slack, gone = self._at(np.square(x), squared, n)
+        own, slack = self._at(np.square(x), squared, n)
+        gone = self._gone(np.square(x), squared, n)
         return (x * np.where(gone, np.nan, np.where(slack, 0.0, -own.by_v)))[()]
 
     def balancing(self, x: Any, pull: Any, n: Numbers) -> Any:
@@ -314,13 +312,13 @@ class MembraneFilm(BranchedFilm):
             end = np.where(high >= NEVER, 0.0, high)
 
             def weight(V: Any) -> tuple[Any, Any]:
-                own, slack, _ = self._at(s, V, n)
+                own, slack = self._at(s, V, n)
                 return np.where(slack, 0.0, own.k), own.by_v
 
             weakest, strongest = weight(end)[0], weight(low)[0]
             high, V = np.array(end), 0.5 * (low + end)
-            moves = np.ones(s.shape, dtype=bool)
-            for _ in range(ROUNDS):
+            moves = ~((weakest > wanted) | (wanted > strongest))
+            for _ in range(ROUNDS if moves.any() else 0):
                 own, slope = weight(V)
                 above = own > wanted
                 low, high = np.where(above, V, low), np.where(above, high, V)
@@ -352,7 +350,8 @@ class MembraneFilm(BranchedFilm):
         behind, s = (0.5 - 0.5 * n["rim_taut"], 0.5 - 0.5 * n["any_taut"]), self._place(x, squared, y, n, xp)
         shares = {"near": near, "far": 1.0 - near}
         parts = {piece: share for piece, share in shares.items() if known(share) != 0.0}
-        own = [share * membrane_charge.capacitance(piece, s, squared, n, behind) for piece, share in parts.items()]
+        spots = {piece: formulas.spot(piece, s, squared, n) for piece in parts}
+        own = [share * membrane_charge.capacitance(piece, s, spots[piece], n, behind) for piece, share in parts.items()]
         found = sum(own[1:], own[0])
         if known(pulls) == 1.0:
             return found
@@ -361,12 +360,12 @@ class MembraneFilm(BranchedFilm):
     def fitted_capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """The `capacitance` that programs have, of arrays, which is faster by far; NaN where the film has pulled in."""
         x, squared = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(squared, dtype=float))
-        s, signs = self._place(x, squared, y, n), self.switches(x, squared, y, n)
-        behind = 0.5 - 0.5 * signs["rim_taut"], 0.5 - 0.5 * signs["any_taut"]
-        slack = signs["pulls"] < 0.0
+        s = self._place(x, squared, y, n)
+        own, slack = self._at(s, squared, n, formulas.spot)
+        behind = np.where(own.rim > 0.0, 1.0, 0.0), np.where(own.whole > 0.0, 1.0, 0.0)
         with np.errstate(all="ignore"):
-            parts = [membrane_charge.capacitance(piece, s, squared, n, behind) for piece in formulas.PIECES]
-            found = np.where(signs["near"] > 0.0, *parts)
+            charge = partial(membrane_charge.capacitance, s=s, own=own, n=n, behind=behind)
+            found = _of_pieces(s < n["cut_squared"], charge)
             if slack.any():
                 found = np.where(slack, membrane_slack.area(self.law, squared, n), found)
         return np.where(self._gone(s, squared, n), np.nan, found)[()]
@@ -391,7 +390,8 @@ class MembraneFilm(BranchedFilm):
         rings; NaN where the film has pulled in."""
         s = self._place(np.asarray(x, dtype=float), np.square(voltage), y, n)
         s, squared = np.broadcast_arrays(s, np.square(voltage))
-        own, slack, gone = self._at(s, squared, n, formulas.spot)
+        own, slack = self._at(s, squared, n, formulas.spot)
+        gone = self._gone(s, squared, n)
         with np.errstate(all="ignore"):
             disc, largest = _of_pieces(s < n["cut_squared"], partial(formulas.ends, u=own.u, q=own.q, n=n))
             t = membrane_slack.natural_stretch(self.law, squared, n) if slack.any() else 1.0
@@ -461,5 +461,7 @@ def _of_pieces(near: Any, formula: Callable[[str], Any]) -> Any:
     """The arrays of a ``formula``, evaluated for the piece, near or far, of each place."""
     if near.all() or not near.any():
         return formula("near" if near.all() else "far")
-    parts = [formula(piece) for piece in formulas.PIECES]
-    return type(parts[0])(*(np.where(near, one, other) for one, other in zip(*parts, strict=True)))
+    one, other = (formula(piece) for piece in formulas.PIECES)
+    if not isinstance(one, tuple):
+        return np.where(near, one, other)
+    return type(one)(*(np.where(near, *pair) for pair in zip(one, other, strict=True)))

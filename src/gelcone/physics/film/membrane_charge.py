@@ -58,9 +58,9 @@ def _names(piece: str, part: str) -> np.ndarray[Any, np.dtype[Any]]:
     return found
 
 
-def capacitance(piece: str, s: Any, V: Any, n: Numbers, behind: Sequence[Any]) -> Any:
-    """The capacitance in a piece; ``behind`` holds 1 or 0 for ``rim`` and ``whole``: whether their parts count."""
-    own = formulas.pull(piece, s, V, n, (behind[0], behind[1]))
+def capacitance(piece: str, s: Any, own: formulas.Spot, n: Numbers, behind: Sequence[Any]) -> Any:
+    """The capacitance at the spot ``own`` of a piece; ``behind`` holds 1 or 0 for ``rim`` and ``whole``: whether their
+    parts count."""
     power = formulas.powers(own.u, PARTS["main"][0])
     total = _value(piece, "main", own.q, power, n)
     for part, distance, counts in zip(("rim", "whole"), (own.rim, own.whole), behind, strict=True):
