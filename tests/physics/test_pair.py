@@ -256,3 +256,15 @@ def test_folds_and_losses_of_a_pair_lie_where_its_force_and_its_slope_vanish(dri
     np.testing.assert_allclose(balance.force(x, 0.4), balance.force(x, 0.0) - taken, rtol=1e-12)
     each = 0.4 * x - (0.4 * (1.5 - x) if drive == "same" else 0.0)
     np.testing.assert_allclose(taken, each, rtol=1e-12)
+
+
+def test_a_ramp_is_followed_once(monkeypatch):
+    (balance,) = balances_of(gelcone.ConeModel(rest_height=0.8, second_film="taut", second_flat_height=1.4))
+    rest, followed = rest_of(balance, None), []
+    monkeypatch.setattr(
+        PairBalance, "curve", lambda own, *at, whole=PairBalance.curve: followed.append(at) or whole(own, *at)
+    )
+    first = balance.losses(rest)
+    count = len(followed)
+    assert balance.losses(rest) == first
+    assert len(followed) == count > 0

@@ -329,8 +329,17 @@ class PairBalance(StaticBalance):
 
     # --- a slow voltage ramp -----------------------------------------------------------------------------------------
 
+    @cached_property
+    def _legs(self) -> dict[tuple[float, float], list[Leg]]:
+        return {}
+
     def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE) -> list[Leg]:
         """The stable parts of a ramp from ``rest``."""
+        if (rest, highest) not in self._legs:
+            self._legs[rest, highest] = self._ramp(rest, highest)
+        return self._legs[rest, highest]
+
+    def _ramp(self, rest: float, highest: float) -> list[Leg]:
         legs: list[Leg] = []
         x, voltage = rest, 0.0
         while not math.isnan(x) and len(legs) < MOST_LOSSES and voltage < highest:

@@ -11,6 +11,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.film import elastic
+from gelcone.physics.film.film import Film
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.laws import LAWS, StrainEnergyLaw
 from gelcone.physics.model import ConeModel
@@ -311,3 +312,14 @@ def test_a_film_says_what_happens_where_it_pulls_in_and_how_it_creeps():
     assert words["minimum"] == words["first"] + "; its localisation is left out (study)"
     assert "until it snaps back (study)" in words["snap"]
     assert WrinklingCone(branches=1).describe() == words["first"] + "; it creeps: 1 Maxwell branch, logarithmic flow"
+
+
+@pytest.mark.parametrize("pull_in", ["first", "snap"])
+def test_the_voltage_gain_is_the_derivative_of_the_force_in_every_state(pull_in):
+    """Taut, hoop-slack, slack, and where it has pulled in."""
+    film = WrinklingCone(pull_in=pull_in)
+    n = ConeModel(film=film, meridional_prestretch=1.3, hoop_prestretch=1.1).numbers()
+    x, squared = np.linspace(-2.0, 2.0, 41)[:, None], np.linspace(0.0, 1.5, 16)
+    found = film.voltage_gain(x, squared, n)
+    assert set(film.state(x, np.sqrt(squared), [], n).kind.ravel()) >= {0, 1}
+    np.testing.assert_allclose(found, Film.voltage_gain(film, x, squared, n), rtol=1e-12, atol=1e-13)

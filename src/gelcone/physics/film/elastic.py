@@ -126,15 +126,29 @@ class Elastic:
         elif not self.continues:
             pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
         tension = pull / own.compliance
+        along, mixed, across = self._slopes(own, n, xp)
+        unit = (1.0 - own.flatness) / own.compliance
+        slope = (along - (1.0 - held) * (mixed * mixed / across)) * (unit * unit)
+        return x * (pulls * tension), pulls * (tension + 2.0 * xx * slope)
+
+    def _slopes(self, own: Local, n: Numbers, xp: Any) -> tuple[Any, Any, Any]:
+        """The slopes of s1 by ln q and by ln n, and of s2 by ln n, times K^2, where s2 = 0."""
         stiffening = self.law.stiffening(own.strain, n, xp)
         a, b = own.meridian - own.r, own.hoop - own.r
         firm = own.compliance * own.r
         along = 2.0 * firm + stiffening * (a * a)
         across = 2.0 * firm + stiffening * (b * b)
-        mixed = firm - own.compliance * b + stiffening * (a * b)  # with s2 = 0
-        unit = (1.0 - own.flatness) / own.compliance
-        slope = (along - (1.0 - held) * (mixed * mixed / across)) * (unit * unit)
-        return x * (pulls * tension), pulls * (tension + 2.0 * xx * slope)
+        mixed = firm - own.compliance * b + stiffening * (a * b)
+        return along, mixed, across
+
+    def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
+        """-dF/dV, of arrays: x n (1 + d ln n/d ln q), half the slope of the charge over the voltage by x."""
+        xx = np.square(x)
+        own, _, held, pulls = self.tension(xx, squared, n, np)
+        if not self.continues:
+            pulls = np.where(self._gone(xx, squared, n), np.nan, pulls)
+        _, mixed, across = self._slopes(own, n, np)
+        return (x * (pulls * ((1.0 + own.y) * (1.0 - (1.0 - held) * (mixed / across)))))[()]
 
     # --- borders -----------------------------------------------------------------------------------------------------
 

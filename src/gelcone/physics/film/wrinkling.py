@@ -247,7 +247,7 @@ class WrinklingCone(TautCone):
         return Film.voltage_force(self, x, squared, y, n, xp)
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:
-        return Film.voltage_gain(self, x, squared, n)
+        return self.elastic.voltage_gain(x, squared, n)
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         """Stretches, stresses and field at the film's own lengths, without negative stresses; NaN once it has pulled
