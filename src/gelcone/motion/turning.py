@@ -90,6 +90,5 @@ def turning_points(
 def _jerk_at(members: Members, times: Array, states: Array) -> Array:
     """The rate of change of the acceleration along the motion, by the chain rule."""
     n, z = members.numbers(trailing=1), list(np.moveaxis(states, -1, 0))
-    by_time, *by_state = members.system.rates_and_slopes(times, z, n)[1][1]
-    rates = members.system.rates(times, z, n)
+    rates, (_, (by_time, *by_state), *_) = members.system.rates_and_slopes(times, z, n)
     return np.asarray(sum((slope * rate for slope, rate in zip(by_state, rates, strict=True)), by_time))
