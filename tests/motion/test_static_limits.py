@@ -190,8 +190,19 @@ def test_a_film_without_tension_is_slack_from_no_voltage_on_and_one_without_pull
     ],
 )
 def test_peaks_are_examined_up_to_pull_in_or_to_twice_the_lowest_limit(limits, top):
-    peaks = static_limits.peaks_of(np.array(limits))
+    peaks = static_limits.peaks_of(None, np.array(limits))
     np.testing.assert_allclose(peaks, top * np.arange(1.0, 21.0) / 20.0)
+
+
+@pytest.mark.parametrize("leakage_time", [4.0, 40.0])
+def test_a_film_that_gets_no_more_voltage_is_examined_up_to_twice_that_command(leakage_time):
+    """The film of the capacitance 1 leaks v/te through the resistance, up to the limit of the current."""
+    leak = {"series_resistance": 2.0, "leakage_time": leakage_time, "current_limit": 0.4 / leakage_time}
+    plane = Plane.of(ConeModel(voltage=0.1, hoop_prestretch=1.4, **leak), None)
+    static = static_limits.static_limits_of(plane)
+    assert not np.isfinite(static).any()
+    command = 0.4 + 2.0 * 0.4 / leakage_time
+    assert static_limits.peaks_of(plane, static)[-1] == pytest.approx(2.0 * command, rel=0.04)
 
 
 def made_up_holding(highest, levels, model, displacement):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gelcone.physics.balance import PullIn, single_balance
+import gelcone
+from gelcone.physics.balance import PullIn, rest_of, single_balance
 from gelcone.physics.commanded import (
     CommandedBalance,
     command_at,
@@ -66,3 +67,28 @@ def test_a_disc_that_no_command_in_reach_releases_is_stable_to_the_end_of_the_se
         model = leaking(law=law, **more)
         loss = commanded_balance(model.system, model.own_numbers).jump(0.8)
         assert (loss.voltage, loss.kind) == (np.inf, kind)
+
+
+CAPPED = {"hoop_prestretch": 1.4, "damping_ratio": 0.25, **LEAK}
+
+
+@pytest.mark.parametrize("leak", [{}, {"leakage_field": 0.5}])
+@pytest.mark.parametrize("rest", [0.0, 0.8, -0.6])
+@pytest.mark.parametrize("limit", [0.05, 0.1, 0.2])
+def test_beyond_the_limit_of_the_current_the_disc_rests_where_the_leak_takes_all_of_it(limit, rest, leak):
+    """At one place for all higher commands; nothing is lost there, and a run rests there too."""
+    model = ConeModel(voltage=0.0, voltage_bias=4.0, rest_height=rest, current_limit=limit, **CAPPED, **leak)
+    balance, n = commanded_balance(model.system, model.own_numbers), model.own_numbers
+    at_rest = rest_of(balance, None)
+    places = balance.along_ramp(at_rest, np.array([4.0, 40.0, 4e6]) ** 2)[0]
+    np.testing.assert_allclose(places, places[0], rtol=1e-12, atol=1e-15)
+    assert [(loss.voltage, loss.kind) for loss in balance.losses(at_rest)][-1] == (np.inf, PullIn.NEVER)
+    assert balance.folds() == []
+    v = np.sqrt(balance.films(places[:1], np.array([16.0]))[0])
+    commands = command_at(model.system, model.system.lines[0], places[0], v * np.array([1.0 - 1e-9, 1.0 + 1e-9]), n)
+    np.testing.assert_allclose(commands, [v[0] + LEAK["series_resistance"] * limit, np.inf], rtol=1e-7)
+    run = gelcone.integrate(model, (places[0] + 1e-3, 0.0), [4000.0]).states[0, -1]
+    np.testing.assert_allclose(run[0], places[0], atol=1e-8)
+    h = 1e-5
+    force = balance.force(places[0] + np.array([-h, h]), 16.0)
+    assert balance.slope(places[0], 16.0) == pytest.approx((force[1] - force[0]) / (2.0 * h), rel=1e-5)

@@ -99,7 +99,9 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
         return new, 10.0 + new, confirmed | {(float(own[0]), float(own[-1]))}
 
     monkeypatch.setattr(envelope, "find_axes", lambda source: envelope.Axes(omegas, 2.0, 100.0))
-    monkeypatch.setattr(envelope, "find_limits", lambda source: envelope.Limits(static, "membrane"))
+    monkeypatch.setattr(
+        envelope, "find_limits", lambda source: envelope.Limits(static, 1.515 * np.arange(1, 21) / 20.0, "membrane")
+    )
     monkeypatch.setattr(envelope, "find_rows", find_rows)
     monkeypatch.setattr(envelope, "find_between", find_between)
     messages = sent(PUMP)
@@ -135,7 +137,7 @@ def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_aro
     made = dict.fromkeys(("frequency", "low", "final_below", "more"), 1.0)
     asked = record(monkeypatch, envelope, _plane="plane", peaks_of="peaks", rows_of=made)
     assert envelope.find_rows(PUMP, "omegas", [1.25, 1.5], "around") == {n: v for n, v in made.items() if n != "more"}
-    assert asked["peaks_of"] == [{"static": [1.25, 1.5]}]
+    assert asked["peaks_of"] == [{"plane": "plane", "static": [1.25, 1.5]}]
     (rows,) = asked["rows_of"]
     given = {"omegas": "omegas", "volts": "peaks", "pull_in": 1.5, "around": "around", "yields": False}
     assert {name: rows[name] for name in given} == given

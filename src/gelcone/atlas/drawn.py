@@ -257,7 +257,7 @@ def _window(
 ) -> tuple[dict[str, Array], Array, Array]:
     """The driven limits of one draw, its quasi-static ones, and the peak voltages examined, by default its own."""
     static = static_limits_of(plane)
-    volts = peaks_of(static) if peaks is None else peaks
+    volts = peaks_of(plane, static) if peaks is None else peaks
     return driven(plane, omegas, volts, refine=False, progress=progress, pull_in=static[-1]), static, volts
 
 

@@ -158,14 +158,14 @@ def envelope(
     refine = frequencies is None
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
     static_limits = static_limits_of(plane)
-    default = peaks_of(static_limits)
+    default = peaks_of(plane, static_limits)
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
         of_held: dict[str, Any] = {"threads": threads, "progress": weighted(progress, HELD_SHARE)}
         held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, **of_held)
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
-        default = peaks_of(static_limits) if np.isfinite(static_limits).any() else default  # none above the held
+        default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}
         progress = weighted(progress, 1.0 - HELD_SHARE)
     volts = default if given is None else given

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORCE_SAMPLES = 401
+FAR = 100.0
+"""Bifurcations above this multiple of the highest voltage given, or of the unit of voltage, are not traced to."""
 
 
 @analysis(
@@ -219,10 +221,12 @@ def _force_range(balances: list[StaticBalance], found: list[list[list[Equilibriu
 def _branch_limit(
     balances: list[StaticBalance], levels: Array, folds: list[list[tuple[float, float]]], pull_in: Array
 ) -> float:
-    """Highest voltage to which branches are traced: beyond all bifurcations and all given voltages."""
-    events = [float(v) for v in pull_in if np.isfinite(v)] + [v for own in folds for v, _ in own]
+    """Highest voltage to which branches are traced: beyond all given voltages, and all bifurcations within `FAR`."""
+    events = [*map(float, pull_in)] + [v for own in folds for v, _ in own]
     events += [math.sqrt(w) for balance in balances if balance.flat and (w := balance.pitchfork()) > 0.0]
-    return max(1.2 * float(levels.max()), 1.5 * max(events, default=0.0), 1e-3)
+    given = float(levels.max())
+    near = [v for v in events if v < FAR * max(given, 1.0)]
+    return max(1.2 * given, 1.5 * max(near, default=0.0), 1e-3)
 
 
 def _branches(balances: list[StaticBalance], highest: float) -> dict[str, dataset.Variable]:

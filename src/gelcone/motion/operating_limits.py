@@ -154,7 +154,7 @@ _LIMITS = (
 def _limits_of(plane: Plane) -> dict[str, float]:
     """The limits of a single model by the names in `_LIMITS`."""
     static = static_limits_of(plane)
-    volts = peaks_of(static)
+    volts = peaks_of(plane, static)
     found = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
     with np.errstate(invalid="ignore"):

@@ -112,12 +112,20 @@ def _states(plane: Plane, ramp: Ramp) -> list[FilmState]:
     return [film.state(ramp.displacement, v, [], n) for film, v in zip(films, ramp.voltages, strict=True)]
 
 
-def peaks_of(static: Array) -> Array:
+def peaks_of(plane: Plane, static: Array) -> Array:
     """The default peak voltages at which the driven motion is examined: up to a little above pull-in, or to twice the
-    lowest of the ``static`` limits."""
+    lowest of the ``static`` limits. If none is met, to twice the voltage from which on a leaking film gets no more."""
     positive = static[np.isfinite(static) & (static > 0.0)]
-    top = np.fmin(LATER * positive.min(initial=FARTHEST), (1.0 + WITHIN) * static[-1])
+    lowest = positive.min() if positive.size else _highest_of_use(plane)
+    top = np.fmin(LATER * lowest, (1.0 + WITHIN) * static[-1])
     return np.asarray(top * np.arange(1, PEAKS + 1) / PEAKS)
+
+
+def _highest_of_use(plane: Plane) -> float:
+    """The lowest constant peak voltage at which the first film is within `WITHIN` of its voltage at `FARTHEST`."""
+    levels = np.geomspace(1e-3, FARTHEST, STATIC_POINTS)
+    on_film = plane.ramp(levels).voltages[0]
+    return float(levels[np.argmax(on_film >= (1.0 - WITHIN) * on_film[-1])])
 
 
 def static_curves(plane: Plane, highest: float) -> dict[str, Array]:

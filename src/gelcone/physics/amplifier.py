@@ -59,8 +59,6 @@ ABSENT = {"filter_time": 0.0, "series_resistance": 0.0, "dielectric_share": 0.0}
 
 SLOW = ("filter_time", "series_resistance", "dielectric_time")
 """Parameters that are time constants of states."""
-UNREACHED = 1e12
-"""Resistance, over the series resistance, that stands for the limit of a constant current."""
 MOST_TURNS, SAME = 60, 1e-15
 """Most fixed-point iterations for the voltage of a source behind a resistance without a state, and the change that ends
 them."""
@@ -161,8 +159,8 @@ class Amplifier(Circuit):
         )
 
     def commanded(self, port: Port, voltage: Any, n: Numbers) -> Any:
-        """The command under which the leak flows through the resistance; one that takes more current than the limit is
-        out of reach."""
+        """The command under which the leak flows through the resistance; infinite where the leak exceeds the limit of
+        the current."""
         if not {"series_resistance", "leakage_time"} <= set(self.takes):
             return voltage
         rho = n["series_resistance"]
@@ -174,8 +172,8 @@ class Amplifier(Circuit):
                     break
             return source
         through = sum(self._leaking(voltage, port, n, np))
-        missing = np.maximum(through - n["current_limit"], 0.0) if "current_limit" in self.takes else 0.0
-        return voltage + rho * through + UNREACHED * rho * missing
+        command = voltage + rho * through
+        return np.where(through > n["current_limit"], np.inf, command) if "current_limit" in self.takes else command
 
     def describe(self) -> str:
         bound = f"below {REDUCED_RESISTANCE:g} (times C0 Omega0)"

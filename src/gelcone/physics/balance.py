@@ -55,7 +55,7 @@ class PullIn(Code):
     [(0, 'NEVER'), (1, 'PITCHFORK'), (2, 'FOLD'), (3, 'SEARCH_RANGE'), (4, 'FILM'), (5, 'RUNAWAY')]
     """
 
-    NEVER = 0, "stable at every voltage, approaching the stretch limit asymptotically"
+    NEVER = 0, "stable at every voltage"
     PITCHFORK = 1, "loses stability in a pitchfork: the flat film buckles to either side"
     FOLD = 2, "meets an unstable equilibrium in a fold and vanishes"
     SEARCH_RANGE = 3, f"stable up to {SEARCH_RANGE:g} times the width of the film, where the search ends"
@@ -287,7 +287,7 @@ class StaticBalance:
             pitchfork = float(self.squared(0.0))
             lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
             end = min(highest, math.sqrt(self.highest_squared))
-            voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), lost])
+            voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), lost if math.isfinite(lost) else end])
             away = self.balancing(0.0) - self.films(0.0, voltage**2)[0]
             slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, away)
             found.append(np.stack([0.0 * voltage, voltage, slope]))

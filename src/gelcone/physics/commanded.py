@@ -30,11 +30,10 @@ STEP = 6e-6
 """Change of displacement and voltage, relative to 1 + |x| and v, over which the slopes of a command are computed."""
 LEAST, MOST = 1e-16, 1e16
 """Bounds of the squared voltages at which the ratio of command to voltage is computed."""
+NEXT = 1e-9
+"""Relative distance from a fold at which the command of an equilibrium is finite, unless it ends there."""
 DOUBLINGS = 60
 """Most doublings in the search for a voltage above that of a command."""
-OUT_OF_REACH = 1e5
-"""Command, dimensionless, above which a loss of stability counts as none: the current limit of the source prevents it,
-or it is the end of the search, where the capacitance has grown a millionfold."""
 
 
 def faithful(system: ConeSystem, n: Numbers) -> bool:
@@ -88,7 +87,8 @@ class _Slopes(NamedTuple):
 
 
 def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> _Slopes:
-    """The slopes at voltages above 0, next to that of pull-in at one slightly below."""
+    """The slopes at voltages above 0, next to that of pull-in at one slightly below; not finite where the limit of
+    the current holds the film's voltage."""
     if line.circuit.faithful(line.own(n)):
         return _Slopes(0.0 * voltage, 1.0 + 0.0 * voltage)
     h = STEP * (1.0 + np.abs(x))
@@ -127,6 +127,10 @@ class _Commanded(StaticBalance):
             if slopes:
                 slope = _slopes_of_command(system, line, x, np.maximum(v, math.sqrt(LEAST)), n)
                 by_x, by_command = -2.0 * v * slope.x / slope.voltage, 2.0 * v * share * np.sign(own) / slope.voltage
+                if (limited := ~np.isfinite(slope.voltage)).any():
+                    h = STEP * (1.0 + np.abs(x))
+                    above, below = (voltage_under(system, line, x + step, own, n) ** 2 for step in (h, -h))
+                    by_x = np.where(limited, (above - below) / (2.0 * h), by_x)
             found |= dict.fromkeys(line.films, _Film(v * v, by_x, by_command))
         return [found[k] for k in range(len(system.films))]
 
@@ -155,7 +159,7 @@ class _Commanded(StaticBalance):
 
     def losses(self, rest: float) -> list[Loss]:
         none = NO_LOSS._replace(kind=PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
-        return [none if loss.voltage > OUT_OF_REACH else loss for loss in super().losses(rest)]
+        return [none if math.isinf(loss.voltage) else loss for loss in super().losses(rest)]
 
 
 class _Film(NamedTuple):
@@ -179,6 +183,11 @@ class CommandedBalance(_Commanded):
         highest = super().highest_at(x)
         return highest * self._ratio(x, NEAR_PULL_IN * highest)
 
+    def folds(self) -> list[tuple[float, float]]:
+        """The folds of the balance, but those next to which no command is high enough."""
+        around = np.array([1.0 - NEXT, 1.0, 1.0 + NEXT])
+        return [(v, x) for v, x in super().folds() if np.isfinite(self.squared(x * around)).all()]
+
     def squared(self, x: Any) -> Any:
         with np.errstate(all="ignore"):
             on_film = self.balancing(x)
@@ -199,8 +208,8 @@ class CommandedBalance(_Commanded):
             voltage = np.sqrt(np.maximum(on_film, LEAST))
             slope = _slopes_of_command(self.system, self.system.lines[0], x, voltage, self.n)
             more = x * self.system.film.voltage_gain(x, on_film, self.n) * 2.0 * on_film * slope.x
-            # without a voltage on the film, and where the command overflows, the circuit plays no part
-            return super().turning(x) + np.nan_to_num(more / (voltage * slope.voltage), posinf=0.0, neginf=0.0)
+            turning = super().turning(x) + more / (voltage * slope.voltage)
+            return np.where(np.isfinite(turning), turning, np.copysign(1.0, x))  # no command takes the disc beyond
 
 
 @dataclass(frozen=True)

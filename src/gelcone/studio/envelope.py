@@ -51,24 +51,26 @@ def find_axes(source: Source) -> Axes:
 
 
 class Limits(NamedTuple):
-    """The voltage of each of `STATIC_LIMITS` in the model's units, and the film (``membrane`` or ``cone``) whose
-    pull-in is used."""
+    """The voltage of each of `STATIC_LIMITS` and the default peak voltages in the model's units, and the film
+    (``membrane`` or ``cone``) whose pull-in is used."""
 
     static: Array
+    peaks: Array
     pull_in_of: str
 
 
 def find_limits(source: Source) -> Limits:
     """The `Limits` under a constant voltage."""
     plane = _plane(*source.key)
-    return Limits(static_limits_of(plane), pull_in_of(plane))
+    static = static_limits_of(plane)
+    return Limits(static, peaks_of(plane, static), pull_in_of(plane))
 
 
 def find_rows(source: Source, omegas: Array, static: Array, around: Array | None = None) -> dict[str, Array]:
     """The limits of the motion at some drive frequencies, from `rows_of`; searched near the peak voltages ``around``
     (frequencies,), default from the lowest up."""
     plane, pull_in = _plane(*source.key), float(static[-1])
-    found = rows_of(plane, omegas, peaks_of(static), None, pull_in=pull_in, around=around, yields=False)
+    found = rows_of(plane, omegas, peaks_of(plane, static), None, pull_in=pull_in, around=around, yields=False)
     return {name: found[name] for name in ("frequency", "low", "final_below")}
 
 
@@ -101,7 +103,7 @@ class _Envelope:
         self.axes, self.limits = await asyncio.gather(self._do(find_axes), self._do(find_limits))
         await self._show()
         await self._begin(self.axes.omegas)
-        ceiling = min(float(np.nanmin(self.limits.static, initial=np.inf)), float(peaks_of(self.limits.static)[-1]))
+        ceiling = min(float(np.nanmin(self.limits.static, initial=np.inf)), float(self.limits.peaks[-1]))
         confirmed: set[tuple[float, float]] = set()
         for _ in range(REFINEMENTS):
             pairs = np.array_split(np.arange(len(self.rows["frequency"]) - 1), self.work.pool.size)
@@ -141,8 +143,7 @@ class _Envelope:
     async def _show(self) -> None:
         """Sends what is known so far, in volts and hertz."""
         omegas, hertz, volts = self.axes
-        static, pull_in_of = self.limits
-        peaks = peaks_of(static)
+        static, peaks, pull_in_of = self.limits
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
