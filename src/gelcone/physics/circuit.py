@@ -91,7 +91,7 @@ class Port:
         if traced(self.xp) and any(film.borders for film in unlike):  # the width of a wrinkled film is a root itself
             raise InputError(
                 f"film {unlike[0].name!r}: its voltage does not follow from its charge while a motion is computed; "
-                "take a circuit whose state is the film's voltage (Port.voltage_rate), or the taut film"
+                "take the taut film, or a circuit whose state is the film's voltage, as behind a series_resistance"
             )
         flat = charge / self.capacitance(0.0 * charge)
         if not unlike:
