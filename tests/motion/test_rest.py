@@ -6,6 +6,7 @@ import pytest
 import gelcone
 from gelcone.motion.linear import slopes_under
 from gelcone.motion.rest import rest_under
+from gelcone.physics.commanded import voltage_under
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import TautCone
@@ -66,11 +67,12 @@ def test_at_rest_no_state_changes(name, level):
     place = float(gelcone.stroke_and_blocked_force(model, [level])["displacement"][0])
     z = rest_under(model, place, level)
     assert z[0] == place
-    rates = model.system.rates_under(level, [np.float64(value) for value in z], model.numbers())
+    system, n = model.system, model.numbers()
+    rates = system.rates_under(level, [np.float64(value) for value in z], n)
     np.testing.assert_allclose(np.array(rates, dtype=float), 0.0, atol=1e-10)
-    assert np.isfinite(
-        slopes_under(model.members(), np.array([[place]]), [np.array([[level]])] * len(model.system.films))
-    ).all()
+    lines = [system.line_of(k) for k in range(len(system.films))]
+    volts = [voltage_under(system, line, place, system.command_of(line, level, n), n) for line in lines]
+    assert np.isfinite(slopes_under(model.members(), np.array([[place]]), [np.array([[v]]) for v in volts])).all()
 
 
 @pytest.mark.parametrize("level", LEVELS)
