@@ -22,7 +22,7 @@ def test_sums_and_their_derivatives_are_those_of_the_powers(piece, what, shape):
         expected[0] += rows[i, j] * u**i * q**j
         expected[1] += i * rows[i, j] * u ** max(i - 1, 0) * q**j
         expected[2] += j * rows[i, j] * u**i * q ** max(j - 1, 0)
-    found = force.tensor(piece, what, n, force.powers(u, len(named)), q)
+    found = force.tensor(force.columns(piece, what, n, force.powers(u, len(named)), q), q)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
     if what == "disc":
         field = n | {name.replace("disc", "field"): value for name, value in n.items()}
@@ -94,6 +94,18 @@ def test_a_force_is_that_of_its_formula_and_its_slopes_are_those_of_it(piece):
         same = ((rim > 0.0) == behind[0]) & ((whole > 0.0) == behind[1])
         for name in ("k", "by_s", "by_v"):
             np.testing.assert_allclose(getattr(told, name)[same], getattr(found, name)[same], rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("piece", force.PIECES)
+def test_a_film_held_at_one_height_pulls_at_each_voltage_as_one_that_is_held_there_anew(piece):
+    """Bit for bit, with sums over the height that are computed once."""
+    n, s = drawn(piece), np.linspace(0.2, 0.9, 9)
+    held = force.Held.at(piece, s, n)
+    sums = []
+    for V in (0.05, np.linspace(0.1, 0.7, 9), 0.4):
+        np.testing.assert_equal(held.pull(V), force.pull(piece, s, V, n))
+        sums.append(dict(held._sums))
+    assert all(sums[0][what] is sums[-1][what] for what in ("main", "rim", "whole", "rim_at", "whole_at"))
 
 
 def test_the_pull_in_voltage_turns_within_a_thousandth_of_the_star():

@@ -22,6 +22,7 @@ The numbers are those of `gelcone.membrane.table.table`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -116,34 +117,66 @@ def place(piece: str, s: Any, n: Numbers) -> tuple[Any, Any]:
 def pull(piece: str, s: Any, V: Any, n: Numbers, behind: tuple[Any, Any] | None = None) -> Pull:
     """The force of one piece. ``behind`` states with 1 or 0 whether ``rim`` and ``whole`` count; by default they count
     where they are positive."""
-    p, p_slope = place(piece, s, n)
-    scale = n[f"{piece}_scale"]
-    u, u_slope = scale * p + n[f"{piece}_offset"], scale * p_slope
-    power = powers(u, max(ALONE[piece], SCALE[piece]))
-    rise, rise_slope = _line(piece, "rise", n, power)
-    scale_own, scale_slope = n[f"{piece}_start"] + (u + 1.0) * rise, rise + (u + 1.0) * rise_slope
-    q, q_by_v, q_by_w = share(piece, V, scale_own)
-    q_by_u = q_by_w * scale_slope
-    total, by_u, by_q = tensor(piece, "main", n, power, q)
-    kinks = []
-    for k, kink in enumerate(("rim", "whole")):
-        at, at_slope = _line(piece, f"{kink}_at", n, power)
-        distance = q - at
-        kinks.append(distance)
-        counts = np.where(distance > 0.0, 1.0, 0.0) if behind is None else behind[k]
-        if getattr(counts, "value", None) == 0.0:
-            continue
-        factor, own = counts * distance, tensor(piece, kink, n, power, q)
-        square, twice = factor * factor, 2.0 * factor * own[0]
-        total = total + square * own[0]
-        by_u = by_u + square * own[1] - twice * at_slope
-        by_q = by_q + square * own[2] + twice
-    by_s, by_v = (by_u + by_q * q_by_u) * u_slope, by_q * q_by_v
-    if piece == "near":
-        base = scale_own - V
-        slope = scale_slope * u_slope * total + base * by_s
-        return Pull(base * total, slope, base * by_v - total, kinks[0], kinks[1], base, u, q)
-    return Pull(total, by_s, by_v, kinks[0], kinks[1], 1.0, u, q)
+    return Held.at(piece, s, n).pull(V, behind)
+
+
+@dataclass(frozen=True)
+class Held:
+    """The film at one height, in one piece: the part of its force that serves all voltages."""
+
+    piece: str
+    n: Numbers
+    u: Any
+    u_slope: Any
+    powers: Sequence[Any]
+    W: Any
+    W_slope: Any
+    _sums: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def at(cls, piece: str, s: Any, n: Numbers) -> Held:
+        """The film at the squared height ``s``."""
+        p, p_slope = place(piece, s, n)
+        scale = n[f"{piece}_scale"]
+        u, u_slope = scale * p + n[f"{piece}_offset"], scale * p_slope
+        power = powers(u, max(ALONE[piece], SCALE[piece]))
+        rise, rise_slope = _line(piece, "rise", n, power)
+        return cls(piece, n, u, u_slope, power, n[f"{piece}_start"] + (u + 1.0) * rise, rise + (u + 1.0) * rise_slope)
+
+    def pull(self, V: Any, behind: tuple[Any, Any] | None = None) -> Pull:
+        """The force at the squared voltage ``V``, as that of `pull`."""
+        q, q_by_v, q_by_w = share(self.piece, V, self.W)
+        q_by_u = q_by_w * self.W_slope
+        total, by_u, by_q = self._tensor("main", q)
+        kinks = []
+        for k, kink in enumerate(("rim", "whole")):
+            at, at_slope = self._line(f"{kink}_at")
+            distance = q - at
+            kinks.append(distance)
+            counts = np.where(distance > 0.0, 1.0, 0.0) if behind is None else behind[k]
+            if getattr(counts, "value", None) == 0.0:
+                continue
+            factor, own = counts * distance, self._tensor(kink, q)
+            square, twice = factor * factor, 2.0 * factor * own[0]
+            total = total + square * own[0]
+            by_u = by_u + square * own[1] - twice * at_slope
+            by_q = by_q + square * own[2] + twice
+        by_s, by_v = (by_u + by_q * q_by_u) * self.u_slope, by_q * q_by_v
+        if self.piece == "near":
+            base = self.W - V
+            slope = self.W_slope * self.u_slope * total + base * by_s
+            return Pull(base * total, slope, base * by_v - total, kinks[0], kinks[1], base, self.u, q)
+        return Pull(total, by_s, by_v, kinks[0], kinks[1], 1.0, self.u, q)
+
+    def _line(self, what: str) -> Any:
+        if what not in self._sums:
+            self._sums[what] = _line(self.piece, what, self.n, self.powers)
+        return self._sums[what]
+
+    def _tensor(self, what: str, q: Any) -> tuple[Any, Any, Any]:
+        if what not in self._sums:
+            self._sums[what] = columns(self.piece, what, self.n, self.powers, q)
+        return tensor(self._sums[what], q)
 
 
 def spot(piece: str, s: Any, V: Any, n: Numbers) -> Spot:
@@ -192,13 +225,13 @@ def pull_in(s: Any, n: Numbers, xp: Any = np) -> Any:
     return n["lowest_pull_in"] + 0.5 * (rounded + below) * before
 
 
-def tensor(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any, Any]:
-    """The sum of c_ij u^i q^j, and its derivatives by u and q."""
-    columns, slopes = _columns(piece, what, n, power, q)
-    value, by_u, by_q = columns[-1], slopes[-1], 0.0
-    for column, slope in zip(columns[-2::-1], slopes[-2::-1], strict=True):
+def tensor(columns: tuple[Any, Any], q: Any) -> tuple[Any, Any, Any]:
+    """The sum of c_ij u^i q^j, from its `columns`, and its derivatives by u and q."""
+    sums, slopes = columns
+    value, by_u, by_q = sums[-1], slopes[-1], 0.0
+    for one, slope in zip(sums[-2::-1], slopes[-2::-1], strict=True):
         by_q = by_q * q + value
-        value, by_u = value * q + column, by_u * q + slope
+        value, by_u = value * q + one, by_u * q + slope
     return value, by_u, by_q
 
 
@@ -213,15 +246,15 @@ def ends(piece: str, u: Any, q: Any, n: Numbers) -> Ends:
     return Ends(*found)
 
 
-def _columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
+def columns(piece: str, what: str, n: Numbers, power: Sequence[Any], q: Any) -> tuple[Any, Any]:
     """The sums over i of c_ij u^i and their derivatives by u, for each j; numbers and arrays take all j at once."""
     most = MAIN[piece][0] if what == "main" else shapes(piece)[what][0] - 1
     if isinstance(q, float | np.ndarray | np.generic):
         rows = _rows(piece, what, n, q)
-        columns, slopes = _line_of(rows[: most + 1], power)
+        sums, slopes = _line_of(rows[: most + 1], power)
         if most + 1 < len(rows):
-            columns[0], slopes[0] = _line_of(rows[:, 0], power)
-        return columns, slopes
+            sums[0], slopes[0] = _line_of(rows[:, 0], power)
+        return sums, slopes
     name = names(piece, what)
     pairs = [
         _line_of([n[one] for one in column[: None if j == 0 else most + 1]], power) for j, column in enumerate(name.T)

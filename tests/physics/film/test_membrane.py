@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from gelcone import ConeModel, InputError
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.membrane import force as formulas
 from gelcone.membrane.force import NEVER
 from gelcone.membrane.mean_length import mean_length
 from gelcone.motion.flow import integrate
@@ -121,6 +122,19 @@ def test_balancing_is_the_voltage_at_which_the_film_pulls_so(prestretch):
     highest = float(film.highest_squared(far, n))
     weakest = film.force(far, highest * (1.0 - 1e-9), [], n)[0] / far
     assert film.balancing(far, 0.5 * weakest, n) == pytest.approx(highest + 0.5e10 * weakest, rel=1e-6)
+
+
+def test_pulls_that_no_voltage_balances_take_no_steps(monkeypatch):
+    """At a height at which the film localises before it is slack; heights next to it are found as without it."""
+    film, n = film_of(0.2, 1.0, 1.0)
+    asked, pull = [], formulas.Held.pull
+    monkeypatch.setattr(formulas.Held, "pull", lambda held, *given: asked.append(held.piece) or pull(held, *given))
+    far, x = 0.9 * film.reach(n)[1], np.array([0.2, 0.8])
+    alone = film.balancing(np.array([far, far]), np.array([1e-6, 1e3]), n)
+    assert asked == ["far", "far"]  # the weakest and the strongest pull
+    some = film.force(x, 0.1, [], n)[0] / x
+    among = film.balancing(np.array([*x, far, far]), np.array([*some, 1e-6, 1e3]), n)
+    np.testing.assert_array_equal(among, [*film.balancing(x, some, n), *alone])
 
 
 @pytest.mark.parametrize(("prestretch", "voltage", "start"), [(1.0, 0.6, 0.5), (1.0, 0.3, 0.3), (1.5, 0.6, 0.5)])

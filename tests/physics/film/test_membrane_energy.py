@@ -8,6 +8,7 @@ from gelcone.membrane.columns import columns
 from gelcone.membrane.elements import Elements
 from gelcone.membrane.gel import Gel
 from gelcone.motion.response import simulate
+from gelcone.physics.film import membrane_energy
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.membrane_energy import energy_and_area
 from tests.physics.film.membranes import MADE, film_of
@@ -33,6 +34,16 @@ def test_force_and_charge_are_slopes_of_one_energy(x, V, prestretch):
     assert film.voltage_gain(x, V, n) == pytest.approx(gain, rel=1e-5)
     slope = (film.force(x + step, V, [], n)[0] - film.force(x - step, V, [], n)[0]) / (2.0 * step)
     assert film.force(x, V, [], n)[1] == pytest.approx(slope, rel=1e-4)
+
+
+@pytest.mark.parametrize(("hoop", "V", "kinks"), [(1.5, 0.0, 0), (1.0, 0.05, 2), (1.5, 0.36, 1)])
+def test_a_kink_is_searched_only_where_a_hoop_falls_slack(hoop, V, kinks, monkeypatch):
+    """Two hoops fall slack in two pieces at most; and the height at which the film begins to pull is searched."""
+    searched, halved = [], membrane_energy.halved
+    monkeypatch.setattr(membrane_energy, "halved", lambda *search: searched.append(search) or halved(*search))
+    film, n = film_of(0.2, 1.0, hoop)
+    film.work(np.array([0.5, 0.9]), np.full(2, V), [], n)
+    assert len(searched) == 1 + kinks
 
 
 def test_the_energy_is_that_of_the_film_alone_where_no_ring_moves():

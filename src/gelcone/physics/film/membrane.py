@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -311,24 +311,27 @@ class MembraneFilm(BranchedFilm):
             low, high = np.zeros_like(s), np.where(near, np.maximum(slackening, 0.0), formulas.pull_in(s, n))
             end = np.where(high >= NEVER, 0.0, high)
 
+            held = cache(lambda piece: formulas.Held.at(piece, s, n))
+
             def weight(V: Any) -> tuple[Any, Any]:
-                own, slack = self._at(s, V, n)
+                own, slack = self._at(s, V, n, lambda piece, s, V, n: held(piece).pull(V))
                 return np.where(slack, 0.0, own.k), own.by_v
 
             weakest, strongest = weight(end)[0], weight(low)[0]
+            too_weak, too_strong = weakest > wanted, wanted > strongest
             high, V = np.array(end), 0.5 * (low + end)
-            moves = ~((weakest > wanted) | (wanted > strongest))
-            for _ in range(ROUNDS if moves.any() else 0):
+            moves = ~(too_weak | too_strong)
+            for _ in range(ROUNDS):
+                if not moves.any():
+                    break
                 own, slope = weight(V)
                 above = own > wanted
                 low, high = np.where(above, V, low), np.where(above, high, V)
                 step = V - (own - wanted) / slope
                 step = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
                 V, moves = np.where(moves, step, V), moves & (np.abs(step - V) > RESOLVED * V)
-                if not moves.any():
-                    break
-            found = np.where(weakest > wanted, end + STEEP * (weakest - wanted), V)
-            found = np.where(wanted > strongest, strongest - wanted, found)
+            found = np.where(too_weak, end + STEEP * (weakest - wanted), V)
+            found = np.where(too_strong, strongest - wanted, found)
         return (found - STEEP * np.minimum(pull, 0.0))[()]
 
     # --- energies ----------------------------------------------------------------------------------------------------

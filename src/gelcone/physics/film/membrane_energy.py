@@ -83,4 +83,6 @@ def _kink(piece: str, which: str, low: Any, high: Any, V: Any, n: Numbers) -> An
 
     sign = np.sign(distance(low))
     none = sign == np.sign(distance(high))
+    if none.all():
+        return high
     return np.where(none, high, halved(lambda s: np.sign(distance(s)) == sign, low, high, BISECTIONS)[1])
