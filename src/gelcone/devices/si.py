@@ -152,15 +152,19 @@ def to_si(result: xr.Dataset, device: Device | None = None) -> xr.Dataset:
     if not isinstance(device, Device):
         raise InputError("to_si: the result does not say of which device it is; give the device too")
     result = _with_member_fields(result, device)
-    converted, everywhere = result.copy(), Scales.of(_getter(result, device))
-    # axes last: one whose values then differ between members gets another name in all variables along it
-    for name, variable in (*result.data_vars.items(), *result.coords.items()):
+    everywhere, found = Scales.of(_getter(result, device)), {}
+    for name, variable in result.variables.items():
         own_fields = variable.attrs.get("along")
         scales = Scales.of(_getter(result, device, str(own_fields))) if own_fields else everywhere
         quantity, units = str(variable.attrs.get("quantity")), str(variable.attrs.get("units"))
         own = _converted(result, str(name), quantity, units, scales, device)
         if own is not None:
-            converted = _put(converted, str(name), own)
+            found[str(name)] = own
+    data = {name: (own.dims, own.values, own.attrs) for name, own in found.items() if name in result.data_vars}
+    converted = result.assign(data)
+    # axes last: one whose values then differ between members gets another name in all variables along it
+    for name in [name for name in result.coords if name in found]:
+        converted = _put(converted, str(name), found[str(name)])
     return converted.assign_attrs(device_attributes(device))
 
 
@@ -287,9 +291,7 @@ def in_words(long_name: str) -> str:
 
 
 def _put(result: xr.Dataset, name: str, values: xr.DataArray) -> xr.Dataset:
-    """The Dataset with a variable replaced; an axis whose values then differ between members becomes a coordinate."""
-    if name not in result.coords:
-        return result.assign({name: (values.dims, values.values, values.attrs)})
+    """The Dataset with a coordinate replaced; an axis whose values then differ between members loses its dim."""
     if name in values.dims and values.ndim > 1:
         dim = "sample" if "sample" not in result.dims else f"{name}_sample"
         result = result.drop_vars(name).rename_dims({name: dim})
