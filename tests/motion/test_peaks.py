@@ -5,6 +5,7 @@ import pytest
 
 import gelcone
 from gelcone.codes import Outcome
+from gelcone.motion import peaks
 from gelcone.motion.corners import between_corners, sampled_evenly
 from gelcone.motion.electrical import charge_of, current_of, field_of
 from gelcone.motion.flow import integrate
@@ -67,6 +68,18 @@ def test_every_peak_that_may_be_the_largest_is_examined():
 
     assert two(members, path.times, path.states).argmax() == 3
     assert largest(members, path, two)[0] == pytest.approx(1.1, rel=1e-9)
+
+
+def test_a_value_that_stays_equal_is_sampled_once(monkeypatch):
+    """As the rate of a constant voltage: no peak rises above equal samples. A plateau has peaks at its ends alone."""
+    members, path = few_samples(held(voltage=0.1))
+    examined = []
+    monkeypatch.setattr(peaks, "_closer", lambda some, states, begin, *_, **__: examined.extend(begin) or begin * 0.0)
+    assert largest(members, path, lambda some, times, states: 0.0 * times + 0.3) == [0.3]
+    assert examined == []
+    first, last = path.times[0, 2], path.times[0, 6]
+    largest(members, path, lambda some, times, states: 1.0 * ((times >= first) & (times <= last)))
+    assert examined == [path.times[0, 1], path.times[0, 5]]
 
 
 def test_several_numbers_are_each_as_alone_and_known_samples_are_not_computed_again():

@@ -45,7 +45,8 @@ def largest(members: Members, path: Weighted, value: Value, known: Array | None 
         highest, rises = values.max(axis=-1), np.diff(values, axis=-1)
         before = np.pad(rises, ((0, 0), (0, 0), (1, 0)))
         after = np.pad(np.where(inside[:, 1:], -rises, 0.0), ((0, 0), (0, 0), (0, 1)))
-        may = inside & (before >= 0.0) & (after >= 0.0) & (values + np.maximum(before, after) >= highest[..., None])
+        above = np.where((before >= 0.0) & (after >= 0.0), np.maximum(before, after), 0.0)
+        may = inside & (above > 0.0) & (values + above >= highest[..., None])
     firsts = np.pad(times[:, :-1], ((0, 0), (1, 0)), mode="edge")
     which, rows, at = np.nonzero(may & (firsts < lasts))
     if rows.size:
