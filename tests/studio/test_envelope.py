@@ -57,7 +57,7 @@ def compared(messages, result):
 
 def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatch):
     model = gelcone.find_device("biased-pump").to_model()
-    omegas = float(model.drive_frequency) * np.array([0.5, 1.0, 1.7])
+    omegas = float(model.drive_frequency) * np.array([0.5, 1.0])
     axes = envelope.find_axes(PUMP)
     monkeypatch.setattr(envelope, "find_axes", lambda source: axes._replace(omegas=omegas))
     monkeypatch.setattr(envelope, "REFINEMENTS", 0)
@@ -66,7 +66,7 @@ def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatc
     messages = sent(PUMP)
     known = [len(arrays["frequency"]) for head, arrays in messages[:-1]]
     assert known == sorted(known)
-    assert known[0] < known[-1] == 3
+    assert known[0] < known[-1] == 2
     shares = [head["share"] for head, _ in messages[:-1]]
     assert shares == sorted(shares)
     assert shares[-1] < 1.0
