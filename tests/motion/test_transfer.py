@@ -199,10 +199,10 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
         model, omega, bias=-0.5, amplitudes=[0.2, 0.1], tolerance=2e-9, threads=5, progress=shares.append
     )
     (of_space,), (natural,), (signals,) = asked["state_space"], asked["natural_frequency"], asked["_measured"]
-    assert (of_space["voltage"], of_space["outputs"]) == (-0.5, ("displacement", "charge", "leak"))
+    assert (float(of_space["model"].voltage_bias), of_space["outputs"]) == (-0.5, ("displacement", "charge", "leak"))
     assert natural["displacement"] == 0.75
     assert natural["voltage"] == 0.5  # commanded, whatever leaks behind the resistance
-    assert (signals["bias"], signals["signals"].tolist(), signals["progress"]) == (-0.5, [0.1, 0.2], shares.append)
+    assert (signals["signals"].tolist(), signals["progress"]) == ([0.1, 0.2], shares.append)
     assert signals["options"] == {"tolerance": 2e-9, "threads": 5}
     np.testing.assert_array_equal(signals["omega"], omega)
     for before, (x, i) in (("", linear[:2]), ("measured_", measured[:2])):
@@ -221,7 +221,7 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
 def test_by_default_each_tenth_frequency_within_the_measured_range_is_measured(monkeypatch):
     model = ConeModel(voltage=0.3, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.1)
 
-    def nothing(model, space, bias, signals, omega, *given):
+    def nothing(model, space, signals, omega, *given):
         return (np.zeros((signals.size, omega.size)),) * 3
 
     asked = record(monkeypatch, transfer_module, natural_frequency=2.0, _measured=nothing)
@@ -258,7 +258,7 @@ def test_signals_start_on_the_linear_motion_and_are_measured_over_their_amplitud
         _fundamentals=lambda members, states, period, **options: np.stack([states[:, 0] + 10.0 * period, states[:, 1]]),
     )  # fmt: skip
     options, signals, omega = {"tolerance": 2e-9, "threads": 5}, np.array([0.1, 0.2]), np.array([0.5, 1.0])
-    x, i, outcome = transfer_module._measured(model, space, 0.6, signals, omega, None, options)
+    x, i, outcome = transfer_module._measured(model.replace(voltage_bias=0.6), space, signals, omega, None, options)
     (newton,), (one, two) = asked["find_cycles"], asked["_fundamentals"]
     each = np.repeat(signals, 2)[:, None] * np.tile(linear.imag, (2, 1))
     np.testing.assert_allclose(newton["states"], np.array(space.rest) + each)

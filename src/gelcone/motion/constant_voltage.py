@@ -26,7 +26,15 @@ class _Level(Waveform):
 
 
 def at_constant_voltages(model: ConeModel, levels: Array) -> ConeModel:
-    """A single model under constant commands v: a film in opposite phase has 2 v0 - v, with the model's own v0."""
+    """A single model under constant commands v, at least 0: a film in opposite phase has 2 v0 - v, with the model's own
+    v0."""
     if model.system.films[-1].drive == "opposite":
+        model = biased_like(model, 1.0)
         return model.replace(waveform=_Level(), voltage=1.0, level=levels - model.voltage_bias)
     return model.replace(voltage=0.0, voltage_bias=levels)
+
+
+def biased_like(model: ConeModel, voltage: float) -> ConeModel:
+    """The single model with a bias of the sign of a constant ``voltage``: the mirror image of all voltages is the same
+    actuator, so that the sign of its bias says nothing where voltages have none."""
+    return model.replace(voltage_bias=np.copysign(model.voltage_bias, voltage))

@@ -28,7 +28,8 @@ Rates = Callable[[list[Any], Mapping[str, Any], Any], list[Any]]
 
 
 def rest_under(model: ConeModel, place: float, command: float) -> Array:
-    """All states (N,) of a single actuator at rest under a constant command, with the disc held at a ``place``."""
+    """All states (N,) of a single actuator at rest under a constant command, with the disc held at a ``place``; the
+    bias has the sign of the command (`gelcone.motion.constant_voltage.biased_like`)."""
     system, n = model.system, model.numbers()
     z = list(model.members().start_states((place, 0.0))[0])
     if system.mechanical[len(DISC) :]:

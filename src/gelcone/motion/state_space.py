@@ -13,6 +13,7 @@ from gelcone.devices.analysis import check_model, check_one, device_words, dimen
 from gelcone.devices.device import Device
 from gelcone.devices.scales import MEASURES
 from gelcone.errors import InputError, MissingDependency, check_names
+from gelcone.motion.constant_voltage import biased_like
 from gelcone.motion.linear import all_ideal
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
@@ -153,9 +154,11 @@ def _linearised(
     check_one(model, "state_space")
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
         check_names(f"{kind} of a linear model", given, known)
-    system, n = model.system, model.numbers()
+    system = model.system
     bias = float(model.voltage_bias if voltage is None else voltage)
-    at = [*map(float, rest_under(model, equilibrium_under_bias(model, bias), bias)), bias]
+    model = biased_like(model, bias)
+    n, place = model.numbers(), equilibrium_under_bias(model, bias)
+    at = [*map(float, rest_under(model, place, bias)), bias]
     switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
     n = {**n, **switches}
     slopes = gradients(lambda z, xp: system.rates_under(z[-1], z[:-1], n, xp), at)

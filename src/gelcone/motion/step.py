@@ -10,7 +10,7 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.constant_voltage import at_constant_voltages
+from gelcone.motion.constant_voltage import at_constant_voltages, biased_like
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
@@ -105,7 +105,7 @@ def step(
     lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
     times = np.linspace(0.0, lasts, int(samples) + 1)
-    states = np.tile(rest_under(model, start, before), (members.size, 1))
+    states = np.tile(rest_under(biased_like(model, before), start, before), (members.size, 1))
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}

@@ -70,7 +70,8 @@ def transfer(
     model : a single actuator with damping; its own drive gives the defaults of ``bias`` and ``amplitudes`` alone.
     frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some, and more
         around each resonance.
-    bias : constant voltage about which the signals are. Default that of the drive.
+    bias : constant voltage about which the signals are, of films in opposite phase that of both. Default that of the
+        drive.
     amplitudes : amplitudes of the sines whose answer is measured, 0 for none. Default 2 % of the bias, and that of the
         drive.
     tolerance : relative error of one integration step. Default 1e-15.
@@ -111,8 +112,9 @@ def transfer(
         raise InputError(
             "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
         )
+    device, model = model, model.replace(voltage_bias=about)  # of films in opposite phase the bias of both
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
-    space = state_space(model, voltage=about, outputs=("displacement", *electric))
+    space = state_space(model, outputs=("displacement", *electric))
     natural = float(natural_frequency(model, abs(about), space.place))
     omega = natural * np.geomspace(LOWEST, HIGHEST, POINTS) if frequencies is None else _frequencies(frequencies)
     within = (omega >= MEASURED[0] * natural) & (omega <= MEASURED[1] * natural)
@@ -124,7 +126,7 @@ def transfer(
     signals = _amplitudes(model, about) if amplitudes is None else _signals(amplitudes)
     place, current, _ = _linear(space, omega)
     options: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
-    found = _measured(model, space, about, signals, at, progress, options)
+    found = _measured(model, space, signals, at, progress, options)
     linear, measured = ("drive_frequency",), ("amplitude", "measured_frequency")
     variables: dict[str, dataset.Variable] = {
         "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
@@ -144,7 +146,7 @@ def transfer(
             f"{before}admittance_phase": (dims, _degrees(i), f"phase of the current, {of}", "angle"),
         }
     result = dataset.label(
-        model,
+        device,
         variables,
         coords={
             "drive_frequency": (linear, omega, "drive frequency", "frequency"),
@@ -212,7 +214,6 @@ def _linear(space: StateSpace, omega: Array) -> tuple[Complex, Complex, Complex]
 def _measured(
     model: ConeModel,
     space: StateSpace,
-    bias: float,
     signals: Array,
     omega: Array,
     progress: Progress,
@@ -223,7 +224,7 @@ def _measured(
     shape = (signals.size, omega.size)
     if not np.prod(shape):
         return np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape, np.int8)
-    model = model.replace(waveform="sine", voltage=signals[:, None], voltage_bias=bias, drive_frequency=omega)
+    model = model.replace(waveform="sine", voltage=signals[:, None], drive_frequency=omega)
     members = model.members()
     linear = np.tile(_linear(space, omega)[2], (signals.size, 1)).imag
     states = np.array(space.rest) + members.values["voltage"][:, None] * linear

@@ -23,7 +23,7 @@ from gelcone.physics.circuit import Port
 from gelcone.physics.component import Numbers
 from gelcone.physics.pair import PairBalance, pair_balance
 from gelcone.physics.structure import Line
-from gelcone.physics.system import BIAS_SHARE, ConeSystem
+from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
 STEP = 6e-6
@@ -103,16 +103,6 @@ def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: 
 class _Commanded(StaticBalance):
     """A balance whose squared voltages are those of the command of the first line."""
 
-    def _command_of(self, line: Line, command: Any) -> tuple[Any, float]:
-        """The command of a line, and its slope by that of the first."""
-        if line.drive == "constant":
-            return self.n["second_voltage"] + 0.0 * command, 0.0
-        if line.drive == "opposite":
-            share = self.n.get(BIAS_SHARE)
-            bias = abs(self.n["voltage_bias"]) if share is None else share * command
-            return 2.0 * bias - command, 2.0 * (share or 0.0) - 1.0
-        return command, 1.0
-
     def films(self, x: Any, squared: Any) -> list[Any]:
         return [found.squared for found in self._at(x, squared, slopes=False)]
 
@@ -121,7 +111,7 @@ class _Commanded(StaticBalance):
         system, n, found = self.system, self.n, dict[int, _Film]()
         command = np.sqrt(np.asarray(squared, dtype=float))
         for line in system.lines:
-            own, share = self._command_of(line, command)
+            own, share = system.command_at_rest(line, command, n), system.slope_at_rest(line, n)
             v = voltage_under(system, line, x, own, n)
             by_x, by_command = 0.0 * v, 0.0 * v
             if slopes:

@@ -38,7 +38,7 @@ class Moment:
         system = self.system
 
         def rate_of_command() -> Any:
-            return {"opposite": -1.0, "constant": 0.0}.get(str(line.drive), 1.0) * self.command_rate()
+            return system.command_slope(line) * self.command_rate()
 
         return Port(
             command=system.command_of(line, self.command, self.n),

@@ -229,3 +229,8 @@ class Structure:
         if line.drive == "opposite":
             return 2.0 * n["voltage_bias"] - commanded
         return commanded if line.drive is None else n["second_voltage"] + 0.0 * commanded
+
+    @staticmethod
+    def command_slope(line: Line) -> float:
+        """The slope of `command_of` by the command of the first line."""
+        return {"opposite": -1.0, "constant": 0.0}.get(str(line.drive), 1.0)

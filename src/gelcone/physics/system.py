@@ -80,8 +80,7 @@ class ConeSystem(Structure):
         """Rates of change of the voltages on the films along a motion, of numbers or arrays."""
         if all(line.circuit == _IDEAL for line in self.lines):
             change = self.waveform.voltage_rate(tau, n)
-            signs = {"opposite": -1.0, "constant": 0.0}
-            return [signs[str(f.drive)] * change if str(f.drive) in signs else change for f in self.films]
+            return [self.command_slope(self.line_of(k)) * change for k in range(len(self.films))]
         leaves, nodes = _voltage_rates_of(self, False)
         return self._values(leaves, nodes, tau, z, n)
 
@@ -338,22 +337,18 @@ class ConeSystem(Structure):
     def squares_at_rest(self, squared: Any, n: Numbers) -> list[Any]:
         """Squared voltage on each film under a constant command, given that on the first."""
 
-        def on(drive: str | None) -> Any:
-            if drive == "constant":
-                return n["second_voltage"] * n["second_voltage"] + 0.0 * squared
-            if drive == "opposite":
-                first = np.sqrt(squared)
-                voltage = self._twice_bias(first, n) - first
-                return voltage * voltage
-            return squared
+        def on(line: Line) -> Any:
+            if line.drive is None:
+                return squared
+            gain = np.real(self.circuit.gain(0.0, n)) if line.drive == "opposite" else 1.0
+            return (gain * self.command_at_rest(line, np.sqrt(squared) / gain, n)) ** 2
 
-        return [on(film.drive) for film in self.films]
+        return [on(self.line_of(k)) for k in range(len(self.films))]
 
     def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
         """Derivatives of `squares_at_rest` by the voltage on the first film."""
-        opposite = 2.0 * (self._twice_bias(voltage, n) - voltage) * (2.0 * n.get(BIAS_SHARE, 0.0) - 1.0)
-        slopes = {"constant": 0.0, "opposite": float(opposite)}
-        return [slopes.get(str(film.drive), 2.0 * voltage) for film in self.films]
+        lines = [self.line_of(k) for k in range(len(self.films))]
+        return [2.0 * float(self.command_at_rest(one, voltage, n) * self.slope_at_rest(one, n)) for one in lines]
 
     def leaking_at_rest(self, x: Any, voltages: Sequence[Any], n: Numbers) -> list[Any]:
         """Power that leaks through each film at displacements at rest and constant voltages on the films."""
@@ -365,11 +360,16 @@ class ConeSystem(Structure):
             found |= {k: voltage * leak for k, leak in zip(line.films, leaks, strict=True)}
         return [found[k] for k in range(len(self.films))]
 
-    def _twice_bias(self, first: Any, n: Numbers) -> Any:
-        """The sum of both films' voltages at rest in opposite phase; that of the ``first`` is not negative."""
-        if BIAS_SHARE in n:
-            return 2.0 * n[BIAS_SHARE] * first
-        return 2.0 * np.abs(n["voltage_bias"] * np.real(self.circuit.gain(0.0, n)))
+    def command_at_rest(self, line: Line, command: Any, n: Numbers) -> Any:
+        """The constant command of a line under one of the first that is not negative: it stands for both signs, as the
+        mirror image of all voltages is the same actuator, with a bias of the same sign."""
+        bias = n[BIAS_SHARE] * command if BIAS_SHARE in n else n["voltage_bias"]
+        return self.command_of(line, command, {**n, "voltage_bias": np.abs(bias)})
+
+    def slope_at_rest(self, line: Line, n: Numbers) -> float:
+        """The slope of `command_at_rest` by the command of the first line."""
+        more = 2.0 * abs(n.get(BIAS_SHARE, 0.0)) if line.drive == "opposite" else 0.0
+        return self.command_slope(line) + more
 
     # --- where the films have a state --------------------------------------------------------------------------------
 
