@@ -75,9 +75,10 @@ def test_a_frequency_response():
     assert response_lines(sweeps().drop_vars("jump_event"))[-1].endswith("0.5 mm")
     none = response_lines(sweeps().isel(jump=slice(0, 0)))
     assert none[-1] == "no jump: where both sweeps find a motion, it is the same"
-    assert response_lines(sweeps(linear_stroke=[NAN, 1.0, 1.0]))[3] == (
-        "no linear theory: no stable equilibrium under the drive's mean square"
-    )
+    missing = "no linear theory: no stable equilibrium under the drive's mean square"
+    assert response_lines(sweeps(linear_stroke=[NAN, NAN, NAN]))[3] == missing
+    some = response_lines(sweeps(linear_stroke=[NAN, 1.0, 0.5]))[3]
+    assert some == "linear theory: largest stroke 1 mm at 11 Hz, none at 1 of 3 frequencies"
     failed = sweeps(outcome=[[0, 0, 0], [0, int(Outcome.PULLED_IN), 0]])
     assert response_lines(failed)[1] == f"1 of 6 runs failed: {Outcome.PULLED_IN.meaning}"
     assert response_lines(failed)[5] == "only one of the sweeps finds a motion at 1 of 3 frequencies"

@@ -9,8 +9,9 @@ import gelcone
 from gelcone.motion import linear as module
 from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response
-from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
+from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import Burst, Harmonics, Staircase
 from tests.physics.test_circuit import BRANCH, Lossy
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SeriesResistor, ThreeHarmonics
 
@@ -54,6 +55,105 @@ def test_harmonics_that_the_drive_lacks_are_exactly_zero():
     model = ConeModel(voltage=0.3, rest_height=0.4, spring_stiffness=2.0, damping_ratio=0.1)
     first, second = linear_response(model, np.array([0.7])).harmonics[:, 0]
     assert first == 0.0 < abs(second)
+
+
+RICH = {
+    "sine": {}, "triangle": {"waveform": "triangle"}, "square": {"waveform": "square"},
+    "jumps": {"waveform": "square", "rise": 0.0, "duty": 0.3}, "trapezoid": {"waveform": "trapezoid"},
+    "ramp": {"waveform": "ramp"}, "half wave": {"waveform": "half_wave", "voltage": 3e-3, "voltage_bias": -1e-3},
+    "burst": {"waveform": Burst(10, 20)}, "ninth harmonic": {"waveform": Harmonics(((9, 1.0, 0.0),))},
+    "staircase": {"waveform": Staircase()},
+}  # fmt: skip
+LOADS = {
+    "ideal": {},
+    "amplifier": {"filter_time": 0.3, "series_resistance": 0.2, "leakage_time": 5.0},
+    "late": {"dielectric_share": 0.4, "dielectric_time": 2.0, "series_resistance": 0.1},
+}
+
+
+@pytest.mark.parametrize("wave", RICH)
+@pytest.mark.parametrize("load", LOADS)
+def test_linear_theory_has_all_harmonics_of_the_drive(wave, load):
+    """Of a weak drive the stroke is that of the settled motion: slow, around resonances of several harmonics, fast."""
+    weak = {"voltage": 1e-4, "voltage_bias": 0.6, "rest_height": 0.8, "hoop_prestretch": 1.4, "film": "taut"}
+    model = ConeModel(damping_ratio=0.3, **(weak | LOADS[load] | RICH[wave]))
+    resonance = np.abs(np.linalg.eigvals(state_space(model, voltage=0.6).A)).max() if load == "ideal" else 1.5
+    found = gelcone.settled(model.replace(drive_frequency=resonance * np.array([0.1, 1 / 3, 0.95, 5.0])), (0.55, 0.0))
+    assert np.isfinite(found["linear_stroke"]).all()
+    np.testing.assert_allclose(found["linear_stroke"], found["stroke"], rtol=2e-4)
+
+
+def test_the_linear_stroke_of_slow_jumps_has_their_overshoot():
+    """Between jumps an oscillator comes to rest, each time after an overshoot exp(-pi zeta/sqrt(1 - zeta^2))."""
+    model = ConeModel(
+        damping_ratio=0.2, voltage=1e-4, voltage_bias=0.6, rest_height=0.8, hoop_prestretch=1.4, waveform="square",
+        rise=0.0,
+    )  # fmt: skip
+    linear = state_space(model)
+    stiffness, zeta = -linear.A[1, 0], -0.5 * linear.A[1, 1] / np.sqrt(-linear.A[1, 0])
+    overshoot = np.exp(-np.pi * zeta / np.sqrt(1.0 - zeta * zeta))
+    expected = 2e-4 * linear.B[1, 0] / stiffness * (1.0 + 2.0 * overshoot)
+    slow = linear_response(model, np.array([1e-2, 1e-3])).stroke
+    np.testing.assert_allclose(slow, expected, rtol=5e-4)
+
+
+def test_more_harmonics_than_can_be_computed_leave_no_linear_stroke_and_say_so():
+    """A sine has two harmonics at any frequency, a square with jumps too many in a period of 1e7 oscillations."""
+    model = ConeModel(damping_ratio=0.2, voltage=1e-4, voltage_bias=0.6, rest_height=0.8, film="taut")
+    slow = model.replace(waveform="square", rise=0.0)
+    assert np.isfinite(linear_response(model, np.array([1e-7])).stroke).all()
+    stroke = linear_response(slow, np.array([1e-7, 1.0])).stroke
+    assert np.isnan(stroke).tolist() == [True, False]
+    assert not module.resolved(slow.replace(drive_frequency=1e-7).members()).any()
+    assert module.resolved(slow.replace(drive_frequency=[1e-2, 1.0]).members()).all()
+
+
+def test_members_and_frequencies_have_the_linear_stroke_that_each_has_alone():
+    """Members and frequencies need different numbers of harmonics."""
+    model = ConeModel(
+        damping_ratio=[0.1, 0.3], voltage=0.1, voltage_bias=0.5, rest_height=0.8, waveform="square", film="taut",
+        spring_stiffness=[1.0, 50.0],
+    )  # fmt: skip
+    grid = np.array([0.003, 0.05, 0.9])
+    together = linear_response(model, grid)
+    for member in range(2):
+        alone = model.replace(damping_ratio=[0.1, 0.3][member], spring_stiffness=[1.0, 50.0][member])
+        for k, omega in enumerate(grid):
+            one = linear_response(alone, np.array([omega]))
+            assert one.stroke[0] == together.stroke[member, k]
+            np.testing.assert_array_equal(one.harmonics[:, 0], together.harmonics[member, :, k])
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"film": "taut", "filter_time": 0.4, "dielectric_share": 0.3, "dielectric_time": 2.0},
+        {
+            "film": "taut",
+            "series_resistance": 0.2,
+            "leakage_time": 5.0,
+            "dielectric_share": 0.5,
+            "dielectric_time": 3.0,
+        },
+        {"film": "taut", "dielectric_share": 0.3, "dielectric_time": 0.5},
+        {"film": "taut", "circuit": "charge"},
+        {
+            "film": "wrinkling",
+            "hoop_prestretch": 1.4,
+            "series_resistance": 0.2,
+            "leakage_time": 5.0,
+            "leakage_field": 0.5,
+        },
+        {"film": "wrinkling", "hoop_prestretch": 1.4, "viscous_modulus_1": 0.5, "relaxation_time_1": 2.0},
+    ],
+    ids=["filter", "resistance", "late", "charge", "wrinkling", "creep"],
+)
+def test_the_linear_stroke_of_a_small_sine_is_that_of_the_transfer_function(parts):
+    """Both linearise the same system, with all its states."""
+    model = ConeModel(damping_ratio=0.2, voltage=1e-6, voltage_bias=0.5, rest_height=0.8, **parts)
+    omega = np.array([0.05, 0.9, 1.6, 6.0])
+    gain = np.abs(state_space(model).transfer(omega)[:, 0, 0])
+    np.testing.assert_allclose(linear_response(model, omega).stroke, 2e-6 * gain, rtol=2e-4)
 
 
 # --- states that move with the disc -----------------------------------------------------------------------------------

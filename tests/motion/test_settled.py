@@ -13,6 +13,7 @@ from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.electrical import MEANINGS, known_of
 from gelcone.motion.state_space import small_signal_response
 from gelcone.physics.model import ConeModel
+from gelcone.physics.waveforms import Harmonics
 from tests.motion.swings import swings
 from tests.recorded import numbers, record
 
@@ -42,7 +43,7 @@ def test_what_does_not_move_has_no_phase():
     assert np.isnan(small_signal_response(still.replace(drive_frequency=0.4), [0.4])["phase"].values).all()
 
 
-def test_rounding_of_a_disc_at_rest_is_zero_and_a_late_permittivity_is_the_reason_of_no_linear_stroke():
+def test_rounding_of_a_disc_at_rest_is_zero():
     late = {"dielectric_share": 0.3, "dielectric_time": 2.0, "filter_time": 0.4, "leakage_time": 5.0}
     undriven = ConeModel(voltage=0.0, rest_height=0.6, damping_ratio=0.3, **late)
     found = settled(undriven, (0.8, 0.1))
@@ -50,7 +51,13 @@ def test_rounding_of_a_disc_at_rest_is_zero_and_a_late_permittivity_is_the_reaso
     for name in ("current", "power", "damper_power", "leak_power", "apparent_power", "field", "heat"):
         assert float(found[name]) == 0.0, name
     assert float(settled(undriven.replace(voltage=0.4), (0.8, 0.1))["current"]) > 0.1
-    assert "stroke by linear theory: not computed, for the permittivity follows late" in in_words(found)
+    assert float(found["linear_stroke"]) == 0.0
+
+
+def test_a_drive_with_too_many_harmonics_is_the_reason_of_no_linear_stroke():
+    rich = ConeModel(voltage=0.0, rest_height=0.6, damping_ratio=0.3, waveform=Harmonics(((30_000, 1.0, 0.0),)))
+    found = settled(rich, (0.8, 0.1))
+    assert "stroke by linear theory: not computed, for the drive has too many harmonics" in in_words(found)
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------

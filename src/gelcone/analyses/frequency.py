@@ -36,14 +36,13 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         lines += _branch_lines(str(branch), own, hertz, length)
         lines += [f"            {line}" for line in validity_in_words(own)]
     linear = shown["linear_stroke"].values
-    if np.isfinite(linear).all():
-        k = int(linear.argmax())
-        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}")
+    if np.isfinite(linear).any():
+        k = int(np.nanargmax(linear))
+        some = "" if np.isfinite(linear).all() else f", none at {np.isnan(linear).sum()} of {linear.size} frequencies"
+        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}{some}")
     else:
-        late = subject.model.system.circuit.delays
-        missing = "no stable equilibrium under the drive's mean square"
-        why = "a share of the permittivity follows late" if late else missing
-        lines.append(f"no linear theory: {why}")
+        many = " or too many harmonics of the drive" if subject.model.system.waveform.pieced else ""
+        lines.append(f"no linear theory: no stable equilibrium under the drive's mean square{many}")
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
     if alone.any():
         lines.append(f"only one of the sweeps finds a motion at {alone.sum()} of {frequency.size} frequencies")

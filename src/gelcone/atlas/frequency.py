@@ -128,7 +128,8 @@ def frequency(
       seeds of branches like the sweeps; and over ``jump`` the bifurcation behind each, ``jump_event`` (its frequency)
       and ``jump_event_kind`` (NaN and -1 where there is none);
     * the linear response to the same drive: ``linear_stroke``, ``linear_amplitude`` and ``linear_phase`` over
-      ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium.
+      ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium. The stroke is that
+      of all harmonics of the drive, and NaN where these are more than some 700,000.
 
     Raises
     ------

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from gelcone.motion.regular import solved_where_regular
 from gelcone.motion.rest import COMMAND, circuits_at_rest, films_at_rest, stacked, uncurrented
+from gelcone.motion.settle import next_power_of_two
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import IdealSource
 from gelcone.physics.commanded import command_at
@@ -23,8 +24,15 @@ from gelcone.physics.structure import Line
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
 
-HARMONICS = 8
-"""Multiples of the drive frequency that are taken into account."""
+PER_SWING, PER_RATE, MOST_ORDERS = 64, 32, 2**10 * PHASES
+"""Multiples of the drive frequency that are computed: for each swing of the voltage in a period, for each time of the
+fastest rate in a period of a waveform with corners, and at most. A corner or jump then has errors below 1e-3."""
+CORNERED = 16 * PHASES
+"""Least number of samples of a waveform with corners, between which a jump lies anywhere."""
+LOADED = 1024
+"""Least number of multiples that pass the states of a circuit, or all that the samples have."""
+BLOCK = 2**21
+"""Most samples of motions that are computed at once."""
 ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 NEWTON_STEPS = 20
@@ -49,24 +57,63 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
 
     The force is proportional to the square of the film's voltage, whose harmonics drive the disc: for a sine with bias,
     2 v0 v at the drive frequency, and v^2/2 at twice that. With a bias and a small amplitude the response is that of
-    `small_signal_response`. NaN without a stable equilibrium. ``frequencies`` are angular, (frequencies,) or (members,
+    `small_signal_response`. All harmonics are taken that change the stroke by 1e-3 or more. NaN without a stable
+    equilibrium, and where these are more than `MOST_ORDERS`. ``frequencies`` are angular, (frequencies,) or (members,
     frequencies).
     """
     members = model.members()
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     omega = np.broadcast_to(omega, (members.size, omega.shape[-1]))
-    harmonics = _harmonics(members, omega)
-    turn = np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
-    orders = np.arange(1, HARMONICS + 1)
-    motion = np.einsum("mfk,kp->mfp", harmonics, turn ** orders[:, None]).imag
-    found = LinearResponse(np.ptp(motion, axis=2), np.moveaxis(harmonics[..., :2], -1, 1))
-    return found if model.shape else LinearResponse(found.stroke[0], found.harmonics[0])
+    stroke, first = np.full(omega.shape, np.nan), np.full((members.size, 2, omega.shape[1]), np.nan + 0j)
+    needed = _orders(members, omega)
+    for orders in np.unique(needed[needed <= MOST_ORDERS]).tolist():
+        for rows, columns in _blocks(needed == orders, orders):
+            own, at = needed[np.ix_(rows, columns)] == orders, omega[np.ix_(rows, columns)]
+            harmonics = _harmonics(members.take(rows), at, orders)
+            row, column = np.nonzero(own)
+            stroke[rows[row], columns[column]] = _stroke(harmonics)[own]
+            first[rows[row], :, columns[column]] = harmonics[..., :2][own]
+    return LinearResponse(stroke, first) if model.shape else LinearResponse(stroke[0], first[0])
+
+
+def resolved(members: Members) -> npt.NDArray[np.bool_]:
+    """Whether each member's linear response at its own frequency has at most `MOST_ORDERS` harmonics, (members,)."""
+    return np.asarray(_orders(members, members.number("drive_frequency")[:, None])[:, 0] <= MOST_ORDERS)
+
+
+def _orders(members: Members, omega: Array) -> npt.NDArray[np.int64]:
+    """The number of harmonics to compute at drive frequencies (members, frequencies): a quarter of `PHASES` times a
+    power of two, so that four samples of the motion lie in the period of the highest one."""
+    waveform = members.system.waveform
+    detail = np.broadcast_to(np.asarray(waveform.detail(members.own_numbers), dtype=float), members.shape)[:, None]
+    needed = PER_SWING * detail
+    if waveform.pieced:
+        needed = np.maximum(needed, PER_RATE * members.rate[:, None] / omega)
+    return PHASES // 4 * next_power_of_two(np.maximum(np.broadcast_to(needed, omega.shape) / (PHASES // 4), 1.0))
+
+
+def _blocks(chosen: npt.NDArray[np.bool_], orders: int) -> Iterator[tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]]:
+    """Rows and columns of blocks that cover the ``chosen`` places, none with more than `BLOCK` samples if it can."""
+    rows, columns = (np.flatnonzero(chosen.any(axis=axis)) for axis in (1, 0))
+    wide = max(1, min(columns.size, BLOCK // (4 * orders)))
+    high = max(1, BLOCK // (4 * orders * wide))
+    for row in range(0, rows.size, high):
+        for column in range(0, columns.size, wide):
+            yield rows[row : row + high], columns[column : column + wide]
+
+
+def _stroke(harmonics: npt.NDArray[np.complex128]) -> Array:
+    """The extent of the sums of harmonics (..., orders)."""
+    orders = harmonics.shape[-1]
+    terms = np.concatenate([np.zeros((*harmonics.shape[:-1], 1)), -0.5j * (4 * orders) * harmonics], axis=-1)
+    return np.asarray(np.ptp(np.fft.irfft(terms, 4 * orders), axis=-1))
 
 
 def slopes_of_drive(model: ConeModel) -> tuple[Array, Array]:
     """Slope of the static force, (1, 1), and derivatives of the rates of all states by the states, (1, 1, N, N), at
     rest under the mean squares of a single model's drive, at its own frequency; NaN where there is no equilibrium."""
-    at = _operating_point(model.members(), np.full((1, 1), float(model.drive_frequency)))
+    members, omega = model.members(), np.full((1, 1), float(model.drive_frequency))
+    at = _operating_point(members, omega, min(int(_orders(members, omega).item()), MOST_ORDERS))
     return at.stiffness, _slopes(model.system, at)[0]
 
 
@@ -78,7 +125,7 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     commands = [command_at(system, system.line_of(k), place, one, n) for k, one in enumerate(volts)]
     opposite = len(system.films) > 1 and system.films[-1].drive == "opposite"
     n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
-    at = _OperatingPoint(place, place, [one[..., None] for one in volts], [], n, commands[0])
+    at = _OperatingPoint(place, place, [one[..., None] ** 2 for one in volts], [], n, commands[0])
     at = _settled(members, at)
     rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), at.z, {**at.n, COMMAND: commands[0]})
     return stacked(rows, shape)
@@ -87,47 +134,50 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
 @dataclass(frozen=True)
 class _OperatingPoint:
     """Rest under the mean squares of the films' voltages, (members, frequencies) each: ``place``, ``stiffness``, all
-    states ``z``, the numbers ``n`` and the constant ``command`` there; and the films' ``voltages`` (members,
-    frequencies or 1, PHASES)."""
+    states ``z``, the numbers ``n`` and the constant ``command`` there; the effective ``squares`` of the films' voltages
+    (members, frequencies or 1, samples); the ``mean`` command, and ``means``, the states with those of circuits at
+    their means."""
 
     place: Array
     stiffness: Array
-    voltages: list[Array]
+    squares: list[Array]
     z: list[Array]
     n: Mapping[str, Any]
     command: Any
+    means: list[Array] = field(default_factory=list)
+    mean: Any = 0.0
 
     @property
     def mean_squares(self) -> list[Array]:
-        """The mean squares of the films' voltages."""
-        return [np.mean(voltage**2, axis=-1) for voltage in self.voltages]
+        """The means of the effective squares of the films' voltages."""
+        return [np.mean(squared, axis=-1) for squared in self.squares]
 
 
-def _operating_point(members: Members, omega: Array) -> _OperatingPoint:
-    """The operating point at drive frequencies (members, frequencies).
+def _operating_point(members: Members, omega: Array, orders: int) -> _OperatingPoint:
+    """The operating point at drive frequencies (members, frequencies), of which ``orders`` multiples are computed.
 
     Films load the circuit, and its voltages determine their equilibrium; both are found by fixed-point iteration.
     """
     system, n = members.system, members.numbers(trailing=1)
-    samples = np.asarray(system.waveform.samples(n))
+    samples = np.asarray(system.waveform.samples(n, max(4 * orders, CORNERED if system.waveform.pieced else 0)))
     lines = [system.line_of(film) for film in range(len(system.films))]
-    commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
-    voltages = [np.broadcast_to(command, (members.size, 1, PHASES)) for command in commands]
     if all_ideal(system):
-        place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
-        return _settled(members, _OperatingPoint(place, stiffness, voltages, [], n, n["voltage_bias"]))
-    voltages = [np.zeros((*omega.shape, PHASES)) for _ in lines]
+        commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
+        squares = [np.broadcast_to(command**2, (members.size, 1, samples.shape[-1])) for command in commands]
+        place, stiffness = _equilibria(members, [np.mean(squared, axis=-1) for squared in squares])
+        at = _settled(members, _OperatingPoint(place, stiffness, squares, [], n, n["voltage_bias"]))
+        return replace(at, means=at.z, mean=samples.mean(axis=-1))
+    squares, passed = [np.zeros((*omega.shape, 1)) for _ in lines], max(orders, LOADED)
     for _ in range(MOST_TURNS):
-        place, stiffness = _equilibria(members, [np.mean(voltage**2, axis=-1) for voltage in voltages])
-        found = _settled(members, _OperatingPoint(place, stiffness, voltages, [], n, n["voltage_bias"]))
-        before, voltages = voltages, [_loaded(system, line, found, samples, omega) for line in lines]
+        place, stiffness = _equilibria(members, [np.mean(squared, axis=-1) for squared in squares])
+        found = _settled(members, _OperatingPoint(place, stiffness, squares, [], n, n["voltage_bias"]))
+        before, (squares, means) = squares, _loaded(system, found, samples, omega, passed)
         change = [
-            np.abs(now - old).max(initial=0.0, where=np.isfinite(now))
-            for now, old in zip(voltages, before, strict=True)
+            np.abs(now - old).max(initial=0.0, where=np.isfinite(now)) for now, old in zip(squares, before, strict=True)
         ]
         if max(change) < SAME_VOLTAGE:
             break
-    return replace(found, voltages=voltages)
+    return replace(found, squares=squares, means=means, mean=samples.mean(axis=-1))
 
 
 def all_ideal(system: ConeSystem) -> bool:
@@ -150,24 +200,52 @@ def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
     return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
 
 
-def _loaded(system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array) -> Array:
-    """A film's voltage (members, frequencies, PHASES) through a circuit that is linear about the bias, with the films
-    held at the operating point."""
-    bias, shape = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape
-    slopes = stacked(_electric_slopes(system, line, at), shape)
-    own = [2 + i for i in sorted(system.places_of(line))]
-    commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, PHASES)))
+def _loaded(
+    system: ConeSystem, at: _OperatingPoint, samples: Array, omega: Array, orders: int
+) -> tuple[list[Array], list[Array]]:
+    """The effective squares of the films' voltages (members, frequencies, samples) through circuits that are linear
+    about the bias, with the films held at the operating point; and all states, those of circuits at their means."""
+    z = [np.broadcast_to(value, omega.shape)[..., None] for value in at.z]
+    n = {name: np.asarray(value)[..., None] for name, value in at.n.items()}
+    voltages = {}
+    for line in system.lines:
+        own = sorted(system.places_of(line))
+        voltages[line.prefix], *found = _passed(system, line, at, samples, omega, orders)
+        for i, values in zip(own, found, strict=True):
+            z[i] = values
+    films = range(len(system.films))
+    squares = [system.squared_at(voltages[system.line_of(k).prefix], z, n, k) for k in films]
+    shape = (*omega.shape, samples.shape[-1])
+    return [np.broadcast_to(squared, shape) for squared in squares], [value.mean(axis=-1) for value in z]
+
+
+def _passed(
+    system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array, orders: int
+) -> list[Array]:
+    """A line's voltage and the states of its circuit, (members, frequencies, samples) each; the states follow as many
+    multiples of the drive frequency as ``orders`` says."""
+    bias, shape, count = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape, samples.shape[-1]
+    slopes, own = stacked(_electric_slopes(system, line, at), shape), sorted(system.places_of(line))
+    commanded = np.fft.rfft(np.broadcast_to(samples, (*shape, count)) - bias[..., None])
+    commanded[np.abs(commanded) < ROUNDING * count * np.abs(samples).max(axis=-1, keepdims=True)] = 0.0
     multiples = np.arange(commanded.shape[-1], dtype=float)
     multiples[0] = ROUNDING  # a circuit may hold its charge at a constant voltage
     s = 1j * multiples * omega[..., None]
-    gain = slopes[..., 0, 0, None] + s * slopes[..., 0, 1, None]
+    rests = system.electric(line, bias, 0.0, at.z, at.n)[:1] + [at.z[i] for i in own]
+    swings = [slopes[..., 0, 0, None] * commanded + s * slopes[..., 0, 1, None] * commanded]
     if own:
-        inner = s[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, own]
-        right = slopes[..., None, 1:, 0] + s[..., None] * slopes[..., None, 1:, 1]
-        gain = gain + np.einsum("...j,...kj->...k", slopes[..., 0, own], solved_where_regular(inner, right))
-    mean = np.broadcast_to(system.electric(line, bias, 0.0, at.z, at.n)[0], shape)
-    swing = gain * (commanded - PHASES * bias[..., None] * (multiples == ROUNDING))
-    return np.asarray(mean[..., None] + np.fft.irfft(swing, PHASES))
+        low = np.flatnonzero((commanded[..., : orders + 1] != 0.0).any(axis=(0, 1)))
+        to, by = s[..., low], [2 + i for i in own]
+        inner = to[..., None, None] * np.eye(len(own)) - slopes[..., None, 1:, by]
+        right = slopes[..., None, 1:, 0] + to[..., None] * slopes[..., None, 1:, 1]
+        states = np.zeros((*commanded.shape, len(own)), dtype=complex)
+        states[..., low, :] = solved_where_regular(inner, right) * commanded[..., low, None]
+        swings[0] = swings[0] + np.einsum("...j,...kj->...k", slopes[..., 0, by], states)
+        swings += list(np.moveaxis(states, -1, 0))
+    return [
+        np.broadcast_to(rest, shape)[..., None] + np.fft.irfft(swing, count)
+        for rest, swing in zip(rests, swings, strict=True)
+    ]
 
 
 def _electric_slopes(system: ConeSystem, line: Line, at: _OperatingPoint) -> list[list[Any]]:
@@ -191,20 +269,20 @@ def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
     return place, np.asarray(members.stiffness(place, np.sqrt(squared)))
 
 
-def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
-    """Complex amplitudes (members, frequencies, HARMONICS) of the displacement at multiples of drive frequencies."""
-    if members.system.circuit.delays:  # the mean square of a delayed voltage is not that of the voltage
-        return np.full((*omega.shape, HARMONICS), np.nan + 0j)
-    at = _operating_point(members, omega)
-    multiples = np.arange(1, HARMONICS + 1) * omega[..., None]
+def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.complex128]:
+    """Complex amplitudes (members, frequencies, orders) of the displacement at multiples of drive frequencies."""
+    at = _operating_point(members, omega, orders)
     # amplitudes as multiples of sines: the displacement is the imaginary part of the sum
     drives = []
-    for voltage, mean_square in zip(at.voltages, at.mean_squares, strict=True):
-        harmonics = 2j * np.fft.fft(voltage**2)[..., 1 : HARMONICS + 1] / PHASES
+    for squared, mean_square in zip(at.squares, at.mean_squares, strict=True):
+        harmonics = 2j * np.fft.rfft(squared)[..., 1 : orders + 1] / squared.shape[-1]
         harmonics[np.abs(harmonics) < ROUNDING * mean_square[..., None]] = 0.0
-        drives.append(harmonics)
+        drives.append(np.broadcast_to(harmonics, (*at.place.shape, orders)))
+    there = np.flatnonzero(np.any([(drive != 0.0).any(axis=(0, 1)) for drive in drives], axis=0))
+    drives = [drive[..., there] for drive in drives]
+    multiples = (there + 1) * omega[..., None]
     if members.system.planar and all_ideal(members.system):
-        drive = np.zeros((*at.place.shape, HARMONICS), dtype=complex)
+        drive = np.zeros((*at.place.shape, there.size), dtype=complex)
         for film, mean_square, harmonics in zip(members.system.films, at.mean_squares, drives, strict=True):
             with np.errstate(all="ignore"):
                 gain = np.broadcast_to(film.voltage_gain(at.place, mean_square, at.n), at.place.shape)
@@ -213,8 +291,10 @@ def _harmonics(members: Members, omega: Array) -> npt.NDArray[np.complex128]:
         response = drive / (at.stiffness[..., None] - multiples**2 + 2j * damping * multiples)
     else:
         response = _response(members.system, at, drives, multiples)
-    stable = np.broadcast_to((at.stiffness > 0.0)[..., None], response.shape)
-    return np.where(stable, response, np.nan)
+    found = np.zeros((*omega.shape, orders), dtype=complex)
+    found[..., there] = response
+    stable = (at.stiffness > 0.0)[..., None]
+    return np.where(stable, found, np.nan)
 
 
 def _response(
@@ -222,8 +302,8 @@ def _response(
 ) -> npt.NDArray[np.complex128]:
     """The complex amplitudes of the displacement, with the other states and the voltages moving, too.
 
-    The squared voltage on a film is that of the drive with the film at rest, plus twice the mean voltage times the
-    change of the voltage by the motion.
+    The effective squared voltage on a film is that of the drive with the film at rest, plus its change by the motion at
+    the means of the drive.
     """
     slopes, films = _slopes(system, at)
     right = np.zeros((*multiples.shape, len(system.states)), dtype=complex)
@@ -243,15 +323,15 @@ def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]
         )
         by, slopes, films = stacked(held, shape), np.zeros((*shape, count, count)), []
         slopes[..., places, :] = by[..., :count]
-        for k, voltage in enumerate(at.voltages):
-            line = system.line_of(k)
-            own = stacked([row[2:] for row in _electric_slopes(system, line, at)], shape)
+        moved = gradients(lambda z, n, xp: system.squares_under(n[COMMAND], z, n, xp), at.means, {**at.n, COMMAND: at.mean})
+        for k, row in enumerate(moved):
             film = np.zeros((*shape, count))
             film[..., places] = by[..., count + k]
-            slopes += 2.0 * voltage.mean(axis=-1)[..., None, None] * film[..., :, None] * own[..., 0, None, :]
+            slopes += film[..., :, None] * stacked([row], shape)
             films.append(film)
-            if system.places_of(line):
-                slopes[..., sorted(system.places_of(line)), :] = own[..., 1:, :]
+        for line in system.lines:
+            if own := sorted(system.places_of(line)):
+                slopes[..., own, :] = stacked([row[2:] for row in _electric_slopes(system, line, at)[1:]], shape)
     return slopes, films
 
 

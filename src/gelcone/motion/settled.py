@@ -14,7 +14,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.electrical import MEANINGS, known_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import linear_response
+from gelcone.motion.linear import linear_response, resolved
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
 from gelcone.motion.swing import Swing, settled_swing
@@ -64,11 +64,11 @@ def settled(
     subharmonics, 0 if the disc is ``resting`` or if no period up to 64 was found (chaos, or not settled); over
     ``harmonic``, multiples of the drive frequency, ``harmonic_amplitude`` and ``harmonic_phase`` in degrees ahead of
     sin(harmonic omega t), for the voltage sin(omega t), NaN for a harmonic that vanishes; ``linear_stroke`` by linear
-    theory (NaN without an equilibrium, or for a permittivity that follows late); the largest ``current`` into a film
-    (infinite if the voltage jumps); the mean ``power`` of the source, and if there are losses besides those of the
-    damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at jumps of an ideal source's
-    voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage times rms current) and the
-    largest true ``field``; for films that creep or leak the mean ``heat`` in them over their volume and ``heating``,
+    theory with all harmonics of the drive (NaN without an equilibrium, and for more than some 700,000 harmonics); the
+    largest ``current`` into a film (infinite if the voltage jumps); the mean ``power`` of the source, and if there are
+    losses besides those of the damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at
+    jumps of an ideal source's voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage
+    times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their volume and ``heating``,
     the rate at which their temperature rises while they give no heat away; ``validity_*`` as in `regime`; and
     ``outcome``, an error for a member without damping.
 
@@ -100,8 +100,8 @@ def settled(
 
 def _linear(members: Members) -> dict[str, str]:
     """The quantity of the linear stroke, with the reason why there may be none."""
-    late = {"nan": "not computed, for the permittivity follows late"} if members.system.circuit.delays else {}
-    return dataset.absent("length", **late)
+    many = {} if resolved(members).all() else {"nan": "not computed, for the drive has too many harmonics"}
+    return dataset.absent("length", **many)
 
 
 def settled_cells(

@@ -214,9 +214,9 @@ class Waveform(Component):
                 "true in its table, or of its recording), or simulate it"
             )
 
-    def samples(self, n: Numbers) -> Array:
-        """The voltage at `PHASES` even phases of a period, as a last axis."""
-        phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
+    def samples(self, n: Numbers, count: int = PHASES) -> Array:
+        """The voltage at ``count`` even phases of a period, as a last axis."""
+        phase = 2.0 * np.pi * np.arange(count) / count
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
         return np.asarray(own["voltage_bias"] + own["voltage"] * self.shape(phase, self._at(0.0, phase, own, np), np))
 

@@ -67,9 +67,14 @@ class ConeSystem(Structure):
         moment = self._moment(tau, z, n, xp)
         return [moment.squared(k) for k in range(len(self.films))]
 
-    def squared_at(self, voltage: Any, z: Sequence[Any], n: Numbers) -> Any:
-        """The effective squared voltage on the first film at a ``voltage``."""
-        moment, line = Moment(self, voltage, lambda: 0.0, z, n, np), self.lines[0]
+    def squares_under(self, commanded: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """The effective squared voltages on the films under a constant commanded voltage."""
+        moment = Moment(self, commanded, lambda: 0.0, z, n, xp)
+        return [moment.squared(k) for k in range(len(self.films))]
+
+    def squared_at(self, voltage: Any, z: Sequence[Any], n: Numbers, film: int = 0) -> Any:
+        """The effective squared voltage on a film at a ``voltage``."""
+        moment, line = Moment(self, voltage, lambda: 0.0, z, n, np), self.line_of(film)
         return line.circuit.squared(moment.port(line), voltage, self.states_of(z, "line", line.prefix), line.own(n))
 
     def stored(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> Any:

@@ -178,9 +178,9 @@ class HalfWave(Pieced):
         gate = self._at(tau, phase, n, xp)["gate"]
         return gate * (n["voltage_bias"] + n["voltage"] * xp.sin(phase))
 
-    def samples(self, n: Numbers) -> Array:
+    def samples(self, n: Numbers, count: int = PHASES) -> Array:
         own = {name: np.asarray(value)[..., None] for name, value in n.items()}
-        phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
+        phase = 2.0 * np.pi * np.arange(count) / count
         return np.maximum(own["voltage_bias"] + own["voltage"] * np.sin(phase), 0.0)
 
     def peak(self, n: Numbers) -> Any:
