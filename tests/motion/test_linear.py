@@ -142,7 +142,6 @@ def test_members_and_frequencies_have_the_linear_stroke_that_each_has_alone():
             "hoop_prestretch": 1.4,
             "series_resistance": 0.2,
             "leakage_time": 5.0,
-            "leakage_field": 0.5,
         },
         {"film": "wrinkling", "hoop_prestretch": 1.4, "viscous_modulus_1": 0.5, "relaxation_time_1": 2.0},
     ],

@@ -68,9 +68,9 @@ def settled(
     largest ``current`` into a film (infinite if the voltage jumps); the mean ``power`` of the source, and if there are
     losses besides those of the damper its parts ``damper_power``, ``film_power``, ``resistor_power`` (with the loss at
     jumps of an ideal source's voltage), ``leak_power`` and ``dielectric_power``; the ``apparent_power`` (rms voltage
-    times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their volume and ``heating``,
-    the rate at which their temperature rises while they give no heat away; ``validity_*`` as in `regime`; and
-    ``outcome``, an error for a member without damping.
+    times rms current) and the largest true ``field``; for films that creep or leak the mean ``heat`` in them over their
+    volume and ``heating``, the rate at which their temperature rises while they give no heat away; ``validity_*`` as in
+    `regime`; and ``outcome``, an error for a member without damping.
 
     Raises
     ------
