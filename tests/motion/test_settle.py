@@ -6,11 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion import settle as module
 from gelcone.motion.flow import integrate
-from gelcone.motion.settle import LONGEST_TIME, blocks, check_budgets, clocks, pieces, repeats_lasting, settle
+from gelcone.motion.settle import (
+    LONGEST_TIME,
+    blocks,
+    check_budgets,
+    check_repeats,
+    clocks,
+    pieces,
+    repeats_lasting,
+    settle,
+)
 from gelcone.physics.model import ConeModel
 from tests.recorded import numbers, record
 
@@ -114,6 +124,46 @@ def test_a_time_that_is_not_positive_or_too_long_is_refused_by_its_name(value):
     ):
         check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME, patience=value)
     check_budgets(transient=None, budget=1e-9, window=LONGEST_TIME)
+
+
+def test_the_longest_run_ends_while_somebody_waits():
+    """Films take 1e5 to 1e6 units of time in a second."""
+    assert LONGEST_TIME / 1e5 < 24 * 3600.0
+
+
+@pytest.mark.parametrize(
+    ("frequency", "most"), [(1.0, int(1e9 / np.pi)), ([1e-3, 1.0], int(1e9 / np.pi)), (1e4, 10**9)]
+)
+def test_numbers_of_forcing_periods_that_last_too_long_for_all_members_are_refused(frequency, most):
+    members = ConeModel(damping_ratio=0.1, drive_frequency=frequency).members()
+    check_repeats(members, discard=0)
+    check_repeats(members, 1, repeats=most, discard=1)
+    with pytest.raises(InputError, match=re.escape(f"repeats = {most + 1}: must be at most {most} forcing periods")):
+        check_repeats(members, 1, repeats=most + 1)
+    with pytest.raises(InputError, match=re.escape("repeats = 0: must be at least 1")):
+        check_repeats(members, 1, repeats=0)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda model: gelcone.simulate(model, periods=1e9),
+        lambda model: gelcone.simulate(model, times=[0.0, 2e9]),
+        lambda model: gelcone.step(model, [0.1], duration=2e9),
+        lambda model: gelcone.settled(model, transient=2e9),
+        lambda model: gelcone.settled(model, patience=2e9),
+        lambda model: gelcone.regime(model, budget=2e9),
+        lambda model: gelcone.section(model, repeats=10**9),
+        lambda model: gelcone.section(model, discard=10**9),
+        lambda model: gelcone.extrema(model, discard=10**9),
+        lambda model: gelcone.spectrum(model, discard=10**9),
+        lambda model: gelcone.spectrum(model, periods=10**9),
+        lambda model: gelcone.triptych(model, periods=10**9),
+    ],
+)
+def test_runs_that_nobody_can_wait_for_are_refused_at_once(run):
+    with pytest.raises(InputError, match="at most"):
+        run(ConeModel(damping_ratio=0.1, film="taut"))
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------

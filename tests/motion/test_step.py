@@ -117,7 +117,7 @@ def test_the_model_holds_for_the_share_of_a_step_for_which_it_holds_in_simulate(
     ("options", "message"),
     [
         ({"before": "9 kV"}, "before = .*: beyond pull-in"),
-        ({"duration": 0.0}, "duration = 0.*: must be positive"),
+        ({"duration": 0.0}, "duration = 0.*: must be a positive time"),
         ({"voltages": [-5.0]}, "voltages"),
     ],
 )

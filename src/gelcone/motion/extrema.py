@@ -11,13 +11,13 @@ from gelcone import dataset
 from gelcone.dataset import with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import STILL, Piece, blocks, pieces, samples_per_repeat, settle
+from gelcone.motion.settle import STILL, Piece, blocks, check_repeats, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
 from gelcone.motion.turning import acceleration_at, turning_points, turning_share
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, split_progress
-from gelcone.quantity import Array, check_count
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,10 +68,9 @@ def extrema(
     >>> found.displacement.values.round(5).tolist(), found.maximum.values.tolist()
     ([0.83547, 0.42499], [1, -1])
     """
-    check_count("repeats", repeats, 1)
-    check_count("discard", discard, 0)
-    states0 = start_states(model, initial)
-    members = model.members()
+    states0, members = start_states(model, initial), model.members()
+    check_repeats(members, 1, repeats=repeats)
+    check_repeats(members, discard=discard)
     outcome = np.zeros(members.size, dtype=np.int8)
     found = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}

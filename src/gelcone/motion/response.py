@@ -135,7 +135,10 @@ def simulate(
     if times is None:
         longest = float(np.max(periods * model.drive_period))
         if longest > LONGEST_TIME:
-            raise InputError(f"periods = {periods:g}: last too long; a run takes a time of at most {LONGEST_TIME:g}")
+            raise InputError(
+                f"periods = {periods:g}: last too long; a run takes a time of at most {LONGEST_TIME:g}, which is "
+                f"{periods * LONGEST_TIME / longest:.3g} of them; give fewer"
+            )
         sampled = even_times(model, periods * model.drive_period)
         kept = checked = np.arange(sampled.shape[1])
     else:
@@ -253,7 +256,9 @@ def _wanted_times(times: npt.ArrayLike) -> Array:
             f"times: {wanted[falls[0] + 1]:g} comes after {wanted[falls[0]]:g}; they must increase, sort them"
         )
     if wanted[-1] > LONGEST_TIME:
-        raise InputError(f"times: {wanted[-1]:g} is among them; a run takes a time of at most {LONGEST_TIME:g}")
+        raise InputError(
+            f"times: {wanted[-1]:g} is among them; a run takes a time of at most {LONGEST_TIME:g}; leave later ones out"
+        )
     if wanted[-1] == 0.0:
         raise InputError("times = 0: the run has no length; give at least one later time")
     return wanted

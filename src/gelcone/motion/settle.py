@@ -18,7 +18,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import integrate
 from gelcone.physics.members import Members
 from gelcone.progress import Progress, weighted
-from gelcone.quantity import Array
+from gelcone.quantity import Array, check_count
 
 CLOCK_REPEATS = 1000
 """Most forcing periods between two returns of the clock to 0."""
@@ -38,8 +38,8 @@ BLOCK = 64.0
 """Shortest block of an average, longer than the correlation time of chaotic motions."""
 STILL = 1e-12
 """Largest motion (in units of b-a and 1/Omega0) that counts as rounding."""
-LONGEST_TIME = 1e12
-"""Longest time of a run; a longer one would not end."""
+LONGEST_TIME = 1e9
+"""Longest time of a run: half an hour of computing for a taut film, some hours for a membrane."""
 
 
 # --- settling ---------------------------------------------------------------------------------------------------------
@@ -49,7 +49,17 @@ def check_budgets(**budgets: float | None) -> None:
     """Raises `InputError` for a time that is not positive or longer than `LONGEST_TIME`."""
     for name, value in budgets.items():
         if value is not None and not 0.0 < value <= LONGEST_TIME:
-            raise InputError(f"{name} = {value:g}: must be a positive time of at most {LONGEST_TIME:g}")
+            raise InputError(f"{name} = {value:g}: must be a positive time of at most {LONGEST_TIME:g}; change it")
+
+
+def check_repeats(members: Members, least: int = 0, **repeats: int) -> None:
+    """Raises `InputError` for a number of forcing periods below ``least``, or that lasts longer than `LONGEST_TIME` for
+    every member; each counts as at least one unit of time, since it takes a step or more."""
+    most = int(LONGEST_TIME / max(float(np.min(members.forcing_period)), 1.0))
+    for name, count in repeats.items():
+        check_count(name, count, least)
+        if count > most:
+            raise InputError(f"{name} = {count}: must be at most {most} forcing periods; lower it")
 
 
 def repeats_lasting(members: Members, duration: Array | float) -> npt.NDArray[np.int64]:

@@ -22,7 +22,16 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
-from gelcone.motion.settle import MOST_PER_REPEAT, STILL, blocks, next_power_of_two, pieces, samples_per_repeat, settle
+from gelcone.motion.settle import (
+    MOST_PER_REPEAT,
+    STILL,
+    blocks,
+    check_repeats,
+    next_power_of_two,
+    pieces,
+    samples_per_repeat,
+    settle,
+)
 from gelcone.motion.start import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -198,11 +207,11 @@ def _lengths(members: Members, periods: int | None, discard: int | None) -> tupl
     waveform = members.system.waveform
     if waveform.repeat:
         periods, discard = PERIODS if periods is None else periods, DISCARD if discard is None else discard
-        check_count("periods", periods, 0)
+        check_repeats(members, periods=periods)
         if periods < FEWEST_PERIODS:
             least = f"must be at least {FEWEST_PERIODS}"
             raise InputError(f"periods = {periods}: {least}, or the lines of the spectrum run into each other")
-        check_count("discard", discard, 0)
+        check_repeats(members, discard=discard)
         return periods, discard
     if discard:
         raise InputError(

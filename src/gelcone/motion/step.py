@@ -14,7 +14,7 @@ from gelcone.motion.constant_voltage import at_constant_voltages, biased_like
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
-from gelcone.motion.settle import LONGEST_TIME
+from gelcone.motion.settle import check_budgets
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.bracket import crossing
@@ -142,13 +142,10 @@ _MEANINGS: dict[str, tuple[str, dataset.Of]] = {
 
 def _duration(damping_ratio: float, time_constant: float, given: float | None) -> float:
     """The length of the run. Raises `InputError` for one that is not positive, too long, or undefined."""
-    if given is not None and not given > 0.0:
-        raise InputError(f"duration = {given:g}: must be positive")
     if given is None and not damping_ratio > 0.0:
         raise InputError("damping_ratio = 0: without damping the disc never settles; give it some, or a duration")
     lasts = max(DECAYS / damping_ratio, DECAYS * time_constant) if given is None else given
-    if lasts > LONGEST_TIME:
-        raise InputError(f"duration = {lasts:g}: lasts too long; a run takes a time of at most {LONGEST_TIME:g}")
+    check_budgets(duration=lasts)
     return lasts
 
 
