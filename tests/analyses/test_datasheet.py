@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import gelcone
 from gelcone.codes import Outcome
 from gelcone.devices.scales import MEASURES
 from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows, sized
@@ -38,6 +39,13 @@ def test_rows_have_the_names_of_their_numbers():
         ("rise time of a small step", "rise_time"),
     ):
         assert rows[words] == [f"{values.index(name) + 1}"]
+
+
+def test_columns_stand_apart_where_their_words_are_long():
+    """Of two films no capacitance is known."""
+    device = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
+    text = gelcone.in_words(gelcone.datasheet(device, ["0.5 kV", "1.2 kV"]))
+    assert "unknown of two films  unknown of two films" in text
 
 
 def test_the_half_width_has_the_unit_of_the_frequency():

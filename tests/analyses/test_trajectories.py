@@ -122,6 +122,10 @@ def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
     assert largest == "largest gain 7.5 mm/kV at 8 Hz"
     assert first.split() == ["4", "Hz", "2", "mm/kV", "2.5", "mm/kV"]
     assert second.split() == ["12", "Hz", "5", "mm/kV", "4.5", "mm/kV"]
+    transfer["measured_gain"][0, 1] = np.nan
+    *_, second, why = runs.transfer_words(transfer, SUBJECT).splitlines()
+    assert second.split() == ["12", "Hz", "5", "mm/kV", "unknown"]
+    assert why == "  unknown: the motion ends, does not repeat with the drive, or is as small as rounding"
 
 
 def test_the_time_at_a_limit_is_in_percent():

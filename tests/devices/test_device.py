@@ -361,7 +361,11 @@ def test_a_device_survives_pickling(device):
             "prestretch: mounted flat, the film has I1 - 3 = 62.02, which must be less than its stretch",
         ),
         ({"prestretch": 1e-200}, "prestretch: mounted flat, the film has I1 - 3 = inf"),
-        ({"film_thickness": "1e-300 nm"}, "the sizes, mass and shear modulus give no finite time and energy"),
+        (
+            {"film_thickness": "1e-300 nm"},
+            "film_thickness = 1e-300 nm: gives no finite time and energy; usual is 0.02 to 2 mm",
+        ),
+        ({"moving_mass": 1e-320}, "gives no finite time and energy; usual is 0.1 to 500 g"),
         ({"name": ""}, "name = '': must be a non-empty text in quotes"),
     ],
 )

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Regime
+from gelcone.errors import InputError
 from gelcone.motion import plane as module
 from gelcone.motion.electrical import charge_of, field_of
-from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS, DriveShape
 from gelcone.physics.model import ConeModel
 from tests.recorded import numbers, record
 
@@ -17,6 +18,18 @@ FLAT = ConeModel(damping_ratio=0.1, voltage=1.2, spring_stiffness=0.5)
 
 def plane_of(model=FLAT, limits_from="rest", threads=5, membrane=None, bias=0.25):
     return module.Plane(model, module.DriveShape(0.75, bias), 0.5, threads, membrane, limits_from)
+
+
+@pytest.mark.parametrize(
+    ("drive", "message"),
+    [
+        ({"voltage": 0.0}, "voltage = 0: the drive stays at 0 V"),
+        ({"waveform": "half_wave", "voltage": 0.5, "voltage_bias": -0.6}, "voltage_bias = -0.6: the drive stays"),
+    ],
+)
+def test_a_drive_that_stays_at_0_cannot_be_scaled(drive, message):
+    with pytest.raises(InputError, match=message):
+        DriveShape.of(ConeModel(**drive))
 
 
 def test_a_plane_scales_amplitude_and_bias_with_the_peak(monkeypatch):

@@ -19,9 +19,11 @@ def datasheet_words(shown: xr.Dataset, subject: Subject) -> str:
     """The sheet as text."""
     lines = heading(subject) + outcome_lines(shown)
     count = int((shown["constant_voltage"] > 0.0).sum())
-    widths = [COLUMN_WIDTH] * count + [INTERVAL_WIDTH]
-    for name, values in sheet_rows(shown):
-        lines.append(f"{name:{NAME_WIDTH}s}" + "".join(f"{v:>{w}s}" for v, w in zip(values, widths, strict=False)))
+    rows = sheet_rows(shown)
+    longest = [2 + max(map(len, column)) for column in zip(*(values for _, values in rows), strict=True)]
+    widths = list(map(max, [COLUMN_WIDTH] * count + [INTERVAL_WIDTH], longest))
+    for name, values in rows:
+        lines.append(f"{name:{NAME_WIDTH}s}" + "".join(f"{v:>{w}s}" for v, w in zip(values, widths, strict=True)))
     single = sheet_single(shown)
     width = max(COLUMN_WIDTH, *(len(value) for _, value in single))
     lines += [f"{name:{NAME_WIDTH}s}{value:>{width}s}" for name, value in single]

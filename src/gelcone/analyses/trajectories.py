@@ -238,6 +238,8 @@ def transfer_words(shown: xr.Dataset, subject: Subject) -> str:
         linear = np.interp(frequencies[k], shown["drive_frequency"].values, shown["gain"].values)
         gains = "".join(f"{sized(gain):>16s}" for gain in one["measured_gain"])
         lines.append(f"  {sized(one['measured_frequency']):15s} {linear:>10.4g}{unit_of(shown['gain']):6s}{gains}")
+    if shown["measured_gain"].isnull().any():
+        lines.append("  unknown: the motion ends, does not repeat with the drive, or is as small as rounding")
     return "\n".join(lines)
 
 

@@ -188,7 +188,7 @@ def of_field(option: str, text: str, field: Field) -> float:
     if is_number(text):
         number = float(text)
         if not math.isfinite(number) and not (field.infinite and number == math.inf):
-            raise InputError(f"{option} {text}: must be finite")
+            raise InputError(f"{option} {text}: must be finite; give a number, such as {field.example_text()}")
         return number
     return parse(option, text, field.unit, example=field.example_text())
 

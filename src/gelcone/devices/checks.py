@@ -20,6 +20,9 @@ _FAR = {"m": 10.0, "kg": 10.0, "Pa": 10.0, "m/s^2": 1.0, "ohm": 1.0}
 """Units of fields whose values are compared with the usual range -> the factor beyond the range that causes a warning.
 A drive may be as small as one likes."""
 
+SCALED = ("disc_radius", "film_radius", "film_thickness", "moving_mass", "payload", "material.shear_modulus")
+"""Fields that give the scales of time and energy."""
+
 
 def misfits(device: DeviceFields) -> Iterator[FieldError]:
     """Find the errors of the fields of a device taken together."""
@@ -59,6 +62,10 @@ def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
         )
     if len(given) > 1:
         yield FieldError(given[1], f"{' and '.join(given)} are both given; give one of them")
+    yield from _size_misfits(device)
+
+
+def _size_misfits(device: DeviceFields) -> Iterator[FieldError]:
     disc, film = np.broadcast_arrays(device.disc_radius, device.film_radius)
     if (disc >= film).any():
         at = int(np.argmax(disc - film))
@@ -68,9 +75,23 @@ def _own_misfits(device: DeviceFields) -> Iterator[FieldError]:
             f"{format_si(film.flat[at], 'm')}; make the disc smaller or the film larger",
         )
     elif not _usable_scales(device):
-        yield FieldError(
-            "film_thickness", "the sizes, mass and shear modulus give no finite time and energy; check their units"
-        )
+        unlikely = [(name, value, usual) for name, value, usual in _unusual(device) if name in SCALED]
+        for name, value, usual in unlikely[:1]:
+            yield FieldError(
+                name, f"{name} = {value}: gives no finite time and energy; usual is {usual}, check its unit"
+            )
+        if not unlikely:
+            yield FieldError(
+                "film_thickness", "the sizes, mass and shear modulus give no finite time and energy; check their units"
+            )
+
+
+def _unusual(device: DeviceFields) -> Iterator[tuple[str, str, str]]:
+    """Find the fields far outside their usual range: name, value and range."""
+    for name, field in device.all_fields().items():
+        odd = field.implausible(device.get(name), _FAR[field.unit]) if field.unit in _FAR else None
+        if odd is not None:
+            yield name, format_si(odd, field.unit), field.typical_text()
 
 
 def _circuit_misfits(device: DeviceFields) -> Iterator[FieldError]:
@@ -124,14 +145,10 @@ def _check_heights(device: DeviceFields, model: ConeModel) -> None:
 
 def doubts(device: DeviceFields) -> list[str]:
     """Warnings about values far outside the usual range, one line each."""
-    lines = []
-    for name, field in device.all_fields().items():
-        odd = field.implausible(device.get(name), _FAR[field.unit]) if field.unit in _FAR else None
-        if odd is not None:
-            lines.append(
-                f"{name} = {format_si(odd, field.unit)} is outside the usual range, "
-                f"{field.typical_text()}; check its unit"
-            )
+    lines = [
+        f"{name} = {value} is outside the usual range, {usual}; check its unit"
+        for name, value, usual in _unusual(device)
+    ]
     with np.errstate(all="ignore"):
         thick = np.ravel(np.asarray(device.film_thickness) / device.scales.length)
     if thick.max() > THICK and not any(text.startswith("film_thickness") for text in lines):

@@ -276,6 +276,7 @@ _SIZES = (
     (rf"initial displacement {_NUMBER}", "length", "m"),
     (r"(?<!\w)displacements = \[[^]]*\]", "length", "m"),
     (rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
+    (r"(?<!\w)frequencies = \[[^]]*\]", "frequency", "Hz"),
     (rf"(?<!\w)(voltages|before) = (\[[^]]*\]|{_NUMBER})", "voltage", "V"),
 )
 """Numbers in messages that do not belong to a parameter, with their quantity and unit."""

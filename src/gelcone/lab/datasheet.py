@@ -149,14 +149,14 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
         "mass_work": (work, "work of a stroke over the mass that moves", _of("specific energy")),
         "volume_power": (work * natural, "work over volume at the natural frequency", _of("power density")),
         "mass_power": (work * natural, "work over mass at the natural frequency", _of("specific power")),
-        "capacitance": (capacitance, "charge over voltage", _charge("capacitance")),
-        "field_energy": (0.5 * capacitance * on_film**2, "energy of the field", _charge("energy")),
-        "coupling": (coupling, "electromechanical coupling factor, squared", _charge("share")),
+        "capacitance": (capacitance, "charge over voltage", _charge(model, "capacitance")),
+        "field_energy": (0.5 * capacitance * on_film**2, "energy of the field", _charge(model, "energy")),
+        "coupling": (coupling, "electromechanical coupling factor, squared", _charge(model, "share")),
     })  # fmt: skip
 
 
-def _charge(quantity: str) -> dict[str, str]:
-    return dataset.absent(quantity, nan="beyond pull-in, or of two films")
+def _charge(model: ConeModel, quantity: str) -> dict[str, str]:
+    return _of(quantity) if len(model.system.films) == 1 else dataset.absent(quantity, nan="unknown of two films")
 
 
 def _electric(model: ConeModel, x: Array, volts: Array) -> tuple[Any, Any, Any]:

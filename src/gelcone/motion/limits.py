@@ -120,7 +120,7 @@ def _absent(name: str) -> dict[str, str]:
 
 _MEANINGS = {
     "onset_voltage": "voltage amplitude at which rest loses stability",
-    "onset_error": "width to which the onset is known",
+    "onset_error": "uncertainty of the onset",
     "pitchfork_voltage": PITCHFORK,
     "pull_in_voltage": PULL_IN,
 }

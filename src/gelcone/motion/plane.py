@@ -87,7 +87,11 @@ class DriveShape:
         model.system.waveform.check_repeats()
         peak = float(model.peak_voltage)
         if peak == 0.0:
-            raise InputError("voltage = 0: the envelope scales the device's drive; give it an amplitude or a bias")
+            name = "voltage_bias" if float(model.voltage_bias) < 0.0 else "voltage"
+            raise InputError(
+                f"{name} = {float(getattr(model, name)):g}: the drive stays at 0 V, and here it is scaled; give it an "
+                "amplitude above minus its offset"
+            )
         return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
 
 

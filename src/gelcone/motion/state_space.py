@@ -268,7 +268,7 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
     """
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
-        raise InputError("frequencies: must be positive numbers")
+        raise InputError(f"frequencies = {omega.tolist()}: must be positive numbers")
     transfer = state_space(model).transfer(omega)[:, 0, 0]
     phase = np.where(transfer != 0.0, np.degrees(np.angle(transfer)), np.nan)
     dims = ("drive_frequency",)

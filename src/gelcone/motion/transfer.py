@@ -162,7 +162,7 @@ def transfer(
 def _frequencies(given: Any) -> Array:
     omega = np.unique(np.asarray(given, dtype=float))
     if not (np.isfinite(omega).all() and (omega > 0.0).all() and omega.size):
-        raise InputError("frequencies: must be positive numbers")
+        raise InputError(f"frequencies = {omega.tolist()}: must be positive numbers")
     return omega
 
 
