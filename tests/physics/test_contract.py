@@ -11,7 +11,7 @@ from gelcone.errors import InputError
 from gelcone.physics.bias import BIASES, Bias, LinearSpring, Together
 from gelcone.physics.circuit import Circuit
 from gelcone.physics.component import State
-from gelcone.physics.contract import numbers_of
+from gelcone.physics.contract import DEFAULTS, numbers_of, points_of
 from gelcone.physics.drive import VOLTAGE, Pieced, Waveform
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.membrane import MembraneFilm
@@ -109,12 +109,51 @@ def test_the_classes_that_follow_are_taken_as_they_are(own):
     model_of(own())
 
 
-def test_an_own_component_is_proved_once(monkeypatch):
+def test_an_own_component_is_proved_once_at_its_defaults_and_at_two_points():
     proved = []
-    own = other(Pulls, prove=lambda self: proved.append(self))
+    own = other(Pulls, prove=lambda self, given=DEFAULTS: proved.append(dict(given)))
     for _ in range(2):
         ConeModel(bias=own())
-    assert len(proved) == 1
+    assert proved == [{}, {"pull": 0.2 * 1.27}, {"pull": 0.2 / 1.27}]
+
+
+def test_the_points_near_the_defaults_lie_inside_the_bounds_and_are_those_that_a_component_takes():
+    """Neighbours move apart, so that their products and quotients change."""
+    named = {
+        "one": Quantity("a", "a", 2.0, positive=True), "two": Quantity("b", "b", -1.0, lower=-1.0),
+        "none": Quantity("c", "c", 0.0, lower=0.5), "endless": Quantity("d", "d", np.inf, infinite=True),
+    }  # fmt: skip
+    first, second = points_of(other(Pulls, parameters=named)())
+    assert first == pytest.approx({"one": 2.54, "two": -1.0 / 1.27, "none": 0.5, "endless": 0.1 / 1.27})
+    assert second == pytest.approx({"one": 2.0 / 1.27, "two": -1.0, "none": 0.5, "endless": 0.127})
+    assert points_of(Soft()) == []
+
+    def complete(self, given):
+        if given.get("pull", 0.2) > 0.2:
+            raise InputError("too large")
+        return {"pull": 0.2, **given}
+
+    assert points_of(other(Pulls, complete=complete)()) == [{"pull": 0.2 / 1.27}]
+
+
+def test_a_contradiction_away_from_the_defaults_is_refused_with_the_point():
+    def force(self, x, y, n, xp=np):
+        return n["pull"] ** 2 * x, n["pull"] + 0.0 * x
+
+    bad = other(Pulls, force=force, parameters={"pull": Quantity("k", "stiffness", 1.0)})
+    with pytest.raises(InputError, match=r"Wrong.force, its slope .*\(it is right at the defaults, and wrong at pull"):
+        ConeModel(bias=bad())
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_bias_that_returns_nan_is_refused_by_its_formula(which):
+    def force(self, x, y, n, xp=np):
+        found = [0.2 * x, 0.2 + 0.0 * x]
+        found[which] = found[which] + 0.0 * xp.sqrt(0.3 - x)
+        return tuple(found)
+
+    with pytest.raises(InputError, match=r"Wrong.force: is not a number at 0.375; return one everywhere from -1.5"):
+        ConeModel(bias=other(Pulls, force=force)())
 
 
 @pytest.mark.parametrize("held", [Together, TautCone])
@@ -141,6 +180,8 @@ SHIPPED = [*LAWS.values(), *BIASES.values(), *FILMS.values(), *WAVEFORMS.values(
 )
 def test_what_ships_keeps_its_contract(component):
     component.prove()
+    for given in points_of(component):
+        component.prove(given)
 
 
 # --- a value for a method, a method for a value, other arguments ------------------------------------------------------
@@ -203,8 +244,8 @@ def stuck(self, *_):
     [
         (Pulls, {"force": lambda self, x, y, n, xp=np: n["pull"] * x}, "Wrong.force: returns array"),
         (Pulls, {"force": lambda self, x, y, n, xp=np: (n["pul"], 0.0)}, "Wrong.force: reads 'pul', which is not one"),
-        (Pulls, {"force": lambda self, x, y, n, xp=np: (x if x > 0 else 0, 1.0)}, "Wrong.force: fails at the default"),
-        (Pulls, {"free_height": stuck}, "Wrong.free_height: fails at the default parameters (ZeroDivisionError: by d"),
+        (Pulls, {"force": lambda self, x, y, n, xp=np: (x if x > 0 else 0, 1.0)}, "Wrong.force: fails (ValueError: "),
+        (Pulls, {"free_height": stuck}, "Wrong.free_height: fails (ZeroDivisionError: by d"),
         (Pulls, {"odd": lambda self, n: "no"}, "Wrong.odd: returns 'no'; return one number for each member"),
         (Pulls, {"states": LAG}, "Wrong.rates: returns []; return a list of 1, one for each of its states"),
         (Pulls, {"starts": lambda self, x, n: [0.0]}, "Wrong.starts: returns [0.0]; return a list of 0, one for each"),
@@ -217,8 +258,8 @@ def stuck(self, *_):
         (Soft, {"strain_limit": lambda self, n: None}, "Wrong.strain_limit: returns None; return one number for each"),
         (Filters, {"rates": lambda self, port, y, n, xp=np: port.command - y[0]}, "Wrong.rates: returns array"),
         (Filters, {"powers": lambda self, port, current, y, n, xp=np: 0.0}, "Wrong.powers: returns 0.0; return a mapp"),
-        (Filters, {"voltage": lambda self, port, y, n, xp=np: port.comand}, "Wrong.voltage: fails at the default para"),
-        (Filters, {"numbers": stuck}, "Wrong.numbers: fails at the default parameters (ZeroDivisionError: by design)"),
+        (Filters, {"voltage": lambda self, port, y, n, xp=np: port.comand}, "Wrong.voltage: fails (AttributeError: "),
+        (Filters, {"numbers": stuck}, "Wrong.numbers: fails (ZeroDivisionError: by design)"),
     ],
 )  # fmt: skip
 def test_a_formula_that_fails_or_returns_something_else_is_refused(own, changes, message):
@@ -278,7 +319,7 @@ def test_the_slope_is_that_at_held_states_too():
 
 
 def test_numbers_are_those_of_one_member_and_of_two():
-    one, two = numbers_of(WAVEFORMS["square"])
-    assert one["duty"] == 0.5
+    one, two = numbers_of(WAVEFORMS["square"], {"rise": 0.1})
+    assert (one["duty"], one["rise"]) == (0.5, 0.1)
     np.testing.assert_array_equal(two["duty"], [[0.5], [0.5]])
     assert set(VOLTAGE) < set(one) == set(two)

@@ -12,12 +12,16 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers, State
 from gelcone.physics.contract import (
+    DEFAULTS,
     GRID,
     NUMBERS,
     ONE_EACH,
     PAIR,
+    PLACES,
     Trial,
+    called,
     check_formulas,
+    check_numbers,
     check_rates,
     check_slope,
     listed,
@@ -53,10 +57,10 @@ class Bias(Component):
         """Force at the displacement x and its derivative by x. ``y`` holds the bias's own states; it is empty in
         statics, which use the settled bias."""
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Compare the stated slope of the force with its derivative, too."""
-        super().prove()
-        n, many = numbers_of(self)
+        super().prove(given)
+        n, many = numbers_of(self, given)
         y = [np.broadcast_to(start, GRID.shape) for start in self.starts(GRID, many)]
         check_formulas(
             self,
@@ -68,6 +72,7 @@ class Bias(Component):
                 *(Trial(name, (many,), ONE_EACH) for name in ("odd", "free_height", "stiffness_scale")),
             ],
         )
+        check_numbers(self, "force", called(self, "force", PLACES, [], n))
         held = [start[0] for start in y]
         check_slope(self, lambda x, own, xp: self.force(x, own, n, xp), held, bool(self.odd(n)))
         check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], z[2:], n, xp))

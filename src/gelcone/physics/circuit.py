@@ -13,6 +13,7 @@ import numpy as np
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
 from gelcone.physics.contract import (
+    DEFAULTS,
     NAMED,
     NUMBERS,
     PLACES,
@@ -185,14 +186,14 @@ class Circuit(Component):
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         """Voltage on the film, given the circuit's own states ``y``."""
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Call the formulas with a taut film at the port, too."""
         from gelcone.physics.film.taut import TautCone
 
-        super().prove()
+        super().prove(given)
         self.check()
         film = PlacedFilm(TautCone())
-        (of_film, many_of_film), (n, many) = numbers_of(film), numbers_of(self)
+        (of_film, many_of_film), (n, many) = numbers_of(film, DEFAULTS), numbers_of(self, given)
         one, many = {**of_film, **n}, {**many_of_film, **many}
         port = Port(0.3, PLACES, PLACES, lambda: 0.1, ((film, []),), many, np)
         y = [np.broadcast_to(value, PLACES.shape) for value in self.starts(PLACES, n)]

@@ -21,6 +21,7 @@ import numpy as np
 from gelcone import permission
 from gelcone.errors import InputError, unknown_name
 from gelcone.physics.contract import (
+    DEFAULTS,
     ONE_EACH,
     PLACES,
     Trial,
@@ -29,6 +30,7 @@ from gelcone.physics.contract import (
     check_overrides,
     listed,
     numbers_of,
+    points_of,
     ships,
     written,
 )
@@ -100,13 +102,14 @@ class Component(ABC):
         """The names of `numbers`, in their order."""
         return tuple(self.numbers(self.complete({})))
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Raise `InputError` where the class does not fulfil its contract: where a formula is missing, takes other
         arguments, fails, returns something else, contradicts another or cannot be compiled. Called once for each
-        component of one's own that is given, at its default parameters."""
+        component of one's own that is given, at its default parameters and two points near them; ``given`` are the
+        parameters that differ from their defaults."""
         check_overrides(self)
         check_data(self, State, Quantity)
-        n = numbers_of(self)[1]
+        n = numbers_of(self, given)[1]
         count = len(self.states)
         check_formulas(self, [Trial("starts", (PLACES, n), listed(count)), Trial("time_constant", (n,), ONE_EACH)])
 
@@ -230,6 +233,12 @@ def _proved(component: Component) -> None:
     key = type(component), repr(component)
     if key not in _PROVEN and not ships(component):
         component.prove()
+        for given in points_of(component):
+            try:
+                component.prove(given)
+            except InputError as error:
+                at = ", ".join(f"{name} = {value:.4g}" for name, value in given.items())
+                raise InputError(f"{error} (it is right at the defaults, and wrong at {at})") from None
         _PROVEN.add(key)
 
 

@@ -1,4 +1,4 @@
-"""Proofs of components: each formula of a contract is called once, at default numbers, when its class is read."""
+"""Proofs of components: each formula of a contract is called at a few sets of numbers when its class is read."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,11 @@ MEMBERS = 2
 """Number of members whose numbers formulas are called with."""
 GRID = np.tile(PLACES, (MEMBERS, 1))
 """The places of each member."""
+DEFAULTS: Mapping[str, Any] = MappingProxyType({})
+"""No parameter that differs from its default."""
+NEAR, SOME = 1.27, 0.1
+"""Factor between the defaults and the points near them at which components are proved, and the number in place of a
+default of 0 or infinity."""
 ODD = "correct it, or write def odd(self, n): return False"
 _PACKAGE = __name__.partition(".")[0]
 
@@ -127,7 +133,7 @@ def called(component: Any, formula: str, *arguments: Any) -> Any:
         problem = f"reads {error}, which is not one of its numbers"
         raise wrong(component, formula, problem, "list it in parameters, or correct it") from error
     except Exception as error:
-        problem = f"fails at the default parameters ({type(error).__name__}: {error})"
+        problem = f"fails ({type(error).__name__}: {error})"
         raise wrong(component, formula, problem, "correct it; it takes numbers and arrays of them") from error
 
 
@@ -139,10 +145,31 @@ def check_formulas(component: Any, trials: Sequence[Trial]) -> None:
             raise wrong(component, formula, f"returns {reprlib.repr(value)}", f"return {words}")
 
 
-def numbers_of(component: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The numbers of a component at its default parameters: of one member, and of `MEMBERS` equal ones, with an axis
-    for displacements."""
-    given = called(component, "complete", {})
+def points_of(component: Any) -> list[dict[str, float]]:
+    """Parameters at two points near the defaults, inside their bounds; without those that the component refuses."""
+    found = []
+    for sign in (1.0, -1.0) if component.parameters else ():
+        given = {
+            name: max(NEAR ** (sign * (-1.0) ** k) * _size(quantity.default), quantity.lower)
+            for k, (name, quantity) in enumerate(component.parameters.items())
+        }
+        try:
+            component.complete(given)
+        except InputError:
+            continue
+        found.append(given)
+    return found
+
+
+def _size(default: float) -> float:
+    """A default, or a number in place of one that no factor changes."""
+    return default if default != 0.0 and np.isfinite(default) else SOME
+
+
+def numbers_of(component: Any, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The numbers of a component at its default parameters, but for those ``given``: of one member, and of `MEMBERS`
+    equal ones, with an axis for displacements."""
+    given = called(component, "complete", given)
     one = called(component, "numbers", given)
     many = called(component, "numbers", {name: np.full(MEMBERS, value) for name, value in given.items()})
     return dict(one), {
@@ -211,6 +238,15 @@ def _slope(force: Callable[..., tuple[Any, Any]], y: list[Any], borders: bool) -
     """The derivative of a force by x at `PLACES`; NaN where it is not compared."""
     found = derivative(lambda at, xp: force(at, y, xp)[0], PLACES)
     return np.where(borders & (PLACES == 0.0), np.nan, found)
+
+
+def check_numbers(component: Any, formula: str, values: Sequence[Any]) -> None:
+    """Raise `InputError` where a formula returns NaN at one of `PLACES`."""
+    missing = np.any([np.isnan(np.broadcast_to(value, PLACES.shape)) for value in values], axis=0)
+    if missing.any():
+        problem = f"is not a number at {PLACES[int(np.argmax(missing))]:.3g}"
+        ends = f"{PLACES[0]:g} to {PLACES[-1]:g}"
+        raise wrong(component, formula, problem, f"return one everywhere from {ends}, also where a root ends")
 
 
 def check_rates(component: Any, count: int, rates: Callable[[list[Any], Any], list[Any]]) -> None:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
 from gelcone.physics.contract import (
+    DEFAULTS,
     NUMBERS,
     ONE_EACH,
     PLACES,
@@ -130,12 +131,12 @@ class Waveform(Component):
     def shape_rate(self, phase: Any, n: Numbers, xp: Any = np) -> Any:
         """Derivative of `shape` with respect to the phase."""
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Compare the stated rate of the shape with its derivative, and its symmetry with the shape, too."""
-        super().prove()
+        super().prove(given)
         if lacking := [name for name in VOLTAGE if name not in self.parameters]:
             raise wrong(self, "parameters", f"lacks {lacking[0]}", "write parameters = VOLTAGE | {...}")
-        n, many = numbers_of(self)
+        n, many = numbers_of(self, given)
         check_formulas(self, self._trials(many))
         same_formula(self, *self._rates(n))
         if self.antiperiodic:

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 from gelcone.physics.component import Component, Numbers
-from gelcone.physics.contract import NUMBERS, ONE_EACH, PLACES, Trial, check_formulas, numbers_of, same_formula
+from gelcone.physics.contract import (
+    DEFAULTS,
+    NUMBERS,
+    ONE_EACH,
+    PLACES,
+    Trial,
+    check_formulas,
+    numbers_of,
+    same_formula,
+)
 from gelcone.physics.differentiate import derivative
 from gelcone.quantity import Quantity
 
@@ -53,10 +62,10 @@ class StrainEnergyLaw(Component):
     def response_slope(self, strain: Any, n: Numbers, xp: Any = np) -> Any:
         """Derivative of the response by I1."""
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Compare response and slope with the derivatives of the energy, too."""
-        super().prove()
-        n, many = numbers_of(self)
+        super().prove(given)
+        n, many = numbers_of(self, given)
         small = 0.1 * PLACES * PLACES
         check_formulas(
             self,

@@ -13,6 +13,7 @@ from gelcone.codes import FilmPullIn, Outcome
 from gelcone.errors import InputError
 from gelcone.physics.component import Component, Numbers
 from gelcone.physics.contract import (
+    DEFAULTS,
     GRID,
     NAMED,
     NUMBERS,
@@ -133,10 +134,10 @@ class Film(Component):
         """Force that pulls the disc back, and its derivative by x. ``y`` holds the film's own states; it is empty in
         statics, which use the settled film."""
 
-    def prove(self) -> None:
+    def prove(self, given: Numbers = DEFAULTS) -> None:
         """Compare the stated slope of the force with its derivative, too."""
-        super().prove()
-        n, many = numbers_of(self)
+        super().prove(given)
+        n, many = numbers_of(self, given)
         x, squared = GRID, TRIAL_SQUARED
         y = [np.broadcast_to(start, x.shape) for start in self.starts(x, many)]
         check_formulas(self, [Trial("switches", (x, squared, y, many), NAMED)])
