@@ -323,7 +323,9 @@ def _slopes(system: ConeSystem, at: _OperatingPoint) -> tuple[Array, list[Array]
         )
         by, slopes, films = stacked(held, shape), np.zeros((*shape, count, count)), []
         slopes[..., places, :] = by[..., :count]
-        moved = gradients(lambda z, n, xp: system.squares_under(n[COMMAND], z, n, xp), at.means, {**at.n, COMMAND: at.mean})
+        moved = gradients(
+            lambda z, n, xp: system.squares_under(n[COMMAND], z, n, xp), at.means, {**at.n, COMMAND: at.mean}
+        )
         for k, row in enumerate(moved):
             film = np.zeros((*shape, count))
             film[..., places] = by[..., count + k]
