@@ -11,7 +11,7 @@ from gelcone import frequency, in_words, settled
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.electrical import MEANINGS, known_of
-from gelcone.motion.state_space import small_signal_response
+from gelcone.motion.state_space import small_signal_response, state_space
 from gelcone.physics.model import ConeModel
 from gelcone.physics.waveforms import Harmonics
 from tests.motion.swings import swings
@@ -58,6 +58,19 @@ def test_a_drive_with_too_many_harmonics_is_the_reason_of_no_linear_stroke():
     rich = ConeModel(voltage=0.0, rest_height=0.6, damping_ratio=0.3, waveform=Harmonics(((30_000, 1.0, 0.0),)))
     found = settled(rich, (0.8, 0.1))
     assert "stroke by linear theory: not computed, for the drive has too many harmonics" in in_words(found)
+
+
+@pytest.mark.parametrize("frequency", [[0.005], [0.01, 0.9]])
+def test_the_stroke_of_a_slow_drive_that_jumps_has_its_overshoot(frequency):
+    """The disc oscillates many times within a period, about each of two rests."""
+    model = SMALL.replace(waveform="square", rise=0.0, drive_frequency=frequency)
+    linear = state_space(SMALL)
+    zeta = -0.5 * linear.A[1, 1] / np.sqrt(-linear.A[1, 0])
+    overshoot = np.exp(-np.pi * zeta / np.sqrt(1.0 - zeta * zeta))
+    found = settled(model, (0.3, 0.0))["stroke"].values
+    assert found[0] == pytest.approx(-2e-4 * linear.B[1, 0] / linear.A[1, 0] * (1.0 + 2.0 * overshoot), rel=1e-3)
+    alone = [settled(model.replace(drive_frequency=one), (0.3, 0.0))["stroke"].item() for one in frequency]
+    assert found.tolist() == alone
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------
