@@ -63,7 +63,7 @@ POSITIONS = {"continue_branch": ["frequency", "9 Hz", "9.2 Hz"], "locus": ["fold
 EDGES = {"no drive": UNDRIVEN, "0 V": [], "one point": []}
 ONE, UNSCALED = (
     "has one point; ",
-    "voltage_amplitude = 0 V: the envelope scales the device's drive; give it an amplitude or a bias",
+    "voltage_amplitude = 0 V: here the device's drive is scaled; give it an amplitude or a bias",
 )
 NO_VOLTAGE = ": a data sheet takes one above 0; give --over voltage=..., or a drive"
 REFUSED = {

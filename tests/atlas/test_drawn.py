@@ -108,7 +108,7 @@ def test_a_draw_that_fails_at_one_frequency_has_failed(monkeypatch):
 
 def test_an_envelope_of_which_all_draws_are_refused_says_why():
     still, axes = gelcone.ConeModel(voltage=0.0), {"frequencies": [0.8, 0.9], "peaks": [0.5, 1.0]}
-    with pytest.raises(gelcone.InputError, match="the drive stays at 0 V, and here it is scaled; give it an amplitude"):
+    with pytest.raises(gelcone.InputError, match="here the device's drive is scaled; give it an amplitude"):
         gelcone.over_draws(still, {"damping_ratio": np.array([0.1, 0.2])}, "envelope", **axes)
 
 

@@ -23,7 +23,7 @@ def plane_of(model=FLAT, limits_from="rest", threads=5, membrane=None, bias=0.25
 @pytest.mark.parametrize(
     ("drive", "message"),
     [
-        ({"voltage": 0.0}, "voltage = 0: the drive stays at 0 V"),
+        ({"voltage": 0.0}, "voltage = 0: here the device's drive is scaled; give it an amplitude"),
         ({"waveform": "half_wave", "voltage": 0.5, "voltage_bias": -0.6}, "voltage_bias = -0.6: the drive stays"),
     ],
 )

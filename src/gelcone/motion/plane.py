@@ -87,11 +87,10 @@ class DriveShape:
         model.system.waveform.check_repeats()
         peak = float(model.peak_voltage)
         if peak == 0.0:
-            name = "voltage_bias" if float(model.voltage_bias) < 0.0 else "voltage"
-            raise InputError(
-                f"{name} = {float(getattr(model, name)):g}: the drive stays at 0 V, and here it is scaled; give it an "
-                "amplitude above minus its offset"
-            )
+            bias = float(model.voltage_bias)
+            if bias < 0.0:
+                raise InputError(f"voltage_bias = {bias:g}: the drive stays at 0 V, and here it is scaled; raise it")
+            raise InputError("voltage = 0: here the device's drive is scaled; give it an amplitude or a bias")
         return cls(float(model.voltage) / peak, float(model.voltage_bias) / peak)
 
 
