@@ -11,7 +11,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response, state_space
 from gelcone.physics.model import ConeModel
-from gelcone.physics.waveforms import Burst, Harmonics, Staircase
+from gelcone.physics.waveforms import Burst, Chirp, Harmonics, Staircase
 from tests.physics.test_circuit import BRANCH, Lossy
 from tests.toys import CubicBias, FilteredVoltage, PowerFilm, SeriesResistor, ThreeHarmonics
 
@@ -64,6 +64,7 @@ RICH = {
     "burst": {"waveform": Burst(10, 20)}, "ninth harmonic": {"waveform": Harmonics(((9, 1.0, 0.0),))},
     "staircase": {"waveform": Staircase()},
 }  # fmt: skip
+CHIRP = Chirp(repeat=True)
 LOADS = {
     "ideal": {},
     "amplifier": {"filter_time": 0.3, "series_resistance": 0.2, "leakage_time": 5.0},
@@ -95,6 +96,16 @@ def test_the_linear_stroke_of_slow_jumps_has_their_overshoot():
     expected = 2e-4 * linear.B[1, 0] / stiffness * (1.0 + 2.0 * overshoot)
     slow = linear_response(model, np.array([1e-2, 1e-3])).stroke
     np.testing.assert_allclose(slow, expected, rtol=5e-4)
+
+
+def test_a_waveform_with_times_of_its_own_has_another_shape_at_each_frequency():
+    """A chirp sweeps the same frequencies in any repeat."""
+    model = ConeModel(damping_ratio=0.3, voltage=1e-3, voltage_bias=0.6, rest_height=0.8, film="taut", waveform=CHIRP)
+    grid = np.array([0.1, 0.2])
+    found = linear_response(model.replace(drive_frequency=0.5), grid)
+    alone = gelcone.settled(model.replace(drive_frequency=grid), (0.55, 0.0))
+    np.testing.assert_array_equal(found.stroke, alone["linear_stroke"])
+    np.testing.assert_allclose(found.stroke, alone["stroke"], rtol=2e-3)
 
 
 def test_more_harmonics_than_can_be_computed_leave_no_linear_stroke_and_say_so():

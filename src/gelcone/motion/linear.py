@@ -16,7 +16,7 @@ from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import IdealSource
 from gelcone.physics.commanded import command_at
 from gelcone.physics.differentiate import gradients
-from gelcone.physics.drive import PHASES
+from gelcone.physics.drive import PHASES, VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import balances_of_films, each, rest_displacements
@@ -31,6 +31,8 @@ CORNERED = 16 * PHASES
 """Least number of samples of a waveform with corners, between which a jump lies anywhere."""
 LOADED = 1024
 """Least number of multiples that pass the states of a circuit, or all that the samples have."""
+TIMED = ("frequency", "time")
+"""Scales of parameters of a waveform, as of a chirp, by which its shape depends on the drive frequency."""
 BLOCK = 2**21
 """Most samples of motions that are computed at once."""
 ROUNDING = 1e-13
@@ -64,6 +66,18 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
     members = model.members()
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
     omega = np.broadcast_to(omega, (members.size, omega.shape[-1]))
+    if set(TIMED) & {
+        quantity.scale for name, quantity in members.system.waveform.parameters.items() if name not in VOLTAGE
+    }:
+        alone = [_responses(members.replace(drive_frequency=own), own[:, None]) for own in omega.T]
+        stroke, first = (np.concatenate(parts, axis=-1) for parts in zip(*alone, strict=True))
+    else:
+        stroke, first = _responses(members, omega)
+    return LinearResponse(stroke, first) if model.shape else LinearResponse(stroke[0], first[0])
+
+
+def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.complex128]]:
+    """Strokes (members, frequencies) and the first two harmonics (members, 2, frequencies)."""
     stroke, first = np.full(omega.shape, np.nan), np.full((members.size, 2, omega.shape[1]), np.nan + 0j)
     needed = _orders(members, omega)
     for orders in np.unique(needed[needed <= MOST_ORDERS]).tolist():
@@ -73,7 +87,7 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
             row, column = np.nonzero(own)
             stroke[rows[row], columns[column]] = _stroke(harmonics)[own]
             first[rows[row], :, columns[column]] = harmonics[..., :2][own]
-    return LinearResponse(stroke, first) if model.shape else LinearResponse(stroke[0], first[0])
+    return stroke, first
 
 
 def resolved(members: Members) -> npt.NDArray[np.bool_]:
