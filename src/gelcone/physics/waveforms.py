@@ -282,7 +282,7 @@ class Chirp(Pieced):
         return (first / growth) * (rise - 1.0), first * rise
 
     def detail(self, n: Numbers) -> Any:
-        return np.max(np.maximum(n["start_frequency"], n["end_frequency"]) / np.asarray(n["drive_frequency"]))
+        return np.maximum(n["start_frequency"], n["end_frequency"]) / np.asarray(n["drive_frequency"])
 
     def peak(self, n: Numbers) -> Any:
         return np.asarray(n["voltage"]) + np.abs(n["voltage_bias"])
