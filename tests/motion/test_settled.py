@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gelcone import frequency, in_words, settled
+from gelcone import frequency, in_words, regime, settled
 from gelcone.codes import Outcome
 from gelcone.motion.attractor.cycle import FIRST_TOLERANCE
 from gelcone.motion.electrical import MEANINGS, known_of
@@ -71,6 +71,8 @@ def test_the_stroke_of_a_slow_drive_that_jumps_has_its_overshoot(frequency):
     assert found[0] == pytest.approx(-2e-4 * linear.B[1, 0] / linear.A[1, 0] * (1.0 + 2.0 * overshoot), rel=1e-3)
     alone = [settled(model.replace(drive_frequency=one), (0.3, 0.0))["stroke"].item() for one in frequency]
     assert found.tolist() == alone
+    kinds = regime(model, (0.3, 0.0))
+    np.testing.assert_allclose(kinds["highest"] - kinds["lowest"], found, rtol=1e-9)
 
 
 # --- what is handed on ------------------------------------------------------------------------------------------------

@@ -79,8 +79,10 @@ def test_a_swing_is_sampled_over_whole_turns_and_drive_periods(monkeypatch, only
     SHAPE = Swing.blank(1).validity.shape[1]
     asked = record(
         monkeypatch, swing_module, sampled=sampling, electrical=source,
-        extent=lambda members, times, states, **own: (
-            (states[:, 0, 0], states[:, -1, 0]) if own == flow else (None, None)
+        extremes=lambda members, start, repeats, motion, **own: (
+            (motion.states[:, 0, 0], motion.states[:, -1, 0])
+            if (own, repeats) == (flow, runs[-1]["repeats"]) and (start == runs[-1]["states"]).all()
+            else (None, None)
         ),
         harmonics_of=lambda members, x, samples: np.full((members.size, 4), x[:, :1] * 1j),
     )  # fmt: skip

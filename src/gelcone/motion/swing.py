@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome
-from gelcone.motion.attractor.cycle import Cycles, sampled
+from gelcone.motion.attractor.cycle import Cycles, extremes, sampled
 from gelcone.motion.attractor.search import search
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.electrical import MEANINGS, electrical
-from gelcone.motion.extent import extent
-from gelcone.motion.settle import BLOCK_SAMPLES, alike, samples_per_repeat
 from gelcone.motion.validity import VALIDITY
 from gelcone.physics.members import Members
 from gelcone.progress import Progress
@@ -25,9 +22,6 @@ REPEATS = 24
 """Forcing periods over which a motion without a period is sampled."""
 SAMPLES = 128
 """Samples of a forcing period for harmonics and the deliveries of the source."""
-PER_OSCILLATION = 8
-"""Least samples of an oscillation at the fastest rate for extremes: after a jump of a slow drive the disc turns several
-times between two of the others."""
 HARMONICS = (1, 2, 3, 4)
 """Multiples of the drive frequency with reported amplitude and phase."""
 ROUNDING = 1e-12
@@ -96,15 +90,14 @@ def swing(
     """
     found = Swing.blank(members.size, states=states.shape[1])
     found.period[:] = 0 if period is None else period
-    fine = np.maximum(samples_per_repeat(members, PER_OSCILLATION), SAMPLES)
-    for (own, samples), rows in _alike(found.period, fine):
+    for own in np.unique(found.period):
+        rows = np.flatnonzero(found.period == own)
         # two forcing periods are a whole number of drive periods
-        repeats = own * (1 + own % 2) or REPEATS
+        repeats = int(own * (1 + own % 2)) or REPEATS
         part = members.take(rows)
         run = sampled(part, states[rows], repeats, SAMPLES, **flow_options)
         x = run.path[..., 0]
-        ends = run if samples == SAMPLES else sampled(part, states[rows], repeats, samples, **flow_options)
-        found.lowest[rows], found.highest[rows] = extent(part, ends.times, ends.states, **flow_options)
+        found.lowest[rows], found.highest[rows] = extremes(part, states[rows], repeats, run, **flow_options)
         found.outcome[rows], found.final[rows], found.mean[rows] = run.outcome, run.path[:, -1], x.mean(axis=1)
         if source:
             spacing = (run.times.shape[1] - 1) // x.shape[1]
@@ -114,16 +107,6 @@ def swing(
             found.harmonics[rows] = harmonics_of(part, x, SAMPLES)
             found.validity[rows] = run.validity(part, turn=own > 0)
     return found
-
-
-def _alike(
-    period: npt.NDArray[np.int64], samples: npt.NDArray[np.int64]
-) -> Iterator[tuple[tuple[int, int], npt.NDArray[np.intp]]]:
-    """Groups of members of equal period and samples of a forcing period, small enough for the memory."""
-    for (own, count), rows in alike(period, samples):
-        size = max(1, BLOCK_SAMPLES // (count * (2 * own or REPEATS))) if count > SAMPLES else rows.size
-        for first in range(0, rows.size, size):
-            yield (own, count), rows[first : first + size]
 
 
 def harmonics_of(members: Members, x: Array, samples: int) -> npt.NDArray[np.complex128]:

@@ -21,12 +21,11 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, find_cycles, sampled
+from gelcone.motion.attractor.cycle import REST_TOLERANCE, SMALLEST_SIZE, Cycles, extremes, find_cycles, sampled
 from gelcone.motion.attractor.lifetime import FATES, STARTS, Nearby, chaos_of, follow_starts
 from gelcone.motion.attractor.search import Search, cycles_reached, patience_of, period_of, transient_of
 from gelcone.motion.columns import Columns, column
 from gelcone.motion.exponents import average, bound_shear, shear_level
-from gelcone.motion.extent import extent
 from gelcone.motion.flow import integrate
 from gelcone.motion.settle import LONG_STRETCH, STRETCH, repeats_lasting, settle
 from gelcone.motion.validity import VALIDITY
@@ -187,10 +186,11 @@ def _settle(
 def _sample(members: Members, rows: npt.NDArray[np.intp], evidence: Evidence, options: dict[str, Any]) -> Array:
     """Stores section points, extent and validity over `RETURNS` forcing periods, and returns the path (members,
     periods, phases, N)."""
-    motion = sampled(members, evidence.final[rows], RETURNS, PHASES, **options)
+    start = evidence.final[rows]
+    motion = sampled(members, start, RETURNS, PHASES, **options)
     path = motion.path.reshape(rows.size, RETURNS, PHASES, -1)
     evidence.outcome[rows], evidence.validity[rows] = motion.outcome, motion.validity(members, turn=False)
-    evidence.lowest[rows], evidence.highest[rows] = extent(members, motion.times, motion.states, **options)
+    evidence.lowest[rows], evidence.highest[rows] = extremes(members, start, RETURNS, motion, **options)
     evidence.section[rows], evidence.final[rows] = path[:, :, -1], path[:, -1, -1]
     evidence.test_phase[rows] = _widest(path[..., 0])
     return path
@@ -256,7 +256,7 @@ def _on_cycles(
         turn = sampled(part, cycles.point[same], int(periods), CYCLE_SAMPLES, **options)
         evidence.validity[at] = turn.validity(part, turn=True)
         section = turn.path[:, CYCLE_SAMPLES - 1 :: CYCLE_SAMPLES]
-        evidence.lowest[at], evidence.highest[at] = extent(part, turn.times, turn.states, **options)
+        evidence.lowest[at], evidence.highest[at] = extremes(part, cycles.point[same], int(periods), turn, **options)
         evidence.section[at] = section[:, np.arange(RETURNS) % periods]
         evidence.final[at] = section[:, -1]
 

@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from gelcone.motion.columns import Columns, column
+from gelcone.motion.extent import extent
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.orbit import newton
-from gelcone.motion.settle import Clock, clocks
+from gelcone.motion.settle import Clock, blocks, clocks, samples_per_repeat
 from gelcone.motion.tangents import CERTAIN, FLOOR
 from gelcone.motion.validity import validity
 from gelcone.physics.members import Members
@@ -37,6 +38,8 @@ SAME_POINT = 1e-6
 SMALLEST_SIZE = 1e-3
 TICKS = 32
 """Fewest samples of a forcing period between which motions are interpolated for their validity."""
+PER_OSCILLATION = 8
+"""Fewest ticks of an oscillation at the fastest rate for the extremes of a motion."""
 REST_TOLERANCE = 1e-6
 """Least extent, in displacement and velocity, of a cycle that is not a rest."""
 
@@ -168,3 +171,18 @@ def sampled(members: Members, states: Array, periods: int, samples: int, **flow_
     ticks = np.arange(periods * samples * finer + 1) / (samples * finer)
     run = integrate(members, states, members.forcing_period[:, None] * ticks, **flow_options)
     return Sampled(run.states[:, finer::finer], run.times, run.states, run.outcome, run.film_times)
+
+
+def extremes(
+    members: Members, states: Array, periods: int, motion: Sampled, **flow_options: Any
+) -> tuple[Array, Array]:
+    """The lowest and highest displacement, (members,), of a ``motion`` over ``periods`` forcing periods from ``states``
+    (members, N). Under a slow drive, where the disc turns several times between two ticks, it is sampled again."""
+    lowest, highest = extent(members, motion.times, motion.states, **flow_options)
+    ticks, needed = (motion.times.shape[1] - 1) // periods, samples_per_repeat(members, PER_OSCILLATION)
+    for (samples,), rows in blocks(np.where(needed > ticks, periods * needed, 0)):
+        if samples:
+            part = members.take(rows)
+            finer = sampled(part, states[rows], periods, samples // periods, **flow_options)
+            lowest[rows], highest[rows] = extent(part, finer.times, finer.states, **flow_options)
+    return lowest, highest
