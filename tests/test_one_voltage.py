@@ -85,7 +85,7 @@ def test_a_step_from_a_voltage_to_itself_does_not_move(model):
 
 @pytest.mark.parametrize("name", [name for name in CIRCUITS if name.startswith("double cone")])
 def test_a_step_from_no_voltage_begins_with_that_of_the_second_film(name):
-    found = gelcone.step(ConeModel(voltage=0.2, **CIRCUITS[name]), [0.0])
+    found = gelcone.step(ConeModel(voltage=0.2, **CIRCUITS[name]), [0.0], before=0.0)
     assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
 
 
@@ -163,3 +163,34 @@ def test_static_limits_are_those_of_a_run_whose_command_rises_slowly(circuit):
         shares.append([max(float(np.ravel(one[name])[0]) for name in names) for one in (run, static)])
     assert shares[0] == [0.0, 0.0]
     assert min(shares[1]) > 0.0
+
+
+def test_films_in_opposite_phase_rest_about_their_bias_where_without_the_first_voltage_they_pull_in():
+    """The second film has twice the offset there, so that this is no place to start from."""
+    films = {"film": "wrinkling", "second_film": "wrinkling"}
+    device = gelcone.find_device("double-cone").replace(**films, voltage_offset="1.6 kV")
+    ramp = gelcone.stroke_and_blocked_force(device, ["0 V", "1.6 kV", "1.77 kV"])
+    moved = float(ramp["stroke"][2])
+    assert np.isnan(ramp["stroke"].values[0])
+    assert moved > 0.1
+    np.testing.assert_allclose(ramp["displacement"][1:], [10.0, 10.0 + moved], rtol=1e-9)
+    step = gelcone.step(device, duration="0.1 s")
+    assert step["constant_voltage"].values.tolist() == pytest.approx([1770.0])
+    assert (float(step["begin"][0]), float(step["equilibrium"][0])) == pytest.approx((10.0, 10.0 + moved))
+    assert float(gelcone.transfer(device, ["5 Hz"], amplitudes=["0 V"])["equilibrium"]) == pytest.approx(10.0)
+    for name, option in (("step", {"before": "0 V"}), ("state_space", {"voltage": "0 V"})):
+        with pytest.raises(gelcone.InputError, match=rf"{min(option)}.* 0 V: beyond .*closer to voltage_offset"):
+            getattr(gelcone, name)(device, **option)
+    with pytest.raises(gelcone.InputError, match=r"bias = 9 kV: beyond pull-in.*; lower it"):
+        gelcone.transfer(device, ["5 Hz"], bias="9 kV")
+    for option in ({}, {"before": "1 kV"}):
+        with pytest.raises(gelcone.InputError, match=r"voltage_offset = 9 kV: beyond pull-in.*; lower it"):
+            gelcone.step(device.replace(voltage_offset="9 kV"), **option)
+
+
+def test_a_second_film_beyond_its_pull_in_is_named():
+    held = {"second_drive": "constant", "second_voltage": 5.0, "law": "neo-hookean"}
+    model = ConeModel(**{**PAIR, **held})
+    for asked in (gelcone.step, lambda model: gelcone.transfer(model, [1.0])):
+        with pytest.raises(gelcone.InputError, match=r"second_voltage = 5: beyond pull-in.*; lower it"):
+            asked(model)

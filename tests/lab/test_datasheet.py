@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.lab.datasheet import datasheet
+from gelcone.lab.datasheet import _static_numbers, datasheet
 from gelcone.motion.operating_limits import operating_limits
 
 FIELDS = {
@@ -199,3 +199,15 @@ def test_films_in_opposite_phase_have_their_resonance_where_the_sheet_has_the_di
     resonance = float(found.drive_frequency[int(found.gain[1].values.argmax())])
     assert resonance == pytest.approx(float(found.natural_frequency[1]), abs=float(found.drive_frequency[0]))
     assert float(found.natural_frequency[1]) == pytest.approx(11.78, rel=1e-3)
+
+
+def test_the_rest_of_films_in_opposite_phase_is_that_without_voltage_on_any():
+    """Where 0 on the first film is beyond pull-in, with twice the bias on the second."""
+    films = {"film": "taut", "second_film": "taut", "second_flat_height": 1.5, "law": "neo-hookean", "rest_height": 0.0}
+    model = gelcone.ConeModel(**films, spring_stiffness=0.0, second_drive="opposite", voltage_bias=0.8)
+    levels = [0.0, 0.8, 0.9]
+    found = _static_numbers(model, gelcone.static(model, levels))
+    off = gelcone.static(model.replace(voltage_bias=0.0), levels)
+    stiffness = found["stiffness_at_rest"][1]
+    assert stiffness[0] == pytest.approx(off["slope"].values[0, 0])
+    assert np.signbit(found["load_work"][1][1:]).tolist() == [False, False]

@@ -66,7 +66,7 @@ def test_a_voltage_of_a_device_is_in_volts_whichever_way_the_device_is_given(vol
     for found in (state_space(device, voltage=voltage), state_space(device.to_model(), device, voltage=voltage)):
         unscaled = found.A * [[device.scales.time, 1.0], [device.scales.time**2, device.scales.time]]
         np.testing.assert_allclose(unscaled, own, rtol=1e-12, atol=1e-12)
-    with pytest.raises(InputError, match="voltage_offset = 30 kV: beyond pull-in"):
+    with pytest.raises(InputError, match="voltage: 30 kV: beyond pull-in"):
         state_space(device.replace(film="wrinkling"), voltage="30 kV")
 
 

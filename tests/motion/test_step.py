@@ -130,7 +130,7 @@ def test_bad_steps_are_refused(options, message):
 
 def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_gave(monkeypatch):
     """The second level fails: all but where it begins is then unknown."""
-    ramps = {0.125: [0.75], 0.5: [0.25, 0.375]}
+    ramps = {0.5: [0.25, 0.375]}
 
     def ramp(model, voltages, start=None):
         return {"displacement": xr.DataArray(ramps[voltages[0]]), "stroke": xr.DataArray([9.0] * len(voltages))}
@@ -142,12 +142,14 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     measured = {name: numbers(2, at=10.0 + k) for k, name in enumerate(names)}
     lasted = numbers(2, VALIDITY, at=30.0)
     asked = record(
-        monkeypatch, module, stroke_and_blocked_force=ramp, integrate=runs, _measured=measured, validity_of_run=lasted
-    )
+        monkeypatch, module, stroke_and_blocked_force=ramp, integrate=runs, _measured=measured, validity_of_run=lasted,
+        equilibrium_under_bias=0.75,
+    )  # fmt: skip
     model, shares = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.2), []
     found = gelcone.step(
         model, [0.5, 0.625], before=0.125, duration=30.0, tolerance=2e-9, threads=5, progress=shares.append
     )
+    assert asked["equilibrium_under_bias"] == [{"model": model, "bias": 0.125, "given": "before ="}]
     (run,), (numbers_of,) = asked["integrate"], asked["_measured"]
     assert run["initial"].tolist() == [[0.75, 0.0]] * 2
     assert run["model"].number("voltage_bias").tolist() == [0.5, 0.625]

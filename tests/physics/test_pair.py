@@ -268,3 +268,30 @@ def test_a_ramp_is_followed_once(monkeypatch):
     count = len(followed)
     assert balance.losses(rest) == first
     assert len(followed) == count > 0
+
+
+@pytest.mark.parametrize("circuit", [{}, {"series_resistance": 3.0, "leakage_time": 12.0}], ids=["ideal", "leak"])
+def test_a_ramp_in_opposite_phase_goes_from_the_bias_both_ways_and_is_its_mirror_image(circuit):
+    """Equal films: with v and 2 v0 - v exchanged the disc is as far from the other plane."""
+    own = {"hoop_prestretch": 1.3, "second_hoop_prestretch": 1.3, "spring_stiffness": 0.0, "second_flat_height": 1.5}
+    model = PAIR.replace(**own, **circuit, second_drive="opposite", voltage_bias=0.8)
+    (balance,) = balances_of(model.members())
+    rest = rest_of(balance, None)
+    assert rest == pytest.approx(0.75)
+    away = np.array([0.0, 0.05, 0.1, 0.3, 0.8])
+    above, below = (balance.along_ramp(rest, (0.8 + side * away) ** 2) for side in (1.0, -1.0))
+    np.testing.assert_allclose(above[0], 1.5 - below[0], rtol=1e-9)
+    assert (np.diff(above[0][:4]) > 0.01).all()
+    assert balance.along_ramp(rest, np.array([0.25]))[0][0] == pytest.approx(below[0][3], rel=1e-12)
+    lost = float(balance.jump(rest).voltage)
+    assert lost > 1.1
+    assert above[1].tolist() == below[1].tolist() == [0, 0, 0, 0, int(lost < 1.6)]
+
+
+def test_films_in_opposite_phase_have_at_their_bias_what_films_of_one_voltage_have_there():
+    model = PAIR.replace(second_drive="opposite", voltage_bias=-0.6, rest_height=0.4)
+    (opposite,), (same,) = (balances_of(one.members()) for one in (model, model.replace(second_drive="same")))
+    rest, at = rest_of(same, None), np.array([0.36])
+    assert rest_of(opposite, None) == rest
+    np.testing.assert_allclose(opposite.along_ramp(rest, at)[0], same.along_ramp(rest, at)[0], rtol=1e-13)
+    assert opposite.voltage_force(0.3, 0.36) == pytest.approx(same.voltage_force(0.3, 0.36), rel=1e-13)

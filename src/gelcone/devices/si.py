@@ -277,7 +277,7 @@ _SIZES = (
     (r"(?<!\w)displacements = \[[^]]*\]", "length", "m"),
     (rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
     (r"(?<!\w)frequencies = \[[^]]*\]", "frequency", "Hz"),
-    (rf"(?<!\w)(voltages|before) = (\[[^]]*\]|{_NUMBER})", "voltage", "V"),
+    (rf"(?<!\w)((voltages|before|bias) = |voltage: )(\[[^]]*\]|{_NUMBER})", "voltage", "V"),
 )
 """Numbers in messages that do not belong to a parameter, with their quantity and unit."""
 _RING = rf"({_NUMBER}) times film_radius - disc_radius"

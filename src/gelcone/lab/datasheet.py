@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -76,12 +77,13 @@ def datasheet(
     Returns
     -------
     Dataset of `gelcone.static` at 0 and the voltages, and over ``constant_voltage``: ``stiffness_at_rest``, the slope
-    of the force where the disc rests under the voltage; ``stroke_work``, of a stroke from a stop at rest on a load that
-    follows the force, and ``load_work``, the largest on a constant load; ``volume_work`` and ``mass_work``, the work of
-    a stroke over the film's volume and over all that moves, and ``volume_power`` and ``mass_power``, these times the
-    natural frequency; ``capacitance`` and ``field_energy`` (unknown of two films); ``coupling``, the share of the
-    electrical energy of a small slow cycle that comes out as work, (g^2/K)/(dQ/dv + g^2/K) with the blocked force's
-    slope g over the voltage, the stiffness K and the slope dQ/dv of the charge of the held film; ``natural_frequency``
+    of the force where the disc rests under the voltage, at 0 without voltage on any film; ``stroke_work``, of a stroke
+    from a stop at rest on a load that follows the force, and ``load_work``, the largest on a constant load;
+    ``volume_work`` and ``mass_work``, the work of a stroke over the film's volume and over all that moves, and
+    ``volume_power`` and ``mass_power``, these times the natural frequency; ``capacitance`` and ``field_energy``
+    (unknown of two films); ``coupling``, the share of the electrical energy of a small slow cycle that comes out as
+    work, (g^2/K)/(dQ/dv + g^2/K) with the blocked force's slope g over the voltage, the stiffness K and the slope dQ/dv
+    of the charge of the held film; ``natural_frequency``
     of small motions as if undamped, in which the branches of a film that creeps have little time to relax, so that it
     lies above that of ``stiffness_at_rest``; ``half_width`` of its resonance, ``bandwidth``, to which the small-signal
     response stays above half power, ``gain``, that response over the static one at each ``drive_frequency``, and
@@ -135,8 +137,10 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     squared = volts**2
     on_film = np.sqrt(balance.films(x, squared)[0])
     capacitance, slope, gain = _electric(model, x, on_film)
+    of_one = partial(dataset.absent, nan=_BEYOND if len(model.system.films) == 1 else "of two films")
     with np.errstate(all="ignore"):
         stiffness = np.where(np.isfinite(x), balance.stiffness(x, squared), np.nan)
+        stiffness[volts == 0.0] = balance.together.stiffness(np.asarray(rest), np.zeros(()))
         moved = gain**2 / np.where(np.isfinite(x), model.stiffness(x, on_film), np.nan)
         coupling = moved / (slope + moved)
     work, load = np.array([_works(balance, rest, at, v2) for at, v2 in zip(x, squared, strict=True)]).T
@@ -149,14 +153,10 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
         "mass_work": (work, "work of a stroke over the mass that moves", _of("specific energy")),
         "volume_power": (work * natural, "work over volume at the natural frequency", _of("power density")),
         "mass_power": (work * natural, "work over mass at the natural frequency", _of("specific power")),
-        "capacitance": (capacitance, "charge over voltage", _charge(model, "capacitance")),
-        "field_energy": (0.5 * capacitance * on_film**2, "energy of the field", _charge(model, "energy")),
-        "coupling": (coupling, "electromechanical coupling factor, squared", _charge(model, "share")),
+        "capacitance": (capacitance, "charge over voltage", of_one("capacitance")),
+        "field_energy": (0.5 * capacitance * on_film**2, "energy of the field", of_one("energy")),
+        "coupling": (coupling, "electromechanical coupling factor, squared", of_one("share")),
     })  # fmt: skip
-
-
-def _charge(model: ConeModel, quantity: str) -> dict[str, str]:
-    return _of(quantity) if len(model.system.films) == 1 else dataset.absent(quantity, nan="unknown of two films")
 
 
 def _electric(model: ConeModel, x: Array, volts: Array) -> tuple[Any, Any, Any]:
@@ -187,7 +187,7 @@ def _works(balance: StaticBalance, rest: float, reached: float, squared: float) 
 
     ends = sorted((rest, reached))
     best = minimize_scalar(lost, bounds=ends, method="bounded", options={"xatol": 1e-9 * max(map(abs, ends))})
-    return whole, max(-float(best.fun), 0.0)
+    return whole, max(0.0, -float(best.fun))
 
 
 # --- small signals ----------------------------------------------------------------------------------------------------

@@ -29,9 +29,11 @@ _PULLED = dataset.absent("length", nan="beyond pull-in", infinite="beyond pull-i
 def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths | None = None) -> xr.Dataset:
     """Compute stroke and blocked force at constant voltages that are reached on a slow ramp from 0.
 
+    Films in opposite phase rise together to the bias v0; from there the first goes to v, and the second to 2 v0 - v.
+
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part.
+    model : one actuator or an ensemble; its own drive plays no part, but for the bias of films in opposite phase.
     voltages : constant commanded voltages v, at least 0, one or several.
     start : as in `pull_in_voltage`.
 

@@ -88,12 +88,23 @@ def python_control() -> Any:
     return control
 
 
-def equilibrium_under_bias(model: ConeModel, bias: float) -> float:
-    """The equilibrium at the end of a slow ramp from 0 to the voltage ``bias``; raises `InputError` beyond pull-in."""
-    place = float(stroke_and_blocked_force(model, [abs(bias)])["displacement"][0])
-    if not np.isfinite(place):
-        raise InputError(f"voltage_bias = {bias:g}: beyond pull-in, there is no equilibrium; lower it")
-    return place
+def equilibrium_under_bias(model: ConeModel, bias: float, given: str = "voltage_bias =") -> float:
+    """The equilibrium at the end of a slow ramp from 0 to the voltage ``bias``. Raises `InputError` beyond pull-in; the
+    message begins with the name ``given``."""
+    drive = model.system.films[-1].drive
+    own = {"opposite": "voltage_bias", "constant": "second_voltage"}.get(str(drive))
+    begin = abs(float(model.voltage_bias)) if drive == "opposite" else 0.0
+    first, place = stroke_and_blocked_force(model, [begin, abs(bias)])["displacement"].values
+    if np.isfinite(place):
+        return float(place)
+    remedy = "lower it"
+    if np.isfinite(first):
+        remedy = "take one closer to voltage_bias" if begin else remedy
+    elif own is None:
+        raise InputError("without voltage no equilibrium is stable; change the film or what holds it")
+    elif drive == "constant" or abs(bias) != begin:
+        given, bias = f"{own} =", float(getattr(model, own))
+    raise InputError(f"{given} {bias:g}: beyond pull-in, there is no equilibrium; {remedy}")
 
 
 def state_space(
@@ -113,8 +124,8 @@ def state_space(
     ----------
     model : a single model, or a device, whose units are then SI.
     device : scales the matrices to SI. Default None: dimensionless.
-    voltage : the constant voltage; in volts, or a text with a unit, with a device. Default: ``voltage_bias``, of a
-        device ``voltage_offset``.
+    voltage : the constant voltage, of films in opposite phase that on the first; in volts, or a text with a unit, with
+        a device. Default: ``voltage_bias``, of a device ``voltage_offset``.
     inputs : of ``"voltage"``, commanded, ``"force"`` on the disc, away from the film's plane, and behind an ideal
         source ``"voltage_rate"``, the rate of the voltage, on which the current depends.
     outputs : of ``"displacement"``, ``"velocity"``, ``"film_voltage"``, ``"charge"``, ``"capacitance"`` and, behind a
@@ -157,7 +168,8 @@ def _linearised(
     system = model.system
     bias = float(model.voltage_bias if voltage is None else voltage)
     model = biased_like(model, bias)
-    n, place = model.numbers(), equilibrium_under_bias(model, bias)
+    given = "voltage_bias =" if voltage is None else "voltage:"
+    n, place = model.numbers(), equilibrium_under_bias(model, bias, given)
     at = [*map(float, rest_under(model, place, bias)), bias]
     switches = system.switches_under(bias, [np.float64(value) for value in at[:-1]], n)
     n = {**n, **switches}

@@ -100,13 +100,14 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
 def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset:
     """Compute where the disc jumps or a film pulls in on a slow (quasi-static) voltage ramp from 0.
 
-    A pitchfork from which the disc rises gradually is neither: the ramp follows it (`pitchfork_voltage`).
+    A pitchfork from which the disc rises gradually is neither: the ramp follows it (`pitchfork_voltage`). Films in
+    opposite phase both rise to their bias first (`stroke_and_blocked_force`).
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part.
-    start : the ramp starts from the stable equilibrium at v = 0 nearest to this displacement; default the model's
-        ``rest_height`` (of two equally near ones the higher).
+    model : one actuator or an ensemble; its own drive plays no part, but for the bias of films in opposite phase.
+    start : the ramp starts from the stable equilibrium without voltage nearest to this displacement; default the
+        model's ``rest_height`` (of two equally near ones the higher).
 
     Returns
     -------

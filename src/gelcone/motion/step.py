@@ -15,6 +15,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
 from gelcone.motion.settle import check_budgets
+from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.bracket import crossing
@@ -54,7 +55,7 @@ def step(
     model: ConeModel,
     voltages: Voltages | None = None,
     *,
-    before: Voltage = 0.0,
+    before: Voltage | None = None,
     duration: Time | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     threads: int | None = None,
@@ -64,11 +65,12 @@ def step(
 
     Parameters
     ----------
-    model : a single actuator; its own drive plays no part, but for the default of ``voltages`` and for its bias v0
-        where a second film in opposite phase has 2 v0 - v.
+    model : a single actuator; its own drive plays no part, but for the defaults of ``voltages`` and ``before``, and for
+        its bias v0 where a second film in opposite phase has 2 v0 - v.
     voltages : constant commanded voltages after the step. Default: the peak of the drive and, where it has one, its
-        offset.
-    before : constant commanded voltage before the step, at which disc, film and circuit rest. Default 0.
+        offset, without the voltage ``before``.
+    before : constant commanded voltage before the step, at which disc, film and circuit rest. Default 0; for films in
+        opposite phase v0, which both then have.
     duration : time after the step. Default eight decay times of the damping, or of the slowest state of a component.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -97,10 +99,11 @@ def step(
     'overshoot 0.647 of the way, settled after 19.5'
     """
     check_one(model, "step")
-    levels = constant_voltages(own_levels(model) if voltages is None else voltages)
-    start = float(stroke_and_blocked_force(model, [before])["displacement"][0])
-    if not np.isfinite(start):
-        raise InputError(f"before = {before:g}: beyond pull-in, there is no equilibrium; lower it")
+    given = "voltage_bias =" if before is None else "before ="
+    if before is None:
+        before = abs(float(model.voltage_bias)) if model.system.films[-1].drive == "opposite" else 0.0
+    start = equilibrium_under_bias(model, before, given)
+    levels = _levels(model, before) if voltages is None else constant_voltages(voltages)
     members = at_constant_voltages(model, levels).members()
     lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
     samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
@@ -138,6 +141,13 @@ _MEANINGS: dict[str, tuple[str, dataset.Of]] = {
     "drift": ("change over the last tenth of the run, over the way", "share"),
     "equilibrium": ("displacement at which a slow ramp ends", "length"),
 }
+
+
+def _levels(model: ConeModel, before: float) -> Array:
+    """The default voltages after a step from the voltage ``before``: that one alone if there is no other."""
+    own = own_levels(model)
+    others = own[own != before]
+    return others if others.size else own
 
 
 def _duration(damping_ratio: float, time_constant: float, given: float | None) -> float:

@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.state_space import StateSpace, state_space
+from gelcone.motion.state_space import StateSpace, equilibrium_under_bias, state_space
 from gelcone.motion.swing import SAMPLES, Swing, harmonics_of, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -113,6 +113,7 @@ def transfer(
             "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
         )
     device, model = model, model.replace(voltage_bias=about)  # of films in opposite phase the bias of both
+    equilibrium_under_bias(model, about, "voltage_bias =" if bias is None else "bias =")
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, outputs=("displacement", *electric))
     natural = float(natural_frequency(model, abs(about), space.place))

@@ -115,6 +115,11 @@ class StaticBalance:
         """The displacement at which a second film is flat; 0 without one."""
         return 0.0
 
+    @property
+    def together(self) -> StaticBalance:
+        """The balance whose films in opposite phase have one voltage, as while their bias rises."""
+        return self
+
     @cached_property
     def free_height(self) -> float:
         """The displacement at which the bias exerts no force."""
@@ -405,8 +410,8 @@ class _Leg(NamedTuple):
 
 
 def rest_of(balance: StaticBalance, near: float | None) -> float:
-    """The stable equilibrium at v = 0 nearest to ``near``; NaN if there is none."""
-    stable = [e.displacement for e in balance.equilibria(np.zeros(1))[0] if e.stable]
+    """The stable equilibrium without voltage nearest to ``near``; NaN if there is none."""
+    stable = [e.displacement for e in balance.together.equilibria(np.zeros(1))[0] if e.stable]
     target = balance.free_height if near is None else near
     return min(stable, key=lambda x: (abs(x - target), -x), default=math.nan)
 

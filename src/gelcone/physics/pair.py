@@ -5,13 +5,16 @@ several voltages, unlike in `gelcone.physics.balance`. Equilibria at one voltage
 force, and these between the points of a fine grid. Over the voltage equilibria form curves F(x, v) = 0, which are
 followed along their tangent. Where the slope of the force changes its sign, the curve has a fold if the voltage turns
 back there, else a pitchfork. Allgower and Georg, Introduction to Numerical Continuation Methods (2003), chapter 2.
+
+A slow ramp of films in opposite phase raises both together to the bias v0; from there the first goes to v, and the
+second to 2 v0 - v.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -34,6 +37,7 @@ from gelcone.physics.balance import (
     same_squared,
 )
 from gelcone.physics.bracket import sign_change, sign_changes
+from gelcone.physics.system import BIAS_SHARE
 from gelcone.quantity import Array
 
 GRID = 1601
@@ -69,7 +73,7 @@ class Curve(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """A stable part of a ramp with rising voltage, (points,) each, and the kind of its end."""
+    """A stable part of a ramp, (points,) each, and the kind of its end."""
 
     x: Array
     voltage: Array
@@ -91,6 +95,16 @@ class PairBalance(StaticBalance):
     def flat_height(self) -> float:
         return float(self.n["second_flat_height"])
 
+    @cached_property
+    def bias(self) -> float:
+        """The voltage of both films from which a ramp of films in opposite phase begins; else 0."""
+        fixed = self.system.films[-1].drive == "opposite" and BIAS_SHARE not in self.n
+        return abs(float(self.n["voltage_bias"])) if fixed else 0.0
+
+    @cached_property
+    def together(self) -> PairBalance:
+        return replace(self, n={**self.n, BIAS_SHARE: 1.0}) if self.bias else self
+
     @property
     def film_fails(self) -> bool:
         return False
@@ -109,7 +123,7 @@ class PairBalance(StaticBalance):
         """The reduction of the force by the voltages, without that of a constant voltage on the second film."""
         own = np.asarray(squared)
         with np.errstate(all="ignore"):
-            return self.force(x, 0.0 * own) - self.force(x, own)
+            return self.together.force(x, 0.0 * own) - self.force(x, own)
 
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         """F, dF/dx and dF/dv."""
@@ -318,9 +332,9 @@ class PairBalance(StaticBalance):
         if not self.flat:
             first = self.losses(rest_of(self, None))[0]
             return first.voltage**2 if first.kind == PullIn.PITCHFORK else math.nan
-        if not float(self.slope(0.0, 0.0)) > 0.0:
+        if not float(self.slope(0.0, self.bias**2)) > 0.0:
             return math.nan
-        levels = np.concatenate([np.linspace(0.0, 4.0, 401), np.geomspace(4.0, HIGHEST_VOLTAGE, 101)[1:]])
+        levels = np.concatenate([np.linspace(0.0, 4.0, 401), np.geomspace(4.0, HIGHEST_VOLTAGE, 101)[1:]]) + self.bias
         slopes = self.slope(np.zeros(levels.size), levels * levels)
         lost = np.flatnonzero(slopes < 0.0)
         if not lost.size:
@@ -329,34 +343,38 @@ class PairBalance(StaticBalance):
 
     # --- a slow voltage ramp -----------------------------------------------------------------------------------------
 
+    def begin(self, rest: float) -> float:
+        """The displacement at the `bias`, reached from ``rest``."""
+        return float(self.together.along_ramp(rest, np.array([self.bias**2]))[0][0]) if self.bias else rest
+
     @cached_property
-    def _legs(self) -> dict[tuple[float, float], list[Leg]]:
+    def _legs(self) -> dict[tuple[float, float, float], list[Leg]]:
         return {}
 
-    def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE) -> list[Leg]:
-        """The stable parts of a ramp from ``rest``."""
-        if (rest, highest) not in self._legs:
-            self._legs[rest, highest] = self._ramp(rest, highest)
-        return self._legs[rest, highest]
+    def legs(self, rest: float, highest: float = HIGHEST_VOLTAGE, ahead: float = 1.0) -> list[Leg]:
+        """The stable parts of a ramp from ``rest``, from the `bias` up to ``highest`` or (``ahead`` -1) down to 0."""
+        if (rest, highest, ahead) not in self._legs:
+            self._legs[rest, highest, ahead] = self._ramp(rest, highest, ahead)
+        return self._legs[rest, highest, ahead]
 
-    def _ramp(self, rest: float, highest: float) -> list[Leg]:
+    def _ramp(self, rest: float, highest: float, ahead: float) -> list[Leg]:
         legs: list[Leg] = []
-        x, voltage = rest, 0.0
-        while not math.isnan(x) and len(legs) < MOST_LOSSES and voltage < highest:
-            path = self.curve(x, voltage, 1.0, highest)
+        x, voltage = self.begin(rest), self.bias
+        while not math.isnan(x) and len(legs) < MOST_LOSSES and (voltage < highest if ahead > 0.0 else voltage > 0.0):
+            path = self.curve(x, voltage, ahead, highest)
             losses = self._losses(path.x, path.voltage)
             if not losses:
                 legs.append(Leg(path.x, path.voltage, PullIn.NEVER if path.end is None else path.end))
                 break
             i, place, level, kind = losses[0]
             legs.append(Leg(np.append(path.x[: i + 1], place), np.append(path.voltage[: i + 1], level), kind))
-            x, voltage = self._beyond(place, level)
+            x, voltage = self._beyond(place, level, ahead)
         return legs
 
-    def _beyond(self, x: float, voltage: float) -> tuple[float, float]:
+    def _beyond(self, x: float, voltage: float, ahead: float) -> tuple[float, float]:
         """The stable equilibrium, with its voltage, to which the force leads after a loss of stability; of two equally
         near ones the higher."""
-        level = voltage + BEYOND * (1.0 + voltage)
+        level = voltage + ahead * BEYOND * (1.0 + voltage)
         stable = [e.displacement for e in self._equilibria(level * level) if e.stable]
         push = -float(self.force(x, level * level))
         if abs(push) > ROUNDING:
@@ -381,17 +399,19 @@ class PairBalance(StaticBalance):
         return Loss(voltage, leg.end, before, before if smooth else after)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
-        highest = math.sqrt(float(squared.max())) + 1e-9
-        legs = [] if math.isnan(rest) else self.legs(rest, highest)
+        levels = np.sqrt(squared)
+        highest = max(float(levels.max()), self.bias) + 1e-9
         place, losses = np.full(squared.shape, np.nan), np.zeros(squared.shape, dtype=np.int64)
-        for k, value in enumerate(squared):
-            level = math.sqrt(float(value))
-            lost = sum(leg.voltage[-1] < level and not same_squared(leg.voltage[-1] ** 2, float(value)) for leg in legs)
-            losses[k] = lost
-            if lost < len(legs):
-                leg = legs[lost]
-                guess = float(np.interp(level, leg.voltage, leg.x))
-                place[k] = rest if level == 0.0 else self._settle(guess, level)
+        for ahead, way in ((1.0, levels >= self.bias), (-1.0, levels < self.bias)):
+            legs = self.legs(rest, highest, ahead) if way.any() else []
+            for k in np.flatnonzero(way):
+                level, ends = float(levels[k]), [leg.voltage[-1] for leg in legs]
+                lost = sum(ahead * (level - end) > 0.0 and not same_squared(end**2, squared[k]) for end in ends)
+                losses[k] = lost
+                if lost < len(legs):
+                    leg = legs[lost]
+                    guess = float(np.interp(ahead * level, ahead * leg.voltage, leg.x))
+                    place[k] = self.begin(rest) if level == self.bias else self._settle(guess, level)
         return place, losses
 
 
