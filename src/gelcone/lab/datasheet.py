@@ -137,7 +137,7 @@ def _static_numbers(model: ConeModel, found: xr.Dataset) -> dict[str, object]:
     squared = volts**2
     on_film = np.sqrt(balance.films(x, squared)[0])
     capacitance, slope, gain = _electric(model, x, on_film)
-    of_one = partial(dataset.absent, nan=_BEYOND if len(model.system.films) == 1 else "of two films")
+    of_one = partial(dataset.absent, nan=_BEYOND if len(model.system.films) == 1 else "unknown of two films")
     with np.errstate(all="ignore"):
         stiffness = np.where(np.isfinite(x), balance.stiffness(x, squared), np.nan)
         stiffness[volts == 0.0] = balance.together.stiffness(np.asarray(rest), np.zeros(()))
