@@ -84,6 +84,10 @@ def test_beyond_the_limit_of_the_current_the_disc_rests_where_the_leak_takes_all
     np.testing.assert_allclose(places, places[0], rtol=1e-12, atol=1e-15)
     assert [(loss.voltage, loss.kind) for loss in balance.losses(at_rest)][-1] == (np.inf, PullIn.NEVER)
     assert balance.folds() == []
+    place, command, slope = (row[~np.isnan(row)] for row in np.concatenate(balance.curves(9.0), axis=1))
+    at = np.flatnonzero((np.abs(place - places[0]) < 1e-12) & (command == 9.0))
+    assert (slope[at] > 0.0).all()
+    assert at.size
     v = np.sqrt(balance.films(places[:1], np.array([16.0]))[0])
     commands = command_at(model.system, model.system.lines[0], places[0], v * np.array([1.0 - 1e-9, 1.0 + 1e-9]), n)
     np.testing.assert_allclose(commands, [v[0] + LEAK["series_resistance"] * limit, np.inf], rtol=1e-7)

@@ -178,6 +178,8 @@ def test_at_rest_films_in_opposite_phase_share_twice_the_bias_that_comes_through
     on = [gain * command, gain * (1.2 - command)]
     assert max(map(abs, system.rates_under(command, [0.0, 0.0, *on], n)[2:])) < 1e-14
     assert system.squares_at_rest(on[0] ** 2, n)[1] == pytest.approx(on[1] ** 2, rel=1e-14)
+    ahead, behind = (system.squares_at_rest((on[0] + h) ** 2, n)[1] for h in (1e-6, -1e-6))
+    assert system.square_rates_at_rest(on[0], n)[1] == pytest.approx((ahead - behind) / 2e-6, rel=1e-8)
 
 
 @pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])

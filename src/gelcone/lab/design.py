@@ -109,13 +109,13 @@ def checked_row(problem: Problem, unit: Array, population: Array) -> Row:
         checked = check(problem.wish, device)
         limit = float(np.nanmin(problem.nominal(problem.designs(unit[None])).limits[:, 0, 0]))
         share = checked.recommended / (1.0 - problem.wish.margin) / limit if np.isfinite(limit) else 1.0
-        limited = replace(problem, pull_in=float(np.fmin(share, problem.pull_in)))
+        limited = replace(problem, pull_in=float(np.fmin(share, 1.0)))
         row = Row(limited, unit, population, device, checked)
         lacking = wished - probability_of(limited, unit, problem.seed + 2)[0] if uncertain else 0.0
         if attempt == ATTEMPTS - 1 or ("leaves" not in checked.failed and lacking <= 0.0):
             return row
-        lowered = float(np.fmin(share, 0.98 * problem.pull_in)) if checked.failed else limited.pull_in
-        problem = replace(limited, pull_in=lowered, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
+        lowered = float(np.fmin(share, (0.98 if checked.failed else 1.0) * problem.pull_in))
+        problem = replace(problem, pull_in=lowered, extra=min(problem.extra + max(lacking, 0.0), 1.0 - wished))
         unit, population, fitness = problem.search(problem.wish.objectives[0], with_best(population, unit), AGAIN)
         if not feasible(fitness):
             return row

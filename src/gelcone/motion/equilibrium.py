@@ -77,14 +77,14 @@ def static(
     ``equilibrium_displacement``, which is ``stable`` where the energy has a minimum, and ``film_state`` the state of a
     wrinkling film there. Where films do not rest at the commanded voltage, as one that leaks behind a resistance,
     ``film_voltage`` is that on the film. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the
-    equilibria over the voltage, pieces parted by NaN, with the folds among the points; ``branch_fails`` says where an
-    assumption of the model fails. ``pitchfork_voltage``,
-    ``pitchfork_displacement``, ``fold_voltage``, ``fold_displacement`` and pull-in are those of `pitchfork_voltage`,
-    `fold_voltages` and `pull_in_voltage`; ``stroke``, ``blocked_force`` and ``cycle_work`` on a slow voltage ramp those
-    of `stroke_and_blocked_force`. ``validity_*`` are 1 at an equilibrium where an assumption of the model fails
-    (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; an equilibrium beyond the
-    displacement from which a slow ramp jumps counts as pulled in. The ``outcome`` of a member is ``outside`` where its
-    pre-stretch exceeds the stretch limit at every displacement.
+    equilibria over the voltage, pieces parted by NaN, beyond all folds and other bifurcations within 100 times the
+    voltages given, with the folds among the points; ``branch_fails`` says where an assumption of the model fails.
+    ``pitchfork_voltage``, ``pitchfork_displacement``, ``fold_voltage``, ``fold_displacement`` and pull-in are those of
+    `pitchfork_voltage`, `fold_voltages` and `pull_in_voltage`; ``stroke``, ``blocked_force`` and ``cycle_work`` on a
+    slow voltage ramp those of `stroke_and_blocked_force`. ``validity_*`` are 1 at an equilibrium where an assumption
+    of the model fails (`gelcone.motion.validity.ASSUMPTIONS`), 0 elsewhere, NaN where it is unknown; an equilibrium
+    beyond the displacement from which a slow ramp jumps counts as pulled in. The ``outcome`` of a member is
+    ``outside`` where its pre-stretch exceeds the stretch limit at every displacement.
 
     Raises
     ------

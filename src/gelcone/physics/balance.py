@@ -292,7 +292,7 @@ class StaticBalance:
             pitchfork = float(self.squared(0.0))
             lost = math.sqrt(min(max(pitchfork, 0.0), self.highest_squared))
             end = min(highest, math.sqrt(self.highest_squared))
-            voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), lost if math.isfinite(lost) else end])
+            voltage = np.unique([*np.linspace(0.0, end, FLAT_SAMPLES), min(lost, end)])
             away = self.balancing(0.0) - self.films(0.0, voltage**2)[0]
             slope = np.where((voltage == lost) & (pitchfork >= 0.0), 0.0, away)
             found.append(np.stack([0.0 * voltage, voltage, slope]))

@@ -178,6 +178,20 @@ class CommandedBalance(_Commanded):
         around = np.array([1.0 - NEXT, 1.0, 1.0 + NEXT])
         return [(v, x) for v, x in super().folds() if np.isfinite(self.squared(x * around)).all()]
 
+    def curves(self, highest: float) -> list[Array]:
+        """The curves of the balance; where the limit of the current holds the film's voltage, the disc stays at its
+        place up to the highest command."""
+        return [self._to_the_limit(rows, highest) for rows in super().curves(highest)]
+
+    def _to_the_limit(self, rows: Array, highest: float) -> Array:
+        """A curve with a point at the ``highest`` command at each end next to which no command is high enough."""
+        around = np.array([1.0 - NEXT, 1.0 + NEXT])
+        for k, at in ((0, 0), (-1, rows.shape[1])):
+            x, command = rows[0, k], rows[1, k]
+            if command < highest and np.isinf(self.squared(x * around)).any():
+                rows = np.insert(rows, at, [x, highest, rows[2, k]], axis=1)
+        return np.stack([rows[0], np.minimum(rows[1], highest), rows[2]])
+
     def squared(self, x: Any) -> Any:
         with np.errstate(all="ignore"):
             on_film = self.balancing(x)

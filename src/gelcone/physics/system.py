@@ -343,17 +343,25 @@ class ConeSystem(Structure):
         """Squared voltage on each film under a constant command, given that on the first."""
 
         def on(line: Line) -> Any:
-            if line.drive is None:
-                return squared
-            gain = np.real(self.circuit.gain(0.0, n)) if line.drive == "opposite" else 1.0
-            return (gain * self.command_at_rest(line, np.sqrt(squared) / gain, n)) ** 2
+            gain = self._gain_at_rest(line, n)
+            return (
+                squared if line.drive is None else (gain * self.command_at_rest(line, np.sqrt(squared) / gain, n)) ** 2
+            )
 
         return [on(self.line_of(k)) for k in range(len(self.films))]
 
     def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
         """Derivatives of `squares_at_rest` by the voltage on the first film."""
-        lines = [self.line_of(k) for k in range(len(self.films))]
-        return [2.0 * float(self.command_at_rest(one, voltage, n) * self.slope_at_rest(one, n)) for one in lines]
+
+        def rate(line: Line) -> float:
+            gain = self._gain_at_rest(line, n)
+            return 2.0 * float(gain * self.command_at_rest(line, voltage / gain, n) * self.slope_at_rest(line, n))
+
+        return [rate(self.line_of(k)) for k in range(len(self.films))]
+
+    def _gain_at_rest(self, line: Line, n: Numbers) -> Any:
+        """The share of the bias that comes through the circuit to films in opposite phase."""
+        return np.real(self.circuit.gain(0.0, n)) if line.drive == "opposite" else 1.0
 
     def leaking_at_rest(self, x: Any, voltages: Sequence[Any], n: Numbers) -> list[Any]:
         """Power that leaks through each film at displacements at rest and constant voltages on the films."""

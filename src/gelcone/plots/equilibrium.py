@@ -134,12 +134,12 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     axes.plot([], [], color=BLUE, label="stable")
     if (member["branch_slope"] <= 0.0).any():
         axes.plot([], [], color=VERMILION, ls="--", label="unstable")
-    pitchfork = float(member["pitchfork_voltage"])
-    if np.isfinite(pitchfork):
+    pitchfork, traced = float(member["pitchfork_voltage"]), float(voltage.max())
+    if pitchfork <= traced:
         named = f"pitchfork {pitchfork:.4g}{unit_of(voltage)}"
         left = float(member.get("pitchfork_displacement", 0.0))  # files of 0.2 have flat films alone
         axes.plot(pitchfork, left, "s", ms=5.0, color=BLACK, mfc="white", zorder=4, label=named)
-    folds = np.isfinite(member["fold_voltage"])
+    folds = member["fold_voltage"] <= traced
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
     mark_jump(member, axes)
