@@ -273,7 +273,7 @@ def test_results_read_back_as_they_were(tmp_path):
         ({"voltage": [[0.0, 1.0]]}, {}, "in one dimension"),
         ({"voltage": [0.0, 1.0]}, {"budget": 0.0}, "budget = 0: must be a positive"),
         ({"voltage": [0.0, 1.0]}, {"transient": -1.0}, "transient = -1: must be a positive"),
-        ({"voltage": [0.0, 1.0]}, {"patience": 0.0}, "patience = 0: must be a positive time"),
+        ({"voltage": [0.0, 1.0]}, {"patience": 0.0}, "patience = 0: must be positive"),
         ({"voltage": [0.0, 1.0]}, {"initial": (1.0,)}, "must be a displacement and a velocity"),
         ({}, {}, "over: is empty"),
         ({"stretch_limit": [0.1, 0.2]}, {}, "must exceed"),

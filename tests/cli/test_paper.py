@@ -105,7 +105,7 @@ def test_what_is_typed_decides_what_is_printed(found, command_line, monkeypatch)
 
 @pytest.mark.parametrize(("terminal", "line"), [(True, "abcdefg…"), (False, "abcdefghij")])
 def test_lines_are_cut_to_the_width_of_a_terminal_alone(terminal, line, monkeypatch):
-    monkeypatch.setattr(shutil, "get_terminal_size", lambda: SimpleNamespace(columns=8))
+    monkeypatch.setattr(shutil, "get_terminal_size", lambda *args, **kwargs: SimpleNamespace(columns=8))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
     assert paper._cut("abcdefghij") == line
     assert paper._cut("abcdefgh") == "abcdefgh"

@@ -103,6 +103,14 @@ def test_messages_are_said_in_fields_and_units_of_the_device(device):
         f"displacements from {two} on: no film spans them within its stretch limit; give |x| below {three} or": (
             "displacements from 2 mm on: no film spans them within its stretch limit; give |x| below 3 mm or"
         ),
+        f"window = {float(9.0 / s.time)!r}: is longer than {float(6.0 / s.time)!r}; give": (
+            "window = 9 s: is longer than 6 s; give"
+        ),
+        f"8 time constants of the slowest state last {float(9.0 / s.time)!r}, longer than {float(6.0 / s.time)!r}": (
+            "8 time constants of the slowest state last 9 s, longer than 6 s"
+        ),
+        f"8 decay times last {float(9.0 / s.time)!r}, longer": "8 decay times last 9 s, longer",
+        f"frequencies: {float(-5.0 / s.frequency)!r} is among them": "frequencies: -5 Hz is among them",
         f"voltages = {float(250.0 / s.voltage)!r}: are not": "voltages = 250 V: are not",
         f"push = {float(0.5 / s.force)!r}: is far; its default is 0.1": "constant_force = 500 mN: is far",
         f"displacements from {two} to {four}: none is reached; stay within {three}": "displacements from 2 mm to 4 mm: "

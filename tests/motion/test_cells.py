@@ -146,7 +146,7 @@ def test_rest_has_no_period():
 
 @pytest.mark.parametrize("name", ["transient", "patience"])
 def test_times_that_cannot_be_used_are_refused(name):
-    with pytest.raises(InputError, match=f"{name} = -1: must be a positive time"):
+    with pytest.raises(InputError, match=f"{name} = -1: must be positive"):
         settled(ConeModel(damping_ratio=0.1), **{name: -1.0})
 
 

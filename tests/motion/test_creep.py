@@ -195,7 +195,7 @@ def test_a_voltage_above_that_at_once_pulls_in_at_once():
     ("device", "options", "message"),
     [
         (gelcone.find_device("biased-pump").replace(film="taut"), {}, "the film has no branch that relaxes"),
-        (PUMP, {"duration": -1.0}, "duration = -.*must be a positive time"),
+        (PUMP, {"duration": -1.0}, "duration = -.*must be positive"),
         (PUMP, {"voltages": [-5.0]}, "voltages"),
         (PUMP.replace(spring_rate=[10.0, 15.0]), {}, "takes one actuator"),
     ],
@@ -205,18 +205,24 @@ def test_what_cannot_creep_is_refused(device, options, message):
         gelcone.creep(device, **options)
 
 
+def test_a_default_duration_that_is_too_long_is_refused_by_its_cause():
+    slow = PUMP.replace({"material.relaxation_time_1": "300000000 s"})
+    with pytest.raises(InputError, match=r"^duration: 8 time constants of the slowest state last \S+ \w+, longer than"):
+        gelcone.creep(slow)
+
+
 def test_a_voltage_is_held_for_eight_time_constants_of_the_slowest_branch_where_no_time_is_given(monkeypatch):
     """A branch of 0.2 of the modulus creeps in 1.2 times its relaxation time."""
 
     class Stop(Exception):
         """Ends the analysis where the time is known."""
 
-    def check(duration):
-        asked.append(duration)
+    def run(held, lasts):
+        asked.append(lasts)
         raise Stop
 
     asked = []
-    monkeypatch.setattr(creep_module, "check_budgets", check)
+    monkeypatch.setattr(creep_module, "times_of_run", run)
     times = {"relaxation_time_1": 3.0, "relaxation_time_2": 50.0}
     model = ConeModel(film=TautCone(branches=2), viscous_modulus_1=0.5, viscous_modulus_2=0.2, **times)
     for duration in (None, 7.0):
@@ -272,7 +278,10 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
     """A run that pulls in is known up to and at that time."""
     films, asked, shares = Films(), [], []
     monkeypatch.setattr(_Held, "of", lambda *given: asked.append(given) or films)
-    monkeypatch.setattr(creep_module, "even_times", lambda model, lasts: np.array([[0.0, lasts]]))
+    sampled = []
+    monkeypatch.setattr(
+        creep_module, "times_of_run", lambda held, lasts: sampled.append(held) or np.array([0.0, lasts])
+    )
     electric = {}
 
     def electrics(members, run):
@@ -284,6 +293,7 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
     model = ConeModel(**RELAXING)
     found = gelcone.creep(model, [0.25, 0.5], duration=30.0, tolerance=2e-9, threads=5, progress=shares.append)
     assert asked == [(model, 2e-9, 5)]
+    assert sampled == [("members", [0.25, 0.5])]
     levels, times = films.asked["run"]
     assert levels.tolist() == films.asked["margins"][0].tolist() == [0.25, 0.5]
     assert (times[0], times[-1], films.asked["curve"]) == (0.0, 30.0, 30.0)

@@ -476,7 +476,7 @@ def test_what_holds_no_voltage_takes_no_duration(monkeypatch, model, message):
     monkeypatch.delattr(envelope_module, "plane_of")
     with pytest.raises(InputError, match=message):
         envelope(model, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=10.0)
-    with pytest.raises(InputError, match="duration = -1: must be a positive time"):
+    with pytest.raises(InputError, match="duration = -1: must be positive"):
         envelope(BEAM, peaks=[0.2, 0.3], frequencies=[0.5, 0.6], duration=-1.0)
 
 

@@ -74,9 +74,23 @@ def test_without_a_bias_the_voltage_has_no_first_order_effect():
     assert (state_space(ConeModel(rest_height=0.5)).B == 0.0).all()
 
 
-@pytest.mark.parametrize("frequencies", [[0.0], [-1.0], [np.nan]])
+@pytest.mark.parametrize("frequencies", [[0.0], [-1.0], [np.nan], [np.inf]])
 def test_frequencies_are_positive(frequencies):
-    with pytest.raises(InputError, match="positive"):
+    """The first wrong one is named."""
+    message = f"^frequencies: {frequencies[0]:g} is among them; they must be positive and finite, leave it out$"
+    with pytest.raises(InputError, match=message):
+        small_signal_response(BIASED, [1.0, *frequencies, -7.0])
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "message"),
+    [
+        ([], r"^frequencies = \[\]: is empty; give at"),
+        ([[1.0], [2.0]], r"^frequencies: .* a list, not of shape \(2, 1\)"),
+    ],
+)
+def test_frequencies_are_a_list_of_one_or_more(frequencies, message):
+    with pytest.raises(InputError, match=message):
         small_signal_response(BIASED, frequencies)
 
 

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -117,7 +118,7 @@ def test_the_model_holds_for_the_share_of_a_step_for_which_it_holds_in_simulate(
     ("options", "message"),
     [
         ({"before": "9 kV"}, "before = .*: beyond pull-in"),
-        ({"duration": 0.0}, "duration = 0.*: must be a positive time"),
+        ({"duration": 0.0}, "duration = 0.*: must be positive"),
         ({"voltages": [-5.0]}, "voltages"),
     ],
 )
@@ -126,6 +127,35 @@ def test_bad_steps_are_refused(options, message):
         gelcone.step(PUMP, **options)
     with pytest.raises(InputError, match="takes one actuator"):
         gelcone.step(PUMP.replace(frequency=[8.0, 9.0]))
+
+
+@pytest.mark.parametrize(
+    ("model", "message"),
+    [
+        (
+            gelcone.ConeModel(rest_height=0.8, damping_ratio=1e-10),
+            "damping_ratio = 1e-10: 8 decay times last 8e+10, longer than 1e+09; give it more damping, or a duration",
+        ),
+        (
+            gelcone.ConeModel(
+                rest_height=0.8,
+                damping_ratio=0.1,
+                film=gelcone.TautCone(branches=1),
+                viscous_modulus_1=0.5,
+                relaxation_time_1=3e8,
+            ),
+            "duration: 8 time constants of the slowest state last 3.6e+09, longer than 1e+09; give a duration",
+        ),
+    ],
+)
+def test_a_default_duration_that_is_too_long_is_refused_by_its_cause(model, message):
+    with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
+        gelcone.step(model, [0.3])
+
+
+def test_a_default_duration_of_a_device_is_refused_in_seconds():
+    with pytest.raises(InputError, match=r"^damping_\w+: 8 decay times last \S+ \w+, longer than \S+ \w+; give"):
+        gelcone.step(PUMP.replace(damping_coefficient=1e-12))
 
 
 def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_gave(monkeypatch):

@@ -140,7 +140,8 @@ def test_an_amplifier_within_its_limit_is_linear():
     [
         (PUMP.replace(voltage_offset=0.0), {}, "bias = 0"),
         (PUMP, {"amplitudes": [-5.0]}, "amplitudes: must be finite and not negative"),
-        (PUMP, {"frequencies": [-5.0, 3.0]}, r"frequencies = \[-5 Hz, 3 Hz\]: must be positive"),
+        (PUMP, {"frequencies": [3.0, -5.0, 0.0]}, "frequencies: -5 Hz is among them; they must be positive and finite"),
+        (PUMP, {"frequencies": []}, r"frequencies = \[\]: is empty; give at least one"),
         (PUMP.replace(frequency=[8.0, 9.0]), {}, "takes one actuator"),
         (PUMP.replace(damping_coefficient=0.0), {}, "damping_.* = 0: without damping"),
     ],

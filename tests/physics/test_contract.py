@@ -152,7 +152,10 @@ def test_a_bias_that_returns_nan_is_refused_by_its_formula(which):
         found[which] = found[which] + 0.0 * xp.sqrt(0.3 - x)
         return tuple(found)
 
-    with pytest.raises(InputError, match=r"Wrong.force: is not a number at 0.375; return one everywhere from -1.5"):
+    with pytest.raises(
+        InputError,
+        match=r"Wrong.force: is NaN at x = 0.375; return a finite number for every x from -1.5 to 1.5 \(continue",
+    ):
         ConeModel(bias=other(Pulls, force=force)())
 
 

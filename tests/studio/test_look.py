@@ -408,18 +408,27 @@ def test_the_time_that_counts_is_that_of_all_periods(shelf, monkeypatch):
     subject = shelf.subject(Setting(preset="base"))
     monkeypatch.setattr(look, "LONGEST_TIME", 2.5 * float(subject.model.drive_period))
     assert look.response(subject, 2).words["shown"] == 2.0
-    with pytest.raises(InputError, match=r"^drive_frequency: 3 periods last too long; raise the frequency"):
+    message = "drive_frequency = 0.1: 3 periods last too long; raise it to "
+    with pytest.raises(InputError, match=f"^{message}") as refused:
         look.response(subject, 3)
+    lowest = str(refused.value).removeprefix(message).removesuffix(" or more")
+    assert float(lowest) == pytest.approx(0.1 * 3.0 / 2.5, rel=0.02)
+    raised = shelf.subject(Setting(preset="base", values={"drive_frequency": lowest}))
+    assert look.response(raised, 3).words["shown"] == pytest.approx(3.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("frequency", ["1.09128e-310", "1e-300", "1e-13"])
 def test_a_drive_too_slow_for_any_run_is_refused_by_its_name(shelf, frequency):
     subject = shelf.subject(Setting(preset="base", values={"drive_frequency": frequency}))
-    with pytest.raises(InputError, match=r"^drive_frequency: .* raise the frequency"):
+    with pytest.raises(InputError, match=r"^drive_frequency = .*: 20 periods last too long; raise it to "):
         look.response(subject, 20)
     device = shelf.subject(Setting(device="biased-pump", values={"film": "taut", "frequency": f"{frequency} Hz"}))
-    with pytest.raises(InputError, match=r"^frequency: .* raise the frequency"):
+    with pytest.raises(InputError, match=r"^frequency = .* Hz: 20 .* raise it to .* Hz or more$") as refused:
         look.response(device, 20)
+    assert float(str(refused.value).split()[2]) == pytest.approx(float(frequency), rel=0.01)
+    lowest = " ".join(str(refused.value).split()[-4:-2])
+    raised = shelf.subject(Setting(device="biased-pump", values={"film": "taut", "frequency": lowest}))
+    assert 20.0 * float(raised.model.drive_period) == pytest.approx(look.LONGEST_TIME, rel=0.02)
 
 
 def test_a_run_that_needs_too_many_samples_is_cut_and_says_where(shelf, monkeypatch):

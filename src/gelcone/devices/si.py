@@ -275,8 +275,13 @@ _SIZES = (
     ),
     (rf"initial displacement {_NUMBER}", "length", "m"),
     (r"(?<!\w)displacements = \[[^]]*\]", "length", "m"),
-    (rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
-    (r"(?<!\w)frequencies = \[[^]]*\]", "frequency", "Hz"),
+    (
+        rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most |longer than ){_NUMBER}",
+        "time",
+        "s",
+    ),
+    (rf"(decay times|slowest state) last {_NUMBER}", "time", "s"),
+    (rf"(?<!\w)frequencies: {_NUMBER}", "frequency", "Hz"),
     (rf"(?<!\w)((voltages|before|bias) = |voltage: )(\[[^]]*\]|{_NUMBER})", "voltage", "V"),
 )
 """Numbers in messages that do not belong to a parameter, with their quantity and unit."""

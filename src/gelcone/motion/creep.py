@@ -16,13 +16,12 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.constant_voltage import at_constant_voltages
+from gelcone.motion.constant_voltage import at_constant_voltages, times_of_run
 from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
-from gelcone.motion.response import even_times
 from gelcone.motion.rest import circuits_under
-from gelcone.motion.settle import check_budgets
+from gelcone.motion.settle import check_budgets, check_default_duration
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
@@ -104,7 +103,7 @@ def creep(
     Raises
     ------
     InputError : for an ensemble, a film without branches, a commanded charge, voltages out of bounds and a duration
-        that is not positive.
+        that is not positive or too long.
 
     Examples
     --------
@@ -117,11 +116,10 @@ def creep(
     check_one(model, "creep")
     _check_creeps(model, "creep", "or use step")
     levels = constant_voltages(own_levels(model) if voltages is None else voltages)
-    lasts = DECAYS * float(model.members().time_constant[0]) if duration is None else float(duration)
-    check_budgets(duration=lasts)
+    lasts = _duration(model, duration)
     films = _Held.of(model, tolerance, threads)
     times = _times(lasts)
-    sampled = np.union1d(even_times(model, lasts)[0], times)
+    sampled = np.union1d(times_of_run(films.members(levels), lasts), times)
     whole, ends = films.run(levels, sampled, weighted(progress, 0.4))
     shown = np.searchsorted(sampled, times)
     run = replace(whole, times=whole.times[:, shown], states=whole.states[:, shown])
@@ -158,6 +156,16 @@ def creep(
     )
     advance(progress, 0.3)
     return result.assign(outcome=dataset.outcome_array(outcome, along))
+
+
+def _duration(model: ConeModel, given: float | None) -> float:
+    """The holding time. Raises `InputError` for one that is not positive or too long."""
+    if given is not None:
+        check_budgets(duration=given)
+        return float(given)
+    lasts = DECAYS * float(model.members().time_constant[0])
+    check_default_duration(lasts, f"duration: {DECAYS:g} time constants of the slowest state")
+    return lasts
 
 
 def _check_creeps(model: ConeModel, name: str, remedy: str) -> None:
@@ -226,8 +234,8 @@ class HeldRuns(NamedTuple):
 
 
 def check_holds(model: ConeModel, duration: float) -> None:
-    """Raises `InputError` where `holding` has no answer: for a duration that is not positive, a film without branches,
-    a commanded charge and films in opposite phase."""
+    """Raises `InputError` where `holding` has no answer: for a duration that is not positive or too long, a film without
+    branches, a commanded charge and films in opposite phase."""
     if model.system.films[-1].drive == "opposite":
         raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
     _check_creeps(model, "duration", "or leave it out")

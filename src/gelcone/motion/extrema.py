@@ -11,7 +11,7 @@ from gelcone import dataset
 from gelcone.dataset import with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import STILL, Piece, blocks, check_repeats, pieces, samples_per_repeat, settle
+from gelcone.motion.settle import STILL, Piece, blocks, check_forcing_periods, pieces, samples_per_repeat, settle
 from gelcone.motion.start import start_states
 from gelcone.motion.turning import acceleration_at, turning_points, turning_share
 from gelcone.physics.members import Members
@@ -69,8 +69,8 @@ def extrema(
     ([0.83547, 0.42499], [1, -1])
     """
     states0, members = start_states(model, initial), model.members()
-    check_repeats(members, 1, repeats=repeats)
-    check_repeats(members, discard=discard)
+    check_forcing_periods(members, 1, repeats=repeats)
+    check_forcing_periods(members, discard=discard)
     outcome = np.zeros(members.size, dtype=np.int8)
     found = []
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}

@@ -12,7 +12,7 @@ from gelcone.dataset import Findings, with_initial
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.settle import check_repeats, pieces, settle
+from gelcone.motion.settle import check_forcing_periods, pieces, settle
 from gelcone.motion.start import start_states
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -103,8 +103,8 @@ def section_cells(
     progress: Progress = None,
 ) -> Findings:
     """Compute `section` for every member of a flattened ensemble from its state (members, N); options as there."""
-    check_repeats(members, 1, repeats=repeats)
-    check_repeats(members, discard=discard)
+    check_forcing_periods(members, 1, repeats=repeats)
+    check_forcing_periods(members, discard=discard)
     phase = _checked_phase(phase)
     flow: dict[str, Any] = {"tolerance": tolerance, "threads": threads}
     settling, sampling = split_progress(progress, discard, repeats)

@@ -48,11 +48,19 @@ LONGEST_TIME = 1e9
 def check_budgets(**budgets: float | None) -> None:
     """Raises `InputError` for a time that is not positive or longer than `LONGEST_TIME`."""
     for name, value in budgets.items():
-        if value is not None and not 0.0 < value <= LONGEST_TIME:
-            raise InputError(f"{name} = {value:g}: must be a positive time of at most {LONGEST_TIME:g}; change it")
+        if value is not None and not value > 0.0:
+            raise InputError(f"{name} = {value:g}: must be positive; give a longer one")
+        if value is not None and value > LONGEST_TIME:
+            raise InputError(f"{name} = {value:g}: is longer than {LONGEST_TIME:g}; give a shorter one")
 
 
-def check_repeats(members: Members, least: int = 0, **repeats: int) -> None:
+def check_default_duration(lasts: float, cause: str, remedy: str = "give a duration") -> None:
+    """Raises `InputError` with ``cause`` and ``remedy`` for a default duration that is longer than `LONGEST_TIME`."""
+    if lasts > LONGEST_TIME:
+        raise InputError(f"{cause} last {lasts:.3g}, longer than {LONGEST_TIME:g}; {remedy}")
+
+
+def check_forcing_periods(members: Members, least: int = 0, **repeats: int) -> None:
     """Raises `InputError` for a number of forcing periods below ``least``, or that lasts longer than `LONGEST_TIME` for
     every member; each counts as at least one unit of time, since it takes a step or more."""
     most = int(LONGEST_TIME / max(float(np.min(members.forcing_period)), 1.0))

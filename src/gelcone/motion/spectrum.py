@@ -26,7 +26,7 @@ from gelcone.motion.settle import (
     MOST_PER_REPEAT,
     STILL,
     blocks,
-    check_repeats,
+    check_forcing_periods,
     next_power_of_two,
     pieces,
     samples_per_repeat,
@@ -207,11 +207,11 @@ def _lengths(members: Members, periods: int | None, discard: int | None) -> tupl
     waveform = members.system.waveform
     if waveform.repeat:
         periods, discard = PERIODS if periods is None else periods, DISCARD if discard is None else discard
-        check_repeats(members, periods=periods)
+        check_forcing_periods(members, periods=periods)
         if periods < FEWEST_PERIODS:
             least = f"must be at least {FEWEST_PERIODS}"
             raise InputError(f"periods = {periods}: {least}, or the lines of the spectrum run into each other")
-        check_repeats(members, discard=discard)
+        check_forcing_periods(members, discard=discard)
         return periods, discard
     if discard:
         raise InputError(

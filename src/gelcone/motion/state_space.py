@@ -251,6 +251,17 @@ def _scales(states: tuple[State, ...], device: Device | None) -> tuple[Array, fl
     return np.array(own), device.scales.time
 
 
+def check_frequencies(omega: Array) -> None:
+    """Raises `InputError` unless ``omega`` is a list of positive numbers."""
+    if omega.size == 0:
+        raise InputError("frequencies = []: is empty; give at least one value")
+    if omega.ndim > 1:
+        raise InputError(f"frequencies: must be a list, not of shape {omega.shape}")
+    wrong = omega[~(np.isfinite(omega) & (omega > 0.0))]
+    if wrong.size:
+        raise InputError(f"frequencies: {wrong[0]:g} is among them; they must be positive and finite, leave it out")
+
+
 @for_devices
 def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Dataset:
     """Compute gain and phase from a small voltage about the bias to the displacement, over angular drive frequency.
@@ -267,7 +278,7 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
 
     Raises
     ------
-    InputError : for an ensemble, a bias beyond pull-in, and frequencies that are not positive.
+    InputError : for an ensemble, a bias beyond pull-in, and frequencies that are missing or not positive.
 
     Examples
     --------
@@ -279,8 +290,7 @@ def small_signal_response(model: ConeModel, frequencies: Frequencies) -> xr.Data
     [0.3472, 0.6308]
     """
     omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    if omega.ndim != 1 or not np.isfinite(omega).all() or (omega <= 0.0).any():
-        raise InputError(f"frequencies = {omega.tolist()}: must be positive numbers")
+    check_frequencies(omega)
     transfer = state_space(model).transfer(omega)[:, 0, 0]
     phase = np.where(transfer != 0.0, np.degrees(np.angle(transfer)), np.nan)
     dims = ("drive_frequency",)

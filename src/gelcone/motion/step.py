@@ -10,11 +10,11 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.constant_voltage import at_constant_voltages, biased_like
+from gelcone.motion.constant_voltage import at_constant_voltages, biased_like, times_of_run
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
-from gelcone.motion.settle import check_budgets
+from gelcone.motion.settle import check_budgets, check_default_duration
 from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 DECAYS = 8.0
 """Default length of a run, in decay times of the damping or of the slowest state of a component."""
-FEWEST, MOST, PER_OSCILLATION = 2000, 40_000, 40
-"""Fewest and most samples of a run, and samples of an oscillation at the fastest rate."""
 RISE = (0.1, 0.9)
 """Shares of the way between which the rise time is taken."""
 SETTLED = 0.02
@@ -88,7 +86,7 @@ def step(
     Raises
     ------
     InputError : for an ensemble, voltages out of bounds, a ``before`` without an equilibrium, a duration that is not
-        positive, and a model without damping unless a duration is given.
+        positive or too long, and a model without damping unless a duration is given.
 
     Examples
     --------
@@ -106,8 +104,7 @@ def step(
     levels = _levels(model, before) if voltages is None else constant_voltages(voltages)
     members = at_constant_voltages(model, levels).members()
     lasts = _duration(float(members.values["damping_ratio"][0]), float(members.time_constant[0]), duration)
-    samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
-    times = np.linspace(0.0, lasts, int(samples) + 1)
+    times = times_of_run(members, lasts)
     states = np.tile(rest_under(biased_like(model, before), start, before), (members.size, 1))
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
@@ -154,9 +151,14 @@ def _duration(damping_ratio: float, time_constant: float, given: float | None) -
     """The length of the run. Raises `InputError` for one that is not positive, too long, or undefined."""
     if given is None and not damping_ratio > 0.0:
         raise InputError("damping_ratio = 0: without damping the disc never settles; give it some, or a duration")
-    lasts = max(DECAYS / damping_ratio, DECAYS * time_constant) if given is None else given
-    check_budgets(duration=lasts)
-    return lasts
+    if given is not None:
+        check_budgets(duration=given)
+        return given
+    damped, relaxed = DECAYS / damping_ratio, DECAYS * time_constant
+    remedy = "give it more damping, or a duration"
+    check_default_duration(damped, f"damping_ratio = {damping_ratio:g}: {DECAYS:g} decay times", remedy)
+    check_default_duration(relaxed, f"duration: {DECAYS:g} time constants of the slowest state")
+    return max(damped, relaxed)
 
 
 def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.state_space import StateSpace, equilibrium_under_bias, state_space
+from gelcone.motion.state_space import StateSpace, check_frequencies, equilibrium_under_bias, state_space
 from gelcone.motion.swing import SAMPLES, Swing, harmonics_of, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -112,7 +112,9 @@ def transfer(
         raise InputError(
             "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
         )
-    device, model = model, model.replace(voltage_bias=about)  # of films in opposite phase the bias of both
+    given = model
+    # in opposite phase both films have this bias
+    model = model.replace(voltage_bias=about)
     equilibrium_under_bias(model, about, "voltage_bias =" if bias is None else "bias =")
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, outputs=("displacement", *electric))
@@ -147,7 +149,7 @@ def transfer(
             f"{before}admittance_phase": (dims, _degrees(i), f"phase of the current, {of}", "angle"),
         }
     result = dataset.label(
-        device,
+        given,
         variables,
         coords={
             "drive_frequency": (linear, omega, "drive frequency", "frequency"),
@@ -161,10 +163,9 @@ def transfer(
 
 
 def _frequencies(given: Any) -> Array:
-    omega = np.unique(np.asarray(given, dtype=float))
-    if not (np.isfinite(omega).all() and (omega > 0.0).all() and omega.size):
-        raise InputError(f"frequencies = {omega.tolist()}: must be positive numbers")
-    return omega
+    omega = np.atleast_1d(np.asarray(given, dtype=float))
+    check_frequencies(omega)
+    return np.unique(omega)
 
 
 def _signals(given: Any) -> Array:

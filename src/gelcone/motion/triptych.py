@@ -14,7 +14,7 @@ from gelcone.errors import InputError
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.regime import regime_cells
 from gelcone.motion.section import section_cells
-from gelcone.motion.settle import check_repeats
+from gelcone.motion.settle import check_forcing_periods
 from gelcone.motion.start import start_states
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, advance, weighted
@@ -85,7 +85,7 @@ def triptych(
     >>> [gelcone.Regime(code).label for code in found.regime.values], round(float(found.late_displacement[1].max()), 4)
     (['rest', 'periodic'], 0.6743)
     """
-    check_repeats(model.members(), 1, periods=periods, late_periods=late_periods)
+    check_forcing_periods(model.members(), 1, periods=periods, late_periods=late_periods)
     if model.size > MOST:
         raise InputError(f"triptych: was given {model.size} motions; give at most {MOST}, as --set voltage=0.5,1,2")
     states, members = start_states(model, initial), model.members()

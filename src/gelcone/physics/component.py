@@ -104,9 +104,9 @@ class Component(ABC):
 
     def prove(self, given: Numbers = DEFAULTS) -> None:
         """Raise `InputError` where the class does not fulfil its contract: where a formula is missing, takes other
-        arguments, fails, returns something else, contradicts another or cannot be compiled. Called once for each
-        component of one's own that is given, at its default parameters and two points near them; ``given`` are the
-        parameters that differ from their defaults."""
+        arguments, fails, returns something else, contradicts another or cannot be compiled. Called at the
+        default parameters, and at two points near them; ``given`` are the parameters that differ from their
+        defaults."""
         check_overrides(self)
         check_data(self, State, Quantity)
         n = numbers_of(self, given)[1]

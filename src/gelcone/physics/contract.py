@@ -244,9 +244,10 @@ def check_numbers(component: Any, formula: str, values: Sequence[Any]) -> None:
     """Raise `InputError` where a formula returns NaN at one of `PLACES`."""
     missing = np.any([np.isnan(np.broadcast_to(value, PLACES.shape)) for value in values], axis=0)
     if missing.any():
-        problem = f"is not a number at {PLACES[int(np.argmax(missing))]:.3g}"
-        ends = f"{PLACES[0]:g} to {PLACES[-1]:g}"
-        raise wrong(component, formula, problem, f"return one everywhere from {ends}, also where a root ends")
+        problem = f"is NaN at x = {PLACES[int(np.argmax(missing))]:.3g}"
+        ends = f"from {PLACES[0]:g} to {PLACES[-1]:g}"
+        remedy = f"return a finite number for every x {ends} (continue a root beyond its end)"
+        raise wrong(component, formula, problem, remedy)
 
 
 def check_rates(component: Any, count: int, rates: Callable[[list[Any], Any], list[Any]]) -> None:

@@ -47,6 +47,8 @@ PERIODS = 20
 FEWEST, MOST = 1, 500
 """Bounds of the drive periods that the page may ask for."""
 JUST_BEFORE = 1.0 - 1e-9
+MARGIN = 1.006
+"""Factor of a lowest frequency in a message, which stays above the true one when rounded to three digits."""
 SECTION_POINTS = 600
 """Section points of a motion that does not repeat."""
 SPECTRUM_PERIODS = 64
@@ -125,8 +127,7 @@ def response(subject: Subject, periods: float) -> Parts:
     with np.errstate(over="ignore"):
         period = float(members.drive_period[0])
     if not 0.0 < periods * period <= LONGEST_TIME:
-        name = "frequency" if subject.device is not None else "drive_frequency"
-        raise InputError(f"{name}: {periods:g} periods last too long; raise the frequency")
+        raise InputError(_too_slow(subject, periods))
     wanted = samples_over(members, periods * period)
     count = min(wanted, MOST_SAMPLES)
     span = periods * period * count / wanted
@@ -148,6 +149,16 @@ def response(subject: Subject, periods: float) -> Parts:
             "cut": count < wanted,
         },
     )
+
+
+def _too_slow(subject: Subject, periods: float) -> str:
+    """The message that a number of periods lasts too long, with the lowest frequency at which it does not."""
+    name = "frequency" if subject.device is not None else "drive_frequency"
+    each, unit = scales(subject)["frequency"]
+    frequency = each * float(np.ravel(subject.model.drive_frequency)[0])
+    lowest = MARGIN * each * 2.0 * np.pi * periods / LONGEST_TIME
+    texts = [f"{value:.3g} {unit}".rstrip() for value in (frequency, lowest)]
+    return f"{name} = {texts[0]}: {periods:g} periods last too long; raise it to {texts[1]} or more"
 
 
 def curve(members: Members, run: Trajectories, subject: Subject, prefix: str = "") -> tuple[dict[str, Any], Any]:
