@@ -275,12 +275,8 @@ _SIZES = (
     ),
     (rf"initial displacement {_NUMBER}", "length", "m"),
     (r"(?<!\w)displacements = \[[^]]*\]", "length", "m"),
-    (
-        rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most |longer than ){_NUMBER}",
-        "time",
-        "s",
-    ),
-    (rf"(decay times|slowest state) last {_NUMBER}", "time", "s"),
+    (rf"((transient|patience|budget|window|duration) = |times: |comes after |time of at most ){_NUMBER}", "time", "s"),
+    (rf"(decay times last|slowest state last|longer than) {_NUMBER}", "time", "s"),
     (rf"(?<!\w)frequencies: {_NUMBER}", "frequency", "Hz"),
     (rf"(?<!\w)((voltages|before|bias) = |voltage: )(\[[^]]*\]|{_NUMBER})", "voltage", "V"),
 )

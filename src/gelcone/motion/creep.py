@@ -234,8 +234,8 @@ class HeldRuns(NamedTuple):
 
 
 def check_holds(model: ConeModel, duration: float) -> None:
-    """Raises `InputError` where `holding` has no answer: for a duration that is not positive or too long, a film without
-    branches, a commanded charge and films in opposite phase."""
+    """Raises `InputError` where `holding` has no answer: for a duration that is not positive or too long, a film
+    without branches, a commanded charge and films in opposite phase."""
     if model.system.films[-1].drive == "opposite":
         raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
     _check_creeps(model, "duration", "or leave it out")
