@@ -504,7 +504,7 @@ def endless(*given):
 def test_what_takes_too_long_is_given_up_and_the_next_is_answered(server, monkeypatch):
     monkeypatch.setattr(gelcone.studio.page, "EVIDENCE_SECONDS", 0.1)
     with server.page() as page:
-        slow = {**PUMP, "values": {"frequency": "5e-6 Hz"}}
+        slow = {**PUMP, "values": {"frequency": "3e-5 Hz"}}
         ask(page, "look", 1, side="a", setting=slow, panels=["spectrum"])
         assert answer(page, "response")[0]["words"]["cut"]
         for stage in ("kind", "spectrum"):
