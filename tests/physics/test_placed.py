@@ -18,7 +18,7 @@ from gelcone.motion.flow import integrate
 from gelcone.motion.linear import linear_response
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import state_space
-from gelcone.physics.balance import PullIn
+from gelcone.physics.balance import PullIn, rest_of
 from gelcone.physics.component import State
 from gelcone.physics.film.film import Border, Film
 from gelcone.physics.model import ConeModel
@@ -369,8 +369,7 @@ def test_a_ramp_passes_the_voltage_at_which_a_film_begins_to_wrinkle():
     """There the stiffness jumps; the ramp ends where the film loses its tension or pulls in, far beyond."""
     model = double("opposite", film="wrinkling", second_film="wrinkling", voltage_bias=0.4)
     (balance,) = balances_of(model)
-    (rest,) = balance.equilibria(np.zeros(1))[0]
-    place, losses = balance.along_ramp(rest.displacement, np.array([0.01, 0.09, 0.25]))
+    place, losses = balance.along_ramp(rest_of(balance, None), np.array([0.01, 0.09, 0.25]))
     np.testing.assert_array_equal(losses, 0)
     np.testing.assert_allclose(model.force(place, np.array([0.1, 0.3, 0.5])), 0.0, atol=1e-12)
     assert (np.diff(place) > 0.0).all()
