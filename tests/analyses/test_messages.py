@@ -22,7 +22,10 @@ import pytest
             ["film", "soft-film", "--over", "voltage=-1kV"],
             "--over voltage=-1kV: must be at least 0; leave",
         ),
-        (["transfer", "biased-pump", "--bias", "1 kV", "--over", "frequency=-1 Hz"], "--over frequency=-1 Hz: -1 Hz is among them; they must be positive"),
+        (
+            ["transfer", "biased-pump", "--bias", "1 kV", "--over", "frequency=-1 Hz"],
+            "--over frequency=-1 Hz: -1 Hz is among them; they must be positive",
+        ),
         (
             ["static", "soft-film", "--over", "frequency=1 Hz"],
             "--over frequency: cannot be swept here; static sweeps",
