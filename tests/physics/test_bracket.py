@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from gelcone.physics.bracket import crossing, first_passing, halved, rise, sign_change, sign_changes
+from gelcone.physics.bracket import crossing, halved, rise, sign_change, sign_changes
 
 
 @settings(deadline=None)
@@ -97,18 +97,6 @@ def test_company_changes_no_bit() -> None:
     together = rise(lambda x: x * x * x - wanted * wanted * wanted, np.zeros(40), np.full(40, 3.0))
     alone = [rise(lambda x, w=w: x * x * x - w * w * w, np.zeros(1), np.full(1, 3.0))[0] for w in wanted]
     assert (together == alone).all()
-
-
-def test_a_level_is_first_passed_on_the_line_between_two_points():
-    """Zero itself is not passed; the first point counts where it lies beyond, and one behind what is not known."""
-    levels = np.array([0.0, 1.0, 2.0, 3.0])
-    assert first_passing(levels, np.array([-4.0, -3.0, 1.0, 2.0])) == 1.75
-    assert first_passing(levels, np.array([-4.0, 0.0, 0.0, 2.0])) == 2.0
-    assert first_passing(levels, np.array([1.0, -1.0, 1.0, 1.0])) == 0.0
-    assert first_passing(levels, np.array([np.nan, -np.inf, 1.0, 1.0])) == 2.0
-    assert first_passing(levels, np.array([-1.0, -1.0, -1.0, 0.0])) == np.inf
-    assert first_passing(levels, np.array([-1.0, np.nan, np.nan, np.nan])) == np.inf
-    assert first_passing(np.array([1.0, 2.0, 4.0]), np.array([-1.0, -0.5, 1.5])) == 2.5
 
 
 def test_a_level_is_reached_where_it_is_equal():

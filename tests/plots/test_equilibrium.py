@@ -7,9 +7,8 @@ from matplotlib.colors import to_rgb
 import gelcone
 from gelcone import Outcome
 from gelcone.physics.balance import PullIn
-from gelcone.plots.branches import UNHELD, UNHELD_LABEL
 from gelcone.plots.equilibrium import MARKER_SIZES, delivered_force, equilibrium_branches, force_curves, static_figure
-from gelcone.plots.style import BLUE, CYCLE, VERMILION
+from gelcone.plots.style import BLUE, CYCLE, UNHELD, UNHELD_LABEL, VERMILION
 from tests.plots.made_up import blank, corners, data_of, line, parameter, result, texts
 
 X = np.linspace(-2.0, 2.0, 41)

@@ -5,8 +5,9 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from gelcone import Outcome
-from gelcone.plots.branches import UNHELD, UNHELD_LABEL, colour_of
+from gelcone.plots.branches import colour_of
 from gelcone.plots.frequency import LOOKS, arrows, branch_strokes, frequency_figure, phases, strokes
+from gelcone.plots.style import UNHELD, UNHELD_LABEL
 from tests.plots.made_up import blank, data_of, line, result, texts
 from tests.plots.test_branches import VALUES, branches
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gelcone.codes import Outcome
-from gelcone.plots.branches import UNHELD, UNHELD_LABEL
 from gelcone.plots.step import step_figure
-from gelcone.plots.style import CYCLE
+from gelcone.plots.style import CYCLE, UNHELD, UNHELD_LABEL
 from tests.plots.made_up import line, result
 
 

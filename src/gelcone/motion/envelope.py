@@ -7,7 +7,7 @@ limits hold for a constant peak voltage reached on a slow ramp, driven limits fo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -162,8 +162,8 @@ def envelope(
     creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
-        of_held: dict[str, Any] = {"threads": threads, "progress": weighted(progress, HELD_SHARE)}
-        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, **of_held)
+        part = weighted(progress, HELD_SHARE)
+        held = holding(model, duration, float(default[-1]), count=HELD_LEVELS, threads=threads, progress=part)
         static_limits, creeps = held_limits(plane, held, static_limits), _held_variables(held, duration)
         default = peaks_of(plane, static_limits) if np.isfinite(static_limits).any() else default  # none above the held
         levels = {"held_voltage": (("held_voltage",), held.levels, "constant voltage that is held", "voltage")}

@@ -156,11 +156,11 @@ def _with_validity(
     films, flat = members.system.films, (members.size, -1)
     held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
-    commanded = faithful(members.system, members.numbers())
-    for film, voltage in () if commanded else zip(films, voltages, strict=True):
-        values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
-        attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
-        result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
+    if not faithful(members.system, members.numbers()):
+        for film, voltage in zip(films, voltages, strict=True):
+            values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
+            attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
+            result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
     for film, state in zip(films, states, strict=True):
         if kinds := film.kinds:
             found = np.where(np.isnan(place), -1, np.reshape(state.kind, place.shape)).reshape(result["slope"].shape)

@@ -108,15 +108,3 @@ def crossing(times: Array, values: Array, level: float) -> float:
     if k == 0:
         return float(times[0])
     return float(np.interp(level, values[k - 1 : k + 1], times[k - 1 : k + 1]))
-
-
-def first_passing(levels: Array, excess: Array) -> float:
-    """Level at which ``excess`` first passes zero, linear between points; infinity if it never does."""
-    over = np.flatnonzero(excess > 0.0)
-    if not over.size:
-        return np.inf
-    k = int(over[0])
-    if k == 0 or not np.isfinite(excess[k - 1]):
-        return float(levels[k])
-    before, after = excess[k - 1], excess[k]
-    return float(levels[k - 1] + (levels[k] - levels[k - 1]) * before / (before - after))

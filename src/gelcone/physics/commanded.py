@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, Loss, PullIn, StaticBalance, single_balance
+from gelcone.physics.balance import NEAR_PULL_IN, NO_LOSS, STAYS, Loss, StaticBalance, single_balance
 from gelcone.physics.bracket import rise
 from gelcone.physics.circuit import Port
 from gelcone.physics.component import Numbers
@@ -148,8 +148,8 @@ class _Commanded(StaticBalance):
             return found
 
     def losses(self, rest: float) -> list[Loss]:
-        none = NO_LOSS._replace(kind=PullIn.NEVER if self.wall else PullIn.SEARCH_RANGE)
-        return [none if math.isinf(loss.voltage) else loss for loss in super().losses(rest)]
+        found = super().losses(rest)
+        return [NO_LOSS if math.isinf(loss.voltage) and loss.kind not in STAYS else loss for loss in found]
 
 
 class _Film(NamedTuple):

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from gelcone.motion.validity import invalid
 from gelcone.plots.regime import NOWHERE
-from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, styled
+from gelcone.plots.style import BLACK, CYCLE, GREY, UNHELD, UNHELD_LABEL, VERMILION, axis_label, styled
 from gelcone.quantity import Array
 from gelcone.words import event_label, rate_unit
 
@@ -39,9 +39,6 @@ FEW = 2
 """Longest period with full lines and markers; unstable orbits of longer periods are faint, and their events ticks
 alone."""
 FAINT = 0.25
-UNHELD = 0.3
-"""Opacity of lines where the model does not hold."""
-UNHELD_LABEL = "faint: the model does not hold"
 
 
 def branches_figure(result: xr.Dataset) -> Figure:

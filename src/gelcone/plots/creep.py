@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gelcone.plots.step import name_faint, opacities
-from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, say, styled
+from gelcone.plots.step import opacities
+from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, name_faint, say, styled
 from gelcone.words import evenly, measured, time_unit
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def creep_figure(result: xr.Dataset) -> Figure:
         axes["place"].set_ylabel(axis_label(result["displacement"], "displacement"))
         axes["place"].set_title("dashed: equilibrium; dotted: pull-in", loc="left", fontsize=8.0)
         axes["margin"].set_ylim(bottom=0.0)
-        name_faint(axes["margin"], opacity[picks])
+        name_faint(axes["margin"], opacity[picks] < 1.0)
         axes["margin"].legend(loc="best")
         axes["margin"].set_ylabel("margin (% of the voltage)")
         axes["margin"].set_xlabel(f"holding time{_bracketed(unit)}")

@@ -10,9 +10,9 @@ import numpy as np
 from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
-from gelcone.plots.branches import UNHELD, UNHELD_LABEL, with_neighbours
+from gelcone.plots.branches import with_neighbours
 from gelcone.plots.response import members
-from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, VERMILION, name_axes, styled
+from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, UNHELD, VERMILION, name_axes, name_faint, styled
 from gelcone.words import evenly, measured, unit_of
 
 if TYPE_CHECKING:
@@ -143,8 +143,7 @@ def equilibrium_branches(member: xr.Dataset, axes: Axes) -> None:
     if folds.any():
         axes.plot(member["fold_voltage"], member["fold_displacement"], "D", ms=4.0, color=BLACK, zorder=4, label="fold")
     mark_jump(member, axes)
-    if fails.any():
-        axes.plot([], [], color=BLACK, alpha=UNHELD, label=UNHELD_LABEL)
+    name_faint(axes, fails)
     name_axes(axes, voltage, place, "constant voltage", "displacement")
     axes.set_xlim(0.0, float(np.nanmax(voltage)) if np.isfinite(voltage).any() else 1.0)
     note_failure(member, axes)

@@ -9,9 +9,21 @@ import numpy as np
 
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.motion.validity import invalid
-from gelcone.plots.branches import BRUTE_FORCE, UNHELD, UNHELD_LABEL, branches_of, colour_of, events, flags
+from gelcone.plots.branches import BRUTE_FORCE, branches_of, colour_of, events, flags
 from gelcone.plots.branches import legend as branch_legend
-from gelcone.plots.style import BLACK, BLUE, GREY, REST_ROOM, VERMILION, axis_label, log_ticks, say, styled
+from gelcone.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    REST_ROOM,
+    UNHELD,
+    VERMILION,
+    axis_label,
+    log_ticks,
+    name_faint,
+    say,
+    styled,
+)
 from gelcone.quantity import Array
 from gelcone.words import failed_in_words, kinds_of_motion
 
@@ -151,8 +163,7 @@ def curve(own: xr.Dataset, axes: Axes, look: dict[str, Any]) -> None:
     holds[1:] |= ~fails[:-1]
     axes.plot(frequency, stroke, **look | {"alpha": UNHELD, "label": None}, markevery=marked.tolist())
     axes.plot(frequency, np.where(holds, stroke, np.nan), **look, markevery=marked.tolist())
-    if fails.any() and not any(label == UNHELD_LABEL for label in axes.get_legend_handles_labels()[1]):
-        axes.plot([], [], color=BLACK, alpha=UNHELD, lw=1.4, label=UNHELD_LABEL)
+    name_faint(axes, fails)
 
 
 def arrows(response: xr.Dataset, axes: Axes) -> None:

@@ -8,14 +8,12 @@ import numpy as np
 
 from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
-from gelcone.plots.branches import UNHELD, UNHELD_LABEL
-from gelcone.plots.style import BLACK, CYCLE, GREY, name_axes, styled
+from gelcone.plots.style import CYCLE, GREY, UNHELD, name_axes, name_faint, styled
 from gelcone.quantity import Array
 from gelcone.words import evenly, measured
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SHOWN = 6
@@ -43,7 +41,7 @@ def step_figure(result: xr.Dataset) -> Figure:
         axes.set_xlim(0.0, float(result["time"].max()))
         name_axes(axes, result["time"], result["displacement"], "time after the step")
         axes.set_title("dashed: end of a slow ramp; dotted: settling time", loc="left", fontsize=8.0)
-        name_faint(axes, opacity[picks])
+        name_faint(axes, opacity[picks] < 1.0)
         axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
     return styled(6.0, 3.4, draw, result)
@@ -53,9 +51,3 @@ def opacities(result: xr.Dataset) -> Array:
     """Opacities of the lines of each constant voltage: faint where the model does not hold."""
     where = invalid(result)
     return np.where(np.zeros(result.sizes["constant_voltage"], dtype=bool) if where is None else where, UNHELD, 1.0)
-
-
-def name_faint(axes: Axes, opacity: Array) -> None:
-    """Names the faint lines in the legend, if there are any."""
-    if (opacity < 1.0).any():
-        axes.plot([], [], color=BLACK, alpha=UNHELD, label=UNHELD_LABEL)

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
+import numpy as np
+
 from gelcone.files import write_whole
 
 if TYPE_CHECKING:
@@ -20,6 +22,9 @@ PURPLE, SKY, YELLOW, BLACK, GREY = "#CC79A7", "#56B4E9", "#F0E442", "#000000", "
 CRIMSON = "#9E0142"
 """Colour of chaos that ends: a dark red next to chaos's vermilion."""
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+UNHELD = 0.3
+"""Opacity of lines where the model does not hold."""
+UNHELD_LABEL = "faint: the model does not hold"
 
 STYLE: Any = {
     "font.size": 9.0,
@@ -55,6 +60,12 @@ def shade(colour: str, share: float) -> str:
 def say(axes: Axes, words: str) -> None:
     """Writes words in place of a curve."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=GREY)
+
+
+def name_faint(axes: Axes, fails: Any) -> None:
+    """Names the faint lines in the legend, once, if the model ``fails`` (a mask) anywhere."""
+    if np.any(fails) and UNHELD_LABEL not in axes.get_legend_handles_labels()[1]:
+        axes.plot([], [], color=BLACK, alpha=UNHELD, label=UNHELD_LABEL)
 
 
 def styled(

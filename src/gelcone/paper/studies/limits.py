@@ -22,7 +22,7 @@ from gelcone.paper.sampling import SIGN_BUDGET, Sample, sampled
 from gelcone.paper.studies.diagrams import PANELS
 from gelcone.paper.studies.samples import half, rows_same
 from gelcone.paper.studies.study import OF_FORCE, Progress, Study
-from gelcone.physics.bracket import first_passing, halved
+from gelcone.physics.bracket import crossing, halved
 from gelcone.physics.model import ConeModel
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def linear_limit(effort: Effort, progress: Progress) -> xr.Dataset:
     times = linear * np.linspace(0.0, 1.2, 4001)
     states = np.stack([amplitudes, np.zeros_like(amplitudes)], axis=1)
     run = integrate(model, states, times)
-    period = np.array([first_passing(times, -x) * 4.0 for x in run.states[..., 0]])
+    period = np.array([crossing(times, -x, 0.0) * 4.0 for x in run.states[..., 0]])
     progress(1.0)
     return dataset.label(
         model,
