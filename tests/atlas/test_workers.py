@@ -1,6 +1,9 @@
 """Threads that do tasks: each once, a few ahead, as they come, and stopped when left."""
 
+import signal
+import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -95,6 +98,23 @@ def test_a_team_that_was_left_gives_no_further_answers(workers, given):
     found = [outcome(answers) for _ in range(9 - given)]
     assert Stopped in found
     assert outcome(team.run(counted, [1])) is Stopped
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal to one thread")
+def test_an_interrupt_that_does_not_end_a_wait_is_noticed_soon():
+    """As one that arrives just before the wait begins: here it is delivered to another thread."""
+    left, given_up = threading.Event(), []
+
+    def interrupt(_):
+        time.sleep(0.1)  # until the wait has begun
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+        given_up.append(not left.wait(5.0))
+
+    with ThreadPoolExecutor(1) as pool:
+        with pytest.raises(KeyboardInterrupt):
+            next(as_they_come(pool, 1, interrupt, [0], left))
+        left.set()
+    assert given_up == [False]
 
 
 def test_a_pool_that_takes_no_task_for_another_reason_says_so():

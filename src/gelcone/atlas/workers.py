@@ -10,7 +10,7 @@ import queue
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol, TypeVar
@@ -23,6 +23,8 @@ Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 AHEAD = 4
 """Tasks that each worker is given ahead of time: it never waits, and the memory does not grow with the sweep."""
+WAKE_EVERY = 0.25
+"""Seconds after which a wait for answers lets an interrupt through."""
 
 
 class Run(Protocol):
@@ -86,13 +88,20 @@ def as_they_come(
 
     waiting = give(AHEAD * size)
     while waiting:
-        future = ended.get()  # `concurrent.futures.wait` would never return for futures that the pool has cancelled
+        future = _next(ended)  # `concurrent.futures.wait` would never return for futures that the pool has cancelled
         waiting += give(1) - 1
         try:
             answer = future.result()
         except CancelledError:
             raise Stopped from None
         yield answer
+
+
+def _next(ended: queue.SimpleQueue[Future[Answer]]) -> Future[Answer]:
+    """The next future. It wakes up for interrupts: one just before a wait does not end it."""
+    while True:
+        with suppress(queue.Empty):
+            return ended.get(timeout=WAKE_EVERY)
 
 
 def _given(
