@@ -66,6 +66,12 @@ def test_what_is_swept_or_drawn_of_a_device_is_not_fixed(name):
     assert "disc_radius" in footnote
 
 
+def test_a_field_of_a_device_is_not_fixed_over_the_parameter_that_follows_from_it():
+    response = gelcone.simulate(gelcone.find_device("biased-pump").replace(film="taut"), periods=1)
+    assert ", frequency 10 Hz" in fixed_parameters(response)
+    assert ", frequency" not in fixed_parameters(response.assign_coords(drive_frequency=("k", [1.0, 2.0])))
+
+
 @pytest.mark.parametrize("kind", ["frequency", "static"])
 def test_the_note_lies_below_everything_else(kind):
     single = ConeModel(damping_ratio=0.3, voltage=0.3, rest_height=0.5)

@@ -6,6 +6,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
+from gelcone.devices.numbers import numbers_of
 from gelcone.devices.si import device_of
 from gelcone.devices.template import fields_in_words
 from gelcone.plots.style import GREY
@@ -33,6 +34,7 @@ def fixed_parameters(result: xr.Dataset) -> str:
     swept |= set(str(attrs.get("parameters", "")).split(","))
     swept |= {name.removeprefix("drawn_") for name in swept}
     if (device := device_of(result)) is not None:
+        swept |= {number.field for name, number in numbers_of(device).items() if name in swept}
         film = [f"film {device.film}"] if "film" not in swept and isinstance(device.film, str) else []
         return "fixed: " + ", ".join([*fields_in_words(device, swept), *film])
     usual = {"prestretch_mode": "radial", "law": "gent", "film": "taut", "bias": "spring"}
