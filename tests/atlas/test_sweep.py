@@ -620,6 +620,9 @@ def test_a_store_of_a_device_is_in_its_units(tmp_path):
     again = gelcone.sweep(plan, "settled", store=tmp_path / "s.zarr", resume=True)
     xr.testing.assert_equal(again.drop_vars("status"), found.drop_vars("status"))
     xr.testing.assert_equal(gelcone.show(tmp_path / "s.zarr")["stroke"], found["stroke"])
+    stiffer = replace(plan, model=pump.replace(spring_rate="23 N/m"))  # moves its dimensionless damping ratio, too
+    with pytest.raises(InputError, match=r"holds another run: spring_rate is 15\.0 there and 23\.0 here"):
+        gelcone.sweep(stiffer, "settled", store=tmp_path / "s.zarr", resume=True)
 
 
 def test_each_thing_that_decides_the_numbers_is_in_the_record_of_a_store():

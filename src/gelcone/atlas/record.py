@@ -70,8 +70,8 @@ def plan_record(plan: Plan, analysis: Analysis, coarsest: int | None, keep: Sequ
     record = {
         "gelcone_version": __version__,
         "analysis": analysis.name,
-        "model": json.loads(dataset.label(plan.cone, {}, options={}, title="").attrs["model"]),
         "device": None if plan.device is None else plan.device.parameters(),
+        "model": json.loads(dataset.label(plan.cone, {}, options={}, title="").attrs["model"]),
         "over": {name: values.tolist() for name, values in plan.over.items()},
         "draws": {name: values.tolist() for name, values in plan.draws.items()},
         "initial": plan.initial,
