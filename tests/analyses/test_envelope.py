@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
+import gelcone
 from gelcone import words
 from gelcone.analyses import (
     envelope,
 )  # fmt: skip
+from gelcone.analyses.request import Subject
 from tests.analyses.said import INF, NAN, said
 from tests.edited import edited, labelled, made
 
@@ -175,13 +177,15 @@ def test_the_film_whose_pull_in_limits_an_envelope():
     lines = said(envelope.envelope_words, creeps)
     assert lines[4:7] == [
         "pull-in is that of the film as a membrane of the relaxed gel, its force known to 1.2%",
-        "the film creeps: at constant voltage it pulls in above 2700 V at once, above 2300 V after a while (gelcone "
-        "creep "
-        "says when)",
+        "the film creeps: at constant voltage the cone itself pulls in above 2700 V at once, above 2300 V after a "
+        "while (gelcone creep says when)",
         "limits at constant voltage are those in the long run, with --duration those of a time",
     ]
     never = said(envelope.envelope_words, edited(creeps, long_time_voltage=INF))
-    assert never[5] == "the film creeps: no constant voltage pulls it in, at once or in the long run"
+    assert never[5] == "the film creeps: no constant voltage pulls the cone itself in, at once or in the long run"
+    membrane = Subject(gelcone.ConeModel(film="membrane"))
+    lines = envelope.envelope_words(creeps, membrane).splitlines()
+    assert any("at constant voltage the film pulls in above" in line for line in lines)
     assert never[6].startswith("recommended constant voltage")
 
 

@@ -617,7 +617,8 @@ def test_a_creeping_film_that_no_voltage_pulls_in_says_so():
     )
     shown = gelcone.to_si(gelcone.creep(device.to_model(), voltages=[0.3], duration=20.0), device)
     words = runs.creep_words(shown, Subject(device.to_model(), device))
-    assert "no constant voltage pulls the film in, at once or in the long run" in words
+    assert "no constant voltage pulls the cone itself in, at once or in the long run" in words
+    assert "margin to pull-in of the cone itself at the end" in words
     assert "never is held" not in words
 
 

@@ -80,9 +80,9 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
         | {"begin": "mm", "end": "mm", "equilibrium": "mm", "time": "ms", "heating": "K/s"},
     )
     assert own_lines(runs.creep_words(creep, SUBJECT), 6) == [
-        "pull-in at once 900 V, in the long run 600 V; up to 650 V is held for 20 s",
-        "  300 V: creeps from 1 mm to 1.2 mm in 20 s, in the long run 1.3 mm; warms by 3 K/s; margin to pull-in at the "
-        "end: 35.0%",
+        "pull-in of the cone itself at once 900 V, in the long run 600 V; up to 650 V is held for 20 s",
+        "  300 V: creeps from 1 mm to 1.2 mm in 20 s, in the long run 1.3 mm; warms by 3 K/s; margin to pull-in of "
+        "the cone itself at the end: 35.0%",
         "  700 V: from 1.5 mm, pulls in after 5 s",
         "  1000 V: pulls in at once",
         "time to pull-in:",
@@ -378,9 +378,9 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
          "held_voltage": ("held_voltage", [640.0], "V")},
     )  # fmt: skip
     assert said(trajectories.creep_words, found) == [
-        "no constant voltage pulls the film in, at once or in the long run",
-        "  300 V: creeps from 1 mm to 1.25 mm in 60 s, in the long run 1.5 mm; warms by 2 K/s; margin to pull-in at "
-        "the end: 100.0%",
+        "no constant voltage pulls the cone itself in, at once or in the long run",
+        "  300 V: creeps from 1 mm to 1.25 mm in 60 s, in the long run 1.5 mm; warms by 2 K/s; margin to pull-in of "
+        "the cone itself at the end: 100.0%",
         f"  700 V: {Outcome.STEP_LIMIT.meaning}",
     ]
     cold = found["heating"].copy(data=[[2.0, 1e-7]] * 2)

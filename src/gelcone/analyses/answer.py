@@ -20,6 +20,7 @@ from gelcone.devices.si import DEVICE
 from gelcone.devices.units import format_range
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
+from gelcone.physics.film.pull_in import is_cone
 from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
@@ -277,6 +278,11 @@ def heading(subject: Subject, swept: Iterable[Any] = ()) -> list[str]:
     for text in filter(None, (*films, system.circuit.describe(), _stiff_line(subject))):
         lines += textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
     return lines
+
+
+def pulled_in(subject: Subject) -> str:
+    """Name what the pull-in voltages are those of: a cone pulls in at others than the membrane for which it stands."""
+    return "the cone itself" if any(map(is_cone, subject.model.system.films)) else "the film"
 
 
 def _names_of_films(subject: Subject) -> set[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from gelcone.analyses.answer import heading
+from gelcone.analyses.answer import heading, pulled_in
 from gelcone.codes import Outcome, Regime
 from gelcone.words import FAILINGS, lasting, motion_in_words, shortened, sized, unit_of
 
@@ -48,11 +48,12 @@ def _missing(name: str) -> str:
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
     """An envelope as text: all limits, the window over frequency with what it yields, and the own drive."""
-    tables = (_limits_table, _static_lines, _window_table, _coexisting_lines)
-    return "\n".join([*heading(subject), *(line for table in tables for line in table(shown))])
+    tables = (_static_lines, _window_table, _coexisting_lines)
+    limits = _limits_table(shown, pulled_in(subject))
+    return "\n".join([*heading(subject), *limits, *(line for table in tables for line in table(shown))])
 
 
-def _limits_table(shown: xr.Dataset) -> Iterator[str]:
+def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:
     """Each limit at a constant voltage, and the lowest peak voltage at which a driven motion meets it."""
     static = dict(zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True))
     driven_names = _names(shown, "driven_limit")
@@ -66,18 +67,18 @@ def _limits_table(shown: xr.Dataset) -> Iterator[str]:
     if (np.isfinite(low["pull-in"]) & (low.get("chaos", np.inf) < low["pull-in"])).any():
         yield "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
     if "instant_voltage" in shown:
-        yield from _creep_words(shown)
+        yield from _creep_words(shown, whose)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
 
 
-def _creep_words(shown: xr.Dataset) -> Iterator[str]:
+def _creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
     """The two pull-in voltages of a film that creeps, and what the limits at constant voltage hold for."""
     if not np.isfinite(shown["long_time_voltage"]):
-        yield "the film creeps: no constant voltage pulls it in, at once or in the long run"
+        yield f"the film creeps: no constant voltage pulls {whose} in, at once or in the long run"
         return
     yield (
-        f"the film creeps: at constant voltage it pulls in above {sized(shown['instant_voltage'])} at once, "
+        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instant_voltage'])} at once, "
         f"above {sized(shown['long_time_voltage'])} after a while (gelcone creep says when)"
     )
     yield (

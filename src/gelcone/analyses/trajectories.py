@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gelcone.analyses.answer import ending_lines, heading
+from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
 from gelcone.words import (
@@ -165,16 +165,16 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     """Creep under held voltages as text: the thresholds, a line for each voltage, and the times to pull-in."""
-    longest = lasting(float(shown["time"][-1]), shown["time"], 3)
+    longest, whose = lasting(float(shown["time"][-1]), shown["time"], 3), pulled_in(subject)
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
     ends = {name: shown[f"{name}_voltage"] for name in ("instant", "long_time", "holding")}
     digits = telling_digits([*late["held_voltage"].values, *(float(v) for v in ends.values() if np.isfinite(v))])
     thresholds = {name: sized(voltage, digits) for name, voltage in ends.items()}
     lines = [
         *heading(subject),
-        "no constant voltage pulls the film in, at once or in the long run"
+        f"no constant voltage pulls {whose} in, at once or in the long run"
         if not np.isfinite(ends["long_time"])
-        else f"pull-in at once {thresholds['instant']}, in the long run {thresholds['long_time']}; up to "
+        else f"pull-in of {whose} at once {thresholds['instant']}, in the long run {thresholds['long_time']}; up to "
         f"{thresholds['holding']} is held for {longest}",
     ]
     for k in range(shown.sizes["constant_voltage"]):
@@ -196,7 +196,7 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             lines.append(
                 f"{name} creeps from {sized(one['begin'])} to {sized(one['end'])} in {longest}, in the long run "
                 f"{sized(one['equilibrium'])}; {warm}; "
-                f"margin to pull-in at the end: {margin:.1%}"
+                f"margin to pull-in of {whose} at the end: {margin:.1%}"
             )
     if late.sizes["held_voltage"]:
         lines.append("time to pull-in:")
