@@ -627,6 +627,8 @@ def test_frequencies_lie_around_the_natural_one_under_the_bias(monkeypatch):
     np.testing.assert_allclose(module._around_resonance(model), 2.0 * np.geomspace(*SPAN))
     assert asked["natural_frequency"] == [{"model": model, "voltage": 0.3, "displacement": 0.75}]
     assert asked["equilibrium_under_bias"] == [{"model": model, "bias": 0.3, "given": "voltage_bias ="}]
+    module._around_resonance(model.replace(waveform="half_wave", voltage_bias=-0.3))
+    assert asked["equilibrium_under_bias"][1]["bias"] == 0.0  # a half wave has no voltage below 0
 
 
 def test_harmonics_and_validity_are_those_of_motions_that_ran_at_their_own_frequencies(monkeypatch):

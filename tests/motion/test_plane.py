@@ -47,6 +47,19 @@ def test_a_plane_scales_amplitude_and_bias_with_the_peak(monkeypatch):
     assert asked["drive_ramp"] == [{"balance": "balance", "levels": levels} for levels in ("levels", "more")]
 
 
+@pytest.mark.parametrize("bias", [0.1, -0.1, -0.4])
+def test_on_the_ramp_of_the_peak_films_have_the_voltages_that_the_drive_has_at_its_peak(bias):
+    """A staircase from 0 to 0.5 about a bias of either sign peaks with that sign or with the other."""
+    pair = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 1.4}
+    model = ConeModel(**pair, waveform="staircase", voltage=0.5, voltage_bias=bias)
+    first, second = model.members().voltages(
+        np.linspace(0.0, model.members().drive_period[()], 400)[None], np.zeros((1, 400, 2))
+    )
+    at = np.argmax(np.abs(first))
+    ramp = module.Plane.of(model, None).ramp(np.array([np.abs(first).max()]))
+    np.testing.assert_allclose(ramp.voltages, np.abs([first.flat[[at]], second.flat[[at]]]), rtol=1e-12)
+
+
 @pytest.mark.parametrize("limits_from", ["rest", "settled", "both"])
 @pytest.mark.parametrize("with_lower", [False, True])
 def test_from_rest_and_from_lower_peaks_are_examined_as_the_limits_ask(monkeypatch, limits_from, with_lower):

@@ -74,6 +74,15 @@ def test_without_a_bias_the_voltage_has_no_first_order_effect():
     assert (state_space(ConeModel(rest_height=0.5)).B == 0.0).all()
 
 
+def test_a_half_wave_has_no_bias_below_0_and_the_linear_model_may_be_about_one():
+    model = ConeModel(waveform="half_wave", voltage=0.5, voltage_bias=-0.3, rest_height=0.8, hoop_prestretch=1.4)
+    assert not gelcone.state_space(model).B.any()
+    pair = model.replace(second_film="taut", second_drive="opposite", second_flat_height=1.4, voltage_bias=0.3)
+    here, there = (gelcone.state_space(pair, voltage=sign * 0.4) for sign in (1.0, -1.0))
+    np.testing.assert_allclose(here.A, there.A, rtol=1e-12)
+    np.testing.assert_allclose(here.B, -there.B, rtol=1e-12)
+
+
 @pytest.mark.parametrize("frequencies", [[0.0], [-1.0], [np.nan], [np.inf]])
 def test_frequencies_are_positive(frequencies):
     """The first wrong one is named."""

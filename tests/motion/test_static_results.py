@@ -21,6 +21,21 @@ def test_the_levels_of_a_model_are_its_peaks_and_its_offsets_of_either_sign(volt
     np.testing.assert_allclose(own_levels(ConeModel(voltage=voltage, voltage_bias=bias)), levels)
 
 
+@pytest.mark.parametrize(("bias", "levels"), [(-0.3, [0.2]), (-0.6, [0.0]), (0.3, [0.3, 0.8])])
+def test_a_half_wave_has_no_offset_below_0(bias, levels):
+    model = ConeModel(waveform="half_wave", voltage=0.5, voltage_bias=bias)
+    np.testing.assert_allclose(own_levels(model), levels)
+
+
+@pytest.mark.parametrize(("bias", "levels"), [(0.1, [0.1, 0.6]), (-0.1, [0.1]), (-0.4, [0.4]), (0.0, [0.5])])
+def test_films_in_opposite_phase_have_levels_of_the_sign_of_their_bias(bias, levels):
+    """A staircase from 0 to 0.5 about a negative bias has no voltage of its sign beyond it."""
+    pair = {"second_film": "taut", "second_drive": "opposite", "second_flat_height": 1.4}
+    np.testing.assert_allclose(
+        own_levels(ConeModel(**pair, waveform="staircase", voltage=0.5, voltage_bias=bias)), levels
+    )
+
+
 def test_voltages_that_are_given_stay_in_their_order():
     assert constant_voltages(0.5).tolist() == [0.5]
     assert constant_voltages([0.5, 0.0, 0.25]).tolist() == [0.5, 0.0, 0.25]

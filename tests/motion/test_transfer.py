@@ -139,6 +139,7 @@ def test_an_amplifier_within_its_limit_is_linear():
     ("device", "options", "message"),
     [
         (PUMP.replace(voltage_offset=0.0), {}, "bias = 0"),
+        (PUMP.replace(waveform="half_wave", voltage_offset="-500 V"), {}, "bias = 0"),
         (PUMP, {"amplitudes": [-5.0]}, "amplitudes: must be finite and not negative"),
         (PUMP, {"frequencies": [3.0, -5.0, 0.0]}, "frequencies: -5 Hz is among them; they must be positive and finite"),
         (PUMP, {"frequencies": []}, r"frequencies = \[\]: is empty; give at least one"),

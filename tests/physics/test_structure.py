@@ -34,6 +34,18 @@ def test_the_names_of_the_numbers_are_those_of_the_numbers(model):
     assert len(set(model.system.numbers)) == len(model.system.numbers)
 
 
+def test_films_in_opposite_phase_are_so_about_a_voltage_of_the_drive():
+    """The command of a half wave is never negative: about a negative bias both films, v and 2 v0 - v, rise together."""
+    own = {"waveform": "half_wave", "voltage": 0.5}
+    pair = {**own, "second_film": "taut", "second_drive": "opposite"}
+    with pytest.raises(
+        InputError, match=r"voltage_bias = -0.3: the waveform 'half_wave' stays at or above 0, .* least 0"
+    ):
+        ConeModel(**pair, voltage_bias=[0.2, -0.3])
+    ConeModel(**pair, voltage_bias=0.3), ConeModel(**{**pair, "second_drive": "same"}, voltage_bias=-0.3)
+    ConeModel(**own, voltage_bias=-0.3), ConeModel(**pair | {"waveform": "sine"}, voltage_bias=-0.3)
+
+
 def test_equal_systems_are_equal_and_others_are_not():
     one = ConeModel(film=PowerFilm(1.3), voltage=0.1).system
     assert one == ConeModel(film=PowerFilm(1.3), voltage=0.9).system

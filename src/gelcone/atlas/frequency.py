@@ -176,7 +176,7 @@ def _around_resonance(model: ConeModel) -> Array:
     """The default frequencies of one actuator."""
     if model.shape:
         raise InputError("frequencies: an ensemble has no default; give them")
-    bias = float(model.voltage_bias)
+    bias = float(model.offset_voltage)
     natural = natural_frequency(model, bias, equilibrium_under_bias(model, bias))
     return np.asarray(natural * np.geomspace(*SPAN))
 

@@ -40,8 +40,8 @@ def at_constant_voltages(model: ConeModel, levels: Array) -> ConeModel:
 
 def biased_like(model: ConeModel, voltage: float) -> ConeModel:
     """The single model with a bias of the sign of a constant ``voltage``: the mirror image of all voltages is the same
-    actuator, so that the sign of its bias says nothing where voltages have none."""
-    return model.replace(voltage_bias=np.copysign(model.voltage_bias, voltage))
+    actuator, so that the sign of its bias says nothing where voltages have none. Its waveform plays no part."""
+    return model.replace(waveform="sine", voltage_bias=np.copysign(model.voltage_bias, voltage))
 
 
 def times_of_run(members: Members, lasts: float) -> Array:

@@ -62,8 +62,9 @@ def static(
     ----------
     model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
     voltages : constant commanded voltages v, at least 0, one or several, the dim ``constant_voltage`` of the result; on
-        the command line ``--over voltage=...``. Default the peak of the drive and, where it has one, its offset. With a
-        commanded charge they are the voltages that it gives the flat film.
+        the command line ``--over voltage=...``. Default the peak of the drive and, where it has one, its offset. In
+        opposite phase about a bias v0 of their sign the second film has 2 v0 - v, and the default is the peak of that
+        sign. With a commanded charge they are the voltages that it gives the flat film.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     at_once : of a film that creeps, before its branches have relaxed: the first stroke of a step, the blocked force
         of a fast one. Default the film that has relaxed.

@@ -136,7 +136,8 @@ class Plane:
 
     @cached_property
     def _balance(self) -> StaticBalance:
-        (balance,) = every_balance(self.model, self.shape.bias)
+        along, against = self.model.system.waveform.along_bias(self.model.own_numbers)
+        (balance,) = every_balance(self.model, abs(self.shape.bias) * (1.0 if along >= against else -1.0))
         return balance
 
     def ramp(self, levels: Array) -> Ramp:

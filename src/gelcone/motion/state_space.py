@@ -166,7 +166,7 @@ def _linearised(
     for kind, given, known in (("input", inputs, INPUTS), ("output", outputs, OUTPUTS)):
         check_names(f"{kind} of a linear model", given, known)
     system = model.system
-    bias = float(model.voltage_bias if voltage is None else voltage)
+    bias = float(model.offset_voltage if voltage is None else voltage)
     model = biased_like(model, bias)
     given = "voltage_bias =" if voltage is None else "voltage:"
     n, place = model.numbers(), equilibrium_under_bias(model, bias, given)

@@ -107,14 +107,14 @@ def transfer(
     check_one(model, "transfer")
     if not np.all(model.members().damped):
         raise InputError("damping_ratio = 0: without damping no signal settles; give it some")
-    about = float(np.asarray(model.voltage_bias)) if bias is None else float(bias)
+    about = float(model.offset_voltage) if bias is None else float(bias)
     if about == 0.0:
         raise InputError(
             "bias = 0: about no voltage a small one does not move the disc; give a bias (--bias), or voltage_bias"
         )
     given = model
     # in opposite phase both films have this bias
-    model = model.replace(voltage_bias=about)
+    model = model.replace(waveform="sine", voltage_bias=about)
     equilibrium_under_bias(model, about, "voltage_bias =" if bias is None else "bias =")
     electric = ("charge", "leak") if all(film.film.traced_charge for film in model.system.films) else ()
     space = state_space(model, outputs=("displacement", *electric))
@@ -226,7 +226,7 @@ def _measured(
     shape = (signals.size, omega.size)
     if not np.prod(shape):
         return np.zeros(shape, complex), np.zeros(shape, complex), np.zeros(shape, np.int8)
-    model = model.replace(waveform="sine", voltage=signals[:, None], drive_frequency=omega)
+    model = model.replace(voltage=signals[:, None], drive_frequency=omega)
     members = model.members()
     linear = np.tile(_linear(space, omega)[2], (signals.size, 1)).imag
     states = np.array(space.rest) + members.values["voltage"][:, None] * linear

@@ -151,7 +151,7 @@ class Waveform(Component):
         return [
             *own,
             *(Trial(name, (PLACES, n), NUMBERS) for name in ("voltage", "voltage_rate")),
-            *(Trial(name, (n,), ONE_EACH) for name in ("detail", "period", "peak")),
+            *(Trial(name, (n,), ONE_EACH) for name in ("detail", "period", "peak", "offset")),
         ]
 
     def _rates(self, n: Numbers) -> tuple[Any, ...]:
@@ -224,6 +224,15 @@ class Waveform(Component):
     def peak(self, n: Numbers) -> Any:
         """Largest absolute value of the voltage."""
         return np.abs(self.samples(n)).max(axis=-1)[()]
+
+    def offset(self, n: Numbers) -> Any:
+        """The voltage without amplitude. Default the bias."""
+        return np.asarray(n["voltage_bias"])[()]
+
+    def along_bias(self, n: Numbers) -> tuple[Array, Array]:
+        """Largest voltages with the sign of the bias, and with the other sign; at most samples of them, 0 for none."""
+        samples = self.samples(n) * np.where(np.asarray(n["voltage_bias"]) < 0.0, -1.0, 1.0)[..., None]
+        return np.maximum(samples.max(axis=-1), 0.0), np.maximum(-samples.min(axis=-1), 0.0)
 
 
 class Pieced(Waveform):

@@ -133,6 +133,11 @@ class Ensemble:
         return self.system.waveform.peak(self.own_numbers)
 
     @property
+    def offset_voltage(self) -> Any:
+        """Commanded voltage without amplitude."""
+        return self.system.waveform.offset(self.own_numbers)
+
+    @property
     def peak_voltages(self) -> list[Any]:
         """Largest absolute value of each film's commanded voltage."""
         system = self.system

@@ -28,7 +28,8 @@ def every_balance(model: Ensemble, bias_share: float | None = None) -> list[Stat
     """The static balances of all members under constant commands, also of those without any state; single cones with
     equal film, bias and circuit share one.
 
-    ``bias_share``: the bias of films in opposite phase over the command of the first. Default: the bias of the model.
+    ``bias_share``: the bias of films in opposite phase over the command of the first, negative if they have different
+    signs. Default: the bias of the model, with the sign of the command.
     """
     members = model.members()
     if len(members.system.films) > 1:

@@ -92,6 +92,16 @@ class Structure:
                 "of reduced"
             )
 
+    def _check_offset(self, values: Numbers) -> None:
+        """Raise `InputError` for a bias v0 of a sign that the command v never has: films with v and 2 v0 - v would then
+        rise together."""
+        bias = np.asarray(values["voltage_bias"])
+        if (wrong := np.asarray(self.waveform.offset(values)) != bias).any():
+            raise InputError(
+                f"voltage_bias = {bias[wrong].flat[0]:g}: the waveform {self.waveform.name!r} stays at or above 0, so "
+                "that both films, in opposite phase about this bias, would rise together; make it at least 0"
+            )
+
     def __getstate__(self) -> dict[str, Any]:
         return uncached(self)
 
@@ -204,6 +214,8 @@ class Structure:
             values |= part.complete({name: given[name] for name in part.parameters if name in given})
         if getattr(self.circuit, "reduced", False):
             self._check_jumps(values)
+        if self.films[-1].drive == "opposite":
+            self._check_offset(values)
         for film in self.films:
             values |= film.complete_beside(given, values)
         known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}

@@ -375,13 +375,13 @@ class ConeSystem(Structure):
 
     def command_at_rest(self, line: Line, command: Any, n: Numbers) -> Any:
         """The constant command of a line under one of the first that is not negative: it stands for both signs, as the
-        mirror image of all voltages is the same actuator, with a bias of the same sign."""
-        bias = n[BIAS_SHARE] * command if BIAS_SHARE in n else n["voltage_bias"]
-        return self.command_of(line, command, {**n, "voltage_bias": np.abs(bias)})
+        mirror image of all voltages is the same actuator. The bias has its sign, unless a share of it is negative."""
+        bias = n[BIAS_SHARE] * command if BIAS_SHARE in n else np.abs(n["voltage_bias"])
+        return self.command_of(line, command, {**n, "voltage_bias": bias})
 
     def slope_at_rest(self, line: Line, n: Numbers) -> float:
         """The slope of `command_at_rest` by the command of the first line."""
-        more = 2.0 * abs(n.get(BIAS_SHARE, 0.0)) if line.drive == "opposite" else 0.0
+        more = 2.0 * n.get(BIAS_SHARE, 0.0) if line.drive == "opposite" else 0.0
         return self.command_slope(line) + more
 
     # --- where the films have a state --------------------------------------------------------------------------------

@@ -186,6 +186,9 @@ class HalfWave(Pieced):
     def peak(self, n: Numbers) -> Any:
         return np.maximum(np.asarray(n["voltage_bias"]) + n["voltage"], 0.0)[()]
 
+    def offset(self, n: Numbers) -> Any:
+        return np.maximum(n["voltage_bias"], 0.0)[()]
+
 
 @dataclass(frozen=True)
 class Burst(Pieced):
