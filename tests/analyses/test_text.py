@@ -178,7 +178,7 @@ def test_a_ramp_with_a_jump_says_where_to():
     lines = text_of(statics.static_words, found, model)
     assert "stable at every voltage" in line_with(lines, "slow voltage ramp")
     assert numbers(line_with(lines, "pitchfork at")) == pytest.approx([np.sqrt(1.5), 0.0], rel=1e-3)
-    at = line_with(lines, "  1.5: rests at")
+    at = line_with(lines, "  1.5: equilibria at")
     there = [float(x) for x in found["equilibrium_displacement"][1]]
     assert [float(t) for t in re.findall(NUMBER + r" \((?:un)?stable", at)] == pytest.approx(there, rel=1e-3)
     assert re.findall(r"\((\w+)", at) == ["stable", "unstable", "stable"]

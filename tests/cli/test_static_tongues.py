@@ -112,7 +112,7 @@ def test_static_of_devices_of_several_sizes(as_json):
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
     code, out, _ = gelcone("static", *TABLE1, "--over", "voltage=0:1.5:4", "--out", tmp_path)
     assert code == 0
-    assert "1.5: rests at -0.9858 (stable, hoop slack" in out
+    assert "1.5: equilibria at -0.9858 (stable, hoop slack" in out
     assert "breakdown unknown: the dielectric strength is not given" in out
     assert "pitchfork at 1.225, displacement 0" in out
     written = load(tmp_path / "static.nc")
@@ -131,15 +131,16 @@ def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
     an offset beyond pull-in a slow ramp comes to no voltage of the first."""
     code, out, _ = gelcone("static", "double-cone", "--over", "voltage=0 V,1.13 kV")
     assert code == 0
-    assert "0 V: rests at nothing; blocked force -" in out
-    assert "1.13 kV: rests at 10 mm (stable); stroke 0 mm" in out
+    assert "0 V: no equilibrium; blocked force -" in out
+    assert "mN, no slow ramp leads there" in out
+    assert "1.13 kV: equilibrium at 10 mm (stable, 1.13 kV on the second film); stroke 0 mm" in out
     code, out, _ = gelcone("static", "double-cone", "--set", "voltage_offset=5 kV")
     assert code == 0
-    assert "slow voltage ramp from 0: no stable equilibrium to start from" in out
-    assert "5 kV: rests at nothing; no slow ramp from 0 leads there" in out
+    assert "slow voltage ramp of both films from 0 to 5 kV: pull-in on the way" in out
+    assert "5 kV: no equilibrium; no slow ramp leads there" in out
     code, out, _ = gelcone("static", "soft-film", "--over", "voltage=0.2 kV,3 kV")
     assert code == 0
-    assert "3 kV: rests at nothing; beyond pull-in" in out
+    assert "3 kV: no equilibrium; beyond pull-in" in out
 
 
 def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json):

@@ -419,3 +419,17 @@ def test_displacements_that_none_reaches_are_refused_with_the_farthest_that_one_
         one.inside = lambda x: np.zeros(x.shape, dtype=bool)
     with pytest.raises(InputError, match="stay within 3"):
         module._wanted([5.0, 6.0], [near, far])
+
+
+@pytest.mark.parametrize(("drive", "second"), [("opposite", [0.6, 0.3]), ("constant", [0.4, 0.4]), ("same", None)])
+def test_of_two_films_with_voltages_of_their_own_it_states_that_of_the_second(drive, second):
+    own = {"second_voltage": 0.4} if drive == "constant" else {}
+    model = ConeModel(rest_height=0.8, hoop_prestretch=1.4, spring_stiffness=1.5, voltage_bias=-0.3, voltage=0.2)
+    model = model.replace(second_film="taut", second_drive=drive, second_flat_height=1.4, **own)
+    found = static(model, [0.0, 0.3])
+    assert "film_voltage" not in found  # it is the commanded one
+    assert found.get("ramp_begin_voltage") == (0.3 if drive == "opposite" else None)
+    volts = found.get("second_film_voltage")
+    assert (volts is None) == (second is None)
+    if volts is not None:
+        np.testing.assert_allclose(volts[:, 0], second)

@@ -19,36 +19,35 @@ if TYPE_CHECKING:
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
     lines = heading(subject) + state_lines(shown, subject) + outcome_lines(shown)
-    members = members_of(shown)
+    members, drive = members_of(shown), subject.model.system.films[-1].drive
     if len(members) == 1:
-        return "\n".join(lines + _curve_lines(members[0][1]) + _event_lines(members[0][1]))
+        return "\n".join(lines + _curve_lines(members[0][1], drive) + _event_lines(members[0][1], drive))
     listed = [
         line
         for name, one in members
-        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one), *_event_lines(one))))
+        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one, drive), *_event_lines(one, drive))))
     ]
     return "\n".join(lines + shortened(listed))
 
 
-def _curve_lines(member: xr.Dataset) -> list[str]:
-    """The equilibria, stroke and blocked force at each voltage."""
+def _curve_lines(member: xr.Dataset, drive: str | None) -> list[str]:
+    """The equilibria, stroke and blocked force at each voltage, given the ``drive`` of the second film."""
     if int(member["outcome"]):
         return []
-    lines, elsewhere = (
-        [],
-        "beyond pull-in" if member["pull_in_voltage"].notnull() else "no slow ramp from 0 leads there",
-    )
+    lines = []
     for i in range(member.sizes["constant_voltage"]):
         one = member.isel(constant_voltage=i)
         known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
         places = [f"{sized(e['equilibrium_displacement'])} ({', '.join(_about(e))})" for e in known]
         yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle out and back": "cycle_work"}
         named = [f"{words} {sized(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
-        lines.append(
-            f"  {sized(one['constant_voltage'])}: rests at {', '.join(places) or 'nothing'}; "
-            f"{', '.join(named) or elsewhere}"
-        )
-    return ["constant voltage:", *shortened(lines), *strength_in_words(member)]
+        if not np.isfinite(one["stroke"]):
+            beyond = one["constant_voltage"] >= one["pull_in_voltage"]
+            named.append("beyond pull-in" if beyond else "no slow ramp leads there")
+        found = f"{'equilibrium' if len(places) == 1 else 'equilibria'} at {', '.join(places)}"
+        lines.append(f"  {sized(one['constant_voltage'])}: {found if places else 'no equilibrium'}; {', '.join(named)}")
+    of = " of the first film" if drive in ("opposite", "constant") else ""
+    return [f"constant voltage{of}:", *shortened(lines), *strength_in_words(member)]
 
 
 def _about(equilibrium: xr.Dataset) -> list[str]:
@@ -68,8 +67,8 @@ def _about(equilibrium: xr.Dataset) -> list[str]:
     return ["stable" if equilibrium["stable"] else "unstable", *volts, *states, *failing]
 
 
-def _event_lines(member: xr.Dataset) -> list[str]:
-    """Pitchfork, folds and pull-in."""
+def _event_lines(member: xr.Dataset, drive: str | None) -> list[str]:
+    """Pitchfork, folds and pull-in, given the ``drive`` of the second film."""
     if int(member["outcome"]):
         return ["nothing can be reached inside the stretch limit"]
     lines = []
@@ -81,7 +80,12 @@ def _event_lines(member: xr.Dataset) -> list[str]:
             lines.append(f"fold at {sized(voltage)}, displacement {sized(place)}")
     kind = PullIn(int(member["pull_in_kind"]))
     voltage, end = member["pull_in_voltage"], member["pull_in_to"]
-    ramp = "slow voltage ramp from 0"
+    ramp = f"slow voltage ramp{' of the first film' if drive == 'constant' else ''} from 0"
+    if "ramp_begin_voltage" in member and member["ramp_begin_voltage"] > 0.0:
+        ramp = f"slow voltage ramp of both films from 0 to {sized(member['ramp_begin_voltage'])}"
+        if np.isnan(voltage) and member["rest_displacement"].notnull():
+            return [*lines, f"{ramp}: pull-in on the way"]
+        ramp += ", then of the first up and of the second down"
     if np.isnan(voltage):
         return [*lines, f"{ramp}: no stable equilibrium to start from"]
     if kind in STAYS:

@@ -24,6 +24,7 @@ from gelcone.physics.commanded import faithful
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Ensemble, Members
+from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, each
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
@@ -77,7 +78,9 @@ def static(
     stretch limit and where a film held at x has pulled in. ``slope`` is that of the force at
     ``equilibrium_displacement``, which is ``stable`` where the energy has a minimum, and ``film_state`` the state of a
     wrinkling film there. Where films do not rest at the commanded voltage, as one that leaks behind a resistance,
-    ``film_voltage`` is that on the film. ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the
+    ``film_voltage`` is that on the film; ``second_film_voltage`` also is that of a second film in opposite phase, or
+    with a constant voltage. In opposite phase a slow ramp raises both films to ``ramp_begin_voltage`` first.
+    ``branch_displacement``, ``branch_voltage`` and ``branch_slope`` trace the
     equilibria over the voltage, pieces parted by NaN, beyond all folds and other bifurcations within 100 times the
     voltages given, with the folds among the points; ``branch_fails`` says where an assumption of the model fails.
     ``pitchfork_voltage``, ``pitchfork_displacement``, ``fold_voltage``, ``fold_displacement`` and pull-in are those of
@@ -136,6 +139,7 @@ def static(
         | pitchfork_variable(balances)
         | fold_variables(folds)
         | pull_in
+        | _begins(balances)
         | {name: delivered[name] for name in ("stroke", "blocked_force", "cycle_work")},
         coords={
             "constant_voltage": (("constant_voltage",), levels, "constant voltage", "voltage"),
@@ -150,6 +154,17 @@ def static(
     return result.assign_attrs(options=json.dumps(options))
 
 
+def _begins(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
+    """The voltage of both films in opposite phase, from which the ramp of the first begins."""
+    pairs = [balance for balance in balances if isinstance(balance, PairBalance)]
+    if not pairs or pairs[0].system.films[-1].drive != "opposite":
+        return {}
+    return {"ramp_begin_voltage": ((), np.array([pair.bias for pair in pairs]), _BEGINS, "voltage")}
+
+
+_BEGINS = "voltage of both films from which a slow ramp of the first begins"
+
+
 def _with_validity(
     result: xr.Dataset, members: Members, balances: list[StaticBalance], levels: Array, place: Array
 ) -> xr.Dataset:
@@ -157,8 +172,9 @@ def _with_validity(
     films, flat = members.system.films, (members.size, -1)
     held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
-    if not faithful(members.system, members.numbers()):
-        for film, voltage in zip(films, voltages, strict=True):
+    follow = faithful(members.system, members.numbers())
+    for film, voltage in zip(films, voltages, strict=True):
+        if not follow or film.drive in ("opposite", "constant"):
             values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
             attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
             result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)
