@@ -371,15 +371,27 @@ def test_films_in_opposite_phase_creep_to_where_statics_rest(circuit):
     np.testing.assert_allclose(found.equilibrium, statics.equilibrium_displacement[:, 0], rtol=1e-8)
 
 
-def test_heat_is_over_the_volume_of_both_films_and_the_current_that_into_both():
-    members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive="same", leakage_time=7.0, voltage=0.0,
+def test_the_voltages_of_both_films_times_their_currents_are_the_power_that_heats_them():
+    """Voltages of opposite signs, which drive currents of opposite signs."""
+    films = {"second_film": TautCone(branches=1), "second_drive": "opposite", "second_flat_height": 1.2}
+    gel = {"viscous_modulus_1": 0.5, "relaxation_time_1": 2.0, "hoop_prestretch": 1.4, "leakage_time": 50.0}
+    model = ConeModel(film=TautCone(branches=1), **films, **gel, damping_ratio=0.2, voltage_bias=0.2)
+    late = gelcone.creep(model, [0.5], duration=80.0, tolerance=1e-10).isel(constant_voltage=0, time=-1)
+    first, second = float(late["current"]), float(late["second_current"])
+    assert first > 0.0 > second
+    assert 0.5 * first - 0.1 * second == pytest.approx(2.0 * float(late["heating"]), rel=1e-6)
+
+
+@pytest.mark.parametrize("drive", ["same", "opposite"])
+def test_heat_is_over_the_volume_of_both_films_and_each_has_its_current(drive):
+    members = ConeModel(damping_ratio=0.1, second_film="taut", second_drive=drive, leakage_time=7.0, voltage=0.0,
                         voltage_bias=[0.2, 0.3]).members()  # fmt: skip
     system = members.system
     run = SimpleNamespace(times=np.tile([0.0, 1.0], (2, 1)), states=numbers(2, 2, len(system.states), at=0.25))
-    current, heat = creep_module._electric(members, run)
+    first, second, heat = creep_module._electric(members, run)
     z, n = list(np.moveaxis(run.states, -1, 0)), members.numbers(trailing=1)
     each = [np.broadcast_to(own, (2, 2)) for own in system.currents(run.times, z, n)]
-    np.testing.assert_allclose(current, each[0] + each[1])
+    np.testing.assert_allclose([first, second], each)
     powers = dict(zip(system.causes, system.powers(run.times, z, n), strict=True))
     np.testing.assert_allclose(heat, np.broadcast_to(powers["leak"], (2, 2)) / 2.0)
     assert (heat > 0.0).all()

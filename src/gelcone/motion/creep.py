@@ -55,7 +55,7 @@ NEWTON_STEPS, CONVERGED = 12, 1e-9
     axes={"voltages": Axis("voltage", "voltage", least=1)},
     answers="trajectories",
     single=True,
-    file_only=("time", "displacement", "current", "heating", "margin"),
+    file_only=("time", "displacement", "current", "second_current", "heating", "margin"),
     examples=(
         'biased-pump --film wrinkling --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
         '--over "voltage=1 kV,2 kV" --out results',
@@ -91,10 +91,10 @@ def creep(
     -------
     Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
     the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
-    over four decades, the ``displacement``, the ``current`` into the films, ``heating``, at which rate their
-    temperature rises as long as they give no heat away, and the ``margin``, the share by which the voltage on the film
-    is below the one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it
-    does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All
+    over four decades, the ``displacement``, the ``current`` into the film, the ``second_current`` into a second one,
+    ``heating``, at which rate the temperature of the film, or the mean of two, rises as long as it gives no heat away,
+    and the ``margin``, the share by which the voltage on the film is below the one at which, raised at once, the film
+    would pull in or the disc jump: 1 where none does, 0 where it does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All
     voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is
     infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400
     of the window. ``validity_*`` are those of `simulate`, for the time over which the voltage is held; also a disc that
@@ -126,7 +126,7 @@ def creep(
     along = ("constant_voltage",)
     x = np.where(times <= ends[:, None], run.states[..., 0], np.nan)
     members, outcome = films.members(levels), np.where(np.isfinite(ends), Outcome.PULLED_IN, run.outcome)
-    current, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
+    *currents, heat = (np.where(np.isnan(x), np.nan, own) for own in _electric(members, run))
     starts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.3))
     found: dict[str, dataset.Variable] = {
@@ -135,7 +135,10 @@ def creep(
         "equilibrium": (along, films.relaxed.place(levels), "displacement of the relaxed film", _BEYOND),
         "pull_in_time": (along, ends, "time to pull-in", _HELD),
         "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
-        "current": ((*along, "time"), current, "current into the films", "current"),
+        **{
+            f"{film.prefix}current": ((*along, "time"), current, f"current into {film.words}", "current")
+            for film, current in zip(model.system.films, currents, strict=True)
+        },
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), *_MARGIN),
         **_both(films.relaxed, films.at_once),
@@ -370,14 +373,14 @@ def _passes(member: Members, times: Array, states: Array, middle: float, way: fl
     return float(times[k - 1] + share * (times[k] - times[k - 1]))
 
 
-def _electric(members: Members, run: Trajectories) -> tuple[Array, Array]:
-    """The currents into the films together, and the power that heats them over their volume, (members, samples)."""
+def _electric(members: Members, run: Trajectories) -> list[Array]:
+    """The current into each film, and the power that heats them over the volume of all, (members, samples)."""
     system = members.system
     with np.errstate(all="ignore"):
-        current = np.sum(members.along(system.currents, run.times, run.states), axis=0)
+        currents = members.along(system.currents, run.times, run.states)
         powers = dict(zip(system.causes, members.along(system.powers, run.times, run.states), strict=True))
         heat = heating(powers, run.times.shape) / len(system.films)
-    return current, heat
+    return [*currents, heat]
 
 
 def _margin(held: Members, x: Array, volts: Array) -> Array:
