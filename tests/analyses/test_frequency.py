@@ -75,10 +75,13 @@ def test_a_frequency_response():
     assert response_lines(sweeps().drop_vars("jump_event"))[-1].endswith("0.5 mm")
     none = response_lines(sweeps().isel(jump=slice(0, 0)))
     assert none[-1] == "no jump: where both sweeps find a motion, it is the same"
-    missing = "no linear theory: no stable equilibrium under the drive's mean square"
-    assert response_lines(sweeps(linear_stroke=[NAN, NAN, NAN]))[3] == missing
-    some = response_lines(sweeps(linear_stroke=[NAN, 1.0, 0.5]))[3]
-    assert some == "linear theory: largest stroke 1 mm at 11 Hz, none at 1 of 3 frequencies"
+    lost = sweeps(linear_stroke=[NAN, NAN, NAN])
+    lost["linear_stroke"].attrs["nan_means"] = "too many harmonics of the drive"
+    assert response_lines(lost)[3] == "no linear theory: too many harmonics of the drive"
+    some = lost.assign(linear_stroke=lost["linear_stroke"].copy(data=[NAN, 1.0, 0.5]))
+    words = "linear theory: largest stroke 1 mm at 11 Hz, none at 1 of 3 frequencies: too many harmonics of the drive"
+    assert response_lines(some)[3] == words
+    assert response_lines(sweeps(linear_stroke=[0.0, 0.0, 0.0]))[3] == "linear theory: largest stroke 0 mm"
     failed = sweeps(outcome=[[0, 0, 0], [0, int(Outcome.PULLED_IN), 0]])
     assert response_lines(failed)[1] == f"1 of 6 runs failed: {Outcome.PULLED_IN.meaning}"
     assert response_lines(failed)[5] == "only one of the sweeps finds a motion at 1 of 3 frequencies"

@@ -115,8 +115,15 @@ def test_more_harmonics_than_can_be_computed_leave_no_linear_stroke_and_say_so()
     assert np.isfinite(linear_response(model, np.array([1e-7])).stroke).all()
     stroke = linear_response(slow, np.array([1e-7, 1.0])).stroke
     assert np.isnan(stroke).tolist() == [True, False]
-    assert not module.resolved(slow.replace(drive_frequency=1e-7).members()).any()
-    assert module.resolved(slow.replace(drive_frequency=[1e-2, 1.0]).members()).all()
+    of = module.quantity_of_stroke(slow.members(), stroke[None], np.array([[1e-7, 1.0]]))
+    assert (of["quantity"], of["nan_means"]) == ("length", module.TOO_MANY)
+    lost = np.array([[np.nan, 0.5]])  # at a frequency at which there are few harmonics
+    assert module.quantity_of_stroke(model.members(), lost, np.array([[1.0, 2.0]]))["nan_means"] == module.UNSTABLE
+    both = module.quantity_of_stroke(slow.members(), np.array([[np.nan, np.nan]]), np.array([[1e-7, 1.0]]))
+    assert both["nan_means"] == f"{module.UNSTABLE} or {module.TOO_MANY}"
+    own = slow.replace(drive_frequency=[1e-7, 1.0]).members()
+    assert module.quantity_of_stroke(own, np.array([np.nan, 0.5]))["nan_means"] == module.TOO_MANY
+    assert module.quantity_of_stroke(own, np.array([0.25, 0.5]))["nan_means"] == "not applicable"
 
 
 def test_members_and_frequencies_have_the_linear_stroke_that_each_has_alone():

@@ -10,7 +10,16 @@ from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import Outcome
-from gelcone.words import event_label, kinds_of_motion, measured, shortened, unit_of, validity_in_words, with_error
+from gelcone.words import (
+    event_label,
+    kinds_of_motion,
+    measured,
+    missing,
+    shortened,
+    unit_of,
+    validity_in_words,
+    with_error,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,13 +45,14 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         lines += _branch_lines(str(branch), own, hertz, length)
         lines += [f"            {line}" for line in validity_in_words(own)]
     linear = shown["linear_stroke"].values
+    why = missing(np.nan, shown["linear_stroke"])
     if np.isfinite(linear).any():
-        k = int(np.nanargmax(linear))
-        some = "" if np.isfinite(linear).all() else f", none at {np.isnan(linear).sum()} of {linear.size} frequencies"
-        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length} at {frequency[k]:.5g}{hertz}{some}")
+        k, none = int(np.nanargmax(linear)), np.isnan(linear)
+        some = f", none at {none.sum()} of {linear.size} frequencies: {why}" if none.any() else ""
+        where = f" at {frequency[k]:.5g}{hertz}" if linear[k] else ""  # without stroke no frequency has the largest
+        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length}{where}{some}")
     else:
-        many = " or too many harmonics of the drive" if subject.model.system.waveform.pieced else ""
-        lines.append(f"no linear theory: no stable equilibrium under the drive's mean square{many}")
+        lines.append(f"no linear theory: {why}")
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
     if alone.any():
         lines.append(f"only one of the sweeps finds a motion at {alone.sum()} of {frequency.size} frequencies")

@@ -22,7 +22,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import REST_TOLERANCE
 from gelcone.motion.attractor.search import integration
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import linear_response
+from gelcone.motion.linear import linear_response, quantity_of_stroke
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
@@ -498,7 +498,7 @@ def _label(
             (step,),
             linear.stroke,
             "stroke by linear theory",
-            dataset.absent("length"),
+            quantity_of_stroke(model.members(), linear.stroke, grid),
         ),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),

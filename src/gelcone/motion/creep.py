@@ -94,11 +94,11 @@ def creep(
     over four decades, the ``displacement``, the ``current`` into the film, the ``second_current`` into a second one,
     ``heating``, at which rate the temperature of the film, or the mean of two, rises as long as it gives no heat away,
     and the ``margin``, the share by which the voltage on the film is below the one at which, raised at once, the film
-    would pull in or the disc jump: 1 where none does, 0 where it does already. ``long_time_voltage`` and ``instant_voltage`` are the thresholds of the relaxed film and at once. All
-    voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is
-    infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400
-    of the window. ``validity_*`` are those of `simulate`, for the time over which the voltage is held; also a disc that
-    jumps counts as pulled in.
+    would pull in or the disc jump: 1 where none does, 0 where it does already. ``long_time_voltage`` and
+    ``instant_voltage`` are the thresholds of the relaxed film and at once. All voltages are commanded ones. Over
+    ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is infinite where it exceeds the
+    duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400 of the window. ``validity_*``
+    are those of `simulate`, for the time over which the voltage is held; also a disc that jumps counts as pulled in.
 
     Raises
     ------

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone import dataset
 from gelcone.motion.regular import solved_where_regular
 from gelcone.motion.rest import COMMAND, circuits_at_rest, films_at_rest, stacked, uncurrented
 from gelcone.motion.settle import next_power_of_two
@@ -37,6 +38,8 @@ BLOCK = 2**21
 """Most samples of motions that are computed at once."""
 ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
+UNSTABLE, TOO_MANY = "no stable equilibrium under the drive's mean square", "too many harmonics of the drive"
+"""Reasons why there is no linear response."""
 NEWTON_STEPS = 20
 MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
@@ -90,9 +93,14 @@ def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.co
     return stroke, first
 
 
-def resolved(members: Members) -> npt.NDArray[np.bool_]:
-    """Whether each member's linear response at its own frequency has at most `MOST_ORDERS` harmonics, (members,)."""
-    return np.asarray(_orders(members, members.number("drive_frequency")[:, None])[:, 0] <= MOST_ORDERS)
+def quantity_of_stroke(members: Members, stroke: Array, frequencies: Array | None = None) -> dict[str, str]:
+    """The quantity of linear strokes (members,) or (members, frequencies), with the reasons why there are none. Default
+    the members' own frequencies."""
+    omega = members.number("drive_frequency")[:, None] if frequencies is None else frequencies
+    missing = np.isnan(stroke).reshape(omega.shape)
+    many = missing & (_orders(members, omega) > MOST_ORDERS)
+    reasons = [reason for reason, at in ((UNSTABLE, missing & ~many), (TOO_MANY, many)) if at.any()]
+    return dataset.absent("length", **({"nan": " or ".join(reasons)} if reasons else {}))
 
 
 def _orders(members: Members, omega: Array) -> npt.NDArray[np.int64]:

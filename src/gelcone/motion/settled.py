@@ -14,7 +14,7 @@ from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
 from gelcone.motion.electrical import MEANINGS, known_of
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import linear_response, resolved
+from gelcone.motion.linear import linear_response, quantity_of_stroke
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
 from gelcone.motion.swing import Swing, settled_swing
@@ -98,12 +98,6 @@ def settled(
     )
 
 
-def _linear(members: Members) -> dict[str, str]:
-    """The quantity of the linear stroke, with the reason why there may be none."""
-    many = {} if resolved(members).all() else {"nan": "not computed, for the drive has too many harmonics"}
-    return dataset.absent("length", **many)
-
-
 def settled_cells(
     members: Members,
     states: Array,
@@ -141,7 +135,7 @@ def settled_cells(
             "resting": ((), found.resting.astype(np.int8), "1 if the disc is at rest", "code"),
             "harmonic_amplitude": (("harmonic",), np.abs(found.harmonics), "amplitudes of harmonics 1 to 4", "length"),
             "harmonic_phase": (("harmonic",), found.phases, "phases of harmonics ahead of the voltage", "angle"),
-            "linear_stroke": ((), linear, "stroke by linear theory", _linear(members)),
+            "linear_stroke": ((), linear, "stroke by linear theory", quantity_of_stroke(members, linear)),
             **{
                 name: ((), found.source[:, list(MEANINGS).index(name)], *MEANINGS[name])
                 for name in known_of(members.system)
