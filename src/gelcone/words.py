@@ -194,6 +194,8 @@ def sized_alike(variable: xr.DataArray, digits: int = 4, among: float = 0.0) -> 
     if measure is None or not finite.any():
         return [sized(one, digits) for one in variable]
     in_si = [_without_atoms(float(v) / measure.per_unit, measure.unit) for v in variable.values[finite]]
+    if measure.unit == "m" and not any((*in_si, among)):
+        return [sized(one, digits) for one in variable]
     texts, symbol = in_one_unit([*in_si, among / measure.per_unit], measure.unit, digits)
     known = iter(texts)
     return [
@@ -253,7 +255,10 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         if name in sheet
     }
     whose = f" of the {sheet.attrs['pull_in_of']}" if "pull_in_of" in sheet.attrs else ""
-    lines = [f"pull-in{whose} under constant voltage: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
+    under = "constant voltage"
+    if "ramp_begin_voltage" in sheet and sheet["ramp_begin_voltage"] > 0.0:
+        under = "constant voltages in the proportion of the drive"  # those of the table are at the drive's offset
+    lines = [f"pull-in{whose} under {under}: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
     if "first_limit_voltage" in sheet:
         first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
         way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"

@@ -7,9 +7,7 @@ import pytest
 
 import gelcone
 from gelcone import words
-from gelcone.analyses import (
-    envelope,
-)  # fmt: skip
+from gelcone.analyses import envelope
 from gelcone.analyses.request import Subject
 from tests.analyses.said import INF, NAN, said
 from tests.edited import edited, labelled, made
@@ -165,6 +163,14 @@ def test_a_pull_in_out_of_chaos_is_that_of_one_run(chaos, late):
     shown["limit_low"][1] = chaos
     line = "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
     assert (line in said(envelope.envelope_words, shown)) is late
+
+
+@pytest.mark.parametrize("drive", ["same", "opposite"])
+def test_the_voltages_of_films_in_opposite_phase_are_those_of_the_first(drive):
+    subject = Subject(gelcone.ConeModel(second_film="taut", second_drive=drive))
+    lines = envelope.envelope_words(window(), subject).splitlines()
+    line = "voltages are those of the first film; the offset is in the drive's proportion to each"
+    assert (line in lines) is (drive == "opposite")
 
 
 def test_the_film_whose_pull_in_limits_an_envelope():

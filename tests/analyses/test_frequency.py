@@ -73,6 +73,8 @@ def test_a_frequency_response():
     assert response_lines(at_rest)[2] == "            subharmonic at 1 of 3 frequencies"
     assert response_lines(sweeps(jump_event_kind=-1))[-1].endswith("0.5 mm, no bifurcation found there")
     assert response_lines(sweeps().drop_vars("jump_event"))[-1].endswith("0.5 mm")
+    close = response_lines(sweeps(jump_low=11.500001, jump_high=11.500002))
+    assert close[-1].startswith("  swept up    at 11.5 Hz: stroke 2.5 -> 0.5 mm")
     none = response_lines(sweeps().isel(jump=slice(0, 0)))
     assert none[-1] == "no jump: where both sweeps find a motion, it is the same"
     lost = sweeps(linear_stroke=[NAN, NAN, NAN])

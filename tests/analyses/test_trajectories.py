@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 import xarray as xr
 
+import gelcone
 from gelcone.analyses import (
     trajectories,
 )  # fmt: skip
@@ -318,6 +320,19 @@ def test_the_lines_of_a_spectrum():
     two["rms"].attrs["units"] = "mm"
     assert said(trajectories.spectrum_words, two)[1:] == [
         "rms 0.25 to 0.75 mm", "power in lines 0.5 to 0.875", "flatness 0.01562 to 0.5",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("drive", "of"), [("same", ""), ("opposite", " on the first film")])
+def test_a_step_begins_at_a_voltage(drive, of):
+    along = "constant_voltage"
+    values = {name: (along, [0.0], "mm") for name in ("begin", "end", "equilibrium")}
+    values |= {name: (along, [NAN], "ms") for name in ("rise_time", "settling_time")}
+    own = values | {"overshoot": (along, [NAN]), "outcome": (along, [0]), "before_voltage": (None, 250.0, "V")}
+    step = made(own, {along: (along, [500.0], "V")})
+    subject = Subject(gelcone.ConeModel(second_film="taut", second_drive=drive))
+    assert trajectories.step_words(step, subject).splitlines()[-2:] == [
+        f"before the step, at 250 V{of}: 0 mm", "  500 V: does not move the disc from 0 mm",
     ]  # fmt: skip
 
 

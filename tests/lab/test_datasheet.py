@@ -7,7 +7,7 @@ import pytest
 
 import gelcone
 from gelcone.errors import InputError
-from gelcone.lab.datasheet import _static_numbers, datasheet
+from gelcone.lab.datasheet import _drive, _static_numbers, datasheet
 from gelcone.motion.operating_limits import operating_limits
 
 FIELDS = {
@@ -126,6 +126,13 @@ def test_the_drive_is_that_of_a_run(sheet, pump):
     rms = [np.sqrt(np.mean(late[name].values ** 2)) for name in ("drive_voltage", "current")]
     assert float(sheet["apparent_power"]) == pytest.approx(rms[0] * rms[1], rel=5e-3)
     assert float(sheet["mean_power"]) == pytest.approx(power_of(late), rel=5e-3)
+
+
+def test_a_drive_under_which_rest_is_unstable_has_the_stroke_of_the_motion_that_leaves_it():
+    model = gelcone.ConeModel(spring_stiffness=0.5, drive_frequency=0.5, voltage=0.65, damping_ratio=0.05)
+    stroke = float(gelcone.settled(model, (0.05, 0.0))["stroke"])
+    assert stroke > 0.1
+    assert _drive(model, None)["drive_stroke"][1] == pytest.approx(stroke, rel=1e-6)
 
 
 def power_of(run):

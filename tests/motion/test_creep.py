@@ -13,9 +13,10 @@ import pytest
 import gelcone
 from gelcone import ConeModel, InputError, Outcome
 from gelcone.motion.constant_voltage import at_constant_voltages
-from gelcone.motion.creep import _Held, _margin, _Ramp, holding
+from gelcone.motion.creep import _Held, _margin, _Ramp, holding, thresholds
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.job import Trajectories
+from gelcone.motion.plane import Plane
 from gelcone.motion.validity import VALIDITY
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
@@ -369,6 +370,20 @@ def test_films_in_opposite_phase_creep_to_where_statics_rest(circuit):
     np.testing.assert_allclose(found.end, statics.equilibrium_displacement[:, 0], rtol=1e-8)
     np.testing.assert_allclose(found.displacement[:, 0], found.begin, rtol=1e-12)
     np.testing.assert_allclose(found.equilibrium, statics.equilibrium_displacement[:, 0], rtol=1e-8)
+
+
+def test_the_thresholds_of_an_envelope_are_at_its_own_proportion_of_the_bias():
+    """In the long run that is the pull-in of the ramp of the peak."""
+    gel = {"viscous_modulus_1": 0.5, "relaxation_time_1": 2.0, "hoop_prestretch": 1.2}
+    films = {"second_film": TautCone(branches=1), "second_drive": "opposite", "second_flat_height": 2.0}
+    model = ConeModel(film=TautCone(branches=1), **films, **gel, voltage=0.3, voltage_bias=1.0, damping_ratio=0.2)
+    plane = Plane.of(model, None)
+    found = thresholds(model, plane.bias_share)
+    pull_in = plane.ramp(np.zeros(1)).pull_in
+    assert found["long_time_voltage"][1] == pytest.approx(pull_in, rel=1e-9)
+    assert pull_in < found["instant_voltage"][1] < np.inf
+    envelope = gelcone.envelope(model, frequencies=[1.0, 1.2], peaks=[0.2, 0.3], limits_from="settled")
+    assert float(envelope["long_time_voltage"]) == pytest.approx(pull_in, rel=1e-9)
 
 
 def test_the_voltages_of_both_films_times_their_currents_are_the_power_that_heats_them():

@@ -197,6 +197,7 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     np.testing.assert_array_equal(found["displacement"], numbers_of["x"])
     assert found["outcome"].values.tolist() == [0, 4]
     np.testing.assert_array_equal(found["validity_hoop_slack"], lasted[:, 0])
+    assert float(found["before_voltage"]) == 0.125
     assert json.loads(found.attrs["options"]) == {"before": 0.125, "duration": 30.0, "tolerance": 2e-9}
     units = {found[name].attrs["quantity"] for name in ("end", "begin", "equilibrium", "displacement")}
     assert units == {"length"}

@@ -281,3 +281,17 @@ def test_signals_start_on_the_linear_motion_and_are_measured_over_their_amplitud
     )
     np.testing.assert_allclose(i, [[first[0, 1] / 0.1, cycle[1] / 0.1], [first[1, 1] / 0.2, nan]])
     assert outcome.tolist() == [[0, 0], [0, 4]]
+
+
+def test_a_motion_of_odd_multiples_of_half_the_drive_has_no_gain(monkeypatch):
+    """Its part at the drive frequency is rounding; what flows has one."""
+    members = ConeModel(
+        voltage=0.3, voltage_bias=0.6, rest_height=0.8, drive_frequency=1.5, damping_ratio=0.1
+    ).members()
+    samples = transfer_module.SAMPLES
+    times = np.linspace(0.0, 8.0 * np.pi / 3.0, 2 * samples + 1)[None]
+    path = np.stack([0.5 * np.sin(0.75 * times), 0.375 * np.cos(0.75 * times)], axis=-1)[:, 1:]
+    monkeypatch.setattr(transfer_module, "sampled", lambda *given, **options: SimpleNamespace(times=times, path=path))
+    x, current = transfer_module._fundamentals(members, path[:, -1], 2)
+    assert np.isnan(x).all()
+    assert np.abs(current).min() > 0.1

@@ -49,8 +49,10 @@ def _missing(name: str) -> str:
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
     """An envelope as text: all limits, the window over frequency with what it yields, and the own drive."""
     tables = (_static_lines, _window_table, _coexisting_lines)
-    limits = _limits_table(shown, pulled_in(subject))
-    return "\n".join([*heading(subject), *limits, *(line for table in tables for line in table(shown))])
+    lines = [*_limits_table(shown, pulled_in(subject)), *(line for table in tables for line in table(shown))]
+    if subject.model.system.films[-1].drive == "opposite":
+        lines.insert(0, "voltages are those of the first film; the offset is in the drive's proportion to each")
+    return "\n".join([*heading(subject), *lines])
 
 
 def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:

@@ -94,8 +94,9 @@ def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
     for i in range(shown.sizes["jump"]):
         jump = shown.isel(jump=i)
         low, high, before, after = (float(jump[name]) for name in _JUMP)
+        between = " to ".join(dict.fromkeys(f"{end:.5g}" for end in (low, high)))
         lines.append(
-            f"  swept {jump['jump_branch'].values!s:5s} at {low:.5g} to {high:.5g}{hertz}: "
+            f"  swept {jump['jump_branch'].values!s:5s} at {between}{hertz}: "
             f"stroke {before:.4g} -> {after:.4g}{length}" + _behind(jump, hertz)
         )
     return lines

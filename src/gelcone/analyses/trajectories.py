@@ -134,7 +134,7 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
 
 def step_words(shown: xr.Dataset, subject: Subject) -> str:
     """Steps of the voltage as text, a line for each voltage, each column in one unit."""
-    lines = [*heading(subject), f"before the step: {sized(shown['begin'][0])}"]
+    lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(shown['begin'][0])}"]
     way = abs(shown["end"] - shown["begin"]).assign_attrs(shown["end"].attrs)
     columns = zip(
         *(sized_alike(own) for own in (shown["constant_voltage"], way, shown["end"], shown["equilibrium"])),
@@ -158,6 +158,14 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
             f"{100.0 * round(float(one['drift']), 7) + 0.0:.2g} %"
         )
     return "\n".join([*lines, *validity_in_words(shown)])
+
+
+def _before(shown: xr.Dataset, subject: Subject) -> str:
+    """The voltage before the step, of two films with voltages of their own that of the first; of files of 0.2 none."""
+    if "before_voltage" not in shown:
+        return ""
+    of = " on the first film" if subject.model.system.films[-1].drive in ("opposite", "constant") else ""
+    return f", at {sized(shown['before_voltage'])}{of}"
 
 
 # --- creep ------------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from gelcone.motion.electrical import MEANINGS
 from gelcone.motion.equilibrium import static
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.operating_limits import operating_limits
-from gelcone.motion.plane import DRIVEN_LIMITS
+from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
 from gelcone.motion.ramp import on_the_way, stroke_and_blocked_force
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
@@ -307,11 +307,12 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 
 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
-    """Stroke, current and power of the settled motion under the actuator's own drive, from rest."""
+    """Stroke, current and power of the settled motion under the actuator's own drive, from next to rest, which may be
+    unstable."""
     names = {"drive_stroke": "stroke", "peak_current": "current", "apparent_power": "apparent_power"}
     values = dict.fromkeys((*names, "mean_power"), np.nan)
     if float(model.voltage) > 0.0:
-        found = plain(settled)(model, (rest_displacement(model), 0.0), threads=threads)
+        found = plain(settled)(model, (rest_displacement(model) + NUDGE, 0.0), threads=threads)
         values = {name: float(found[own]) for name, own in (names | {"mean_power": "power"}).items()}
     none = {dataset.NAN: "not driven, or not settled"}
     about = {

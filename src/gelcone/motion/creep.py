@@ -198,9 +198,9 @@ class _Ramp:
     """A slow voltage ramp: the displacement at ``rest``, and the first loss of stability, ``lost``, that is not a
     smooth pitchfork."""
 
-    def __init__(self, model: ConeModel | Members) -> None:
+    def __init__(self, model: ConeModel | Members, bias_share: float | None = None) -> None:
         self.balance: StaticBalance
-        (self.balance,) = every_balance(model)
+        (self.balance,) = every_balance(model, bias_share)
         self.rest = rest_of(self.balance, None)
         self.lost: Loss = self.balance.jump(self.rest)
 
@@ -210,11 +210,12 @@ class _Ramp:
         return np.where(levels < self.lost.voltage, found, np.nan)
 
 
-def thresholds(model: ConeModel) -> dict[str, dataset.Variable]:
-    """The pull-in voltages of a film that creeps, in the long run and at once; empty for one that does not."""
+def thresholds(model: ConeModel, bias_share: float | None = None) -> dict[str, dataset.Variable]:
+    """The pull-in voltages of a film that creeps, in the long run and at once; empty for one that does not. The
+    ``bias_share`` is that of `every_balance`."""
     if not any(film.states for film in model.system.films):
         return {}
-    return _both(_Ramp(model), _Ramp(films_at_once(model)))
+    return _both(_Ramp(model, bias_share), _Ramp(films_at_once(model), bias_share))
 
 
 class Holding(NamedTuple):

@@ -159,7 +159,7 @@ def envelope(
     omegas = plane.default_frequencies() if frequencies is None else _axis("frequencies", frequencies)
     static_limits = static_limits_of(plane)
     default = peaks_of(plane, static_limits)
-    creeps: dict[str, dataset.Variable] = thresholds(model) if duration is None else {}
+    creeps: dict[str, dataset.Variable] = thresholds(model, plane.bias_share) if duration is None else {}
     levels: dict[str, dataset.Variable] = {}
     if duration is not None:
         part = weighted(progress, HELD_SHARE)

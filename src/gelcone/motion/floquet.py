@@ -195,7 +195,7 @@ def onset_voltage(
             "onset_voltage": (
                 (),
                 found[0],
-                "voltage amplitude at which rest loses stability",
+                "voltage amplitude at which the flat film loses stability",
                 _ONSET,
             ),
             "onset_kind": ((), found[1].astype(np.int8), "how rest loses stability", Onset),

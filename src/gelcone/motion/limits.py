@@ -119,7 +119,7 @@ def _absent(name: str) -> dict[str, str]:
 
 
 _MEANINGS = {
-    "onset_voltage": "voltage amplitude at which rest loses stability",
+    "onset_voltage": "voltage amplitude at which the flat film loses stability",
     "onset_error": "uncertainty of the onset",
     "pitchfork_voltage": PITCHFORK,
     "pull_in_voltage": PULL_IN,

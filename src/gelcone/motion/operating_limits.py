@@ -115,6 +115,8 @@ def _limits_of_members(
     of = " or ".join(sorted(whose, reverse=True))
     late = np.isfinite(found["driven pull-in"]) & (found["driven chaos"] < found["driven pull-in"])
     words = _LIMITS | ({"driven pull-in": _LIMITS["driven pull-in"] + OUT_OF_CHAOS} if late.any() else {})
+    if members.system.films[-1].drive == "opposite":
+        words = {name: text.replace("to a constant voltage", TOGETHER) for name, text in words.items()}
     variables: dict[str, dataset.Variable] = {
         f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _meaning(words[name], of), _limit(name))
         for name, values in found.items()
@@ -137,6 +139,8 @@ def _limit(name: str) -> dict[str, str]:
     )
 
 
+TOGETHER = "to constant voltages in the proportion of the drive"
+"""Words for where the ramp of films in opposite phase ends, their offset rising with it."""
 OUT_OF_CHAOS = " out of chaos (other runs pull in lower or higher)"
 """Words for a limit of pull-in of a motion that was chaotic before."""
 _LIMITS = (

@@ -135,9 +135,14 @@ class Plane:
         return own
 
     @cached_property
-    def _balance(self) -> StaticBalance:
+    def bias_share(self) -> float:
+        """The bias over the voltage of the peak, negative if they have different signs."""
         along, against = self.model.system.waveform.along_bias(self.model.own_numbers)
-        (balance,) = every_balance(self.model, abs(self.shape.bias) * (1.0 if along >= against else -1.0))
+        return abs(self.shape.bias) * (1.0 if along >= against else -1.0)
+
+    @cached_property
+    def _balance(self) -> StaticBalance:
+        (balance,) = every_balance(self.model, self.bias_share)
         return balance
 
     def ramp(self, levels: Array) -> Ramp:

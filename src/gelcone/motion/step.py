@@ -76,12 +76,13 @@ def step(
 
     Returns
     -------
-    Dataset over ``constant_voltage`` with ``begin`` and ``end``, the displacement before the step and its mean over the
-    last tenth of the run; ``rise_time``, from 10 to 90 % of the way between them; ``overshoot``, the furthest beyond
-    the end over the way; ``settling_time``, after which the disc stays within 2 % of the way (NaN where it does not);
-    ``drift``, by how much it still moves in the last tenth, over the way; ``equilibrium``, where a slow ramp to the
-    voltage ends; and over ``time`` the ``displacement``. All but ``begin`` are NaN where the film pulls in, which the
-    ``outcome`` says. ``validity_*`` are those of `simulate`, of the run after the step.
+    Dataset with the ``before_voltage``, over ``constant_voltage`` ``begin`` and ``end``, the displacement before the
+    step and its mean over the last tenth of the run; ``rise_time``, from 10 to 90 % of the way between them;
+    ``overshoot``, the furthest beyond the end over the way; ``settling_time``, after which the disc stays within 2 % of
+    the way (NaN where it does not); ``drift``, by how much it still moves in the last tenth, over the way;
+    ``equilibrium``, where a slow ramp to the voltage ends; and over ``time`` the ``displacement``. All but ``begin``
+    are NaN where the film pulls in, which the ``outcome`` says. ``validity_*`` are those of `simulate`, of the run
+    after the step.
 
     Raises
     ------
@@ -115,6 +116,7 @@ def step(
     along = ("constant_voltage",)
     variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
     variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
+    variables["before_voltage"] = ((), before, "constant voltage before the step", "voltage")
     valid = validity_variables(validity_of_run(members, run), run.outcome, members.system, along, "time")
     result = dataset.label(
         model,

@@ -15,7 +15,7 @@ from gelcone.motion.attractor.cycle import find_cycles, sampled
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.state_space import StateSpace, check_frequencies, equilibrium_under_bias, state_space
-from gelcone.motion.swing import SAMPLES, Swing, harmonics_of, settled_swing
+from gelcone.motion.swing import ROUNDING, SAMPLES, Swing, harmonics_of, settled_swing
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress
@@ -84,12 +84,11 @@ def transfer(
     voltage in degrees, the ``admittance`` (current of the source over voltage) and its ``admittance_phase``, all by
     linear theory; over ``amplitude`` and ``measured_frequency`` ``measured_gain``, ``measured_phase``,
     ``measured_admittance`` and ``measured_admittance_phase``, with their ``outcome``: the fundamentals of the settled
-    motion on which a run from the linear one ends, NaN where it does not repeat with the drive or has no settled
-    motion. Of a film whose charge is not known in a program the linear admittance is NaN. ``equilibrium`` is the
-    displacement under the ``bias_voltage``, ``natural_frequency`` that of small motions about it as if undamped,
-    in which the branches of a film that creeps have little time to relax,
-    ``resonance`` where the gain of linear theory is largest, between the lowest and the highest frequency, and
-    ``largest_gain`` the gain there.
+    motion on which a run from the linear one ends, NaN where it does not repeat with the drive, has no settled motion,
+    or is as small as rounding. Of a film whose charge is not known in a program the linear admittance is NaN.
+    ``equilibrium`` is the displacement under the ``bias_voltage``, ``natural_frequency`` that of small motions about it
+    as if undamped, in which the branches of a film that creeps have little time to relax, ``resonance`` where the gain
+    of linear theory is largest, between the lowest and the highest frequency, and ``largest_gain`` the gain there.
 
     Raises
     ------
@@ -251,4 +250,7 @@ def _fundamentals(members: Members, states: Array, period: int, **options: Any) 
     spacing = (run.times.shape[1] - 1) // run.path.shape[1]
     currents = members.along(members.system.currents, run.times[:, spacing::spacing], run.path)
     current = np.sum([currents[k] for k in members.system.lines[0].films], axis=0)
-    return np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in (run.path[..., 0], current)])
+    signals = run.path[..., 0], current
+    found = np.stack([harmonics_of(members, signal, SAMPLES)[:, 0] for signal in signals])
+    largest = np.stack([np.abs(signal).max(axis=1) for signal in signals])
+    return np.where(np.abs(found) > ROUNDING * largest, found, np.nan)
