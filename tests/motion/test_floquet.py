@@ -235,6 +235,8 @@ def test_a_bias_is_taken_off_the_amplitude_whose_peak_reaches_the_pitchfork():
     model = ConeModel(spring_stiffness=1.44, voltage_bias=-0.3)
     found = floquet.tongues(model, [0.7, 1.1], [0.1, 0.2])
     assert float(found["pitchfork_amplitude"]) == pytest.approx(1.2 - 0.3, rel=1e-12)
+    half = floquet.tongues(model.replace(waveform="half_wave"), [0.7, 1.1], [0.1, 0.2])
+    assert float(half["pitchfork_amplitude"]) == pytest.approx(1.2 + 0.3, rel=1e-12)  # it has no voltage below 0
 
 
 def test_the_search_goes_up_to_three_times_the_pitchfork():

@@ -110,6 +110,16 @@ def test_the_peak_counts_an_offset_of_either_sign(waveform, bias):
     assert waveform.peak(n) == pytest.approx(np.abs(voltage).max(), rel=2e-3, abs=1e-12)
 
 
+@pytest.mark.parametrize("bias", [0.0, 0.3, -0.4])
+@pytest.mark.parametrize("waveform", EVERY, ids=lambda one: f"{one.name}")
+def test_an_amplitude_reaches_the_peak_that_it_is_asked_for(waveform, bias):
+    n = numbers(waveform, bias)
+    found = waveform.amplitude_at(n, 1.7)
+    assert waveform.peak({**n, "voltage": found}) == pytest.approx(1.7, rel=2e-3 if bias else 1e-9)
+    assert np.isnan(waveform.amplitude_at(n, np.nan))
+    assert waveform.amplitude_at(n, np.inf) == np.inf
+
+
 @pytest.mark.parametrize("waveform", EVERY, ids=lambda one: f"{one.name}")
 def test_the_detail_counts_the_swings_of_a_repeat(waveform):
     """As many as it has maxima, or more, but not many times as many."""

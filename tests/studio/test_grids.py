@@ -191,6 +191,9 @@ def test_a_threshold_that_is_met_somewhere_is_drawn_there(monkeypatch):
     assert list(lines) == ["rest becomes unstable", "flat film loses its stability at the peak"]
     np.testing.assert_allclose(lines["rest becomes unstable"], [2.0, 3.0])
     np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [np.nan, 0.1])
+    half = Source(None, None, {"preset": "base", "settings": ["voltage_bias=-0.5", "waveform=half_wave"]})
+    lines = thresholds(half, {"spring_stiffness": ["0.5", "0.9"]})
+    np.testing.assert_allclose(lines["flat film loses its stability at the peak"], [0.9, 1.1])
 
 
 def test_nothing_bounds_the_use_of_what_cannot_be_built():

@@ -279,7 +279,7 @@ def tongues(
     onset = onset_voltage(
         rows, highest=volts[-1], tolerance=tolerance, threads=threads, progress=weighted(progress, 0.4)
     )
-    static = pitchfork_voltages(every_balance(model))[0] - abs(model.voltage_bias)
+    static = model.system.waveform.amplitude_at(model.own_numbers, pitchfork_voltages(every_balance(model))[0])
     plane, line = ("drive_frequency", "voltage"), ("drive_frequency",)
     with np.errstate(over="ignore"):
         radius = np.exp(log_modulus)
@@ -431,8 +431,8 @@ def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
         pitchfork = pitchfork_voltages(every_balance(model))
         members = model.members()
         film = BEFORE_PULL_IN * np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
-        bias = np.abs(members.number("voltage_bias"))
-        free = np.where(film > bias, film - bias, film)  # a film that the bias alone pulls in is refused elsewhere
+        free = members.system.waveform.amplitude_at(members.numbers(), film)
+        free = np.where(free > 0.0, free, film)  # a film that the bias alone pulls in is refused elsewhere
         return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), free)
     ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():

@@ -229,6 +229,16 @@ class Waveform(Component):
         """The voltage without amplitude. Default the bias."""
         return np.asarray(n["voltage_bias"])[()]
 
+    def amplitude_at(self, n: Numbers, peak: Any) -> Array:
+        """The amplitude from which on the largest absolute voltage exceeds ``peak``; negative where the bias does."""
+        one = {**n, "voltage": np.ones_like(n["voltage"]), "voltage_bias": np.zeros_like(n["voltage_bias"])}
+        samples, bias = self.samples(one), np.asarray(n["voltage_bias"])
+        high, low = np.maximum(samples.max(axis=-1), 0.0), np.maximum(-samples.min(axis=-1), 0.0)
+        size = self.peak(one) / np.maximum(high, low)
+        with np.errstate(all="ignore"):
+            ends = [np.where(s > 0.0, v / (s * size), np.inf) for s, v in ((high, peak - bias), (low, peak + bias))]
+        return np.minimum(*ends)
+
     def along_bias(self, n: Numbers) -> tuple[Array, Array]:
         """Largest voltages with the sign of the bias, and with the other sign; at most samples of them, 0 for none."""
         samples = self.samples(n) * np.where(np.asarray(n["voltage_bias"]) < 0.0, -1.0, 1.0)[..., None]

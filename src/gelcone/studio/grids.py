@@ -266,10 +266,12 @@ def thresholds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:
     except InputError:
         return {}
     found = limits_cells(cells.members, cells.states, threads=1).variables
-    offset = np.abs(np.asarray(cells.members.values["voltage_bias"]))
+    waveform, n = subject.model.system.waveform, cells.members.numbers()
     lines, film = {}, look.pull_in_film(subject.model)
     for name, words in THRESHOLDS.items():
-        volts = np.asarray(found[name][1]) - (0.0 if name == "onset_voltage" else offset)
+        volts = np.asarray(found[name][1])
+        if name != "onset_voltage":
+            volts = waveform.amplitude_at(n, volts)
         if (volts > 0.0).any():
             lines[words.format(film=film)] = np.where(volts > 0.0, volts, np.nan) * cells.voltage
     return lines
