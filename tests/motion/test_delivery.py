@@ -18,7 +18,8 @@ NAMES = ("rms_voltage", "rms_current", "apparent_power", "peak_current", "peak_s
 
 def test_a_root_mean_square_is_of_the_second_half_whatever_its_spacing():
     times = np.concatenate([np.linspace(0.0, 1.0, 50, endpoint=False), np.linspace(1.0, 3.0, 4001)])[None]
-    half = times.shape[1] // 2
+    half = delivery.halfway(times)
+    assert times[0, half] == 1.5
     values = np.where(np.arange(times.shape[1]) < half, 100.0, 2.0 + np.sin(2.0 * np.pi * times))
     begin, end = times[0, half], times[0, -1]
     expected = np.sqrt(

@@ -565,8 +565,20 @@ def test_heat_is_the_mean_of_the_second_half_of_a_run_over_both_films():
     found = response._heat(members, run)
     lost = run.work[0, :, members.system.causes.index("leak")] / 2.0
     for name in ("heat", "heating"):
-        np.testing.assert_allclose(found[name][1], [(lost[8] - lost[4]) / (64.0 - 16.0)])
+        np.testing.assert_allclose(found[name][1], [(lost[8] - lost[6]) / (64.0 - 36.0)])
     assert response._heat(ConeModel().members(), run) == {}
+
+
+def test_means_of_the_second_half_do_not_hang_on_the_samples_that_are_asked_for():
+    """Many samples of the first half do not move the second."""
+    model = ConeModel(rest_height=0.5, voltage=0.3, voltage_bias=0.2, series_resistance=0.3, leakage_time=9.0)
+    end = 20.0
+    found = [
+        response.simulate(model, times=times)
+        for times in (np.linspace(0.0, end, 401), np.append(np.linspace(0.0, 0.3 * end, 4000), end))
+    ]
+    for name in ("rms_voltage", "rms_current", "apparent_power", "heat"):
+        assert float(found[0][name]) == pytest.approx(float(found[1][name]), rel=3e-3), name
 
 
 def test_states_of_a_film_and_its_pull_in_are_those_at_the_end_of_each_run():

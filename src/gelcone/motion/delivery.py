@@ -33,8 +33,9 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     ``lost`` (members, samples).
     """
     jumped = lost[:, -1] > 0.0
-    late = lost[:, -1] > lost[:, times.shape[1] // 2]
-    ran, whole, half = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0]), times.shape[1] // 2
+    half = halfway(times)
+    late = lost[:, -1] > lost[:, half]
+    ran, whole = ~np.isnan(states[..., 0]), np.isfinite(states[:, -1, 0])
     found, halves = dict[str, Variable](), _between_corners(members, times, states, half)
     sampled = sampled_evenly(times[:, 1:], states[:, 1:], states[:, 0], times[:, 0], times[:, -1])
     for line in members.system.lines:
@@ -73,6 +74,12 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
     return found
 
 
+def halfway(times: Array) -> int:
+    """The index of the sample at which the second half of the time of runs at ``times`` (members, samples) begins."""
+    begin, end = times[:, :1], times[:, -1:]
+    return int((times < begin + (0.5 - ROUNDING) * (end - begin)).sum(axis=1).max())
+
+
 MOST_CORNERS = 4000
 """Most corners of all members between which runs are integrated again."""
 
@@ -106,8 +113,8 @@ def _sizes(line: Line, members: Members, times: Array, states: Array) -> Array:
 
 
 def _root_mean_squares(times: Array, values: Array) -> Array:
-    """The root mean squares of the second half of samples (..., members, samples), by trapezoids."""
-    half = times.shape[1] // 2
+    """The root mean squares of samples (..., members, samples) in the second half of the time, by trapezoids."""
+    half = halfway(times)
     along, squares = times[:, half:], np.square(values[..., half:])
     return np.asarray(np.sqrt(np.trapezoid(squares, along, axis=-1) / (along[:, -1] - along[:, 0])))
 

@@ -14,7 +14,7 @@ from gelcone import dataset
 from gelcone.codes import FilmPullIn
 from gelcone.devices.analysis import analysis
 from gelcone.errors import InputError
-from gelcone.motion.delivery import delivered, switched
+from gelcone.motion.delivery import delivered, halfway, switched
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories, to_the_end
 from gelcone.motion.settle import LONGEST_TIME
@@ -202,7 +202,7 @@ def _heat(members: Members, run: Trajectories) -> dict[str, dataset.Variable]:
     if not heats(members.system):
         return {}
     assert run.work is not None
-    lost, half = heat_of(members.system, run.work), run.times.shape[1] // 2
+    lost, half = heat_of(members.system, run.work), halfway(run.times)
     mean = (lost[:, -1] - lost[:, half]) / (run.times[:, -1] - run.times[:, half])
     return {name: ((), mean, f"{words}, in the second half", of) for name, (words, of) in HEAT.items()}
 
