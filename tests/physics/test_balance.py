@@ -352,6 +352,18 @@ def test_a_film_is_lost_where_the_voltage_turns_steep() -> None:
     assert _film_lost(balance, balance.segments[1][0], balance.segments[1][0][0]) == pytest.approx(lost, rel=4e-16)
 
 
+def test_pull_in_where_the_voltage_turns_steep_is_that_of_the_film() -> None:
+    """A displacement by one part in 1e16 changes the balancing voltage by a millionth there."""
+    parts = {"film": "wrinkling", "radius_ratio": 0.34253421415350344, "hoop_prestretch": 1.4762083882902615}
+    loads = {"bias": "spring+weight+force", "weight": 0.14244054224312025, "push": -0.11365382273162336}
+    balance = one(ConeModel(**parts, **loads, spring_stiffness=1.371309248940185, rest_height=0.7210984336375977))
+    (loss,) = balance.losses(0.3623747830)
+    assert loss.kind == PullIn.FILM
+    assert loss.voltage**2 == pytest.approx(float(balance.highest_at(loss.before)), rel=1e-12)
+    here, ahead = (float(balance.squared(loss.before * (1.0 + change))) for change in (0.0, 1e-12))
+    assert ahead > 1.01 * here
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_film_that_fails_ends_with_the_outermost_stretch_of_its_side_and_no_other(side: int) -> None:
     """Where it has a state all along: to the left the stretches may be fewer than to the right."""

@@ -439,7 +439,9 @@ def _ramp(balance: StaticBalance, rest: float) -> list[_Leg]:
         high = math.inf if end == PullIn.NEVER else top
         lost = _film_lost(balance, segment, begin)
         if lost is not None:
-            legs.append(_Leg(low, float(balance.squared(lost)), begin, (segment[0], lost), PullIn.FILM))
+            # w may be infinitely steep where the film pulls in, so that the voltage is that of the film
+            squared = balance.squared if lost in (begin, segment[1]) else balance.highest_at
+            legs.append(_Leg(low, float(squared(lost)), begin, (segment[0], lost), PullIn.FILM))
             break
         legs.append(_Leg(low, high, begin, segment, end))
         low = top
