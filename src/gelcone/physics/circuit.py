@@ -324,7 +324,7 @@ class IdealSource(Circuit):
 
 
 class ChargeControl(Circuit):
-    """A source that commands the charge, stated as the voltage that it gives the flat film."""
+    """A source that commands the charge, stated as the voltage that it gives one flat film; two films share it."""
 
     name = "charge"
 
