@@ -46,10 +46,12 @@ Difference = tuple[str, float]
 EXACT, ROOTS = 1e-12, 1e-8
 """Bounds of the same computation, and of numbers that are found by searches."""
 LOOSE = {"apparent_power": 1e4, "linear_stroke": 1e3, "validity_": 1e2, "driven_": 1e6, "safe_peak": 1e6}
-"""Bounds over the others: of what is taken from samples or has a stated error, and of driven limits, which are ends of
-intervals of searches whose runs start above their rest."""
+LOOSE |= {"pull_in_voltage": 1e4, "examined_": 1e4}
+"""Bounds over the others: of what is taken from samples or has a stated error; of driven limits, which are ends of
+intervals of searches whose runs start above their rest; and of pull-in, which of a film without a stretch limit is the
+voltage at the last displacement searched."""
 OF_ROUNDING = ("settled_time", "validity_error", "averaged_time", "standard_error", "return_distance", "cycle_distance")
-OF_ROUNDING += ("lyapunov", "zero_one", "section", "drift", "pull_in_from", "pull_in_kind", "branch_")
+OF_ROUNDING += ("lyapunov", "zero_one", "section", "drift", "overshoot", "pull_in_from", "pull_in_kind", "branch_")
 """Variables of rounding, of the points of a motion that happen to be computed, and of the far end of searches."""
 REST = 400.0
 """Time after which the disc is at rest under a constant voltage."""
@@ -201,8 +203,8 @@ def exchanged(draw: Draw) -> Twin:
         swap |= {name: own[f"second_{name}"], f"second_{name}": own[name]}
     wave, starts, same = Harmonics(((1, 1.0, 0.0),)), ((0.5, 0.1), (height - 0.5, -0.1)), own["second_drive"] == "same"
     swap |= {"waveform": wave if same else Harmonics(((1, -1.0, 0.0),))}
-    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack")
-    of_drives = () if same else ("voltage", "current", "charge", "slew", "apparent", "limited")
+    of_films = ("second", "stretch", "viscous", "stress", "field", "film_state", "slack", "current", "pull_in_")
+    of_drives = () if same else ("voltage", "charge", "slew", "apparent", "limited")
     return Twin(
         ConeModel(**own, waveform=wave), ConeModel(**own | swap), ALL if same else MOTION, starts,
         turned=seen_from(height), but=(*ALONG, *of_films, *of_drives),
