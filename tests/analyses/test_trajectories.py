@@ -215,6 +215,10 @@ def test_members_of_a_time_response_stand_side_by_side():
     assert "  and 5 more (all with --json or --out)" in many
 
 
+MEASURED = ("time", "displacement", "voltage")
+"""What is stated of a pull-in."""
+
+
 def test_a_time_response_of_a_film_that_wrinkles():
     more = {"film_state_taut": 0.75, "film_state_crumpled": 0.25, "pull_in_kind": 0, "pull_in_time": (None, 12.0, "ms")}
     more |= {"pull_in_displacement": (None, 14.5, "mm"), "pull_in_voltage": (None, 1700.0, "V")}
@@ -228,6 +232,10 @@ def test_a_time_response_of_a_film_that_wrinkles():
         assert said(trajectories.simulate_words, pulled) == [*RUN, line, film, *shares]
         failed = edited(pulled, outcome=int(Outcome.PULLED_IN))
         assert said(trajectories.simulate_words, failed)[-2:] == [line, film]
+    of_second = {"pull_in_kind": "second_pull_in_kind", **{f"pull_in_{n}": f"second_pull_in_{n}" for n in MEASURED}}
+    lines = said(trajectories.simulate_words, pulled.rename(of_second))
+    assert f"second {line}" in lines
+    assert line not in lines
 
 
 def test_what_an_amplifier_delivers_and_loses():

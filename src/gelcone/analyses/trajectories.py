@@ -10,6 +10,7 @@ import numpy as np
 from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.physics.placed import PREFIX
 from gelcone.words import (
     MOST_LINES,
     evenly,
@@ -118,15 +119,19 @@ def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
 
 
 def _pull_in_lines(shown: xr.Dataset) -> list[str]:
-    """State where the film of a single run pulls in, if it may wrinkle."""
-    kind = shown.get("pull_in_kind")
-    if kind is None or kind.ndim or int(kind) <= 0:
-        return []
-    time, place, voltage = (
-        sized(shown[f"pull_in_{name}"], digits) for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
-    )
-    reason = FilmPullIn(int(kind)).label
-    return [f"film pulls in at {time}, displacement {place}, voltage {voltage} ({reason})"]
+    """State where a film of a single run pulls in, if it may wrinkle."""
+    found = []
+    for film, prefix in (("film", ""), ("second film", PREFIX)):
+        kind = shown.get(f"{prefix}pull_in_kind")
+        if kind is None or kind.ndim or int(kind) <= 0:
+            continue
+        time, place, voltage = (
+            sized(shown[f"{prefix}pull_in_{name}"], digits)
+            for name, digits in (("time", 6), ("displacement", 5), ("voltage", 5))
+        )
+        reason = FilmPullIn(int(kind)).label
+        found.append(f"{film} pulls in at {time}, displacement {place}, voltage {voltage} ({reason})")
+    return found
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
