@@ -46,7 +46,7 @@ Difference = tuple[str, float]
 EXACT, ROOTS = 1e-12, 1e-8
 """Bounds of the same computation, and of numbers that are found by searches."""
 LOOSE = {"apparent_power": 1e4, "linear_stroke": 1e3, "validity_": 1e2, "driven_": 1e6, "safe_peak": 1e6}
-LOOSE |= {"pull_in_voltage": 1e4, "examined_": 1e4}
+LOOSE |= {"pull_in_voltage": 1e4, "examined_": 1e4, "rms_": 1e4}
 """Bounds over the others: of what is taken from samples or has a stated error; of driven limits, which are ends of
 intervals of searches whose runs start above their rest; and of pull-in, which of a film without a stretch limit is the
 voltage at the last displacement searched."""
