@@ -5,7 +5,7 @@
 A twin has the other sign of all voltages, is seen from the other side, has another size and another gel, one film in
 place of two, a waveform of samples in place of a formula, is a member of an ensemble, or is read from a file; `KINDS`
 lists them. `benchmarks/random_models.py` draws films, laws, loads, circuits, drives and second films. All numbers of
-all answers are compared, and with them flags, outcomes, missing values and errors.
+all answers are compared, and with them flags, outcomes, missing values and refusals.
 
 Printed are one line for each kind with the number of comparisons and the largest difference, over the largest value of
 its quantity in the answer and the bound, and each difference beyond its bound.
