@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -147,27 +147,31 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     commands = [command_at(system, system.line_of(k), place, one, n) for k, one in enumerate(volts)]
     opposite = len(system.films) > 1 and system.films[-1].drive == "opposite"
     n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
-    at = _OperatingPoint(place, place, [one[..., None] ** 2 for one in volts], [], n, commands[0])
-    at = _settled(members, at)
-    rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), at.z, {**at.n, COMMAND: commands[0]})
+    z, n = _states_at_rest(system, place, [one**2 for one in volts], commands[0], n)
+    rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), z, {**n, COMMAND: commands[0]})
     return stacked(rows, shape)
 
 
 @dataclass(frozen=True)
-class _OperatingPoint:
-    """Rest under the mean squares of the films' voltages, (members, frequencies) each: ``place``, ``stiffness``, all
-    states ``z``, the numbers ``n`` and the constant ``command`` there; the effective ``squares`` of the films' voltages
-    (members, frequencies or 1, samples); the ``mean`` command, and ``means``, the states with those of circuits at
-    their means."""
+class _Rest:
+    """Rest under constant voltages on the films, (members, frequencies) each: ``place``, ``stiffness``, all states
+    ``z`` and the numbers ``n`` there."""
 
     place: Array
     stiffness: Array
-    squares: list[Array]
     z: list[Array]
     n: Mapping[str, Any]
-    command: Any
-    means: list[Array] = field(default_factory=list)
-    mean: Any = 0.0
+
+
+@dataclass(frozen=True)
+class _OperatingPoint(_Rest):
+    """Rest under the mean squares of the films' voltages: the effective ``squares`` of these voltages (members,
+    frequencies or 1, samples), the ``mean`` command, and ``means``, the states with those of circuits at their
+    means."""
+
+    squares: list[Array]
+    means: list[Array]
+    mean: Array
 
     @property
     def mean_squares(self) -> list[Array]:
@@ -186,20 +190,20 @@ def _operating_point(members: Members, omega: Array, orders: int) -> _OperatingP
     if all_ideal(system):
         commands = [np.asarray(system.command_of(line, samples, members.numbers(trailing=2))) for line in lines]
         squares = [np.broadcast_to(command**2, (members.size, 1, samples.shape[-1])) for command in commands]
-        place, stiffness = _equilibria(members, [np.mean(squared, axis=-1) for squared in squares])
-        at = _settled(members, _OperatingPoint(place, stiffness, squares, [], n, n["voltage_bias"]))
-        return replace(at, means=at.z, mean=samples.mean(axis=-1))
-    squares, passed = [np.zeros((*omega.shape, 1)) for _ in lines], max(orders, LOADED)
-    for _ in range(MOST_TURNS):
-        place, stiffness = _equilibria(members, [np.mean(squared, axis=-1) for squared in squares])
-        found = _settled(members, _OperatingPoint(place, stiffness, squares, [], n, n["voltage_bias"]))
-        before, (squares, means) = squares, _loaded(system, found, samples, omega, passed)
-        change = [
-            np.abs(now - old).max(initial=0.0, where=np.isfinite(now)) for now, old in zip(squares, before, strict=True)
-        ]
-        if max(change) < SAME_VOLTAGE:
-            break
-    return replace(found, squares=squares, means=means, mean=samples.mean(axis=-1))
+        rest = _rest(members, squares)
+        means = rest.z
+    else:
+        squares, passed = [np.zeros((*omega.shape, 1)) for _ in lines], max(orders, LOADED)
+        for _ in range(MOST_TURNS):
+            rest, before = _rest(members, squares), squares
+            squares, means = _loaded(system, rest, samples, omega, passed)
+            change = [
+                np.abs(now - old).max(initial=0.0, where=np.isfinite(now))
+                for now, old in zip(squares, before, strict=True)
+            ]
+            if max(change) < SAME_VOLTAGE:
+                break
+    return _OperatingPoint(**vars(rest), squares=squares, means=means, mean=samples.mean(axis=-1))
 
 
 def all_ideal(system: ConeSystem) -> bool:
@@ -207,23 +211,29 @@ def all_ideal(system: ConeSystem) -> bool:
     return all(line.circuit == IdealSource() for line in system.lines)
 
 
-def _settled(members: Members, at: _OperatingPoint) -> _OperatingPoint:
-    """The operating point with the equilibrium of all states there."""
-    system, squares = members.system, at.mean_squares
-    shape = at.place.shape
-    starts = [np.broadcast_to(start, shape) for start in system.starts(at.place, at.n)]
-    bias, n = at.command, dict(at.n)
-    z = films_at_rest(system, squares, [at.place, np.zeros(shape), *starts], n)
-    z = uncurrented(system, bias, z, n)
+def _rest(members: Members, squares: Sequence[Array]) -> _Rest:
+    """Rest under the means of squared voltages (members, frequencies or 1, samples) on the films."""
+    n, mean_squares = members.numbers(trailing=1), [np.mean(squared, axis=-1) for squared in squares]
+    place, stiffness = _equilibria(members, mean_squares)
+    return _Rest(place, stiffness, *_states_at_rest(members.system, place, mean_squares, n["voltage_bias"], n))
+
+
+def _states_at_rest(
+    system: ConeSystem, place: Array, squares: list[Array], command: Any, n: Mapping[str, Any]
+) -> tuple[list[Array], dict[str, Any]]:
+    """All states at rest under a constant command, with the disc held at displacements ``place`` and at squared
+    voltages on the films, and the numbers ``n`` with the switches there."""
+    z = [place, np.zeros(place.shape), *(np.broadcast_to(start, place.shape) for start in system.starts(place, n))]
+    z, n = uncurrented(system, command, films_at_rest(system, squares, z, n), n), dict(n)
     with np.errstate(all="ignore"):
-        n |= system.switches_under(bias, z, n)
+        n |= system.switches_under(command, z, n)
         for k, film in enumerate(system.films):
-            n |= film.switches(at.place, squares[k], system.states_of(z, "film", k), n)
-    return replace(at, z=circuits_at_rest(system, bias, z, n), n=n)
+            n |= film.switches(place, squares[k], system.states_of(z, "film", k), n)
+    return circuits_at_rest(system, command, z, n), n
 
 
 def _loaded(
-    system: ConeSystem, at: _OperatingPoint, samples: Array, omega: Array, orders: int
+    system: ConeSystem, at: _Rest, samples: Array, omega: Array, orders: int
 ) -> tuple[list[Array], list[Array]]:
     """The effective squares of the films' voltages (members, frequencies, samples) through circuits that are linear
     about the bias, with the films held at the operating point; and all states, those of circuits at their means."""
@@ -241,9 +251,7 @@ def _loaded(
     return [np.broadcast_to(squared, shape) for squared in squares], [value.mean(axis=-1) for value in z]
 
 
-def _passed(
-    system: ConeSystem, line: Line, at: _OperatingPoint, samples: Array, omega: Array, orders: int
-) -> list[Array]:
+def _passed(system: ConeSystem, line: Line, at: _Rest, samples: Array, omega: Array, orders: int) -> list[Array]:
     """A line's voltage and the states of its circuit, (members, frequencies, samples) each; the states follow as many
     multiples of the drive frequency as ``orders`` says."""
     bias, shape, count = np.broadcast_to(at.n["voltage_bias"], at.place.shape), omega.shape, samples.shape[-1]
@@ -270,7 +278,7 @@ def _passed(
     ]
 
 
-def _electric_slopes(system: ConeSystem, line: Line, at: _OperatingPoint) -> list[list[Any]]:
+def _electric_slopes(system: ConeSystem, line: Line, at: _Rest) -> list[list[Any]]:
     """Derivatives of a line's voltage and of the rates of its circuit's states, by the command, its rate and all
     states."""
     bias = np.broadcast_to(at.n["voltage_bias"], at.place.shape)
