@@ -14,6 +14,7 @@ from gelcone.physics.statics import (
     every_balance,
     rest_displacement,
     rest_displacements,
+    stable_near,
     switched_off,
 )  # fmt: skip
 from gelcone.quantity import Quantity
@@ -94,6 +95,13 @@ def test_an_ensemble_that_reaches_nothing_is_refused():
     with pytest.raises(InputError, match="stretch"):
         balances_of(beyond)
     assert np.isnan(rest_displacements(beyond)).all()
+
+
+def test_stable_equilibria_are_found_near_and_not_beyond_an_unstable_place():
+    """The force x^3 - x: wells at -1 and 1; at 0.5, where the stiffness is negative, Newton's method would go to -1."""
+    x, stiffness = stable_near(np.array([0.7, -2.0, 0.5, 0.0, np.nan]), lambda x: (x**3 - x, 3.0 * x * x - 1.0))
+    np.testing.assert_allclose(x, [1.0, -1.0, np.nan, np.nan, np.nan], rtol=1e-15)
+    np.testing.assert_allclose(stiffness, [2.0, 2.0, np.nan, np.nan, np.nan], rtol=1e-12)
 
 
 def test_no_rest_is_continued_from_an_unstable_one():

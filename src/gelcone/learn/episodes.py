@@ -24,14 +24,11 @@ from gelcone.motion.natural import natural_frequency
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.physics.driven import INPUTS, DrivenSystem, driven
 from gelcone.physics.members import Members
-from gelcone.physics.statics import switched_off
+from gelcone.physics.statics import stable_near, switched_off
 from gelcone.quantity import Array
 
 Places = npt.NDArray[np.intp]
 
-NEWTON_STEPS = 20
-AT_REST = 1e-9
-"""Dimensionless force below which a disc is at rest."""
 OBSERVED = ("height", "velocity", "target", "voltage")
 LARGEST = 10.0
 """Largest size of an observation."""
@@ -128,17 +125,13 @@ class Pool:
 
 
 def _rests(members: Members, near: Any) -> Array:
-    """Find the stable rests without voltage near displacements by Newton's method."""
+    """Find the stable rests without voltage near displacements."""
     off = switched_off(members)
-    n, x = off.numbers(), np.zeros(members.size) + near
-    with np.errstate(all="ignore"):
-        for _ in range(NEWTON_STEPS):
-            force, slope = off.system.static_force(x, 0.0 * x, n)
-            x = x - force / slope
-        lost = ~((np.abs(force) < AT_REST) & (slope > 0.0))
-    if lost.any():
+    n = off.numbers()
+    x, _ = stable_near(np.zeros(members.size) + near, lambda x: off.system.static_force(x, 0.0 * x, n))
+    if lost := int(np.isnan(x).sum()):
         raise InputError(
-            f"uncertain: {lost.sum()} of {lost.size} draws have no rest near that of the device; narrow the ranges"
+            f"uncertain: {lost} of {members.size} draws have no rest near that of the device; narrow the ranges"
         )
     return x
 

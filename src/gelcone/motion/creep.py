@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import every_balance
+from gelcone.physics.statics import every_balance, stable_near
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltages
 from gelcone.register.analysis import Axis
@@ -48,7 +49,6 @@ ZOOMS, ZOOMED = 3, 65
 RISE, HIGHEST, HALVINGS = 0.04, 30.0, 32
 """Relative step of the voltage in the search for pull-in, the largest relative rise searched, and the halvings of the
 step in which pull-in lies."""
-NEWTON_STEPS, CONVERGED = 12, 1e-9
 
 
 @analysis(
@@ -389,15 +389,9 @@ def _margin(held: Members, x: Array, volts: Array) -> Array:
     n, system = dict(held.numbers()), held.system
 
     def follow(x: Array, volts: Array) -> tuple[Array, Any]:
-        squared, step, slope = volts * volts, np.full(x.shape, np.inf), x
-        for _ in range(NEWTON_STEPS):
-            force, slope = system.static_force(x, squared, n)
-            step = force / slope
-            x = x - step
-            if np.nanmax(np.abs(step), initial=0.0) < CONVERGED:
-                break
-        rests = (np.abs(step) < CONVERGED * (1.0 + np.abs(x))) & (slope > 0.0)
-        return x, rests & ~np.asarray(system.pulled_in(x, squared, n), dtype=bool)
+        squared = volts * volts
+        x, _ = stable_near(x, partial(system.static_force, squared=squared, n=n))
+        return x, np.isfinite(x) & ~np.asarray(system.pulled_in(x, squared, n), dtype=bool)
 
     with np.errstate(all="ignore"):
         low, high = np.ones(x.shape), np.full(x.shape, np.inf)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from gelcone.physics.differentiate import gradients
 from gelcone.physics.drive import PHASES, VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
-from gelcone.physics.statics import balances_of_films, each, rest_displacements
+from gelcone.physics.statics import balances_of_films, each, rest_displacements, stable_near
 from gelcone.physics.structure import Line
 from gelcone.physics.system import ConeSystem
 from gelcone.quantity import Array
@@ -40,7 +41,6 @@ ROUNDING = 1e-13
 """Harmonics below this share of the mean square are rounding."""
 UNSTABLE, TOO_MANY = "no stable equilibrium under the drive's mean square", "too many harmonics of the drive"
 """Reasons why there is no linear response."""
-NEWTON_STEPS = 20
 MOST_TURNS, SAME_VOLTAGE = 12, 1e-13
 """Most fixed-point iterations for the common equilibrium of films and circuits, and the change that ends them."""
 RAMP = 33
@@ -373,11 +373,6 @@ def _under_both(members: Members, mean_squares: Sequence[Array]) -> tuple[Array,
     system, n = members.system, members.numbers(trailing=1)
     squares = np.broadcast_arrays(*mean_squares)
     x = np.broadcast_to(np.reshape(rest_displacements(members), (-1, 1)), squares[0].shape)
-    stiffness = np.full(x.shape, np.nan)
     for share in np.linspace(0.0, 1.0, RAMP):
-        with np.errstate(all="ignore"):
-            for _ in range(NEWTON_STEPS):
-                force, stiffness = system.force_under(x, [share * squared for squared in squares], n)
-                x = x - force / stiffness
-            x = np.where(np.isfinite(x) & (stiffness > 0.0), x, np.nan)
-    return x, np.where(np.isnan(x), np.nan, stiffness)
+        x, stiffness = stable_near(x, partial(system.force_under, squares=[share * own for own in squares], n=n))
+    return x, stiffness

@@ -134,7 +134,6 @@ def kept_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
 
 FARTHEST = 0.1
 """Largest distance of a rest from the one that it continues, in units of b - a."""
-MOST_STEPS = 12
 _thread = threading.local()
 
 
@@ -160,25 +159,31 @@ def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestK
 
 def _continued(member: Members, near: float | None) -> float | None:
     """The stable rest of a single member that Newton's method reaches from ``near``; None if it is not close."""
-    if near is None or math.isnan(near):
+    if near is None:
         return None
-    n, x = member.numbers_at(0), near
-    for _ in range(MOST_STEPS):
-        with np.errstate(all="ignore"):
-            force, slope = (float(value) for value in member.system.static_force(np.asarray(x), np.asarray(0.0), n))
-        if not (slope > 0.0 and math.isfinite(force)):
-            return None
-        step = force / slope
-        x -= step
-        if not abs(x - near) < FARTHEST:
-            return None
-        if abs(step) <= NEWTON_ROUNDING * (1.0 + abs(x)):
-            return x
-    return None
+    n = member.numbers_at(0)
+    x = float(stable_near(np.float64(near), lambda x: member.system.static_force(x, 0.0 * x, n))[0])
+    return x if abs(x - near) < FARTHEST else None
 
 
-NEWTON_ROUNDING = 1e-13
-"""Relative size of a Newton step that counts as rounding."""
+def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]]) -> tuple[Array, Array]:
+    """The stable equilibria that Newton's method reaches from displacements x, and their stiffness; NaN where it
+    reaches none or passes where none is stable. ``balance`` returns force and stiffness at displacements."""
+    with np.errstate(all="ignore"):
+        for _ in range(NEWTON_STEPS):
+            force, stiffness = balance(x)
+            step = force / np.where(stiffness > 0.0, stiffness, np.nan)
+            x = x - step
+            change = np.abs(step) / (1.0 + np.abs(x))
+            if not (change > NEWTON_ROUNDING).any():
+                break
+        near = change < CONVERGED
+    return np.where(near, x, np.nan), np.where(near, stiffness, np.nan)
+
+
+NEWTON_STEPS, NEWTON_ROUNDING, CONVERGED = 20, 1e-13, 1e-9
+"""Most steps of Newton's method, the relative size of a step that counts as rounding and ends it, and that of the last
+step above which no equilibrium is found."""
 
 
 def _rest(balance: StaticBalance) -> float:
