@@ -8,12 +8,8 @@ import numpy as np
 
 from gelcone.physics.component import Numbers
 from gelcone.physics.drive import VOLTAGE, Waveform
-from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array, Quantity
-
-FEWEST, MOST, PER_OSCILLATION = 2000, 40_000, 40
-"""Fewest and most samples of a run, and samples of an oscillation at the fastest rate."""
 
 
 class _Level(Waveform):
@@ -42,9 +38,3 @@ def biased_like(model: ConeModel, voltage: float) -> ConeModel:
     """The single model with a bias of the sign of a constant ``voltage``: the mirror image of all voltages is the same
     actuator, so that the sign of its bias says nothing where voltages have none. Its waveform plays no part."""
     return model.replace(waveform="sine", voltage_bias=np.copysign(model.voltage_bias, voltage))
-
-
-def times_of_run(members: Members, lasts: float) -> Array:
-    """Even sample times from 0 to ``lasts`` of runs under constant voltages."""
-    samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST, MOST)
-    return np.linspace(0.0, lasts, int(samples) + 1)

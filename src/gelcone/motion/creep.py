@@ -17,12 +17,12 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.constant_voltage import at_constant_voltages, times_of_run
+from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
 from gelcone.motion.rest import circuits_under
-from gelcone.motion.settle import check_budgets, check_default_duration
+from gelcone.motion.settle import check_budgets, check_default_duration, times_of_run
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
 from gelcone.physics.balance import Loss, PullIn, StaticBalance, rest_of

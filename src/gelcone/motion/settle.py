@@ -40,6 +40,8 @@ STILL = 1e-12
 """Largest motion (in units of b-a and 1/Omega0) that counts as rounding."""
 LONGEST_TIME = 1e9
 """Longest time of a run: half an hour of computing for a taut film, some hours for a membrane."""
+FEWEST_SAMPLES, MOST_SAMPLES, PER_OSCILLATION = 2000, 40_000, 40
+"""Fewest and most samples of a run under constant voltages, and samples of an oscillation at the fastest rate."""
 
 
 # --- settling ---------------------------------------------------------------------------------------------------------
@@ -58,6 +60,12 @@ def check_default_duration(lasts: float, cause: str, remedy: str = "give a durat
     """Raises `InputError` with ``cause`` and ``remedy`` for a default duration that is longer than `LONGEST_TIME`."""
     if lasts > LONGEST_TIME:
         raise InputError(f"{cause} last {lasts:.3g}, longer than {LONGEST_TIME:g}; {remedy}")
+
+
+def times_of_run(members: Members, lasts: float) -> Array:
+    """Even sample times from 0 to ``lasts`` of runs under constant voltages."""
+    samples = np.clip(PER_OSCILLATION * float(members.rate.max()) * lasts / (2.0 * np.pi), FEWEST_SAMPLES, MOST_SAMPLES)
+    return np.linspace(0.0, lasts, int(samples) + 1)
 
 
 def check_forcing_periods(members: Members, least: int = 0, **repeats: int) -> None:

@@ -10,11 +10,11 @@ from gelcone import dataset
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
-from gelcone.motion.constant_voltage import at_constant_voltages, biased_like, times_of_run
+from gelcone.motion.constant_voltage import at_constant_voltages, biased_like
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.ramp import stroke_and_blocked_force
 from gelcone.motion.rest import rest_under
-from gelcone.motion.settle import check_budgets, check_default_duration
+from gelcone.motion.settle import check_budgets, check_default_duration, times_of_run
 from gelcone.motion.state_space import equilibrium_under_bias
 from gelcone.motion.static_results import constant_voltages, own_levels
 from gelcone.motion.validity import validity_of_run, validity_variables
