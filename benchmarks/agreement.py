@@ -163,9 +163,9 @@ def envelope_pairs(own: gelcone.Device, settled: Any, ask: Asked) -> Iterator[Pa
     if plane is None:
         return
     at = plane.isel(drive_frequency=0)
-    k = int(np.abs(at["driven_peak"].values - peak).argmin())
-    found = at.isel(driven_peak=k) if "driven_peak" in at.dims else at.isel({at["driven_peak"].dims[0]: k})
-    same = abs(float(found["driven_peak"]) - peak) < 1e-9 * peak
+    k = int(np.abs(at["peak_voltage"].values - peak).argmin())
+    found = at.isel(peak_voltage=k) if "peak_voltage" in at.dims else at.isel({at["peak_voltage"].dims[0]: k})
+    same = abs(float(found["peak_voltage"]) - peak) < 1e-9 * peak
     if same and float(found["outcome"]) == Outcome.OK and float(found["regime"]) == Regime.PERIODIC:
         for name, other in (
             ("stroke", "stroke"),

@@ -46,7 +46,7 @@ SMALL = {
     "sweep": ["--over", "damping_ratio=0.2:0.3:2"],
     "basin": ["--over", "displacement=-0.5:0.5:2", "--over", "velocity=-0.5:0.5:2"],
     "transfer": ["--bias", "0.3", "--over", "drive_frequency=0.9,1.5"],
-    "envelope": ["--over", "drive_frequency=0.9:1.5:2", "--over", "voltage=0.2:0.6:2"],
+    "envelope": ["--over", "drive_frequency=0.9:1.5:2", "--over", "peak_voltage=0.2:0.6:2"],
 }
 """What keeps the work small; an analysis that is not listed runs as it is."""
 ASKED = [name for name in ANALYSES if name not in ("show", "locus", "drive", "film", "validate", "creep")]

@@ -32,7 +32,7 @@ GEL = {
 TWO = "frequency=9 Hz,9.2 Hz"
 """Two points, of what takes no fewer."""
 NEEDED = {
-    "film": ["displacement=8 mm", "voltage=0 V"],
+    "film": ["displacement=8 mm", "constant_voltage=0 V"],
     "tongues": [TWO, "voltage_amplitude=0 V,100 V"],
     "bifurcation": [TWO],
     "map": [TWO, "spring_rate=14 N/m,15 N/m"],
@@ -43,13 +43,13 @@ NEEDED = {
     "locus": ["frequency=9 Hz:9.2 Hz", "voltage_amplitude=0 V:120 V"],
 }
 POINT = {
-    "step": ["voltage={}"],
-    "creep": ["voltage={}"],
+    "step": ["constant_voltage={}"],
+    "creep": ["constant_voltage={}"],
     "transfer": ["frequency=9 Hz", "amplitude={}"],
-    "static": ["voltage={}", "displacement=8 mm"],
-    "film": ["voltage={}", "displacement=8 mm"],
-    "validate": ["voltage={}", "displacement=8 mm"],
-    "datasheet": ["voltage={}"],
+    "static": ["constant_voltage={}", "displacement=8 mm"],
+    "film": ["constant_voltage={}", "displacement=8 mm"],
+    "validate": ["constant_voltage={}", "displacement=8 mm"],
+    "datasheet": ["constant_voltage={}"],
     "tongues": ["frequency=9 Hz", "voltage_amplitude={}"],
     "bifurcation": ["voltage_amplitude={}"],
     "map": ["voltage_amplitude={}", "frequency=9 Hz"],
@@ -65,7 +65,7 @@ ONE, UNSCALED = (
     "has one point; ",
     "voltage_amplitude = 0 V: here the device's drive is scaled; give it an amplitude or a bias",
 )
-NO_VOLTAGE = ": a data sheet takes one above 0; give --over voltage=..., or a drive"
+NO_VOLTAGE = ": a data sheet takes one above 0; give --over constant_voltage=..., or a drive"
 REFUSED = {
     (
         "locus",

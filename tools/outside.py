@@ -34,7 +34,7 @@ COMMANDS = (
     ("--version",),
     ("init", "mine.toml"),
     ("simulate", "mine.toml", "--film", "wrinkling", "--periods", "5", "--out", "results"),
-    ("static", "biased-pump", "--film", "wrinkling", "--over", "voltage=0.5 kV", "--json"),
+    ("static", "biased-pump", "--film", "wrinkling", "--over", "constant_voltage=0.5 kV", "--json"),
 )
 
 

@@ -21,8 +21,9 @@ def window(**changes):
         "recommended_constant": (None, 1600.0, "V"), "recommended_peak": (at, [1000.0, 1200.0], "V"),
         "window_stroke": (at, [3.0, 2.0], "mm"), "window_power": (at, [40.0, 50.0], "mW"),
         "window_apparent_power": (at, [60.0, 70.0], "mVA"), "window_regime": (at, [1, 1]), "first_limit": (at, [0, 0]),
-        "stroke": ("peak_voltage", [0.0, 8.0], "mm"), "blocked_force": ("peak_voltage", [0.0, 0.5], "N"),
-        "natural_frequency": ("peak_voltage", [12.0, 10.0], "Hz"), "static_displacement": ("peak_voltage", [1.0, 2.0]),
+        "stroke": ("constant_voltage", [0.0, 8.0], "mm"), "blocked_force": ("constant_voltage", [0.0, 0.5], "N"),
+        "natural_frequency": ("constant_voltage", [12.0, 10.0], "Hz"),
+        "static_displacement": ("constant_voltage", [1.0, 2.0]),
         "own_peak": (None, 900.0, "V"), "own_frequency": (None, 12.0, "Hz"), "kick_tried": (at, [NAN, NAN], "m/s"),
         "kick_low": (at, [0.25, 0.5], "m/s"), "kick_high": (at, [0.375, 0.625], "m/s"),
         "coexisting_motions": (at, [0, 0]),
@@ -31,8 +32,8 @@ def window(**changes):
         **{f"motion_validity_{n}": ((at, "motion"), [[0.0], [0.0]]) for n in words.FAILINGS},
     }  # fmt: skip
     coords = {
-        "drive_frequency": (at, [10.0, 14.0], "Hz"), "peak_voltage": ("peak_voltage", [0.0, 3200.0], "V"),
-        "driven_peak": ("driven_peak", [500.0, 2400.0], "V"), "driven_limit": ("driven_limit", ["pull-in",
+        "drive_frequency": (at, [10.0, 14.0], "Hz"), "constant_voltage": ("constant_voltage", [0.0, 3200.0], "V"),
+        "peak_voltage": ("peak_voltage", [500.0, 2400.0], "V"), "driven_limit": ("driven_limit", ["pull-in",
         "dielectric breakdown"]), "static_limit": ("static_limit", ["pull-in", "hoop slack", "dielectric breakdown"]),
     }  # fmt: skip
     shown = made(
@@ -221,7 +222,7 @@ def test_a_film_that_is_held_and_gets_warm():
         instant_voltage=((), 2700.0, volts), long_time_voltage=((), 2300.0, volts), holding_voltage=((), 2600.0, volts),
         holding_time=((), 240_000.0, {"units": "ms"}), rest_displacement=((), 0.5, {"units": "mm"}),
         held_displacement=("held_voltage", [1.0, 5.0], {"units": "mm"}),
-        static_heating=("peak_voltage", [0.0, 4.0], {"units": "K/s"}),
+        static_heating=("constant_voltage", [0.0, 4.0], {"units": "K/s"}),
         window_heating=("drive_frequency", [0.125, 0.375], {"units": "K/s"}),
     ).assign_coords(held_voltage=("held_voltage", [0.0, 2000.0], volts))  # fmt: skip
     lines = said(envelope.envelope_words, shown)

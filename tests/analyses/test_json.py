@@ -24,17 +24,17 @@ COMMANDS = {
     "spectrum": [(*BASE, "--set", "voltage=1.04,0.97")],
     "lyapunov": [(*AT, "--window", "50"), (*BASE, "--set", "voltage=1.04", "--budget", "600", "--window", "50")],
     "regime": [AT, (*BASE, "--set", "voltage=1.02", "--budget", "600")],
-    "step": [("--set", "rest_height=0.4", "--set", "damping_ratio=0.2", "--over", "voltage=0.3,0.6")],
-    "creep": [(*CREEPING, "--over", "voltage=0.3,0.6")],
+    "step": [("--set", "rest_height=0.4", "--set", "damping_ratio=0.2", "--over", "constant_voltage=0.3,0.6")],
+    "creep": [(*CREEPING, "--over", "constant_voltage=0.3,0.6")],
     "transfer": [(*CREEPING, "--bias", "0.4", "--over", "drive_frequency=0.5,1.5", "--over", "amplitude=0.01,0.2")],
     "triptych": [(*BASE, "--set", "voltage=0.5,1.04", "--periods", "2", "--budget", "600")],
     "static": [
-        ("--set", "spring_stiffness=1.5", "--over", "voltage=0,1,1.5"),
+        ("--set", "spring_stiffness=1.5", "--over", "constant_voltage=0,1,1.5"),
         (*BASE, "--film", "wrinkling", "--set", "voltage=0.5,0.9", "--set", "rest_height=0.4"),
     ],
-    "film": [(*BASE, "--film", "membrane", "--over", "displacement=0.3,0.9", "--over", "voltage=0,0.5,0.9")],
+    "film": [(*BASE, "--film", "membrane", "--over", "displacement=0.3,0.9", "--over", "constant_voltage=0,0.5,0.9")],
     "validate": [
-        ("--over", "displacement=0.5,1", "--over", "voltage=0,0.6", "--wrinkles", way, "--elements", "20")
+        ("--over", "displacement=0.5,1", "--over", "constant_voltage=0,0.6", "--wrinkles", way, "--elements", "20")
         for way in ("mark", "relax")
     ],
     "limits": [(*BASE, "--set", "prestretch=0.8:1.2:3")],
@@ -50,10 +50,10 @@ COMMANDS = {
     "frequency": [
         *(("--preset", "spring", "--set", f"voltage={v}", "--over", "drive_frequency=0.3:0.9:7") for v in (0.1, 0.4)),
     ],
-    "datasheet": [("--preset", "spring", "--set", "voltage=0.1", "--over", "voltage=0.2,0.3")],
+    "datasheet": [("--preset", "spring", "--set", "voltage=0.1", "--over", "constant_voltage=0.2,0.3")],
     "drive": [("--preset", "spring", "--lowest", "0.3", "--highest", "0.6")],
     "envelope": [
-        ("--preset", "spring", "--over", "drive_frequency=0.3:0.6:2", "--over", "voltage=0.1:0.9:3"),
+        ("--preset", "spring", "--over", "drive_frequency=0.3:0.6:2", "--over", "peak_voltage=0.1:0.9:3"),
         ("--preset", "spring", "--set", "spring_stiffness=1.5", "--over", "drive_frequency=0.3:0.5:3"),
     ],
 }

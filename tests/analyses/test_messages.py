@@ -8,10 +8,10 @@ import pytest
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        (["static", "soft-film", "--over", "voltage=0 V:2 kV"], "must be a range from:to:count"),
+        (["static", "soft-film", "--over", "constant_voltage=0 V:2 kV"], "must be a range from:to:count"),
         (["simulate", "soft-film", "--set", "voltage_amplitude=0 V:2 kV"], "must be a range from:to:count"),
         (["static", "soft-film", "--over", "displacement=5 mm,4 mm"], "--over displacement: must increase"),
-        (["static", "--voltages", "1"], "No such option '--voltages'; give --over voltage=..."),
+        (["static", "--voltages", "1"], "No such option '--voltages'; give --over constant_voltage=..."),
         (["static", "--displacements", "1"], "No such option '--displacements'; give --over displacement=..."),
         (["film", "--height", "1"], "No such option '--height'; give --over displacement=..."),
         (
@@ -19,8 +19,8 @@ import pytest
             "No such option '--frequencies'; give --over drive_frequency=..., with a device --over frequency=...",
         ),
         (
-            ["film", "soft-film", "--over", "voltage=-1kV"],
-            "--over voltage=-1kV: must be at least 0; leave",
+            ["film", "soft-film", "--over", "constant_voltage=-1kV"],
+            "--over constant_voltage=-1kV: must be at least 0; leave",
         ),
         (
             ["transfer", "biased-pump", "--bias", "1 kV", "--over", "frequency=-1 Hz"],

@@ -26,7 +26,7 @@ def printed(command_line):
 
 
 def test_one_state_is_told_in_full(printed):
-    out = printed("--over", "displacement=0.75", "--over", "voltage=0.5", "--set", "dielectric_strength=0.7")
+    out = printed("--over", "displacement=0.75", "--over", "constant_voltage=0.5", "--set", "dielectric_strength=0.7")
     assert "0.75 at 0.5: partly wrinkled, 52% of its area" in out
     assert "force 0.2132 (in runs within" in out
     assert "charge 0.7872, capacitance 1.574" in out
@@ -35,7 +35,7 @@ def test_one_state_is_told_in_full(printed):
 
 
 def test_states_have_a_line_each_and_capacitances_a_table(printed):
-    out = printed("--over", "displacement=0.2,0.5,0.75", "--over", "voltage=0.3,0.6")
+    out = printed("--over", "displacement=0.2,0.5,0.75", "--over", "constant_voltage=0.3,0.6")
     assert "  0.2 at 0.6: slack: without tension, of no definite shape; raise the disc or lower the voltage" in out
     assert "  0.5 at 0.6: wrinkled; force 0.0149, capacitance 1.5, field" in out
     assert "  0.75 at 0.6: pulled in: one ring has localised; lower the voltage or the disc" in out
@@ -47,19 +47,19 @@ def test_states_have_a_line_each_and_capacitances_a_table(printed):
 
 @pytest.mark.parametrize("strength", [[], ["--set", "dielectric_strength=0.7"]])
 def test_where_no_film_is_held_nothing_is_said_of_its_breakdown(printed, strength):
-    out = printed("--over", "displacement=0.75", "--over", "voltage=0.6", *strength)
+    out = printed("--over", "displacement=0.75", "--over", "constant_voltage=0.6", *strength)
     assert "pulled in" in out
     assert "breakdown" not in out
 
 
 def test_without_a_rest_there_is_a_remedy(printed):
-    out = printed("--over", "voltage=2", "--set", "rest_height=0.8")
+    out = printed("--over", "constant_voltage=2", "--set", "rest_height=0.8")
     assert "no rest at 2: the disc does not rest at this voltage on a slow ramp; give a height or a lower" in out
 
 
 def test_both_films_of_a_double_cone_are_printed(printed):
     second = ("--set", "second_film=membrane", "--set", "second_flat_height=1")
-    out = printed("--over", "displacement=0.4", "--over", "voltage=0.3", *second)
+    out = printed("--over", "displacement=0.4", "--over", "constant_voltage=0.3", *second)
     first, _, second = out.partition("second film:\n")
     assert "0.4 at 0.3: " in first
     assert "0.4 at 0.3: " in second

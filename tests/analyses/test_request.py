@@ -153,12 +153,12 @@ def test_a_way_to_pull_in_may_be_chosen_with_the_film_that_takes_it():
 @pytest.mark.parametrize(
     ("name", "over", "found"),
     [
-        ("step", "voltage=1", {"voltages": [1.0]}),
+        ("step", "constant_voltage=1", {"voltages": [1.0]}),
         ("frequency", "drive_frequency=0.5,1", {"frequencies": [0.5, 1.0]}),
         ("frequency", "drive_frequency=0.5", 'has one point; give at least two, or take gelcone settled --set "drive_'),
-        ("envelope", "voltage=0.5", "--over voltage: has one point; a sweep takes at least two values"),
-        ("step", "drive_frequency=1,2", "--over drive_frequency: cannot be swept here; step sweeps voltage"),
-        ("envelope", "damping_ratio=1,2", "cannot be swept here; envelope sweeps drive_frequency and voltage"),
+        ("envelope", "peak_voltage=0.5", "--over peak_voltage: has one point; a sweep takes at least two values"),
+        ("step", "drive_frequency=1,2", "--over drive_frequency: cannot be swept here; step sweeps constant_voltage"),
+        ("envelope", "damping_ratio=1,2", "cannot be swept here; envelope sweeps drive_frequency and peak_voltage"),
     ],
 )
 def test_an_axis_takes_as_many_values_as_it_needs(name, over, found):

@@ -214,7 +214,7 @@ def test_tongues_say_their_lowest_onset_and_the_share_that_is_unstable():
 def test_where_the_own_drive_lies(peak, at, words):
     """The window of 0.8 with a margin of 0.2 lies below a limit of 1."""
     window = {"drive_frequency": ("drive_frequency", [1.0, 3.0]), "recommended_peak": ("drive_frequency", [0.7, 0.9])}
-    own = {"own_peak": peak, "own_frequency": at, "driven_peak": ("driven_peak", [0.5, 1.5])}
+    own = {"own_peak": peak, "own_frequency": at, "peak_voltage": ("peak_voltage", [0.5, 1.5])}
     shown = xr.Dataset(window | own, attrs={"options": '{"margin": 0.2}'})
     line = envelope._own_line(shown)
     assert words in line
@@ -240,7 +240,7 @@ def test_a_device_that_swings_by_the_loss_of_flat_rest_may_be_below_all_other_li
         },
         {
             "drive_frequency": [1.0, 2.0],
-            "driven_peak": [0.5, 1.5],
+            "peak_voltage": [0.5, 1.5],
             "driven_limit": ["dielectric breakdown", "pull-in", "onset of rest"],
             "static_limit": ["pitchfork", "pull-in"],
         },
@@ -269,7 +269,8 @@ def test_the_tables_of_an_envelope_are_its_numbers():
     constant = line_with(lines, "recommended constant voltage")
     assert numbers(constant)[1] == pytest.approx(float(found["recommended_constant"]), rel=1e-3)
     level = float(found["recommended_constant"])
-    at = [np.interp(level, found["peak_voltage"], found[n]) for n in ("stroke", "blocked_force", "natural_frequency")]
+    volts = found["constant_voltage"]
+    at = [np.interp(level, volts, found[name]) for name in ("stroke", "blocked_force", "natural_frequency")]
     assert numbers(constant)[2:5] == pytest.approx(at, rel=1e-3)
 
 
@@ -292,7 +293,7 @@ def test_a_held_voltage_and_a_warm_film_are_said():
     level = float(found["recommended_constant"])
     end = np.interp(level, found["held_voltage"], found["held_displacement"]) - float(found["rest_displacement"])
     assert f"stroke {float(f'{end:.4g}'):.10g} after that time" in constant
-    warm = np.interp(level, found["peak_voltage"], found["static_heating"])
+    warm = np.interp(level, found["constant_voltage"], found["static_heating"])
     assert constant.endswith(f"warms by {warm:.3g}")
     row = lines[next(k for k, line in enumerate(lines) if line.startswith("recommended drive")) + 2]
     assert numbers(row)[5] == pytest.approx(float(found["window_heating"][0]), rel=1e-2)
@@ -437,14 +438,14 @@ def test_a_limit_that_is_not_met_is_said_with_the_highest_voltage_examined():
     """In the table of an envelope: at constant voltages up to 3 kV, under a drive up to 2 kV, or up to pull-in."""
     shown = xr.Dataset(
         {
-            "static_displacement": ("peak_voltage", [1.0, 2.0, 3.0]),
+            "static_displacement": ("constant_voltage", [1.0, 2.0, 3.0]),
             "limit_low": (("driven_limit", "drive_frequency"), [[np.inf, np.inf], [np.inf, 1.5], [1.9, np.inf]]),
             "limit_high": (("driven_limit", "drive_frequency"), [[np.inf, np.inf], [np.inf, 1.6], [1.9, np.inf]]),
             "static_limit_voltage": ("static_limit", [np.inf]),
         },
         {
-            "peak_voltage": ("peak_voltage", [0.0, 1.0, 3.0], {"units": "kV"}),
-            "driven_peak": ("driven_peak", [0.5, 2.0], {"units": "kV"}),
+            "constant_voltage": ("constant_voltage", [0.0, 1.0, 3.0], {"units": "kV"}),
+            "peak_voltage": ("peak_voltage", [0.5, 2.0], {"units": "kV"}),
             "drive_frequency": ("drive_frequency", [8.0, 9.0], {"units": "Hz"}),
             "driven_limit": ["hoop slack", "chaos", "pull-in"],
             "static_limit": ["pull-in"],

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("computed_once")
 
 PUMP = ["biased-pump", "--film", "taut", "--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=1100 V:2900 V:5"]
 FLAT = ["--set", "damping_ratio=0.1", "--set", "voltage=0.8", "--set", "prestretch=1.3"]
-FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "voltage=0.4,0.8"]
+FLAT += ["--over", "drive_frequency=0.7,1.5", "--over", "peak_voltage=0.4,0.8"]
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_a_film_that_is_slack_from_the_start_has_no_window(gelcone):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--over", "damping_ratio=0.1,0.2"], "sweeps drive_frequency and voltage"),
+        (["--over", "damping_ratio=0.1,0.2"], "sweeps drive_frequency and peak_voltage"),
         (["--initial", "1,0"], "envelope does not start from a state"),
         (["--margin", "1"], "--margin 1: "),
         (["--set", "voltage=0"], "give it an amplitude or a bias"),

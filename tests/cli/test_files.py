@@ -17,7 +17,10 @@ COMMANDS = [
     ("spectrum", *BASE, "--periods", "16"),
     ("regime", "soft-film", "--budget", "60 ms"),
     ("static", "biased-pump", "--set", "film_thickness=0.2 mm,0.3 mm"),
-    ("film", "paper-table1", "--film", "membrane", "--over", "displacement=20 mm,30 mm", "--over", "voltage=0 V,3 kV"),
+    (
+        *("film", "paper-table1", "--film", "membrane"),
+        *("--over", "displacement=20 mm,30 mm", "--over", "constant_voltage=0 V,3 kV"),
+    ),
     ("limits", *BASE),
     ("tongues", *BASE, "--over", "drive_frequency=0.1:2:3", "--over", "voltage=0.1:1.9:2"),
     ("map", *BASE, "--over", "voltage=0.9:1.1:3", "--over", "damping_ratio=0.01:0.02:2", "--budget", "600"),
@@ -36,7 +39,7 @@ COMMANDS = [
         "2 s",
     ),
     ("sweep", "biased-pump", "--analysis", "limits", "--over", "film_thickness=0.2 mm:0.3 mm:2"),
-    ("validate", "paper-table1", "--over", "displacement=20 mm", "--over", "voltage=0 V", "--elements", "20"),
+    ("validate", "paper-table1", "--over", "displacement=20 mm", "--over", "constant_voltage=0 V", "--elements", "20"),
 ]
 
 

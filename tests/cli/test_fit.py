@@ -229,7 +229,7 @@ def test_samples_of_analyses_over_frequency_have_a_table_a_figure_and_a_file(com
 
 def test_a_data_sheet_has_tolerances(command_line, tmp_path):
     (tmp_path / "draws.csv").write_text("film_thickness [mm]\n0.19\n0.20\n0.21\n")
-    own = ("datasheet", "biased-pump", "--film", "taut", "--over", "voltage=1 kV")
+    own = ("datasheet", "biased-pump", "--film", "taut", "--over", "constant_voltage=1 kV")
     code, out, err = command_line(*own, "--samples", "draws.csv", "--out", "sheet")
     assert code == 0, err
     assert "tolerances: within these intervals lie 95 % of 3 draws, of film_thickness 4.1 %" in out

@@ -184,7 +184,7 @@ def test_a_command_is_also_found_by_its_name_in_python(name, command_line):
     assert command_line(name, "--help")[0] == 0
 
 
-OF_DEVICE = {"frequencies": "frequency", "peaks": "peak_voltage", "tongues voltages": "voltage_amplitude"}
+OF_DEVICE = {"frequencies": "frequency", "tongues voltages": "voltage_amplitude"}
 """Axes that a device has under another name than a model."""
 AXES = [(name, keyword) for name, own in REGISTERED.items() for keyword in ANALYSES[own].axes]
 

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.usefixtures("computed_once")
 
 COMMANDS = {
     "simulate": ["--periods", "10"],
-    "static": ["--over", "voltage=0 V:1.5 kV:4"],
+    "static": ["--over", "constant_voltage=0 V:1.5 kV:4"],
     "frequency": ["--over", "frequency=7 Hz:13 Hz:4"],
     "envelope": ["--over", "frequency=8 Hz,10 Hz", "--over", "peak_voltage=500 V:1.5 kV:3"],
     "map": ["--over", "film_thickness=0.2 mm:0.3 mm:3", "--over", "moving_mass=4 g:8 g:3", "--patience", "1 s"],
@@ -152,7 +152,7 @@ def test_what_was_silent_is_said(command_line, device_file, arguments, told):
         (["simulate", "--periods", "3", "--over", "time=1,2"], "periods and times are both given; give one of them"),
         (["static", "--initial", "1,0"], "--initial: static does not start from a state"),
         (["bifurcation", "--over", "voltage=0:1:3", "--set", "voltage=1"], "--set voltage: is swept by --over voltage"),
-        (["static", "--over", "voltage=0:1:10000000"], "a range takes 2 to 100000"),
+        (["static", "--over", "constant_voltage=0:1:10000000"], "a range takes 2 to 100000"),
         (["simulate", "--out", ""], "'--out': is empty"),
         (["simulate", "--out", "store.zarr/inside"], "lies inside the store"),
         (["simulate", "mine.toml", "--set", "film_thickness=0.2:0.3 mm:3"], "0.2 has no unit, but the others do"),

@@ -49,14 +49,14 @@ def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
 
 
 def test_static_lists_a_curve_for_each_voltage(as_json):
-    content = as_json("static", *TABLE1, "--over", "voltage=0,1,1.5")
+    content = as_json("static", *TABLE1, "--over", "constant_voltage=0,1,1.5")
     assert content["constant_voltage"] == [0.0, 1.0, 1.5]
     assert content["equilibria"] == [1, 1, 3]
     assert np.shape(content["force"]) == (3, len(content["displacement"]))
 
 
 def test_static_takes_one_voltage_too(as_json):
-    content = as_json("static", *TABLE1, "--over", "voltage=1.5", "--over", "displacement=0.5")
+    content = as_json("static", *TABLE1, "--over", "constant_voltage=1.5", "--over", "displacement=0.5")
     assert (content["constant_voltage"], content["displacement"]) == ([1.5], [0.5])
 
 
@@ -68,7 +68,7 @@ def test_static_of_an_ensemble_lists_its_members(as_json):
 
 def test_static_of_a_device_is_in_volts_and_millimetres(as_json):
     device = find_device("paper-table1").replace(initial_height=0.005)
-    arguments = ("paper-table1", "--set", "initial_height=0.005", "--over", "voltage=0 kV,4 kV,16 kV")
+    arguments = ("paper-table1", "--set", "initial_height=0.005", "--over", "constant_voltage=0 kV,4 kV,16 kV")
     content = as_json("static", *arguments)
     assert content["options"]["voltages"] == pytest.approx([0.0, 4000.0, 16000.0], rel=1e-12)
     units = {"displacement": "mm", "force": "N", "slope": "N/m", "constant_voltage": "V"}
@@ -110,7 +110,7 @@ def test_static_of_devices_of_several_sizes(as_json):
 
 
 def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_path):
-    code, out, _ = gelcone("static", *TABLE1, "--over", "voltage=0:1.5:4", "--out", tmp_path)
+    code, out, _ = gelcone("static", *TABLE1, "--over", "constant_voltage=0:1.5:4", "--out", tmp_path)
     assert code == 0
     assert "1.5: equilibria at -0.9858 (stable, hoop slack" in out
     assert "breakdown unknown: the dielectric strength is not given" in out
@@ -129,7 +129,7 @@ def test_static_writes_data_and_a_figure_and_tells_what_it_found(gelcone, tmp_pa
 def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
     """Without a voltage on the first of two films in opposite phase the second has twice the offset, and localises; at
     an offset beyond pull-in a slow ramp comes to no voltage of the first."""
-    code, out, _ = gelcone("static", "double-cone", "--over", "voltage=0 V,1.13 kV")
+    code, out, _ = gelcone("static", "double-cone", "--over", "constant_voltage=0 V,1.13 kV")
     assert code == 0
     assert "0 V: no equilibrium; blocked force -" in out
     assert "mN, no slow ramp leads there" in out
@@ -138,7 +138,7 @@ def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
     assert code == 0
     assert "slow voltage ramp of both films from 0 to 5 kV: pull-in on the way" in out
     assert "5 kV: no equilibrium; no slow ramp leads there" in out
-    code, out, _ = gelcone("static", "soft-film", "--over", "voltage=0.2 kV,3 kV")
+    code, out, _ = gelcone("static", "soft-film", "--over", "constant_voltage=0.2 kV,3 kV")
     assert code == 0
     assert "3 kV: no equilibrium; beyond pull-in" in out
 
@@ -185,9 +185,9 @@ def test_tongues_of_a_device_are_in_volts_and_hertz(as_json, undrawn, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["static", "--over", "voltage=x"], "--over voltage 'x': must be a number"),
-        (["static", "--over", "voltage=-1"], "--over voltage=-1: must be at least 0"),
-        (["static", "--over", "voltage=2:1:3"], "empty or reversed"),
+        (["static", "--over", "constant_voltage=x"], "--over constant_voltage 'x': must be a number"),
+        (["static", "--over", "constant_voltage=-1"], "--over constant_voltage=-1: must be at least 0"),
+        (["static", "--over", "constant_voltage=2:1:3"], "empty or reversed"),
         (["static", "--set", "prestretch=0.2", "--set", "stretch_limit=1"], "stretch_limit = 1: must exceed"),
         (["tongues", "--over", "damping_ratio=0:1:5"], "sweeps drive_frequency and voltage"),
         (["tongues", "--set", "rest_height=0.1"], "rest_height = 0.1: must be 0"),

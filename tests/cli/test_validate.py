@@ -43,7 +43,8 @@ def test_forces_side_by_side_as_json(gelcone):
 
 
 def test_voltages_make_rows_and_slack_is_marked(gelcone):
-    code, out, _ = gelcone("validate", "--over", "displacement=0.1,1", "--over", "voltage=0,0.5,1", *FAST, "--json")
+    over = ("--over", "displacement=0.1,1", "--over", "constant_voltage=0,0.5,1")
+    code, out, _ = gelcone("validate", *over, *FAST, "--json")
     content = result(out)
     assert code == 0
     assert content["constant_voltage"] == [0.0, 0.5, 1.0]
@@ -56,7 +57,7 @@ def test_voltages_make_rows_and_slack_is_marked(gelcone):
 
 def test_the_film_named_membrane_agrees_with_the_elements(gelcone):
     """Within 1e-3 of the force and of the voltage at which it pulls in, where the cone is off by 14 to 44 %."""
-    over = ("--over", "displacement=0.5,1", "--over", "voltage=0,0.4,0.6")
+    over = ("--over", "displacement=0.5,1", "--over", "constant_voltage=0,0.4,0.6")
     code, out, _ = gelcone("validate", *over, "--wrinkles", "relax", *FAST, "--json")
     content = result(out)
     assert code == 0
@@ -91,7 +92,7 @@ def test_radius_ratios_and_prestretches_make_an_ensemble(gelcone):
 
 def test_text_and_files(gelcone, tmp_path):
     code, out, err = gelcone(
-        "validate", "--over", "displacement=0.1:1.5:5", "--over", "voltage=0,1", *FAST, "--out", tmp_path
+        "validate", "--over", "displacement=0.1:1.5:5", "--over", "constant_voltage=0,1", *FAST, "--out", tmp_path
     )
     assert (code, err) == (0, "")
     assert "disc over film a/b 0.2" in out
@@ -126,7 +127,8 @@ def test_the_figure_marks_every_kind_of_point(tmp_path):
 
 def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):
     code, out, err = gelcone(
-        "validate", "paper-table1", "--over", "displacement=20 mm,40 mm", "--over", "voltage=0 V", *FAST, "--json"
+        *("validate", "paper-table1", "--over", "displacement=20 mm,40 mm", "--over", "constant_voltage=0 V"),
+        *(*FAST, "--json"),
     )
     content = result(out)
     assert (code, err) == (0, "")
@@ -148,7 +150,7 @@ def test_a_device_takes_units_and_has_its_own_radius_ratio(gelcone):
         (["paper-table1", "--set", "film_thickness=0 mm"], "film_thickness"),
         (["--over", "displacement=9,10"], "no film spans them within its stretch limit"),
         (["--over", "displacement=1,1"], "--over displacement: must increase"),
-        (["--over", "voltage=-1"], "--over voltage=-1: "),
+        (["--over", "constant_voltage=-1"], "--over constant_voltage=-1: "),
         (["--elements", "1"], "--elements 1: "),
         (["--initial", "1,0"], "leave it out"),
     ],

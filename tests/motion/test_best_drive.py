@@ -84,7 +84,7 @@ def made_up(*limits):
             "first_limit": ("f", [0, 0, 0, 0]),
             "limit_low": (("driven", "f"), limits[None, :]),
             "driven_limit": ("driven", ["pull-in"]),
-            "driven_peak": ("peak", [0.1]),
+            "peak_voltage": ("peak", [0.1]),
             "recommended_peak": ("f", 0.8 * limits),
             "drive_frequency": ("f", FREQUENCY),
             "regime": (("f", "peak"), np.full((4, 1), Regime.PERIODIC)),
@@ -216,7 +216,7 @@ def test_a_limit_at_a_constant_voltage_counts_where_it_is_the_lower_one():
 
 def test_no_more_is_claimed_of_a_drive_than_was_examined():
     """Where no limit is met up to the highest peak examined, 1.6, a voltage above it counts as one that meets one."""
-    window = made_up(2.0, 1.4, 2.0, 1.9).assign(first_limit=("f", [-1, 0, 0, -1]), driven_peak=("peak", [1.6]))
+    window = made_up(2.0, 1.4, 2.0, 1.9).assign(first_limit=("f", [-1, 0, 0, -1]), peak_voltage=("peak", [1.6]))
     above = window.assign(static_limit_voltage=("limit", [3.1]))
     _, limits, names = best_drive._rows(above)
     np.testing.assert_allclose(limits, [1.6, 1.4, 2.0, 1.6])
@@ -241,7 +241,7 @@ def test_the_second_search_lies_between_the_neighbours_and_around_the_limit_ther
 def test_drives_inside_the_window_are_its_edge_and_the_peaks_up_to_it():
     window = made_up(2.0, 1.4, 2.0, 1.9)
     window = window.drop_dims("peak").assign(
-        driven_peak=("peak", [1.1, 1.52, 1.7]),
+        peak_voltage=("peak", [1.1, 1.52, 1.7]),
         regime=(("f", "peak"), np.array([[Regime.PERIODIC, Regime.PERIODIC, Regime.CHAOTIC]] * 4)),
         outcome=(("f", "peak"), np.array([[0, 3, 0]] * 4)),
         **{f"driven_{name}": (("f", "peak"), np.arange(12.0).reshape(4, 3) + 10.0 * k)

@@ -75,7 +75,7 @@ def test_the_page_envelope_and_settled_give_one_power_and_one_field():
     assert shown["current"] == pytest.approx(float(found["current"]), rel=1e-2)
     own = PUMP.voltage_offset + PUMP.voltage_amplitude, PUMP.frequency
     plane = gelcone.envelope(PUMP, peaks=[0.5 * own[0], own[0]], frequencies=[own[1], 1.1 * own[1]])
-    at = plane.sel(drive_frequency=own[1], method="nearest").sel(driven_peak=own[0], method="nearest")
+    at = plane.sel(drive_frequency=own[1], method="nearest").sel(peak_voltage=own[0], method="nearest")
     for name, share in (("power", 1e-4), ("apparent_power", 1e-4), ("field", 1e-3)):
         assert at[f"driven_{name}"].attrs["units"] == found[name].attrs["units"]
         assert float(at[f"driven_{name}"]) == pytest.approx(float(found[name]), rel=share)

@@ -47,10 +47,10 @@ def flat():
 
 def test_breakdown_and_slack_are_where_the_formulas_pass_zero(taut):
     limits = dict(zip(STATIC_LIMITS, taut["static_limit_voltage"].values, strict=True))
-    x = np.interp(limits["dielectric breakdown"], taut["peak_voltage"], taut["static_displacement"])
+    x = np.interp(limits["dielectric breakdown"], taut["constant_voltage"], taut["static_displacement"])
     assert limits["dielectric breakdown"] * np.sqrt(1 + x * x) == pytest.approx(1.2, rel=1e-4)
     v = limits["hoop slack"]
-    x = np.interp(v, taut["peak_voltage"], taut["static_displacement"])
+    x = np.interp(v, taut["constant_voltage"], taut["static_displacement"])
     q, lm, lh = 1 + x * x, 1.2, 1.5
     e = lm**2 * q + lh**2 + 1 / (lm**2 * lh**2 * q) - 3
     assert (lh**2 - 1 / (lm**2 * lh**2 * q)) / (1 - e / 50) - v * v * q == pytest.approx(0.0, abs=1e-3)
@@ -404,7 +404,7 @@ def test_nothing_is_examined_far_above_pull_in_and_kicks_are_tried_at_default_fr
     monkeypatch.setattr(plane_module, "SPAN", (*SPAN[:2], 5))  # fewer frequencies
     monkeypatch.setattr(envelope_module, "membrane_pull_in", lambda model: curve)
     found = envelope(WRINKLING, peaks=[0.05, 0.2, 0.35, 0.7, 1.0])
-    assert np.isnan(found["regime"].values[:, found["driven_peak"] > 0.4]).all()
+    assert np.isnan(found["regime"].values[:, found["peak_voltage"] > 0.4]).all()
     assert np.isfinite(found["regime"].values[:, 0]).all()
     kicked = np.isfinite(found["kick_tried"].values)
     given = Plane.of(WRINKLING, None, curve).default_frequencies()
@@ -497,7 +497,7 @@ def test_a_film_that_leaks_and_creeps_warms_as_its_settled_motion_does():
     assert float(found["driven_heating"][1, 1]) == pytest.approx(float(motion["heating"]), rel=1e-6)
     assert float(found["driven_power"][1, 1]) == pytest.approx(float(motion["power"]), rel=1e-6)
     q = 1.0 + found["static_displacement"] ** 2
-    np.testing.assert_allclose(found["static_heating"], found["peak_voltage"] ** 2 * q / 20.0, rtol=1e-12)
+    np.testing.assert_allclose(found["static_heating"], found["constant_voltage"] ** 2 * q / 20.0, rtol=1e-12)
     assert (found["window_heating"] > 0.0).all()
     still = TAUT.replace(film=gelcone.TautCone(branches=1), relaxation_time_1=2.0)
     creeping = envelope(still, peaks=[0.4, 0.6], frequencies=[0.5, 0.9])
@@ -568,7 +568,7 @@ def test_an_envelope_says_of_each_number_what_was_found(made_up):
             np.testing.assert_allclose(found[f"window_{name}"], expected, err_msg=name)
     assert float(found["rest_displacement"]) == 0.1
     assert (float(found["own_peak"]), float(found["own_frequency"])) == (0.6, 1.0)
-    np.testing.assert_array_equal(found["driven_peak"], VOLTS)
+    np.testing.assert_array_equal(found["peak_voltage"], VOLTS)
 
 
 def test_coexisting_motions_are_sought_at_given_frequencies_with_a_window_alone(made_up):
@@ -638,7 +638,7 @@ def test_a_constant_voltage_above_those_of_the_drive_is_recommended(made_up, mon
     monkeypatch.setattr(envelope_module, "static_limits_of", lambda plane: static)
     found = envelope(TAUT, peaks=VOLTS, frequencies=OMEGAS[[0, 1, 3]], margin=0.25)
     assert float(found["recommended_constant"]) == pytest.approx(0.75 * 1.75)
-    assert float(found["peak_voltage"][-1]) == 3.5
+    assert float(found["constant_voltage"][-1]) == 3.5
 
 
 def test_what_is_held_ends_at_the_last_sample_for_the_duration():

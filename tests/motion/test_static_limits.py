@@ -44,7 +44,7 @@ def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
     for name, values in curves.items():
         np.testing.assert_allclose(values, doubled[name], rtol=1e-12, err_msg=name)
     np.testing.assert_array_equal(limits, same)
-    peak, x, n = curves["peak_voltage"], curves["static_displacement"], model.own_numbers
+    peak, x, n = curves["constant_voltage"], curves["static_displacement"], model.own_numbers
     force, slope = model.system.force_under(x, [peak**2, (0.5 * peak) ** 2], n)
     np.testing.assert_allclose(force, 0.0, atol=1e-12)
     np.testing.assert_allclose(curves["natural_frequency"], np.sqrt(slope), rtol=1e-12)
@@ -101,7 +101,7 @@ def test_quasi_static_limits_are_where_stresses_field_and_stretch_pass_them():
     np.testing.assert_allclose(limits, expected, rtol=1e-4)
     levels = np.linspace(0.0, 4.0, 401)
     for name, values in {
-        "peak_voltage": levels,
+        "constant_voltage": levels,
         "static_displacement": 0.1 + 0.5 * levels,
         "stroke": 2.0 * levels,
         "blocked_force": 3.0 * levels,
@@ -127,7 +127,7 @@ def test_the_first_film_to_meet_a_limit_counts(share):
     first = passes(lambda v: v * np.sqrt(1.0 + (0.1 + 0.5 * v) ** 2) - 0.9, 0.0, 2.0)
     second = passes(lambda v: share * v * np.sqrt(1.0 + (0.7 - 0.5 * v) ** 2) - 0.9, 0.0, 4.0)
     assert limits[0] == pytest.approx(min(first, second), rel=1e-4)
-    v, x = curves["peak_voltage"], curves["static_displacement"]
+    v, x = curves["constant_voltage"], curves["static_displacement"]
     squares = v**2 * (1.0 + x**2), (share * v) ** 2 * (1.0 + (0.8 - x) ** 2)
     np.testing.assert_allclose(curves["static_heating"], (squares[0] + squares[1]) / 2.0 / 7.0, rtol=1e-12)
     np.testing.assert_allclose(curves["static_field"], np.sqrt(squares[0]), rtol=1e-12)

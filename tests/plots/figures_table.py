@@ -445,7 +445,7 @@ TABLE = {
     ],
     "operating envelope": [
         (
-            "x: drive frequency (of drive_frequency); y: peak voltage (of driven_peak); log x",
+            "x: drive frequency (of drive_frequency); y: peak voltage (of peak_voltage); log x",
             [
                 "solid o in the legend: dielectric breakdown: unknown, no strength given",
                 "solid s limit_low over drive_frequency: hoop slack, driven",
@@ -456,11 +456,11 @@ TABLE = {
                 "ticks as 1.5",
             ],
         ),
-        ("y: static stroke (of stroke)", ["solid stroke over peak_voltage"]),
-        ("y: blocked force (of blocked_force)", ["dashed blocked_force over peak_voltage"]),
+        ("y: static stroke (of stroke)", ["solid stroke over constant_voltage"]),
+        ("y: blocked force (of blocked_force)", ["dashed blocked_force over constant_voltage"]),
         (
-            "x: constant voltage (of peak_voltage); y: natural freq. (of natural_frequency)",
-            ["solid natural_frequency over peak_voltage"],
+            "x: constant voltage (of constant_voltage); y: natural freq. (of natural_frequency)",
+            ["solid natural_frequency over constant_voltage"],
         ),
         (
             "x: drive frequency (of drive_frequency); y: stroke (of window_stroke); title: at the window's edge; log x",

@@ -30,7 +30,7 @@ def padded(values, count):
 
 def envelope(**changed):
     values = {
-        "driven_peak": ("voltage", [0.5, 4.0]),
+        "peak_voltage": ("voltage", [0.5, 4.0]),
         "recommended_peak": ("drive_frequency", WINDOW),
         "driven_limit": ("limit", ["rest is lost", "dielectric breakdown"]),
         "limit_low": (("limit", "drive_frequency"), [[2.0, 1.0, 3.0], [np.nan] * 3]),
@@ -39,7 +39,7 @@ def envelope(**changed):
         "static_limit_voltage": ("static", [1.5, 4.1, 4.3, np.nan]),
         "own_frequency": ((), 2.0),
         "own_peak": ((), 0.6),
-        "peak_voltage": ("peak", VOLTS),
+        "constant_voltage": ("peak", VOLTS),
         "stroke": ("peak", [0.0, 0.1, 0.4, 0.9]),
         "blocked_force": ("peak", [0.0, -1.0, -2.0, -3.0]),
         "natural_frequency": ("peak", [1.0, 0.9, 0.7, 0.2]),

@@ -142,7 +142,7 @@ def test_an_axis_has_its_name_and_its_quantity():
     """On the command line that of a model or of a device; the quantities of options and axes by their keywords."""
     envelope = find_analysis("envelope")
     names = {keyword: (axis.name(False), axis.name(True)) for keyword, axis in envelope.axes.items()}
-    assert names == {"frequencies": ("drive_frequency", "frequency"), "peaks": ("voltage", "peak_voltage")}
+    assert names == {"frequencies": ("drive_frequency", "frequency"), "peaks": ("peak_voltage", "peak_voltage")}
     measured = {name: quantity for name, quantity in envelope.quantities.items() if quantity}
     assert measured.items() >= {"frequencies": "frequency", "peaks": "voltage"}.items()
     assert find_analysis("regime").quantities["budget"] == "time"

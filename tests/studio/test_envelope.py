@@ -50,7 +50,7 @@ def compared(messages, result):
         np.testing.assert_allclose(arrays[f"limit {name}"], expected, rtol=1e-12, err_msg=name)
     static = [head["static"][str(name)] for name in result["static_limit"].values]
     np.testing.assert_allclose(static, result["static_limit_voltage"], rtol=1e-12)
-    assert head["highest"] == pytest.approx(float(result["driven_peak"][-1]))
+    assert head["highest"] == pytest.approx(float(result["peak_voltage"][-1]))
     assert head["most"] == pytest.approx(float(result["drive_frequency"][-1]))
     assert head["pull_in_of"] == result.attrs["pull_in_of"] == "membrane"
 

@@ -132,7 +132,7 @@ def test_a_map_on_the_page_is_uniform_and_leaves_out_what_it_sweeps(kind):
 
 
 def test_a_result_without_a_start_has_neither_a_start_nor_what_it_sweeps():
-    wanted = exports.Wanted(find_analysis("static"), {}, ("voltage=0:1:3",))
+    wanted = exports.Wanted(find_analysis("tongues"), {}, ("voltage=0:1:3",))
     setting = Setting(preset="base", values={"voltage": "1.04", "displacement": "0.9", "law": "gent"})
     assert exports.fitting(setting, wanted).values == {"law": "gent"}
 

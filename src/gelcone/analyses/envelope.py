@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gelcone.analyses.request import Subject
 
 _HELD = "holding_time"
-_STATIC = ("peak_voltage", "stroke", "blocked_force", "natural_frequency")
+_STATIC = ("constant_voltage", "stroke", "blocked_force", "natural_frequency")
 _WINDOW = ("drive_frequency", "recommended_peak", "window_stroke", "window_power", "window_apparent_power")
 _WARM = "window_heating"
 """And of films that get warm."""
@@ -106,12 +106,12 @@ def _pull_in_words(shown: xr.Dataset) -> str:
 def _static_reading(shown: xr.Dataset, name: str, voltage: float) -> str:
     if np.isinf(voltage) and name not in ("pitchfork", "pull-in"):
         pull_in = float(shown["static_limit_voltage"][_names(shown, "static_limit").index("pull-in")])
-        if pull_in <= float(shown["peak_voltage"].max()):
+        if pull_in <= float(shown["constant_voltage"].max()):
             return "none to pull-in"
-        return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
+        return f"above {_plain(shown['constant_voltage'].max())}{unit_of(shown['constant_voltage'])}"
     if np.isnan(voltage):
         return _missing(name)
-    return "none" if np.isinf(voltage) else f"{_plain(voltage)}{unit_of(shown['peak_voltage'])}"
+    return "none" if np.isinf(voltage) else f"{_plain(voltage)}{unit_of(shown['constant_voltage'])}"
 
 
 def _lowest_driven(shown: xr.Dataset, row: int) -> str:
@@ -123,15 +123,15 @@ def _lowest_driven(shown: xr.Dataset, row: int) -> str:
     if np.isinf(low[k]):
         pull_in = shown["limit_low"].values[_names(shown, "driven_limit").index("pull-in")]
         held = shown["static_limit_voltage"].values[_names(shown, "static_limit").index("pull-in")]
-        if np.isfinite(pull_in).all() or held < float(shown["driven_peak"][-1]):
+        if np.isfinite(pull_in).all() or held < float(shown["peak_voltage"][-1]):
             return "none to pull-in"
-        return f"above {_plain(shown['driven_peak'].max())}{unit_of(shown['driven_peak'])}"
+        return f"above {_plain(shown['peak_voltage'].max())}{unit_of(shown['peak_voltage'])}"
     return f"{_interval(shown, row, k)} at {_plain(frequency[k])}{unit_of(frequency)}"
 
 
 def _interval(shown: xr.Dataset, row: int, k: int) -> str:
     low, high = (_plain(shown[name].values[row, k]) for name in ("limit_low", "limit_high"))
-    return f"{low if low == high else f'{low} to {high}'}{unit_of(shown['driven_peak'])}"
+    return f"{low if low == high else f'{low} to {high}'}{unit_of(shown['peak_voltage'])}"
 
 
 def _static_lines(shown: xr.Dataset) -> Iterator[str]:
@@ -141,7 +141,7 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
         yield "no constant voltage is recommended: the film is slack from 0 on; pre-stretch it"
         return
     at = {
-        name: f"{_plain(np.interp(highest, shown['peak_voltage'], shown[name]))}{unit_of(shown[name])}"
+        name: f"{_plain(np.interp(highest, shown['constant_voltage'], shown[name]))}{unit_of(shown[name])}"
         for name in _STATIC
     }
     said = [f"stroke {at['stroke']}"]
@@ -157,11 +157,11 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
             f"natural frequency {at['natural_frequency']} ({still} at 0)",
         ]
     if "static_heating" in shown:
-        warm = np.interp(highest, shown["peak_voltage"], shown["static_heating"])
+        warm = np.interp(highest, shown["constant_voltage"], shown["static_heating"])
         said.append(f"warms by {float(warm):.3g}{unit_of(shown['static_heating'])}")
     while_held = f", {_held_words(shown)}" if _HELD in shown else ""
     yield (
-        f"recommended constant voltage{while_held}, {margin:.0%} below {_bound(shown)}: {at['peak_voltage']}; "
+        f"recommended constant voltage{while_held}, {margin:.0%} below {_bound(shown)}: {at['constant_voltage']}; "
         f"{', '.join(said)}"
     )
 
@@ -294,7 +294,7 @@ def _range(values: xr.DataArray) -> str:
 
 def _bound(shown: xr.Dataset) -> str:
     """Name the bound of the constant voltage: its limits, or the highest voltage that was computed."""
-    highest = shown["peak_voltage"][-1]
+    highest = shown["constant_voltage"][-1]
     met = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf)) <= float(highest)
     return "its limits" if met else f"{_plain(highest)}{unit_of(highest)}, up to which no limit was met"
 
@@ -313,13 +313,13 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
     first = int(shown["first_limit"].values[k])
     lowest_static = float(np.nanmin(shown["static_limit_voltage"].values, initial=np.inf))
     low = np.inf if first < 0 else float(shown["limit_low"].values[first, k])
-    highest = float(shown["driven_peak"][-1])
+    highest = float(shown["peak_voltage"][-1])
     if min(low, lowest_static) > highest:
-        reading = f"none met up to {_plain(highest)}{unit_of(shown['driven_peak'])}"
+        reading = f"none met up to {_plain(highest)}{unit_of(shown['peak_voltage'])}"
     elif lowest_static < low:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
         name = _names(shown, "static_limit")[at]
-        volts = f"{_plain(lowest_static)}{unit_of(shown['driven_peak'])}"
+        volts = f"{_plain(lowest_static)}{unit_of(shown['peak_voltage'])}"
         reading = f"{name} at {volts} {_held_words(shown)}" if _HELD in shown else f"{name} at constant {volts}"
     else:
         reading = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
@@ -338,7 +338,7 @@ def _own_line(shown: xr.Dataset) -> str:
     limit = highest / (1.0 - _margin_of(shown))
     if peak <= highest:
         return f"{own} inside the window, {_plain(highest)}{volt} there"
-    searched = float(shown["driven_peak"][-1])
+    searched = float(shown["peak_voltage"][-1])
     if peak > searched and limit >= searched * (1.0 - 1e-9):
         return f"{own} above the voltages examined, up to {_plain(searched)}{volt}, at which no limit was met"
     side = "below" if peak <= limit else "beyond"

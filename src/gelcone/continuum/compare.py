@@ -54,13 +54,13 @@ MESH_VARIABLES = {
 @analysis(
     axes={
         "displacements": Axis("displacement", "displacement", least=1),
-        "voltages": Axis("voltage", "voltage", least=1),
+        "voltages": Axis("constant_voltage", "constant_voltage", least=1),
     },
     answers="validation",
     examples=(
-        "--set radius_ratio=0.2 --over displacement=0.5,1,1.5 --over voltage=0,0.3 --out results",
+        "--set radius_ratio=0.2 --over displacement=0.5,1,1.5 --over constant_voltage=0,0.3 --out results",
         "--set radius_ratio=0.05,0.2,0.5 --set prestretch=1.2 --set prestretch_mode=equibiaxial --json",
-        'paper-table1 --over "displacement=5 mm:40 mm:8" --over "voltage=0 kV,1 kV" --wrinkles relax',
+        'paper-table1 --over "displacement=5 mm:40 mm:8" --over "constant_voltage=0 kV,1 kV" --wrinkles relax',
     ),
 )
 def validate(

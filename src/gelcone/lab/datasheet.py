@@ -48,14 +48,17 @@ STEPS = 4000
 
 
 @analysis(
-    axes={"voltages": Axis("voltage", "voltage", least=1)},
+    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
     answers="datasheet",
     single=True,
     file_only=(
         "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "branch_fails",
         "equilibrium", "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
     ),
-    examples=("biased-pump --out results", 'biased-pump --over "voltage=0.5 kV,1 kV,1.5 kV" --film wrinkling --json'),
+    examples=(
+        "biased-pump --out results",
+        'biased-pump --over "constant_voltage=0.5 kV,1 kV,1.5 kV" --film wrinkling --json',
+    ),
 )  # fmt: skip
 def datasheet(
     model: ConeModel,
@@ -107,7 +110,7 @@ def datasheet(
     check_one(model, "datasheet")
     levels = own_levels(model) if voltages is None else np.unique(np.asarray(voltages, dtype=float))
     if not np.any(levels):
-        raise InputError("voltages = 0: a data sheet takes one above 0; give --over voltage=..., or a drive")
+        raise InputError("voltages = 0: a data sheet takes one above 0; give --over constant_voltage=..., or a drive")
     levels = np.unique([0.0, *np.atleast_1d(levels)])
     ramp, displacements = _ramp(model, float(levels[-1]))
     found = plain(static)(model, levels, displacements, progress=weighted(progress, 0.3)).assign(ramp)

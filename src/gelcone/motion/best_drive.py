@@ -196,7 +196,7 @@ _SHARE = dataset.absent("share", nan="the motion ends or is no longer periodic")
 
 def candidates(found: xr.Dataset) -> Candidates:
     """All drives inside the window of an envelope: those at its edge, and those examined below."""
-    peaks, edges = found["driven_peak"].values, found["recommended_peak"].values
+    peaks, edges = found["peak_voltage"].values, found["recommended_peak"].values
     frequency = found["drive_frequency"].values
     inside = peaks[None, :] <= edges[:, None]
     of_plane = {
@@ -265,7 +265,7 @@ def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:
     at = int(np.argmin(np.abs(known - omega)))
     below, above = known[max(at - 1, 0)], known[min(at + 1, len(known) - 1)]
     _, bound = _limit(wide, wide, omega)
-    top = bound if np.isfinite(bound) else float(wide["driven_peak"][-1])
+    top = bound if np.isfinite(bound) else float(wide["peak_voltage"][-1])
     return {"frequencies": np.geomspace(below, above, FINE), "peaks": top * np.linspace(*PEAKS)}
 
 
@@ -279,7 +279,7 @@ def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
         constant_name = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
         for k, omega in enumerate(one["drive_frequency"].values):
             row = int(one["first_limit"][k])
-            low = float(one["driven_peak"][-1] if row < 0 else one["limit_low"][row, k])
+            low = float(one["peak_voltage"][-1] if row < 0 else one["limit_low"][row, k])
             name = "none" if row < 0 else str(one["driven_limit"].values[row])
             found[float(omega)] = (
                 (low, name) if low <= constant else (constant, f"{constant_name} at a constant voltage")

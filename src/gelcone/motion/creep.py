@@ -52,13 +52,13 @@ step in which pull-in lies."""
 
 
 @analysis(
-    axes={"voltages": Axis("voltage", "voltage", least=1)},
+    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement", "current", "second_current", "heating", "margin"),
     examples=(
         'biased-pump --film wrinkling --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
-        '--over "voltage=1 kV,2 kV" --out results',
+        '--over "constant_voltage=1 kV,2 kV" --out results',
         'biased-pump --film taut --set "material.viscous_modulus_1=4 kPa" --set "material.relaxation_time_1=2 s" '
         '--duration "600 s" --json',
     ),

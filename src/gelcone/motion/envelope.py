@@ -48,7 +48,7 @@ HELD_LEVELS = 32
 @analysis(
     axes={
         "frequencies": Axis("drive_frequency", "frequency", one="operating-limits"),
-        "peaks": Axis("voltage", "peak_voltage"),
+        "peaks": Axis("peak_voltage", "peak_voltage"),
     },
     answers="envelope",
     drawn=True,
@@ -91,14 +91,14 @@ def envelope(
 
     Returns
     -------
-    Dataset with, over ``peak_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
+    Dataset with, over ``constant_voltage`` (quasi-static): ``static_displacement``, ``stroke``, ``blocked_force``,
     ``natural_frequency`` (of small motions, in which a film that creeps is stiffer than on the ramp), ``static_field``,
     ``static_hoop_stress``, ``static_meridional_stress``; over ``static_limit``: ``static_limit_voltage`` (infinity:
     none on the way to pull-in or the stretch limit, NaN: unknown or not applicable); ``recommended_constant``, the
     lowest of them less the margin; ``rest_displacement``; and ``own_peak`` and ``own_frequency`` of the device's own
     drive.
 
-    Over ``drive_frequency`` and ``driven_peak``, of the settled motion: ``driven_stroke``, ``driven_power``,
+    Over ``drive_frequency`` and ``peak_voltage``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,
     ``outcome``; NaN where it was not
     examined: well above the pull-in of the film, and the yields at frequencies that were added. Over
@@ -186,11 +186,12 @@ def envelope(
     window = {name: np.where(recommended > 0.0, edge[name], np.nan) for name in _WINDOW}
     kicked = np.isin(found["frequency"], omegas) & (recommended > 0.0)
     others = _coexisting(plane, found["frequency"], recommended, kicked, weighted(progress, COEXISTING_SHARE))
-    of_peak, of_frequency, of_both = ("peak_voltage",), ("drive_frequency",), ("drive_frequency", "driven_peak")
+    of_constant, of_frequency = ("constant_voltage",), ("drive_frequency",)
+    of_both = ("drive_frequency", "peak_voltage")
     of_limit = ("driven_limit", "drive_frequency")
     return dataset.label(
         model,
-        {name: (of_peak, values, *_STATIC[name]) for name, values in static.items() if name in _STATIC}
+        {name: (of_constant, values, *_STATIC[name]) for name, values in static.items() if name in _STATIC}
         | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _of(model, _DRIVEN)}
         | {f"window_{name}": (of_frequency, window[name], *_WINDOW[name]) for name in _of(model, _WINDOW)}
         | others
@@ -216,9 +217,9 @@ def envelope(
         },
         coords=levels
         | {
-            "peak_voltage": (of_peak, static["peak_voltage"], "constant peak voltage", "voltage"),
+            "constant_voltage": (of_constant, static["constant_voltage"], "constant voltage", "voltage"),
             "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
-            "driven_peak": (("driven_peak",), volts, "peak voltage of the drive", "voltage"),
+            "peak_voltage": (("peak_voltage",), volts, "peak voltage of the drive", "voltage"),
             "own_peak": ((), float(model.peak_voltage), "peak voltage of the device's own drive", "voltage"),
             "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),

@@ -40,13 +40,13 @@ FAR = 100.0
 
 @analysis(
     axes={
-        "voltages": Axis("voltage", "voltage", least=1),
+        "voltages": Axis("constant_voltage", "constant_voltage", least=1),
         "displacements": Axis("displacement", "displacement", least=1),
     },
     answers="statics",
     examples=(
-        "--set spring_stiffness=1.5 --over voltage=0,1,1.5 --out results",
-        'paper-table1 --over "voltage=0 kV:10 kV:11" --json',
+        "--set spring_stiffness=1.5 --over constant_voltage=0,1,1.5 --out results",
+        'paper-table1 --over "constant_voltage=0 kV:10 kV:11" --json',
     ),
 )
 def static(
@@ -62,10 +62,10 @@ def static(
     Parameters
     ----------
     model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
-    voltages : constant commanded voltages v, at least 0, one or several, the dim ``constant_voltage`` of the result; on
-        the command line ``--over voltage=...``. Default the peak of the drive and, where it has one, its offset. In
-        opposite phase about a bias v0 of their sign the second film has 2 v0 - v, and the default is the peak of that
-        sign. With a commanded charge they are the voltages that it gives the flat film.
+    voltages : constant commanded voltages v, at least 0, one or several: ``constant_voltage`` of the result and of
+        ``--over``. Default the peak of the drive and, where it has one, its offset. In opposite phase about a bias v0
+        of their sign the second film has 2 v0 - v, and the default is the peak of that sign. With a commanded charge
+        they are the voltages that it gives the flat film.
     displacements : increasing x at which the force is given; default 401 even ones around all equilibria.
     at_once : of a film that creeps, before its branches have relaxed: the first stroke of a step, the blocked force
         of a fast one. Default the film that has relaxed.

@@ -55,11 +55,14 @@ class Held(Code):
 
 
 @analysis(
-    axes={"height": Axis("displacement", "displacement", least=1), "voltage": Axis("voltage", "voltage", least=1)},
+    axes={
+        "height": Axis("displacement", "displacement", least=1),
+        "voltage": Axis("constant_voltage", "constant_voltage", least=1),
+    },
     answers="profile",
     examples=(
-        "--film membrane --set radius_ratio=0.3 --over displacement=0.8 --over voltage=0.3",
-        'paper-table1 --film membrane --over "displacement=10 mm:30 mm:5" --over "voltage=0 kV:4 kV:5" --out results',
+        "--film membrane --set radius_ratio=0.3 --over displacement=0.8 --over constant_voltage=0.3",
+        'paper-table1 --film membrane --over "displacement=10 mm:30 mm:5" --over "constant_voltage=0 kV:4 kV:5"',
     ),
 )
 def film(

@@ -134,7 +134,7 @@ def static_curves(plane: Plane, highest: float) -> dict[str, Array]:
     ramp = plane.ramp(levels)
     state = _states(plane, ramp)[0]
     curves = {
-        "peak_voltage": levels,
+        "constant_voltage": levels,
         "static_displacement": ramp.displacement,
         "stroke": ramp.stroke,
         "blocked_force": ramp.blocked_force,

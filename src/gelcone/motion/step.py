@@ -40,12 +40,12 @@ LATE = 0.1
 
 
 @analysis(
-    axes={"voltages": Axis("voltage", "voltage", least=1)},
+    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement"),
     examples=(
-        'biased-pump --over "voltage=0.5 kV,1 kV" --out results',
+        'biased-pump --over "constant_voltage=0.5 kV,1 kV" --out results',
         'biased-pump --film wrinkling --set "series_resistance=5 MOhm" --before "0.7 kV" --json',
     ),
 )

@@ -54,7 +54,7 @@ def envelope_figure(envelope: xr.Dataset) -> Figure:
 def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     """Each limit of the driven motion over drive frequency, quasi-static ones as level lines, the window shaded."""
     frequency = envelope["drive_frequency"].values
-    highest = float(envelope["driven_peak"].max())
+    highest = float(envelope["peak_voltage"].max())
     window = envelope["recommended_peak"].values
     if (window > 0.0).any():
         there = window > 0.0  # a gap where there is no window, instead of a slope down to 0
@@ -84,7 +84,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     frequency_axis(envelope, axes)
     axes.autoscale_view()
     axes.set_ylim(0.0, min(1.05 * highest, 1.1 * axes.dataLim.ymax))
-    axes.set_ylabel(axis_label(envelope["driven_peak"], "peak voltage"))
+    axes.set_ylabel(axis_label(envelope["peak_voltage"], "peak voltage"))
 
 
 def limit_label(envelope: xr.Dataset, name: str) -> str:
@@ -125,7 +125,7 @@ def frequency_axis(envelope: xr.Dataset, axes: Axes) -> None:
 
 def static_curves(envelope: xr.Dataset, axes: Axes) -> None:
     """Stroke and blocked force over the constant voltage; the recommended range is shaded."""
-    volts = envelope["peak_voltage"].values
+    volts = envelope["constant_voltage"].values
     twin_curves(axes, volts, envelope["stroke"], "static stroke", envelope["blocked_force"], "blocked force")
     shade(envelope, axes)
     if not (np.abs(envelope["stroke"].values) > 1e-9).any():
@@ -134,16 +134,16 @@ def static_curves(envelope: xr.Dataset, axes: Axes) -> None:
 
 def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
     """Natural frequency about the equilibrium over the constant voltage."""
-    axes.plot(envelope["peak_voltage"], envelope["natural_frequency"], color=BLUE)
+    axes.plot(envelope["constant_voltage"], envelope["natural_frequency"], color=BLUE)
     shade(envelope, axes)
     axes.set_ylim(bottom=0.0)
-    name_axes(axes, envelope["peak_voltage"], envelope["natural_frequency"], "constant voltage", "natural freq.")
+    name_axes(axes, envelope["constant_voltage"], envelope["natural_frequency"], "constant voltage", "natural freq.")
 
 
 def shade(envelope: xr.Dataset, axes: Axes) -> None:
     """Shades the recommended constant voltages."""
     axes.axvspan(0.0, float(envelope["recommended_constant"]), color=GREEN, alpha=0.18, lw=0)
-    axes.set_xlim(0.0, float(envelope["peak_voltage"].max()))
+    axes.set_xlim(0.0, float(envelope["constant_voltage"].max()))
 
 
 def window_yield(envelope: xr.Dataset, axes: Axes) -> None:
