@@ -41,7 +41,7 @@ SMALL = {
     "map": ["--over", "material.fung_b=0.1:0.2:2", "--over", "quality_factor=4:5:2", "--uniform"],
     "film": ["--film", "membrane", "--set", "hoop_prestretch=1.1"],
     "creep": ["--set", "material.viscous_modulus_1=4 kPa", "--set", "material.relaxation_time_1=2 s", "--film", "taut"],
-    "drive": ["--lowest", "9 Hz", "--highest", "11 Hz"],
+    "drive": ["--lowest-frequency", "9 Hz", "--highest-frequency", "11 Hz"],
     "sweep": ["--over", "material.fung_b=0.1:0.2:2"],
     "validate": ["--over", "displacement=10 mm", "--elements", "10"],
     "basin": ["--over", "displacement=10 mm:12 mm:2", "--over", "velocity=0 m/s:0.1 m/s:2"],

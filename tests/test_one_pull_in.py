@@ -112,4 +112,6 @@ def test_a_film_that_stiffens_without_limit_never_pulls_in_whichever_command_is_
     window = gelcone.envelope(model, frequencies=[0.9, 1.0])
     assert float(window["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) == np.inf
     assert np.isinf(window["limit_low"].values[DRIVEN_LIMITS.index("pull-in")]).all()
-    assert not str(gelcone.drive(model, lowest=0.9, highest=1.0).attrs["limit"]).startswith("pull-in")
+    assert not str(gelcone.drive(model, lowest_frequency=0.9, highest_frequency=1.0).attrs["limit"]).startswith(
+        "pull-in"
+    )

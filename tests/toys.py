@@ -128,7 +128,7 @@ class SeriesResistor(Circuit):
     def voltage(self, port: Port, y: list[Any], n: Any, xp: Any = np) -> Any:
         return port.voltage(y[0])
 
-    def faithful(self, n: Any) -> bool:
+    def rests_at_command(self, n: Any) -> bool:
         return bool(np.all(n["leak"] == 0.0))
 
     def commanded(self, port: Port, voltage: Any, n: Any) -> Any:

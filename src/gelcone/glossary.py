@@ -28,8 +28,8 @@ GLOSSARY: dict[str, str] = {
     "doubtful": "A result whose pieces of evidence disagree; run it longer or examine it before relying on it.",
     "equilibrium": "A displacement at which the forces on the disc cancel under a constant voltage: the disc rests "
     "there where it is stable, and leaves it where it is unstable.",
-    "firmness": "Slope of the meridional tension of a ring of the membrane by its stretch; the ring localises where it "
-    "falls to zero.",
+    "tangent stiffness": "Slope of the meridional tension of a ring of the membrane by its stretch; the ring localises "
+    "where it falls to zero.",
     "fold": "A value of a parameter at which a stable and an unstable state meet and vanish; a jump follows.",
     "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
     "voltage where there is no offset.",

@@ -19,7 +19,7 @@ def test_a_design_names_its_limit_and_what_binds_it():
             "probability_low": ("design", [0.95]), "probability_high": ("design", [0.97]),
             "distance": ("design", [-2.5]),
             "relaxed": ("design", [0.12]), "spring_rate": ("design", [15.0]),
-            "first_limit": ("design", ["pull-in on a ramp"]), "binds": ("design", ["stroke"]),
+            "first_limit": ("design", ["pull-in on a ramp"]), "binding_requirement": ("design", ["stroke"]),
         },
         {"design": ("design", [1])},
         {"spring_rate": "N/m"},
@@ -56,7 +56,7 @@ def test_designs_in_the_plural_and_what_was_left_out():
            "probability": 0.96, "probability_low": 0.95, "probability_high": 0.97, "distance": 2.5, "relaxed": 0.0,
            "spring_rate": 15.0}  # fmt: skip
     found = made({n: ("design", [v, v], "N/m" if n == "spring_rate" else "1") for n, v in own.items()}
-                 | {"first_limit": ("design", ["pull-in"] * 2), "binds": ("design", ["stroke"] * 2)},
+                 | {"first_limit": ("design", ["pull-in"] * 2), "binding_requirement": ("design", ["stroke"] * 2)},
                  {"design": ("design", [1, 2])}, title="designs: pump", frequency=10.0, margin=0.2,
                  free='["spring_rate"]', left_out='["design 3: no rest"]', nominal_probabilities="{}")  # fmt: skip
     lines = design.design_words(edited(found, membrane_stroke=[4.0, NAN])).splitlines()

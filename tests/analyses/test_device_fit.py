@@ -19,7 +19,7 @@ def fit():
     return result(
         {
             "prior": ("unknown", [0.1, 0.02]),
-            "left": ("unknown", [0.01, 0.01]),
+            "posterior": ("unknown", [0.01, 0.01]),
             "deviation": ("unknown", [np.log(1.15), np.log(0.95)]),
             "value": ("field", [17.25]),
             "left_out_chi2": ("test", [9.5, 40.0]),
@@ -49,7 +49,8 @@ def test_a_test_that_the_others_contradict_is_refused():
 
 def fit_of_device(**changes):
     own = {
-        "prior": ("unknown", [0.1, 10.0]), "left": ("unknown", [0.01, 0.02]), "deviation": ("unknown", [-0.25, 0.125]),
+        "prior": ("unknown", [0.1, 10.0]), "posterior": ("unknown", [0.01, 0.02]),
+        "deviation": ("unknown", [-0.25, 0.125]),
         "value": ("field", [17.25]), "profile_low": ("unknown", [-0.5, NAN]), "profile_high": ("unknown", [0.25, NAN]),
         "structure_objective": ("structure", [12.0, 11.0, 99.0]), "exponent": (("invariant", "field"), [[1.0]]),
         "predicted_value": ("prediction", [0.004, NAN]), "predicted_spread": ("prediction", [0.0001, NAN]),

@@ -20,7 +20,8 @@ def drawn_window(**changes):
         "recommended_constant": ("draw", [16.0, 16.0, 16.0, NAN], "V"),
         "limit_low": (("draw", "driven_limit", "drive_frequency"),
                       [[[10.0, 30.0], [12.0, 7.5]]] * 2 + [[[10.0, NAN], [12.0, INF]]] + [[[NAN] * 2] * 2], "V"),
-        "own_frequency": ("draw", [12.0] * 4, "Hz"), "own_peak": ("draw", [6.5, 7.5, 7.0, 7.25], "V"),
+        "operating_frequency": ("draw", [12.0] * 4, "Hz"),
+        "operating_peak_voltage": ("draw", [6.5, 7.5, 7.0, 7.25], "V"),
     }  # fmt: skip
     coords = {"drive_frequency": ("drive_frequency", [10.0, 14.0], "Hz"), "static_limit": ("static_limit", ["pull-in",
               "pitchfork"]), "driven_limit": ("driven_limit", ["hoop slack", "chaos"])}  # fmt: skip
@@ -70,7 +71,7 @@ def test_an_envelope_of_draws():
         "1",
     ]
     assert lines[8] == "its own drive, 7.125 V at 12 Hz: inside the window in 2 of 4 draws"
-    outside = drawn.over_draws_words(drawn_window(own_frequency=15.0), SUBJECT).splitlines()[-1]
+    outside = drawn.over_draws_words(drawn_window(operating_frequency=15.0), SUBJECT).splitlines()[-1]
     assert outside == "its own drive: outside the frequencies examined"
     free = drawn._first_limits(drawn_window(limit_low=INF, static_limit_voltage=NAN))
     assert (free == "none").all()
@@ -98,10 +99,10 @@ def test_a_frequency_response_of_draws():
 def test_the_own_drive_of_each_draw_is_held_against_its_own_window():
     """At 12 Hz, in the middle of windows of 7, 6.5 and 8 V; one draw outside the frequencies leaves all unsaid."""
     windows = [[8.0, 6.0], [7.0, 6.0], [9.0, 7.0], [NAN] * 2]
-    shown = drawn_window(recommended_peak=windows, own_peak=[6.75, 6.75, 6.5, 7.75])
+    shown = drawn_window(recommended_peak=windows, operating_peak_voltage=[6.75, 6.75, 6.5, 7.75])
     assert drawn._own_line(shown) == "its own drive, 6.75 V at 12 Hz: inside the window in 2 of 4 draws"
     lines = drawn._window_lines(shown)
     assert lines[-3].split()[1:5] == ["8", "7.05", "to", "8.95"]
     assert lines[-2].split()[1:5] == ["6", "6", "to", "6.95"]
-    far = drawn._own_line(drawn_window(own_frequency=[12.0, 12.0, 12.0, 15.0]))
+    far = drawn._own_line(drawn_window(operating_frequency=[12.0, 12.0, 12.0, 15.0]))
     assert far == "its own drive: outside the frequencies examined"

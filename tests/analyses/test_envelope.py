@@ -24,7 +24,8 @@ def window(**changes):
         "stroke": ("constant_voltage", [0.0, 8.0], "mm"), "blocked_force": ("constant_voltage", [0.0, 0.5], "N"),
         "natural_frequency": ("constant_voltage", [12.0, 10.0], "Hz"),
         "static_displacement": ("constant_voltage", [1.0, 2.0]),
-        "own_peak": (None, 900.0, "V"), "own_frequency": (None, 12.0, "Hz"), "kick_tried": (at, [NAN, NAN], "m/s"),
+        "operating_peak_voltage": (None, 900.0, "V"), "operating_frequency": (None, 12.0, "Hz"),
+        "kick_tried": (at, [NAN, NAN], "m/s"),
         "kick_low": (at, [0.25, 0.5], "m/s"), "kick_high": (at, [0.375, 0.625], "m/s"),
         "coexisting_motions": (at, [0, 0]),
         "motion_regime": ((at, "motion"), [[3], [3]]), "motion_outcome": ((at, "motion"), [[0], [0]]),
@@ -100,11 +101,13 @@ def test_an_envelope():
          "  10                1000        3             40            60              hoop slack at constant 1100 V"),
         ({"static_limit_voltage": INF, "limit_low": INF, "first_limit": -1},
          "  10                1000        3             40            60              none met up to 2400 V"),
-        ({"own_peak": 1150.0}, "its own drive, 1150 V at 12 Hz: above the window, 1100 V there, and below a limit"),
-        ({"own_peak": 1400.0}, "its own drive, 1400 V at 12 Hz: above the window, 1100 V there, and beyond a limit"),
-        ({"own_frequency": 9.0}, "its own drive, 900 V at 9 Hz: outside the frequencies examined"),
-        ({"own_frequency": 15.0}, "its own drive, 900 V at 15 Hz: outside the frequencies examined"),
-        ({"own_peak": 2500.0, "recommended_peak": 1920.0},
+        ({"operating_peak_voltage": 1150.0},
+        "its own drive, 1150 V at 12 Hz: above the window, 1100 V there, and below a limit"),
+        ({"operating_peak_voltage": 1400.0},
+        "its own drive, 1400 V at 12 Hz: above the window, 1100 V there, and beyond a limit"),
+        ({"operating_frequency": 9.0}, "its own drive, 900 V at 9 Hz: outside the frequencies examined"),
+        ({"operating_frequency": 15.0}, "its own drive, 900 V at 15 Hz: outside the frequencies examined"),
+        ({"operating_peak_voltage": 2500.0, "recommended_peak": 1920.0},
          "its own drive, 2500 V at 12 Hz: above the voltages examined, up to 2400 V, at which no limit was met"),
         ({"kick_tried": [0.75, 0.5]},
          "no other motion was found within the window: no kick, a sudden change of the disc's velocity, up to 0.75 m/s "
@@ -141,7 +144,12 @@ def test_a_row_is_left_out_where_it_is_on_a_line_to_4_per_cent_of_the_largest(of
 def test_a_drive_beyond_the_loss_of_rest_alone(onset, pull_in, margin, text):
     """Limits that are not met, or not known, are none of those that are left."""
     low = labelled((("driven_limit", "drive_frequency"), [[onset, onset], [pull_in, pull_in]]))
-    shown = window(own_peak=800.0, own_frequency=14.0, recommended_peak=560.0, static_limit_voltage=[INF, NAN, INF])
+    shown = window(
+        operating_peak_voltage=800.0,
+        operating_frequency=14.0,
+        recommended_peak=560.0,
+        static_limit_voltage=[INF, NAN, INF],
+    )
     shown = shown.assign_coords(driven_limit=["onset of rest", "pull-in"]).assign(limit_low=low)
     shown.attrs["options"] = json.dumps({"margin": margin})
     assert envelope._own_line(shown) == f"its own drive, 800 V at 14 Hz: {text}"
@@ -180,7 +188,9 @@ def test_the_film_whose_pull_in_limits_an_envelope():
         cone == "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
     )
     volts = {"units": "V"}
-    creeps = window().assign(instant_voltage=((), 2700.0, volts), long_time_voltage=((), 2300.0, volts))
+    creeps = window().assign(
+        instantaneous_pull_in_voltage=((), 2700.0, volts), long_term_pull_in_voltage=((), 2300.0, volts)
+    )
     lines = said(envelope.envelope_words, creeps)
     assert lines[4:7] == [
         "pull-in is that of the film as a membrane of the relaxed gel, its force known to 1.2%",
@@ -188,7 +198,7 @@ def test_the_film_whose_pull_in_limits_an_envelope():
         "while (gelcone creep says when)",
         "limits at constant voltage are those in the long run, with --duration those of a time",
     ]
-    never = said(envelope.envelope_words, edited(creeps, long_time_voltage=INF))
+    never = said(envelope.envelope_words, edited(creeps, long_term_pull_in_voltage=INF))
     assert never[5] == "the film creeps: no constant voltage pulls the cone itself in, at once or in the long run"
     membrane = Subject(gelcone.ConeModel(film="membrane"))
     lines = envelope.envelope_words(creeps, membrane).splitlines()
@@ -219,7 +229,8 @@ def test_a_film_that_is_held_and_gets_warm():
     the time, and each row has its own heat."""
     volts = {"units": "V"}
     shown = window(static_limit_voltage=[2500.0, 1100.0, INF]).assign(
-        instant_voltage=((), 2700.0, volts), long_time_voltage=((), 2300.0, volts), holding_voltage=((), 2600.0, volts),
+        instantaneous_pull_in_voltage=((), 2700.0, volts), long_term_pull_in_voltage=((), 2300.0, volts),
+        holding_voltage=((), 2600.0, volts),
         holding_time=((), 240_000.0, {"units": "ms"}), rest_displacement=((), 0.5, {"units": "mm"}),
         held_displacement=("held_voltage", [1.0, 5.0], {"units": "mm"}),
         static_heating=("constant_voltage", [0.0, 4.0], {"units": "K/s"}),

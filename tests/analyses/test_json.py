@@ -51,7 +51,7 @@ COMMANDS = {
         *(("--preset", "spring", "--set", f"voltage={v}", "--over", "drive_frequency=0.3:0.9:7") for v in (0.1, 0.4)),
     ],
     "datasheet": [("--preset", "spring", "--set", "voltage=0.1", "--over", "constant_voltage=0.2,0.3")],
-    "drive": [("--preset", "spring", "--lowest", "0.3", "--highest", "0.6")],
+    "drive": [("--preset", "spring", "--lowest-frequency", "0.3", "--highest-frequency", "0.6")],
     "envelope": [
         ("--preset", "spring", "--over", "drive_frequency=0.3:0.6:2", "--over", "peak_voltage=0.1:0.9:3"),
         ("--preset", "spring", "--set", "spring_stiffness=1.5", "--over", "drive_frequency=0.3:0.5:3"),

@@ -31,7 +31,10 @@ def test_one_state_is_told_in_full(printed):
     assert "force 0.2132 (in runs within" in out
     assert "charge 0.7872, capacitance 1.574" in out
     assert "largest field 0.8149 at the mounted radius 0.25, 116% of the dielectric strength: breaks down" in out
-    assert "least firmness 1.225 at the mounted radius 0.25 (0: localisation); pulls in at this height at 0.54" in out
+    assert (
+        "least tangent stiffness 1.225 at the mounted radius 0.25 (0: localisation); pulls in at this height at 0.54"
+        in out
+    )
 
 
 def test_states_have_a_line_each_and_capacitances_a_table(printed):
@@ -70,7 +73,8 @@ def film_of(heights=(14.0,), voltages=(800.0,), **changes):
     numbers = {
         "force": (0.25, "N"), "charge": (1.5, "uC"), "capacitance": (2.5, "nF"), "pull_in_voltage": (1700.0, "V"),
         "largest_field": (12.0, "V/um"), "largest_field_radius": (8.5, "mm"), "breakdown_share": (0.625, "1"),
-        "largest_limit_share": (0.125, "1"), "least_firmness": (1.75, "1"), "least_firmness_radius": (9.5, "mm"),
+        "largest_limit_share": (0.125, "1"), "least_tangent_stiffness": (1.75, "1"),
+        "least_tangent_stiffness_radius": (9.5, "mm"),
         "wrinkled_share": (0.375, "1"), "film_error": (0.0125, "1"),
     }  # fmt: skip
     shape = (len(heights), len(voltages))
@@ -96,7 +100,8 @@ def test_one_state_of_a_film():
         "  force 0.25 N (in runs within 1.2%), charge 1.5 uC, capacitance 2.5 nF",
         "  largest field 12 V/um at the mounted radius 8.5 mm, 62% of the dielectric strength",
         "  meridional stretch 1.25 to 1.5, thickness 0.1 to 0.2 mm; at most 0.12 of the stretch limit",
-        "  least firmness 1.75 at the mounted radius 9.5 mm (0: localisation); pulls in at this height at 1700 V",
+        "  least tangent stiffness 1.75 at the mounted radius 9.5 mm (0: localisation); pulls in at this height at "
+        "1700 V",
     ]
     assert film_lines(film_of()) == lines
     for share in (0.0, 1.0):

@@ -11,9 +11,9 @@ from tests.edited import edited, made
 def test_tongues():
     found = made(
         {
-            "outcome": 0, "own_onset_voltage": (None, 1250.0, "V"), "own_onset_kind": int(Onset.MINUS_ONE),
-            "own_searched": ("end", [0.0, 3000.0], "V"), "onset_voltage": ("drive_frequency", [NAN, 900.0, 1100.0],
-            "V"),
+            "outcome": 0, "operating_onset_voltage": (None, 1250.0, "V"), "operating_onset_kind": int(Onset.MINUS_ONE),
+            "operating_searched": ("end", [0.0, 3000.0], "V"),
+            "onset_voltage": ("drive_frequency", [NAN, 900.0, 1100.0], "V"),
             "margin": (("drive_frequency", "voltage"), [[-1.0, -1.0], [-1.0, 1.0], [0.0, -1.0]]),
             "pitchfork_amplitude": (None, 1500.0, "V"),
         },
@@ -26,7 +26,8 @@ def test_tongues():
         "static pitchfork, for comparison: 1500 V",
     ]
     assert said(stability.tongues_words, found) == lines
-    none = edited(found, own_onset_voltage=NAN, own_onset_kind=int(Onset.NONE), onset_voltage=NAN, margin=-1.0,
+    none = edited(found, operating_onset_voltage=NAN, operating_onset_kind=int(Onset.NONE), onset_voltage=NAN,
+    margin=-1.0,
                   pitchfork_amplitude=NAN)  # fmt: skip
     assert said(stability.tongues_words, none) == [
         f"at its own frequency: {Onset.NONE.meaning} (searched up to 3000 V)", "rest is unstable in 0 % of the grid",

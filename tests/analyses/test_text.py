@@ -190,8 +190,8 @@ def test_tongues_say_their_lowest_onset_and_the_share_that_is_unstable():
     found = gelcone.tongues(BASE, [0.1, 0.3, 1.0, 2.0], np.linspace(0.1, 1.9, 7))
     lines = text_of(stability.tongues_words, found, BASE)
     onset, *_, searched = numbers(line_with(lines, "at its own frequency"))
-    assert onset == pytest.approx(float(found["own_onset_voltage"]), rel=1e-5)
-    assert searched == pytest.approx(float(found["own_searched"][1]), rel=1e-3)
+    assert onset == pytest.approx(float(found["operating_onset_voltage"]), rel=1e-5)
+    assert searched == pytest.approx(float(found["operating_searched"][1]), rel=1e-3)
     k = int(np.nanargmin(found["onset_voltage"].values))
     lowest, at = numbers(line_with(lines, "lowest onset"))
     assert [lowest, at] == pytest.approx([float(found[n][k]) for n in ("onset_voltage", "drive_frequency")], rel=1e-3)
@@ -214,7 +214,7 @@ def test_tongues_say_their_lowest_onset_and_the_share_that_is_unstable():
 def test_where_the_own_drive_lies(peak, at, words):
     """The window of 0.8 with a margin of 0.2 lies below a limit of 1."""
     window = {"drive_frequency": ("drive_frequency", [1.0, 3.0]), "recommended_peak": ("drive_frequency", [0.7, 0.9])}
-    own = {"own_peak": peak, "own_frequency": at, "peak_voltage": ("peak_voltage", [0.5, 1.5])}
+    own = {"operating_peak_voltage": peak, "operating_frequency": at, "peak_voltage": ("peak_voltage", [0.5, 1.5])}
     shown = xr.Dataset(window | own, attrs={"options": '{"margin": 0.2}'})
     line = envelope._own_line(shown)
     assert words in line
@@ -235,8 +235,8 @@ def test_a_device_that_swings_by_the_loss_of_flat_rest_may_be_below_all_other_li
             "limit_low": (("driven_limit", "drive_frequency"), limits),
             "static_limit_voltage": ("static_limit", [np.inf, 1.3]),
             "recommended_peak": ("drive_frequency", [0.8, 0.56]),
-            "own_peak": peak,
-            "own_frequency": 2.0,
+            "operating_peak_voltage": peak,
+            "operating_frequency": 2.0,
         },
         {
             "drive_frequency": [1.0, 2.0],
@@ -247,7 +247,7 @@ def test_a_device_that_swings_by_the_loss_of_flat_rest_may_be_below_all_other_li
         {"options": '{"margin": 0.2}'},
     )
     assert words in envelope._own_line(shown)
-    away = shown.assign(own_frequency=1.5)  # between the frequencies examined, where others may be nearer
+    away = shown.assign(operating_frequency=1.5)  # between the frequencies examined, where others may be nearer
     assert "other limit" not in envelope._own_line(away)
 
 
@@ -542,7 +542,7 @@ def test_cells_that_pulled_in_are_counted_by_themselves_and_failed_ones_are_not_
 
 
 def chaos(share, **changed):
-    times = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "seen_until": 700.0} | changed
+    times = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaos_observed_until": 700.0} | changed
     own = {name: ((), value, {"units": "1"}) for name, value in times.items()}
     fates = {"fate_regime": ("fate", [1, 0, -1]), "fate_period": ("fate", [3, 0, 0])}
     for end, values in (("", [0.75, 0.25, 0.0]), ("_low", [0.5, 0.1, 0.0]), ("_high", [0.9, 0.5, 0.2])):

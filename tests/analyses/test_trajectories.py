@@ -30,9 +30,9 @@ def own_lines(text, count):
 def test_a_step_names_its_numbers():
     step = result(
         {
-            "begin": ("constant_voltage", [1.0, 1.0]),
-            "end": ("constant_voltage", [3.0, np.nan]),
-            "equilibrium": ("constant_voltage", [3.25, np.nan]),
+            "initial_displacement": ("constant_voltage", [1.0, 1.0]),
+            "final_displacement": ("constant_voltage", [3.0, np.nan]),
+            "equilibrium_displacement": ("constant_voltage", [3.25, np.nan]),
             "rise_time": ("constant_voltage", [12.0, np.nan]),
             "overshoot": ("constant_voltage", [0.4, np.nan]),
             "settling_time": ("constant_voltage", [np.nan, np.nan]),
@@ -40,7 +40,7 @@ def test_a_step_names_its_numbers():
             "outcome": ("constant_voltage", [0, int(Outcome.PULLED_IN)]),
         },
         {"constant_voltage": ("constant_voltage", [500.0, 900.0])},
-        dict.fromkeys(("begin", "end", "equilibrium"), "mm")
+        dict.fromkeys(("initial_displacement", "final_displacement", "equilibrium_displacement"), "mm")
         | {"rise_time": "ms", "settling_time": "ms", "constant_voltage": "V"},
     )
     assert own_lines(runs.step_words(step, SUBJECT), 3) == [
@@ -61,15 +61,15 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
     along, over = "constant_voltage", ("constant_voltage", "time")
     creep = result(
         {
-            "begin": (along, [1.0, 1.5, np.nan]),
-            "end": (along, [1.2, np.nan, np.nan]),
-            "equilibrium": (along, [1.3, np.nan, np.nan]),
+            "initial_displacement": (along, [1.0, 1.5, np.nan]),
+            "final_displacement": (along, [1.2, np.nan, np.nan]),
+            "equilibrium_displacement": (along, [1.3, np.nan, np.nan]),
             "pull_in_time": (along, [np.inf, 5000.0, 0.0]),
             "outcome": (along, [0, 4, 4]),
             "heating": (over, [[np.nan, 2.0, 3.0]] * 3),
             "margin": (over, [[0.5, 0.4, 0.35]] * 3),
-            "long_time_voltage": ((), 600.0),
-            "instant_voltage": ((), 900.0),
+            "long_term_pull_in_voltage": ((), 600.0),
+            "instantaneous_pull_in_voltage": ((), 900.0),
             "holding_voltage": ((), 650.0),
             "time_to_pull_in": ("held_voltage", [np.inf, 8000.0]),
         },
@@ -78,8 +78,17 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
             "time": ("time", TIME),
             "held_voltage": ("held_voltage", [640.0, 800.0]),
         },
-        dict.fromkeys((along, "held_voltage", "long_time_voltage", "instant_voltage", "holding_voltage"), "V")
-        | {"begin": "mm", "end": "mm", "equilibrium": "mm", "time": "ms", "heating": "K/s"},
+        dict.fromkeys(
+            (along, "held_voltage", "long_term_pull_in_voltage", "instantaneous_pull_in_voltage", "holding_voltage"),
+            "V",
+        )
+        | {
+            "initial_displacement": "mm",
+            "final_displacement": "mm",
+            "equilibrium_displacement": "mm",
+            "time": "ms",
+            "heating": "K/s",
+        },
     )
     assert own_lines(runs.creep_words(creep, SUBJECT), 6) == [
         "pull-in of the cone itself at once 900 V, in the long run 600 V; up to 650 V is held for 20 s",
@@ -105,7 +114,7 @@ def test_a_table_of_gains_has_the_linear_one_at_the_frequency_of_its_row():
     transfer = result(
         {
             "bias_voltage": ((), 1000.0),
-            "equilibrium": ((), 14.0),
+            "equilibrium_displacement": ((), 14.0),
             "natural_frequency": ((), 10.0),
             "resonance": ((), 8.0),
             "largest_gain": ((), 7.5),
@@ -346,7 +355,8 @@ def test_a_step_begins_at_a_voltage(drive, of):
 
 def test_a_step_that_goes_down_and_settles():
     along = "constant_voltage"
-    values = {"begin": (5.0, "mm"), "end": (2.0, "mm"), "equilibrium": (1.5, "mm"), "rise_time": (12.0, "ms"),
+    values = {"initial_displacement": (5.0, "mm"), "final_displacement": (2.0, "mm"),
+    "equilibrium_displacement": (1.5, "mm"), "rise_time": (12.0, "ms"),
               "settling_time": (40.0, "ms"), "overshoot": (0.25, "1"), "drift": (0.0125, "1"), "outcome": (0,
               "1")}  # fmt: skip
     step = made({n: (along, [v], unit) for n, (v, unit) in values.items()}, {along: (along, [500.0], "V")})
@@ -371,11 +381,12 @@ def test_a_step_that_goes_down_and_settles():
 
 def test_the_lines_of_steps_have_one_unit_a_column():
     along = "constant_voltage"
-    values = {"begin": ([1.0, 1.0], "mm"), "end": ([1.5, 3.0], "mm"), "equilibrium": ([1.5, 3.0], "mm"),
+    values = {"initial_displacement": ([1.0, 1.0], "mm"), "final_displacement": ([1.5, 3.0], "mm"),
+    "equilibrium_displacement": ([1.5, 3.0], "mm"),
               "rise_time": ([12.0, 9.0], "ms"), "settling_time": ([1967.0, 2001.0], "ms"),
               "overshoot": ([0.25, 0.5], "1"), "drift": ([0.0, 0.0], "1"), "outcome": ([0, 0], "1")}  # fmt: skip
     step = made({n: (along, v, unit) for n, (v, unit) in values.items()}, {along: (along, [850.0, 1200.0], "V")})
-    for name in ("begin", "end", "equilibrium"):
+    for name in ("initial_displacement", "final_displacement", "equilibrium_displacement"):
         step[name].attrs["quantity"] = "length"
     step[along].attrs["quantity"] = "voltage"
     _, first, second = said(trajectories.step_words, step)
@@ -389,11 +400,12 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
     along = "constant_voltage"
     found = made(
         {
-            "begin": (along, [1.0, 2.0], "mm"), "end": (along, [1.25, NAN], "mm"), "equilibrium": (along, [1.5, NAN],
+            "initial_displacement": (along, [1.0, 2.0], "mm"), "final_displacement": (along, [1.25, NAN], "mm"),
+            "equilibrium_displacement": (along, [1.5, NAN],
             "mm"),
             "pull_in_time": (along, [INF, NAN], "ms"), "outcome": (along, [0, int(Outcome.STEP_LIMIT)]),
-            "heating": ((along, "time"), [[0.0, 2.0]] * 2, "K/s"), "long_time_voltage": (None, INF, "V"),
-            "instant_voltage": (None, INF, "V"), "holding_voltage": (None, INF, "V"),
+            "heating": ((along, "time"), [[0.0, 2.0]] * 2, "K/s"), "long_term_pull_in_voltage": (None, INF, "V"),
+            "instantaneous_pull_in_voltage": (None, INF, "V"), "holding_voltage": (None, INF, "V"),
             "margin": ((along, "time"), [[0.5, 1.0]] * 2),
             "time_to_pull_in": ("held_voltage", [INF], "ms"),
         },
@@ -417,8 +429,8 @@ def test_voltages_that_pull_in_at_once_share_a_line():
     along = "constant_voltage"
     found = made(
         {
-            "begin": (along, [NAN], "mm"), "pull_in_time": (along, [0.0], "ms"), "outcome": (along, [0]),
-            "long_time_voltage": (None, 600.0, "V"), "instant_voltage": (None, 900.0, "V"),
+            "initial_displacement": (along, [NAN], "mm"), "pull_in_time": (along, [0.0], "ms"), "outcome": (along, [0]),
+            "long_term_pull_in_voltage": (None, 600.0, "V"), "instantaneous_pull_in_voltage": (None, 900.0, "V"),
             "holding_voltage": (None, 650.0, "V"),
             "time_to_pull_in": ("held_voltage", [INF, 8000.0, 0.0, 0.0], "ms"),
         },
@@ -441,7 +453,8 @@ def test_voltages_are_written_with_the_digits_that_tell_them_apart():
 def test_transfer_functions_that_were_not_measured():
     found = made(
         {
-            "bias_voltage": (None, 900.0, "V"), "equilibrium": (None, 14.0, "mm"), "natural_frequency": (None, 11.0,
+            "bias_voltage": (None, 900.0, "V"), "equilibrium_displacement": (None, 14.0, "mm"),
+            "natural_frequency": (None, 11.0,
             "Hz"),
             "resonance": (None, 10.5, "Hz"), "largest_gain": (None, 7.5, "mm/kV"),
             "gain": ("drive_frequency", [2.0, 7.0], "mm/kV"),

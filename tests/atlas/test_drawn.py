@@ -35,8 +35,8 @@ def test_an_envelope_of_draws_is_that_of_each():
         for name in ("recommended_peak", "limit_low", "limit_high", "static_limit_voltage", "recommended_constant"):
             np.testing.assert_allclose(found[name][k], own[name], rtol=1e-12)
         np.testing.assert_array_equal(found["first_limit"][k], own["first_limit"])
-        np.testing.assert_allclose(found["own_peak"][k], own["own_peak"], rtol=1e-12)
-        np.testing.assert_allclose(found["own_frequency"][k], own["own_frequency"], rtol=1e-12)
+        np.testing.assert_allclose(found["operating_peak_voltage"][k], own["operating_peak_voltage"], rtol=1e-12)
+        np.testing.assert_allclose(found["operating_frequency"][k], own["operating_frequency"], rtol=1e-12)
     assert np.ptp(found["recommended_peak"].values[:, 0]) > 10.0
 
 
@@ -337,8 +337,8 @@ def test_the_envelope_of_each_draw_is_that_of_its_own_plane(monkeypatch):
     np.testing.assert_allclose(value["limit_low"][:, 1, 0], 0.75 + at)
     np.testing.assert_allclose(value["limit_high"][:, 2, 0], 1.125 + 0.0 * at)
     assert value["first_limit"].tolist() == [[1, -1], [-1, -1], [1, -1]]
-    np.testing.assert_allclose(value["own_peak"], [0.9] * 3)
-    np.testing.assert_allclose(value["own_frequency"], [CONE.drive_frequency] * 3)
+    np.testing.assert_allclose(value["operating_peak_voltage"], [0.9] * 3)
+    np.testing.assert_allclose(value["operating_frequency"], [CONE.drive_frequency] * 3)
     assert value["drive_frequency"].tolist() == omegas
     assert options == {"margin": 0.25, "limits_from": "both", "highest_peak": 0.9 - numbers(3)[0]}
     assert sum(counted) == pytest.approx(1.0)

@@ -17,7 +17,7 @@ def test_each_design_has_its_own_file(command_line, tmp_path, monkeypatch, undra
     found = result(
         {name: ("design", [1.0, 2.0]) for name in numbers}
         | {"spring_rate": ("design", [10.0, 20.0])}
-        | {name: ("design", ["pull-in", "stroke"]) for name in ("first_limit", "binds")},
+        | {name: ("design", ["pull-in", "stroke"]) for name in ("first_limit", "binding_requirement")},
         {"design": ("design", [1, 2])},
         {"spring_rate": "N/m"},
         {

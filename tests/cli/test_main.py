@@ -149,9 +149,21 @@ def test_an_unknown_command_suggests_the_nearest(command_line):
     [
         ("envelope --margin 2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
         ("envelope --margin=2", "margin = 2.0: must be below 1", "--margin 2: must be below 1"),
-        ("drive --lowest=5;Hz", "lowest = 5.0: must increase", "--lowest '5 Hz': must increase"),
-        ("drive --lowest= 5", "lowest = 0.0: must increase", "--lowest '': must increase"),
-        ("drive --lowest 5", "lowest: is given alone; give highest too", "--lowest: is given alone; give highest too"),
+        (
+            "drive --lowest-frequency=5;Hz",
+            "lowest_frequency = 5.0: must increase",
+            "--lowest-frequency '5 Hz': must increase",
+        ),
+        (
+            "drive --lowest-frequency= 5",
+            "lowest_frequency = 0.0: must increase",
+            "--lowest-frequency '': must increase",
+        ),
+        (
+            "drive --lowest-frequency 5",
+            "lowest_frequency: is given alone; give highest_frequency too",
+            "--lowest-frequency: is given alone; give highest_frequency too",
+        ),
         ("section --discard-time 1", "discard_time = 1.0: ends late", "--discard-time 1: ends late"),
         ("fit --free a~3% --free b", "free b = 0: is small", "--free b = 0: is small"),
         ("fit --predict x@1", "predict 'x@1': takes no voltage", "--predict 'x@1': takes no voltage"),
@@ -159,7 +171,7 @@ def test_an_unknown_command_suggests_the_nearest(command_line):
         ("fit --profile mass", "profile: 'mass' is not free", "--profile: 'mass' is not free"),
         ("design --samples a.nc", "samples: [tolerances] holds a, too", "--samples: [tolerances] holds a, too"),
         ("envelope", "margin = 2.0: must be below 1", "margin = 2.0: must be below 1"),
-        ("drive --low 5", "lowest = 5.0: must increase", "lowest = 5.0: must increase"),
+        ("drive --low 5", "lowest_frequency = 5.0: must increase", "lowest_frequency = 5.0: must increase"),
         ("export --drive own", "drive numbers stay free: leave them out", "drive numbers stay free: leave them out"),
         ("map --over voltage=0:1:3", "voltage = -1.0: is low", "voltage = -1.0: is low"),
     ],

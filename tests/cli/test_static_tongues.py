@@ -146,9 +146,9 @@ def test_static_beyond_pull_in_and_where_no_ramp_leads(gelcone):
 def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json):
     content = as_json("tongues", *COARSE, "--set", "drive_frequency=0.9")
     model = ConeModel(drive_frequency=0.9)
-    assert content["own_onset_voltage"] == float(onset_voltage(model).onset_voltage)
-    assert content["own_onset_kind"] == "minus_one"
-    np.testing.assert_allclose(content["own_searched"], [0.0, 3.0 * np.sqrt(1.5)])
+    assert content["operating_onset_voltage"] == float(onset_voltage(model).onset_voltage)
+    assert content["operating_onset_kind"] == "minus_one"
+    np.testing.assert_allclose(content["operating_searched"], [0.0, 3.0 * np.sqrt(1.5)])
     assert np.shape(content["growth_rate"]) == (len(content["drive_frequency"]), len(content["voltage"])) == (4, 9)
     assert len(content["boundary_voltage"]) == 4
     assert content["pitchfork_amplitude"] == np.sqrt(1.5)
@@ -156,7 +156,7 @@ def test_tongues_give_the_onset_at_the_models_own_frequency_and_the_grid(as_json
 
 def test_tongues_say_when_nothing_is_found_in_what_was_searched(as_json, gelcone):
     content = as_json("tongues", *COARSE, "--highest", "0.3")
-    found = [content[f"own_{name}"] for name in ("onset_voltage", "onset_kind", "searched")]
+    found = [content[f"operating_{name}"] for name in ("onset_voltage", "onset_kind", "searched")]
     assert found == ["not reached", "none", [0.0, 0.3]]
     _, out, _ = gelcone("tongues", *COARSE, "--highest", "0.3")
     assert "rest stays stable in the searched interval (searched up to 0.3)" in out
@@ -174,7 +174,9 @@ def test_tongues_of_a_device_are_in_volts_and_hertz(as_json, undrawn, tmp_path):
     omega, volts = np.array([4.0, 8.0, 12.0]) / scales.frequency, np.linspace(0.0, 16e3, 5) / scales.voltage
     rates = floquet_multipliers(cone.replace(drive_frequency=omega[:, None], voltage=volts))["growth_rate"]
     np.testing.assert_allclose(content["growth_rate"], rates / scales.time, rtol=1e-9)
-    assert content["own_onset_voltage"] == pytest.approx(float(onset_voltage(cone).onset_voltage) * scales.voltage)
+    assert content["operating_onset_voltage"] == pytest.approx(
+        float(onset_voltage(cone).onset_voltage) * scales.voltage
+    )
     assert (tmp_path / "tongues.png").exists()
     assert load(tmp_path / "tongues.nc").growth_rate.attrs["units"] == "1/s"
 

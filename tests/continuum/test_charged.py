@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from gelcone.continuum import charged as charged_module
 from gelcone.continuum import density
-from gelcone.continuum.charged import charged, firmness, slack_limit
+from gelcone.continuum.charged import charged, slack_limit, tangent_stiffness
 from gelcone.continuum.membrane import membrane, raised_film
 from gelcone.continuum.mesh import mesh_film
 from gelcone.continuum.path import Ending, Point
@@ -81,7 +81,7 @@ def test_the_membrane_pulls_in_far_earlier_than_the_cone(x, v):
     assert 0.0 < found.error < 1e-3 * found.end
     last = found.points[-1]
     assert last.squared == pytest.approx(found.end - found.error, rel=1e-12)  # the bracket begins there
-    assert firmness(film, last, last.squared) < 0.1 < firmness(film, start, 0.0)
+    assert tangent_stiffness(film, last, last.squared) < 0.1 < tangent_stiffness(film, start, 0.0)
 
 
 def test_pull_in_is_told_apart_from_slackness_and_from_what_was_not_found():
@@ -163,7 +163,7 @@ def test_the_least_firmness_lies_between_the_nodes_too(monkeypatch):
     monkeypatch.setattr(charged_module, "_lengths", lambda film, point: (m, np.full(m.shape, n)))
     exact, at_nodes = slopes(np.linspace(m[0], m[-1], 20_001)).min(), slopes(m).min()
     assert exact < 0.85 * at_nodes
-    assert exact <= firmness(film, None, squared) < 1.02 * exact
+    assert exact <= tangent_stiffness(film, None, squared) < 1.02 * exact
 
 
 def test_rings_without_a_natural_width_have_pulled_in(monkeypatch):
@@ -173,7 +173,7 @@ def test_rings_without_a_natural_width_have_pulled_in(monkeypatch):
     monkeypatch.setattr(charged_module, "_lengths", lambda film, point: (m, m))
     own = film.model.gel_law(), film.coefficients, m, m, squared, 0.0
     assert np.isnan(density.relaxed_derivatives(*own).m).all()
-    assert firmness(film, None, squared) == -np.inf
+    assert tangent_stiffness(film, None, squared) == -np.inf
 
 
 def test_lengths_follow_one_another_along_the_film():

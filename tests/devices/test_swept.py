@@ -165,7 +165,7 @@ OPTIONS = {
     "spectrum": {"discard": 20},  # while the free motion is more than rounding
 }
 STATELESS = ("operating_limits", "static", "stroke_and_blocked_force", "frequency")
-ROUNDING = ("energy_residual", "line_prominence", "return_distance", "folded")
+ROUNDING = ("energy_residual", "line_prominence", "return_distance", "aliasing_bound")
 """Variables that are differences of nearly equal numbers, or ratios to them."""
 
 

@@ -254,7 +254,7 @@ def test_what_is_said_of_a_design_is_in_its_file_table_and_figure(small, tmp_pat
     own, found = small
     text = device_text(found, 0)
     assert gelcone.Device.from_text(text) == gelcone.designed_devices(found)[0]
-    assert f"# bound by {found['binds'][0].item()}" in text
+    assert f"# bound by {found['binding_requirement'][0].item()}" in text
     words = design_words(found)
     traps = json.loads(found.attrs["nominal_probabilities"])
     assert list(traps) == ["apparent_power"]
@@ -305,7 +305,7 @@ def made_up_envelope(first, low, static, recommended):
             "first_limit": ("drive_frequency", [0, first, 0]),
             "limit_low": (("driven_limit", "drive_frequency"), [[1.0, 5000.0, 1.0], [1.0, low, 1.0]]),
             "static_limit_voltage": ("static_limit", static),
-            "own_peak": 1400.0,
+            "operating_peak_voltage": 1400.0,
         },
         coords={"driven_limit": ["pull-in", "chaos"], "static_limit": ["breakdown", "hoop slack", "slump"]},
     )
@@ -385,7 +385,7 @@ def test_designs_say_of_each_number_what_was_found(monkeypatch, wish):
     assert float(result["distance"][0]) == pytest.approx((natural - device.frequency) / width, rel=1e-9)
     for name in own.free:
         assert float(result[name][0]) == pytest.approx(float(device.get(name)))
-    assert (result["binds"][0], result["first_limit"][0]) == ("stroke", "chaos under the drive")
+    assert (result["binding_requirement"][0], result["first_limit"][0]) == ("stroke", "chaos under the drive")
     assert (result["stroke"].attrs["units"], result["stroke"].attrs["quantity"]) == ("mm", "length")
     assert all("long_name" in variable.attrs for variable in result.variables.values())
     assert (result.attrs["nominal_probability"], json.loads(result.attrs["left_out"])) == (0.3, ["it burns"])

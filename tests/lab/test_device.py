@@ -70,7 +70,7 @@ def test_a_fit_says_what_it_leaves_and_more_where_chi2_refuses_it(monkeypatch, p
     lower = {"voltage_offset": np.array([100.0]), "frequency": np.array([8.0])}
     tests = DeviceTests(tuple(SimpleNamespace(set=own, values=np.zeros(2)) for own in (lower, settings)), {})
     found = module.fit_device(PUMP, tests, FREE, films=["taut", "wrinkling"], predict=["stroke@1 kV"])
-    np.testing.assert_allclose(found["left"], wider * np.sqrt([0.04, 0.01, 9.0]))
+    np.testing.assert_allclose(found["posterior"], wider * np.sqrt([0.04, 0.01, 9.0]))
     np.testing.assert_allclose(found["covariance"], wider**2 * COVARIANCE)
     np.testing.assert_allclose(found["prior"], [0.1, 0.2, 5.0])
     np.testing.assert_allclose(found["deviation"], logs)

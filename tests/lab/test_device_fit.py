@@ -155,7 +155,7 @@ def test_where_chi2_refuses_deviations_are_wider():
     result = fit_device(whole.device, DeviceTests(whole.tests, whole.gains), free)
     wider = np.sqrt(plain.chi2 / 77.0)
     assert (result.attrs["refused"], wider > 3.0) == (1, True)
-    np.testing.assert_allclose(result["left"].values, wider * np.sqrt(np.diag(plain.covariance)), rtol=1e-6)
+    np.testing.assert_allclose(result["posterior"].values, wider * np.sqrt(np.diag(plain.covariance)), rtol=1e-6)
     np.testing.assert_allclose(result["covariance"].values, wider**2 * plain.covariance, rtol=1e-6)
 
 
@@ -200,8 +200,8 @@ def test_a_loss_is_found_by_what_contains_damper_and_branch(lossy):
     assert not result.attrs["refused"]
     off = np.log([1500.0 / 823.33, 0.02 * 2.0 * np.pi * drawn.frequency])
     found = result.sel(unknown=["material.viscous_modulus_1", "material.relaxation_time_1"])
-    assert (np.abs(found["deviation"].values - off) < 2.5 * found["left"].values).all()
-    assert (found["left"].values < 0.6).all()
+    assert (np.abs(found["deviation"].values - off) < 2.5 * found["posterior"].values).all()
+    assert (found["posterior"].values < 0.6).all()
     known = Variants(true, ["spring_rate"], np.ones((1, 1)), {}).natural_frequency(1200.0)[0]
     assert abs(float(result["predicted_value"][0]) - known) < 2.5 * float(result["predicted_spread"][0])
     device = fitted_device(result)
@@ -340,7 +340,7 @@ def test_amplitude_and_phase_and_planned_points(tmp_path):
     assert np.isnan(planned.values).all()
     tests = DeviceTests((planned,), {"load cell": 0.02, "laser": 0.01, "amplifier": 0.01})
     pump = gelcone.find_device(PUMP / "pump.toml")
-    assert np.isfinite(plan_device(pump, tests, {"spring_rate": 0.03})["left"]).all()
+    assert np.isfinite(plan_device(pump, tests, {"spring_rate": 0.03})["posterior"]).all()
     with pytest.raises(InputError, match="a test has no readings; measure them, or ask for the plan"):
         fit_device(pump, tests, {"spring_rate": 0.03})
 

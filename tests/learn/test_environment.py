@@ -63,7 +63,7 @@ def test_a_seed_gives_the_same_episodes(taut):
 @pytest.mark.parametrize("kind", ["taut", "wrinkling"])
 def test_the_motion_is_that_of_another_integrator_over_jumps_of_the_voltage(kind, request):
     own = request.getfixturevalue(kind)
-    vector = gelcone.environment(own, 2, most="1.5 kV", tolerance=1e-12)
+    vector = gelcone.environment(own, 2, highest_voltage="1.5 kV", tolerance=1e-12)
     vector.reset(seed=0)
     found = swung(vector, 20, hold=8)
     f, state, right = gelcone.rates(own), gelcone.rates(own).start, []
@@ -78,7 +78,7 @@ def test_the_motion_is_that_of_another_integrator_over_jumps_of_the_voltage(kind
 
 def test_switches_are_carried_across_steps(wrinkling):
     """Without the switches that the step before left, the integrator would have to find the borders anew."""
-    vector = gelcone.environment(wrinkling, 1, most="1.7 kV", episode="10 s")
+    vector = gelcone.environment(wrinkling, 1, highest_voltage="1.7 kV", episode="10 s")
     vector.reset(seed=0)
     run, system = vector.episodes._run, vector.episodes._pool.system
     kinds, seen = _kinds(system.films[0], run.switch_names), set()
@@ -133,10 +133,10 @@ def test_an_episode_is_that_of_its_device(taut):
     vector.episodes.begin(np.arange(4), np.random.default_rng(0))
     which = np.random.default_rng(0).integers(4, size=4)
     found = swung(vector, 30)
-    most = vector.episodes.task.most
+    highest_voltage = vector.episodes.task.highest_voltage
     for member, k in enumerate(which):
         own = taut.replace({name: float(values[k]) for name, values in drawn.items()})
-        one = gelcone.environment(own, 1, most=most, heights=("12 mm", "14 mm"), tolerance=1e-12)
+        one = gelcone.environment(own, 1, highest_voltage=highest_voltage, heights=("12 mm", "14 mm"), tolerance=1e-12)
         one.reset(seed=0)
         np.testing.assert_allclose(swung(one, 30)[:, 0], found[:, member], rtol=1e-12)
 
@@ -150,7 +150,7 @@ def test_the_devices_are_those_that_the_seed_draws(taut):
 
 
 def test_what_is_seen_and_earned_follows_from_the_motion(taut):
-    vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), most="1 kV")
+    vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), highest_voltage="1 kV")
     vector.reset(seed=0)
     seen, reward, *_ = vector.step(np.array([[0.0], [0.5]]))
     own = vector.episodes
@@ -167,11 +167,11 @@ def test_what_is_seen_and_earned_follows_from_the_motion(taut):
 
 def test_the_default_largest_voltage_is_the_peak_of_the_devices_own_drive():
     own = device(film="taut", voltage_amplitude=200.0, voltage_offset=-700.0)
-    assert gelcone.environment(own).episodes.task.most == pytest.approx(900.0)
+    assert gelcone.environment(own).episodes.task.highest_voltage == pytest.approx(900.0)
 
 
 def test_the_default_heights_are_those_that_the_device_can_hold(taut):
-    task = gelcone.environment(taut, most="1 kV").episodes.task
+    task = gelcone.environment(taut, highest_voltage="1 kV").episodes.task
     static = gelcone.stroke_and_blocked_force(taut, ["0 V", "1 kV"])
     np.testing.assert_allclose(1e3 * np.array([task.lowest, task.highest]), static.displacement.values)
     linear = gelcone.state_space(taut, voltage=0.0)
@@ -180,7 +180,7 @@ def test_the_default_heights_are_those_that_the_device_can_hold(taut):
 
 def test_behind_a_leak_the_highest_height_is_that_of_the_voltage_that_is_left(taut):
     behind = taut.replace_quietly({"series_resistance": "100 MOhm", "material.resistivity": 2e7})
-    task = gelcone.environment(behind, most="1 kV").episodes.task
+    task = gelcone.environment(behind, highest_voltage="1 kV").episodes.task
     held = gelcone.stroke_and_blocked_force(behind, [0.0, 1e3]).displacement.values
     np.testing.assert_allclose(1e3 * np.array([task.lowest, task.highest]), held)
     plain = gelcone.stroke_and_blocked_force(taut, [0.0, 1e3]).displacement.values
@@ -192,7 +192,7 @@ def test_behind_a_leak_the_highest_height_is_that_of_the_voltage_that_is_left(ta
 
 def test_pull_in_terminates_costs_what_is_left_and_begins_anew():
     own = device(film="wrinkling", voltage_amplitude=0.0, voltage_offset=2700.0)
-    vector = gelcone.environment(own, 2, most="2.7 kV", heights=("12 mm", "14 mm"), episode="0.1 s")
+    vector = gelcone.environment(own, 2, highest_voltage="2.7 kV", heights=("12 mm", "14 mm"), episode="0.1 s")
     rest, _ = vector.reset(seed=0)
     for steps in range(1, 100):  # noqa: B007
         seen, reward, terminated, truncated, info = vector.step(np.array([[1.0], [-1.0]]))
@@ -214,7 +214,9 @@ def test_pull_in_terminates_costs_what_is_left_and_begins_anew():
 
 def test_breakdown_terminates_where_the_true_field_is_the_strength(taut):
     strength = 6.4e6
-    one = gelcone.environment(taut.replace(dielectric_strength=strength), most="1.1 kV", heights=("12 mm", "14 mm"))
+    one = gelcone.environment(
+        taut.replace(dielectric_strength=strength), highest_voltage="1.1 kV", heights=("12 mm", "14 mm")
+    )
     one.reset(seed=0)
     for steps in range(1, 100):  # noqa: B007
         *_, terminated, _, info = one.step(np.array([1.0]))
@@ -233,7 +235,7 @@ def test_breakdown_terminates_where_the_true_field_is_the_strength(taut):
 def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
     """The range is moved so that the second of two equal devices lies beyond one of its ends, in the last step of the
     first one's episode."""
-    vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), most="1 kV")
+    vector = gelcone.environment(taut, 2, heights=("12 mm", "14 mm"), highest_voltage="1 kV")
     vector.reset(seed=0)
     own = vector.episodes
     getattr(own, side)[1] = own.displacement[1] + (1e-3 if side == "_low" else -1e-3)
@@ -257,9 +259,9 @@ def test_a_height_at_which_a_film_is_not_known_terminates(taut, side):
         ({"draws": 1}, "draws = 1: must be a whole number of at least 2"),
         ({"tolerance": -1.0}, r"tolerance = -1\.0"),
         ({"tolerance": 0.0}, r"tolerance = 0\.0"),
-        ({"most": "0 V"}, "most = 0 V"),
-        ({"most": "1 mm"}, "most"),
-        ({"most": "9 kV"}, "pulls in"),
+        ({"highest_voltage": "0 V"}, "highest_voltage = 0 V"),
+        ({"highest_voltage": "1 mm"}, "highest_voltage"),
+        ({"highest_voltage": "9 kV"}, "pulls in"),
         ({"heights": ("14 mm", "12 mm")}, "heights"),
         ({"period": "0 s"}, "period"),
         ({"period": "2 s"}, "period"),

@@ -96,7 +96,7 @@ def test_a_reset_forgets_which_episodes_were_over(taut):
     _, reward, _, truncated, _ = vector.step(np.ones((2, 1)))
     assert truncated.all()
     assert (reward < 0.0).all()
-    np.testing.assert_allclose(vector.episodes.voltage, vector.episodes.task.most)
+    np.testing.assert_allclose(vector.episodes.voltage, vector.episodes.task.highest_voltage)
     vector.step(np.ones((2, 1)))  # a step in which they begin anew, without voltage
     np.testing.assert_array_equal(vector.episodes.voltage, 0.0)
 

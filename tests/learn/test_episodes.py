@@ -19,7 +19,7 @@ from gelcone.learn.environments import HeightEnv, HeightVectorEnv
 from gelcone.learn.episodes import INPUTS, LARGEST, OBSERVED, Episodes, Task, task_of
 from tests.export.instance import device
 
-TASK = Task(most=1000.0, lowest=0.012, highest=0.016, period=0.002, steps=4, radian=0.05)
+TASK = Task(highest_voltage=1000.0, lowest=0.012, highest=0.016, period=0.002, steps=4, radian=0.05)
 LENGTH, VELOCITY, VOLTAGE, TIME = (np.array(v) for v in ((0.01, 0.02, 0.04), (1.0, 2.0, 4.0), (500.0, 250.0, 125.0),
                                                          (0.1, 0.2, 0.4)))  # fmt: skip
 STARTS = np.array([[1.25, 0.0], [0.65, 0.5], [0.35, -0.25]])
@@ -274,7 +274,8 @@ def asked(monkeypatch):
     return found
 
 
-USUAL = {"most": None, "heights": None, "period": 1e-3, "episode": 1.0, "uncertain": {}, "count": 1024, "seed": 0,
+USUAL = {"highest_voltage": None, "heights": None, "period": 1e-3, "episode": 1.0, "uncertain": {}, "count": 1024,
+"seed": 0,
          "places": 1, "tolerance": 1e-7}  # fmt: skip
 SPREAD = {"moving_mass": gelcone.Normal(5e-3, 1e-4)}
 
@@ -285,7 +286,7 @@ SPREAD = {"moving_mass": gelcone.Normal(5e-3, 1e-4)}
         ({}, {}),
         ({"count": 3}, {"places": 3}),
         ({"uncertain": SPREAD}, {"uncertain": SPREAD}),
-        ({"most": "1.5 kV"}, {"most": 1500.0}),
+        ({"highest_voltage": "1.5 kV"}, {"highest_voltage": 1500.0}),
         ({"heights": ("12 mm", "14 mm")}, {"heights": (0.012, 0.014)}),
         ({"period": "2 ms"}, {"period": 2e-3}),
         ({"episode": "3 s"}, {"episode": 3.0}),

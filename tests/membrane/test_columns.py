@@ -16,11 +16,11 @@ GEL = Gel(LAWS["gent"], LAWS["gent"].numbers({"stretch_limit": 50.0}), 1.0, 1.0)
 def test_a_ring_is_firm_up_to_the_longest_length_and_soft_beyond(V):
     found = longest(GEL, np.array([V]))[0]
     lengths = np.array([found * (1.0 - 1e-6), found * (1.0 + 1e-6)])
-    firm, soft = GEL.at(lengths, np.ones(2), np.full(2, V)).firmness
+    firm, soft = GEL.at(lengths, np.ones(2), np.full(2, V)).tangent_stiffness
     assert firm > 0.0 > soft
     before = np.linspace(1.0, found * (1.0 - 1e-6), 500)
     ring = GEL.at(before, np.ones(500), np.full(500, V))
-    assert (ring.firmness[ring.meridional > 0.0] > 0.0).all()
+    assert (ring.tangent_stiffness[ring.meridional > 0.0] > 0.0).all()
 
 
 def test_the_lowest_localisation_is_the_lowest_voltage_with_a_longest_length():

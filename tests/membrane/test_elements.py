@@ -91,9 +91,9 @@ def test_the_least_firmness_is_looked_for_between_elements_too():
     np.testing.assert_allclose(l1[0], lengths)
     share = np.linspace(0.0, 1.0, 2001)
     between = own.gel.at(l1[0, 0] + share * np.diff(l1[0]), l2[0, 0] + share * np.diff(l2[0]), np.full(2001, 0.15))
-    least = own.least_firmness(at)[0]
-    assert least < 0.98 * between.firmness[[0, -1]].min()
-    assert least == pytest.approx(between.firmness.min(), rel=0.05)
+    least = own.least_tangent_stiffness(at)[0]
+    assert least < 0.98 * between.tangent_stiffness[[0, -1]].min()
+    assert least == pytest.approx(between.tangent_stiffness.min(), rel=0.05)
 
 
 @pytest.mark.parametrize("outwards", [1.0, -1.0])

@@ -81,7 +81,7 @@ def test_a_slack_film_pulls_in_where_its_rim_localises():
             at = film.found(Chains(np.array([share * limit]), at.r, at.z, at.tension, at.found))
             assert at.found[0]
         beyond = film.found(Chains(np.array([1.01 * limit]), at.r, at.z, at.tension, at.found))
-        assert not beyond.found[0] or film.least_firmness(beyond)[0] < 0.0
+        assert not beyond.found[0] or film.least_tangent_stiffness(beyond)[0] < 0.0
 
 
 def test_a_film_without_a_hump_has_no_limit_while_slack():

@@ -146,9 +146,9 @@ def test_a_device_is_answered_in_its_units(command_line, undrawn):
         "taut",
         "--set",
         "initial_height=3 mm",
-        "--lowest",
+        "--lowest-frequency",
         "8 Hz",
-        "--highest",
+        "--highest-frequency",
         "14 Hz",
     )
     code, out, err = command_line(*typed, "--out", "there")
@@ -187,7 +187,7 @@ def test_bad_input_is_refused(options, message):
 def test_a_drive_that_moves_nothing_is_said():
     flat = gelcone.ConeModel(damping_ratio=0.5, voltage=0.05, drive_frequency=3.0)
     with pytest.raises(gelcone.InputError, match="no drive within the window moves the disc"):
-        drive(flat, lowest=2.5, highest=3.5, threads=1)
+        drive(flat, lowest_frequency=2.5, highest_frequency=3.5, threads=1)
     with pytest.raises(gelcone.InputError, match="takes one actuator"):
         drive(CONE.replace(voltage=[0.1, 0.2]))
 
@@ -314,7 +314,7 @@ def searched(monkeypatch, **parts):
 def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     """The stroke is largest at 1.6 in the second search, at 0.8 x 1.95; 1.5 and 1.9 next to it have other limits."""
     asked, shares = searched(monkeypatch), []
-    found = drive(CONE, lowest=0.7, highest=1.7, margin=0.2, threads=5, progress=shares.append)
+    found = drive(CONE, lowest_frequency=0.7, highest_frequency=1.7, margin=0.2, threads=5, progress=shares.append)
     np.testing.assert_allclose(asked["first"]["frequencies"], np.geomspace(0.7, 1.7, best_drive.COARSE))
     np.testing.assert_allclose(asked["second"]["frequencies"], np.geomspace(1.0, 1.5, best_drive.FINE))
     np.testing.assert_allclose(asked["second"]["peaks"], 1.9 * np.linspace(*best_drive.PEAKS))
@@ -347,7 +347,7 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
 def test_what_is_largest_may_lie_in_the_first_search(monkeypatch):
     """The power, at 1.5 there, although the second search lies around it."""
     searched(monkeypatch)
-    found = drive(CONE, largest="power", lowest=0.7, highest=1.7)
+    found = drive(CONE, largest="power", lowest_frequency=0.7, highest_frequency=1.7)
     assert (float(found["drive_frequency"]), float(found["power"]), float(found["stroke"])) == (1.5, 4.0, 3.0)
     assert (float(found["apparent_power"]), float(found["kick"]), float(found["limit_voltage"])) == (8.0, 0.4, 1.9)
     assert found["window_value"].attrs["quantity"] == "power"

@@ -38,14 +38,14 @@ def test_delays_and_thresholds_are_certified():
     found = gelcone.creep(model, [*(float(case["v"]) for case in cases), 0.9], duration=15.0, tolerance=1e-10)
     np.testing.assert_allclose(found["pull_in_time"], [*(float(case["time"]) for case in cases), 0.0], rtol=1e-6)
     assert (found["outcome"] == Outcome.PULLED_IN).all()
-    instant = float(found["instant_voltage"])
+    instant = float(found["instantaneous_pull_in_voltage"])
     assert instant == pytest.approx(float(cases[0]["thresholds"]["instantaneous"]), rel=1e-10)
     np.testing.assert_allclose(found["margin"][:3, 0], 1.0 - found["constant_voltage"][:3] / instant, rtol=1e-6)
     assert (np.diff(found["margin"][0].dropna("time")) < 0.0).all()
     held = found["time_to_pull_in"].values
     assert (np.diff(held[np.isfinite(held)]) < 0.0).all()
     holding = float(found["holding_voltage"])
-    assert float(found["long_time_voltage"]) < holding < found["held_voltage"].values[np.isfinite(held)].min()
+    assert float(found["long_term_pull_in_voltage"]) < holding < found["held_voltage"].values[np.isfinite(held)].min()
     assert found["held_voltage"].values[np.isinf(held)].max() == holding
 
 
@@ -88,9 +88,9 @@ def test_a_beam_snaps_late():
     branch = {"viscous_modulus_1": 1.0, "viscous_limit_1": 50.0, "relaxation_time_1": 20.0, "stretch_limit": 50.0}
     model = ConeModel(film=film, bias=gelcone.BuckledBeam(), prestretch=1.2, **beam, **branch)
     found = gelcone.creep(model, [1.1, 1.25], duration=200.0, tolerance=1e-10)
-    assert float(found["long_time_voltage"]) == pytest.approx(1.1946, abs=5e-5)
+    assert float(found["long_term_pull_in_voltage"]) == pytest.approx(1.1946, abs=5e-5)
     assert np.isinf(found["pull_in_time"][0])
-    assert float(found["end"][0]) == pytest.approx(float(found["equilibrium"][0]), rel=1e-3)
+    assert float(found["final_displacement"][0]) == pytest.approx(float(found["equilibrium_displacement"][0]), rel=1e-3)
     one = found.isel(constant_voltage=1)
     x, at = one["displacement"].values, one["time"].values
     known = np.isfinite(x)
@@ -100,16 +100,16 @@ def test_a_beam_snaps_late():
 
 def test_a_creeping_device_is_a_run_of_simulate_and_ends_relaxed():
     found = gelcone.creep(PUMP, ["1 kV"], duration="20 s", tolerance=1e-10)
-    assert found["begin"].attrs["units"] == "mm"
+    assert found["initial_displacement"].attrs["units"] == "mm"
     one = found.isel(constant_voltage=0)
     static = gelcone.static(PUMP, ["1 kV"])["equilibrium_displacement"].values.ravel()
-    assert np.abs(static - float(one["equilibrium"])).min() < 1e-9
-    assert float(one["end"]) == pytest.approx(float(one["equilibrium"]), rel=1e-4)
-    assert float(one["begin"]) < float(one["end"])
-    assert float(one["begin"]) == float(one["displacement"][0])
+    assert np.abs(static - float(one["equilibrium_displacement"])).min() < 1e-9
+    assert float(one["final_displacement"]) == pytest.approx(float(one["equilibrium_displacement"]), rel=1e-4)
+    assert float(one["initial_displacement"]) < float(one["final_displacement"])
+    assert float(one["initial_displacement"]) == float(one["displacement"][0])
     held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
     late = gelcone.simulate(held, times=[15.0, 20.0], tolerance=1e-10)["displacement"][-1]
-    assert float(one["end"]) == pytest.approx(float(late), rel=1e-4)
+    assert float(one["final_displacement"]) == pytest.approx(float(late), rel=1e-4)
 
 
 @pytest.mark.parametrize(("film", "strength"), [(TautCone, 1.165), (WrinklingCone, 1.3)])
@@ -140,11 +140,11 @@ def test_a_leaking_film_behind_a_resistance_creeps_at_its_own_voltage():
     model = ConeModel(film=film, prestretch=1.2, **numbers)
     behind = model.replace(series_resistance=0.5, leakage_time=20.0)
     plain, found = (gelcone.creep(one, [0.5], tolerance=1e-10).isel(constant_voltage=0) for one in (model, behind))
-    q = 1.0 + float(found["begin"]) ** 2
+    q = 1.0 + float(found["initial_displacement"]) ** 2
     voltage = 0.5 / (1.0 + 0.5 * q / 20.0)
     alone = gelcone.creep(model, [voltage], tolerance=1e-10).isel(constant_voltage=0)
-    assert float(found["begin"]) == pytest.approx(float(alone["begin"]), rel=1e-9)
-    assert float(found["begin"]) < float(plain["begin"])
+    assert float(found["initial_displacement"]) == pytest.approx(float(alone["initial_displacement"]), rel=1e-9)
+    assert float(found["initial_displacement"]) < float(plain["initial_displacement"])
     assert float(found["current"][1]) == pytest.approx(voltage * q / 20.0, rel=1e-2)
 
 
@@ -304,10 +304,12 @@ def test_creep_says_of_each_number_what_was_found(monkeypatch):
     states = np.where(gone, np.nan, numbers(2, 121, 3, at=5.0)[..., 0])
     np.testing.assert_array_equal(films.asked["margins"][1], states)
     expected = {
-        "begin": numbers(2, 3, at=7.0)[:, 0], "end": states[:, -1], "equilibrium": [50.25, 50.5],
+        "initial_displacement": numbers(2, 3, at=7.0)[:, 0], "final_displacement": states[:, -1],
+        "equilibrium_displacement": [50.25, 50.5],
         "pull_in_time": [times[40], np.inf], "displacement": states, "margin": numbers(2, 121, at=11.0),
         "current": np.where(gone, np.nan, numbers(2, 121, at=12.0)), "time": times,
-        "heating": np.where(gone, np.nan, numbers(2, 121, at=13.0)), "long_time_voltage": 0.75, "instant_voltage": 1.25,
+        "heating": np.where(gone, np.nan, numbers(2, 121, at=13.0)), "long_term_pull_in_voltage": 0.75,
+        "instantaneous_pull_in_voltage": 1.25,
         "holding_voltage": 0.875, "time_to_pull_in": numbers(4, at=10.0), "held_voltage": numbers(4, at=9.0),
         "constant_voltage": [0.25, 0.5], "outcome": [Outcome.PULLED_IN, Outcome.OK],
         "validity_hoop_slack": numbers(2, VALIDITY, at=14.0)[:, 0], "validity_pulled_in": [1.0, 0.0],
@@ -334,7 +336,10 @@ def test_levels_that_are_held_end_at_the_highest_or_where_there_is_none_at_the_o
     assert found.at(np.array([0.25])).members == ("members", [0.25])
     np.testing.assert_array_equal(films.asked["run"][0], [0.25])
     np.testing.assert_array_equal([found.highest, found.variables["holding_voltage"][1]], [borne] * 2)
-    assert (found.variables["long_time_voltage"][1], found.variables["instant_voltage"][1]) == (0.75, 1.25)
+    assert (found.variables["long_term_pull_in_voltage"][1], found.variables["instantaneous_pull_in_voltage"][1]) == (
+        0.75,
+        1.25,
+    )
     assert (films.asked["run"][1][-1], films.asked["curve"]) == (30.0, 30.0)
 
 
@@ -366,10 +371,10 @@ def test_films_in_opposite_phase_creep_to_where_statics_rest(circuit):
     model = ConeModel(film=TautCone(branches=1), **films, **circuit, **gel, **drive)
     found = gelcone.creep(model, [0.1, 0.6], duration=80.0)
     statics, at_once = (gelcone.static(model, [0.1, 0.6], at_once=early) for early in (False, True))
-    np.testing.assert_allclose(found.begin, at_once.equilibrium_displacement[:, 0], rtol=1e-8)
-    np.testing.assert_allclose(found.end, statics.equilibrium_displacement[:, 0], rtol=1e-8)
-    np.testing.assert_allclose(found.displacement[:, 0], found.begin, rtol=1e-12)
-    np.testing.assert_allclose(found.equilibrium, statics.equilibrium_displacement[:, 0], rtol=1e-8)
+    np.testing.assert_allclose(found.initial_displacement, at_once.equilibrium_displacement[:, 0], rtol=1e-8)
+    np.testing.assert_allclose(found.final_displacement, statics.equilibrium_displacement[:, 0], rtol=1e-8)
+    np.testing.assert_allclose(found.displacement[:, 0], found.initial_displacement, rtol=1e-12)
+    np.testing.assert_allclose(found.equilibrium_displacement, statics.equilibrium_displacement[:, 0], rtol=1e-8)
 
 
 def test_the_thresholds_of_an_envelope_are_at_its_own_proportion_of_the_bias():

@@ -419,7 +419,8 @@ def test_a_film_that_creeps_has_both_thresholds():
     found = thresholds(device.to_model())
     both = [float(gelcone.limits(device, at_once=at_once)["pull_in_voltage"]) for at_once in (False, True)]
     assert [
-        found[name][1] * device.scales.voltage for name in ("long_time_voltage", "instant_voltage")
+        found[name][1] * device.scales.voltage
+        for name in ("long_term_pull_in_voltage", "instantaneous_pull_in_voltage")
     ] == pytest.approx(both, rel=1e-12)
     assert thresholds(gelcone.ConeModel()) == {}
 
@@ -446,12 +447,12 @@ def test_a_voltage_that_is_held_for_a_time_is_that_of_creep():
     """Both are asked for the same time, and a run of simulate at the limit comes through it, and 1 % above does not."""
     found = envelope(BEAM, peaks=[0.6, 0.8], frequencies=[0.5, 0.6], duration=60.0)
     held = gelcone.creep(BEAM, duration=60.0)
-    for name in ("holding_voltage", "long_time_voltage", "instant_voltage"):
+    for name in ("holding_voltage", "long_term_pull_in_voltage", "instantaneous_pull_in_voltage"):
         assert float(found[name]) == float(held[name])
     limits = dict(zip(STATIC_LIMITS, found["static_limit_voltage"].values, strict=True))
     highest = float(held["holding_voltage"])
     assert limits["pull-in"] == highest
-    assert 1.02 * float(held["long_time_voltage"]) < highest < float(held["instant_voltage"])
+    assert 1.02 * float(held["long_term_pull_in_voltage"]) < highest < float(held["instantaneous_pull_in_voltage"])
     assert float(found["recommended_constant"]) == pytest.approx(0.8 * min(v for v in limits.values() if v == v))
     begun = gelcone.creep(BEAM, [highest], duration=60.0)["begin"].item()
     runs = [
@@ -567,7 +568,7 @@ def test_an_envelope_says_of_each_number_what_was_found(made_up):
             expected = np.where(edge > 0.0, 10.0 * k + OMEGAS + 0.1 * edge, np.nan)
             np.testing.assert_allclose(found[f"window_{name}"], expected, err_msg=name)
     assert float(found["rest_displacement"]) == 0.1
-    assert (float(found["own_peak"]), float(found["own_frequency"])) == (0.6, 1.0)
+    assert (float(found["operating_peak_voltage"]), float(found["operating_frequency"])) == (0.6, 1.0)
     np.testing.assert_array_equal(found["peak_voltage"], VOLTS)
 
 
@@ -593,7 +594,8 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
     limits = np.array([np.nan, 0.7, 0.9, np.inf, np.nan, 1.1])
     held = SimpleNamespace(levels=numbers(3, at=5.0), asked="the run")
     scalar = {
-        name: ((), value, name, "voltage") for name, value in (("instant_voltage", 1.25), ("holding_voltage", 0.875))
+        name: ((), value, name, "voltage")
+        for name, value in (("instantaneous_pull_in_voltage", 1.25), ("holding_voltage", 0.875))
     }
     planes = []
 
@@ -604,7 +606,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
     monkeypatch.setattr(envelope_module, "plane_of", plane)
     asked = record(
         monkeypatch, envelope_module, check_holds=None, holding=held, held_limits=limits, _held_variables=scalar,
-        thresholds={"instant_voltage": scalar["instant_voltage"]},
+        thresholds={"instantaneous_pull_in_voltage": scalar["instantaneous_pull_in_voltage"]},
     )  # fmt: skip
     shares = []
     found = envelope(
@@ -614,7 +616,7 @@ def test_a_voltage_that_is_held_bounds_the_envelope_in_place_of_the_relaxed_film
     assert planes == [(5, "both")]
     options = {"margin": 0.2, "limits_from": "both", "duration": duration}
     assert json.loads(found.attrs["options"]) == options
-    assert float(found["instant_voltage"]) == 1.25
+    assert float(found["instantaneous_pull_in_voltage"]) == 1.25
     if duration is None:
         assert not asked["holding"]
         assert "held_voltage" not in found

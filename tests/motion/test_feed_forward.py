@@ -46,7 +46,7 @@ def test_what_no_voltage_gives_is_said_and_the_largest_voltage_kept():
     down = gelcone.follow(own, times, rest - 2e-3 * (1.0 - np.cos(20.0 * times)))
     assert not down.reachable.values.all()
     assert (down.voltage.values[~down.reachable.values] == 0.0).any()
-    up = gelcone.follow(own, times, rest + 2e-3 * (1.0 - np.cos(20.0 * times)), most="900 V")
+    up = gelcone.follow(own, times, rest + 2e-3 * (1.0 - np.cos(20.0 * times)), highest_voltage="900 V")
     assert float(up.voltage.max()) == pytest.approx(900.0)
     assert not up.reachable.values.all()
     for found in (down, up):

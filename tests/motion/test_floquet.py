@@ -325,9 +325,9 @@ def test_tongues_are_those_of_the_grid_and_the_onsets_those_of_each_frequency_an
     np.testing.assert_array_equal(found["doubles"], [[False, True, False]] * 2)
     np.testing.assert_array_equal(found["boundary_voltage"], numbers(2, 1, at=50.0))
     np.testing.assert_array_equal(found["onset_voltage"], numbers(2, at=20.0))
-    assert (found["onset_kind"].values.tolist(), int(found["own_onset_kind"])) == ([2, 2], 1)
-    assert found["own_onset_voltage"].item() == 10.0 + 1.0 / 1024.0
-    assert found["own_searched"].values.tolist() == [10.0, 11.0]
+    assert (found["onset_kind"].values.tolist(), int(found["operating_onset_kind"])) == ([2, 2], 1)
+    assert found["operating_onset_voltage"].item() == 10.0 + 1.0 / 1024.0
+    assert found["operating_searched"].values.tolist() == [10.0, 11.0]
     assert float(found["pitchfork_amplitude"]) == pytest.approx(0.65)
     assert json.loads(found.attrs["options"]) == {"highest": 0.75, "tolerance": 2e-9}
 

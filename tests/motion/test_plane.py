@@ -207,7 +207,7 @@ def test_a_run_fails_where_either_film_does_and_pulls_in_by_the_curve_of_the_pla
     first = {"hoop_slack": [[-1.0, 2.0, -1.0], [-1.0, -1.0, -1.0]]}
     second = {"hoop_slack": [[-1.0, -1.0, -1.0], [-1.0, -1.0, 0.5]], "near_limit": [[-1.0] * 3, [-1.0, 1.0, -1.0]]}
     films = [{name: np.array(values) for name, values in film.items()} for film in (first, second)]
-    record(monkeypatch, module, excesses=lambda members, states, voltages: [dict(film) for film in films])
+    record(monkeypatch, module, violations=lambda members, states, voltages: [dict(film) for film in films])
     members = SimpleNamespace(
         size=2, system=SimpleNamespace(film=SimpleNamespace(kinds=())),
         voltages=lambda times, states: [np.array([[1.0, 2.0, 1.0], [1.0, 1.0, 1.0]]), np.full((2, 3), 9.0)],

@@ -89,7 +89,7 @@ def test_a_depressed_disc_is_the_mirror_image(cells):
     below, above = (cells.sel(height=x, constant_voltage=0.6) for x in (-0.5, 0.5))
     for name in ("ring_height", "force"):
         np.testing.assert_allclose(below[name], -above[name], rtol=1e-9)
-    for name in ("ring_radius", "true_field", "firmness", "capacitance"):
+    for name in ("ring_radius", "true_field", "tangent_stiffness", "capacitance"):
         np.testing.assert_allclose(below[name], above[name], rtol=1e-9)
 
 
@@ -97,7 +97,7 @@ def test_what_is_largest_is_that_of_the_rings(cells):
     one = cells.sel(height=0.75, constant_voltage=0.5)
     assert float(one["largest_field"]) == float(one["true_field"].max()) == float(one["breakdown_share"])
     assert float(one["largest_field_radius"]) == pytest.approx(0.25)
-    assert float(one["least_firmness"]) == float(one["firmness"].min())
+    assert float(one["least_tangent_stiffness"]) == float(one["tangent_stiffness"].min())
     assert float(one["largest_limit_share"]) == float(one["limit_share"].max())
     np.testing.assert_allclose(one["thickness"] * one["meridional_stretch"] * one["hoop_stretch"], 1.0, rtol=1e-12)
 
@@ -157,8 +157,9 @@ def test_a_device_answers_in_its_units():
     device = gelcone.find_device("paper-table1").replace(film="membrane")
     found = gelcone.film(device, "20 mm", "3 kV")
     model = gelcone.film(device.to_model(), 0.02 / 0.04, 3000.0 / device.scales.voltage)
-    assert {name: found[name].units for name in ("force", "capacitance", "thickness", "true_field", "firmness")} == {
-        "force": "N", "capacitance": "nF", "thickness": "mm", "true_field": "MV/m", "firmness": "kPa",
+    assert {name: found[name].units for name in ("force", "capacitance", "thickness", "true_field",
+    "tangent_stiffness")} == {
+        "force": "N", "capacitance": "nF", "thickness": "mm", "true_field": "MV/m", "tangent_stiffness": "kPa",
     }  # fmt: skip
     # C = eps A/H of the flat film times the mean square of the deformed over the mounted area
     eps, area = device.material.relative_permittivity * 8.8541878188e-12, np.pi * (0.05**2 - 0.01**2)
@@ -245,11 +246,13 @@ def test_each_variable_is_that_of_its_own_state_and_ring(monkeypatch):
     expected = {
         "force": cell(0), "capacitance": cell(1), "charge": cell(1) * voltage, "pull_in_voltage": cell(2),
         "largest_field": field.max(axis=-1), "breakdown_share": field.max(axis=-1) / strength,
-        "largest_limit_share": of("limit_share").max(axis=-1), "least_firmness": of("firmness").min(axis=-1),
+        "largest_limit_share": of("limit_share").max(axis=-1),
+        "least_tangent_stiffness": of("tangent_stiffness").min(axis=-1),
         "true_field": field, "ring_radius": of("r"), "ring_height": up * of("z"), "thickness": of("thickness"),
         "meridional_stretch": 1.2 * of("l1"), "hoop_stretch": 1.4 * of("width"), "wrinkle_excess": of("excess"),
-        "limit_share": of("limit_share"), "firmness": of("firmness"), "largest_field_radius": np.full(shape, 5.0),
-        "least_firmness_radius": np.full(shape, 1.0), "held": np.tile([[0, 1], [0, 6]], (2, 1, 1)),
+        "limit_share": of("limit_share"), "tangent_stiffness": of("tangent_stiffness"),
+        "largest_field_radius": np.full(shape, 5.0),
+        "least_tangent_stiffness_radius": np.full(shape, 1.0), "held": np.tile([[0, 1], [0, 6]], (2, 1, 1)),
         "film_state": np.arange(4).reshape(2, 2) + np.zeros(shape), "wrinkled_share": np.full(shape,
         (1.5 + 2.5 + 16.0) / 24.0),
     }  # fmt: skip

@@ -101,7 +101,7 @@ def test_what_stands_still_has_no_spectrum():
     for record in (np.zeros(1024), 0.3 + 1e-16 * np.random.default_rng(0).normal(size=1024)):
         found = analyse(record, 16, 8.0)
         assert found.lines.size == 0
-        assert np.isnan([found.flatness, found.power_in_lines, found.folded]).all()
+        assert np.isnan([found.flatness, found.power_in_lines, found.aliasing_bound]).all()
         assert not found.folds
 
 
@@ -151,14 +151,15 @@ def test_chaos_is_broadband():
 
 
 def test_sampling_is_refined_until_nothing_folds(monkeypatch):
-    """A large free motion kinks as it passes x = 0: coarse samples show harmonics of it folded back as false lines."""
+    """A large free motion kinks as it passes x = 0: coarse samples show harmonics of it aliasing_bound back as false
+    lines."""
     model = ConeModel(damping_ratio=0.0, spring_stiffness=0.9, voltage=0.0, drive_frequency=0.1)
     fine = spectrum(model, (3.0, 0.0), periods=32, discard=0)
     monkeypatch.setattr(module, "FOLDED", 1.0)
     coarse = spectrum(model, (3.0, 0.0), periods=32, discard=0)
-    assert float(fine.folded) < 1e-5 * float(fine.amplitude.max()) < float(coarse.folded)
+    assert float(fine.aliasing_bound) < 1e-5 * float(fine.amplitude.max()) < float(coarse.aliasing_bound)
     difference = abs(fine.amplitude - coarse.amplitude)[1:].max()
-    assert 1e-6 < float(difference) < float(coarse.folded)
+    assert 1e-6 < float(difference) < float(coarse.aliasing_bound)
     fundamental = float(fine.line_ratio[0])
     found = fine.line_ratio.values / fundamental
     np.testing.assert_allclose(found, np.rint(found), rtol=0.0, atol=1e-4)
@@ -211,7 +212,7 @@ def test_results_read_back_equal_and_name_their_units(many, tmp_path):
     assert load(tmp_path / "spectrum.nc").identical(many)
     assert many.line_prominence.attrs["units"] == "dB"
     assert {many[n].attrs["quantity"] for n in ("frequency", "line_frequency")} == {"frequency"}
-    assert {many[n].attrs["quantity"] for n in ("amplitude", "line_amplitude", "rms", "folded")} == {"length"}
+    assert {many[n].attrs["quantity"] for n in ("amplitude", "line_amplitude", "rms", "aliasing_bound")} == {"length"}
 
 
 def test_progress_adds_up_to_one():
@@ -284,8 +285,8 @@ def test_the_spectrum_of_a_chirp_is_that_of_its_run(chirped):
     share = np.arange(count) / count
     run = integrate(CHIRP, (0.5, 0.0), share * 2.0 * np.pi / 0.05, tolerance=1e-10)
     window = np.sin(np.pi * np.clip(np.minimum(share, 1.0 - share) / 0.1, 0.0, 0.5)) ** 2
-    folded = chirped["folded"].values
-    for x, found, least in zip(run.states[..., 0], chirped["amplitude"].values, folded, strict=True):
+    aliasing_bound = chirped["aliasing_bound"].values
+    for x, found, least in zip(run.states[..., 0], chirped["amplitude"].values, aliasing_bound, strict=True):
         mean = np.average(x, weights=window)
         assert found[0] == pytest.approx(mean, rel=1e-7)
         for cycles in (3, 10, 20, 40, 60):
@@ -303,7 +304,7 @@ def test_it_has_no_lines(chirped):
         assert chirped[name].isnull().all(), name
     assert (chirped["flatness"] > 0.0).all()
     assert (chirped["rms"] > 0.01).all()
-    assert (chirped["folded"] <= 1e-5 * chirped["amplitude"][:, 1:].max("frequency_ratio")).all()
+    assert (chirped["aliasing_bound"] <= 1e-5 * chirped["amplitude"][:, 1:].max("frequency_ratio")).all()
 
 
 def test_its_band_holds_twice_the_fastest_swing_of_the_drive():
@@ -417,7 +418,7 @@ def test_records_begin_where_motions_have_settled_and_are_refined_while_they_fol
     np.testing.assert_allclose(found["line_prominence"], 4.0 + rows)
     for name, value in (("power_in_lines", 5.0), ("flatness", 6.0), ("mean_displacement", 7.0), ("rms", 8.0)):
         np.testing.assert_array_equal(found[name], value + np.arange(3.0), name)
-    assert found["folded"].values.tolist() == [0.0, 0.0, 1e9]
+    assert found["aliasing_bound"].values.tolist() == [0.0, 0.0, 1e9]
     assert found["outcome"].values.tolist() == [0, 4, 5]
     options = {"periods": 20, "discard": 10, "highest": 1.5, "tolerance": 2e-9}
     assert json.loads(found.attrs["options"]) == options

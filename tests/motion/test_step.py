@@ -28,7 +28,7 @@ def test_the_numbers_are_those_of_a_damped_oscillator(damping):
     decay = np.exp(-damping * times)
     answer = 1.0 - decay * (np.cos(omega * times) + damping / omega * np.sin(omega * times))
     found = _measured(times, np.stack([2.0 + 3.0 * answer, 2.0 - 3.0 * answer]), 2.0)
-    np.testing.assert_allclose(found["end"], [5.0, -1.0], atol=1e-6)
+    np.testing.assert_allclose(found["final_displacement"], [5.0, -1.0], atol=1e-6)
     np.testing.assert_allclose(found["overshoot"], np.exp(-np.pi * damping / omega), rtol=1e-6)
     first, last = (times[np.argmax(answer >= level)] for level in (0.1, 0.9))
     np.testing.assert_allclose(found["rise_time"], last - first, atol=2e-3)
@@ -42,7 +42,7 @@ def test_what_has_not_settled_by_the_end_of_the_run_has_no_settling_time():
     times = np.linspace(0.0, 1.0, 1001)
     x = np.stack([times, np.where(times < 0.4995, 2.001 * times, 1.0)])
     found = _measured(times, x, 0.0)
-    np.testing.assert_allclose(found["end"], [0.95, 1.0])
+    np.testing.assert_allclose(found["final_displacement"], [0.95, 1.0])
     np.testing.assert_allclose(found["settling_time"], [np.nan, 0.49], atol=1e-9)  # the first sample within
     np.testing.assert_allclose(found["rise_time"], [0.95 * 0.8, 0.8 / 2.001], rtol=1e-9)
     np.testing.assert_allclose(found["overshoot"], [1.0 / 19.0, 0.0], atol=1e-12)
@@ -57,17 +57,19 @@ def test_a_disc_that_does_not_move_has_no_times():
 
 def test_a_step_ends_where_a_slow_ramp_does_and_is_a_run_of_simulate():
     found = gelcone.step(PUMP, ["0.5 kV", "1 kV"])
-    assert found["end"].attrs["units"] == "mm"
+    assert found["final_displacement"].attrs["units"] == "mm"
     assert found["rise_time"].attrs["units"] == "ms"
-    np.testing.assert_allclose(found["end"], found["equilibrium"], rtol=1e-4)
+    np.testing.assert_allclose(found["final_displacement"], found["equilibrium_displacement"], rtol=1e-4)
     static = gelcone.static(PUMP, ["0.5 kV", "1 kV"])
-    np.testing.assert_allclose(found["end"] - found["begin"], static["stroke"], rtol=2e-3)
+    np.testing.assert_allclose(found["final_displacement"] - found["initial_displacement"], static["stroke"], rtol=2e-3)
     held = PUMP.replace(voltage_amplitude=0.0, voltage_offset="1 kV")
     times = 1e-3 * found["time"].values[:200]
     alone = gelcone.simulate(held, times=times)["displacement"]
     np.testing.assert_allclose(found["displacement"].isel(constant_voltage=1)[:200], alone, rtol=1e-9)
     from_half = gelcone.step(PUMP, ["1 kV"], before="0.5 kV")
-    assert float(from_half["begin"][0]) == pytest.approx(float(found["equilibrium"][0]), rel=1e-9)
+    assert float(from_half["initial_displacement"][0]) == pytest.approx(
+        float(found["equilibrium_displacement"][0]), rel=1e-9
+    )
 
 
 def test_a_resistance_slows_the_rise_and_a_film_that_creeps_drifts():
@@ -77,7 +79,7 @@ def test_a_resistance_slows_the_rise_and_a_film_that_creeps_drifts():
     branch = {"material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
     creeping = gelcone.step(PUMP.replace(branch), ["1 kV"], duration="8 s")
     assert float(creeping["drift"][0]) > 0.001 > abs(float(plain["drift"][0]))
-    assert float(creeping["end"][0]) < float(creeping["equilibrium"][0])
+    assert float(creeping["final_displacement"][0]) < float(creeping["equilibrium_displacement"][0])
 
 
 @pytest.mark.parametrize(("damping", "slowest", "lasts"), [(0.2, 1.0, 40.0), (0.2, 30.0, 240.0), (4.0, 1.0, 8.0)])
@@ -89,8 +91,8 @@ def test_a_run_lasts_eight_of_its_slowest_times(damping, slowest, lasts):
 def test_a_step_that_pulls_in_says_so():
     found = gelcone.step(PUMP, ["1 kV", "4 kV"])
     assert found["outcome"].values.tolist() == [Outcome.OK, Outcome.PULLED_IN]
-    assert np.isnan(found["end"][1])
-    assert np.isnan(found["equilibrium"][1])
+    assert np.isnan(found["final_displacement"][1])
+    assert np.isnan(found["equilibrium_displacement"][1])
 
 
 @pytest.mark.parametrize("film", ["taut", "wrinkling"])
@@ -168,7 +170,7 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     def runs(members, states, times, **options):
         return SimpleNamespace(states=numbers(2, times.size, 2, at=5.0), outcome=np.array([0, 4], dtype=np.int8))
 
-    names = ("end", "rise_time", "overshoot", "settling_time", "drift")
+    names = ("final_displacement", "rise_time", "overshoot", "settling_time", "drift")
     measured = {name: numbers(2, at=10.0 + k) for k, name in enumerate(names)}
     lasted = numbers(2, VALIDITY, at=30.0)
     asked = record(
@@ -192,14 +194,17 @@ def test_a_step_is_from_the_rest_before_to_each_level_and_holds_what_its_parts_g
     np.testing.assert_array_equal(numbers_of["x"], numbers(2, run["times"].size, 2, at=5.0)[..., 0])
     for name in names:
         np.testing.assert_array_equal(found[name], [measured[name][0], np.nan], name)
-    assert found["begin"].values.tolist() == [0.75, 0.75]
-    assert found["equilibrium"].values.tolist() == [0.25, 0.375]
+    assert found["initial_displacement"].values.tolist() == [0.75, 0.75]
+    assert found["equilibrium_displacement"].values.tolist() == [0.25, 0.375]
     np.testing.assert_array_equal(found["displacement"], numbers_of["x"])
     assert found["outcome"].values.tolist() == [0, 4]
     np.testing.assert_array_equal(found["validity_hoop_slack"], lasted[:, 0])
     assert float(found["before_voltage"]) == 0.125
     assert json.loads(found.attrs["options"]) == {"before": 0.125, "duration": 30.0, "tolerance": 2e-9}
-    units = {found[name].attrs["quantity"] for name in ("end", "begin", "equilibrium", "displacement")}
+    units = {
+        found[name].attrs["quantity"]
+        for name in ("final_displacement", "initial_displacement", "equilibrium_displacement", "displacement")
+    }
     assert units == {"length"}
     assert {found[name].attrs["quantity"] for name in ("rise_time", "settling_time", "time")} == {"time"}
 
@@ -214,8 +219,8 @@ def test_a_double_cone_ends_where_a_slow_ramp_does_and_stays_where_it_rests(driv
     model = gelcone.ConeModel(**films, **own, **circuit, **command, hoop_prestretch=1.4)
     found = gelcone.step(model, [0.0, 0.1, 0.6], before=0.2)
     ramp = gelcone.static(model, [0.0, 0.1, 0.2, 0.6]).equilibrium_displacement.values[:, 0]
-    np.testing.assert_allclose(found.end, ramp[[0, 1, 3]], rtol=1e-4)
-    np.testing.assert_allclose(found.begin, ramp[2], rtol=1e-12)
+    np.testing.assert_allclose(found.final_displacement, ramp[[0, 1, 3]], rtol=1e-4)
+    np.testing.assert_allclose(found.initial_displacement, ramp[2], rtol=1e-12)
     if not circuit:  # which are off before the step
         still = gelcone.step(model, [0.2], before=0.2, duration=10.0)
         np.testing.assert_allclose(still.displacement, ramp[2], rtol=1e-9)

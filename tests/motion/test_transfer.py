@@ -101,10 +101,10 @@ def test_about_a_leaking_film_all_is_as_about_its_own_voltage():
     plain = {"rest_height": 0.8, "hoop_prestretch": 1.4, "damping_ratio": 0.1}
     behind = ConeModel(voltage_bias=0.6, series_resistance=1.0, leakage_time=4.0, **plain)
     found = gelcone.transfer(behind, [1.0], amplitudes=0.0)
-    area = 1.0 + float(found["equilibrium"]) ** 2
+    area = 1.0 + float(found["equilibrium_displacement"]) ** 2
     own = ConeModel(voltage_bias=0.6 / (1.0 + area / 4.0), **plain)
     alone = gelcone.transfer(own, [1.0], amplitudes=0.0)
-    assert float(found["equilibrium"]) == pytest.approx(float(alone["equilibrium"]), rel=1e-9)
+    assert float(found["equilibrium_displacement"]) == pytest.approx(float(alone["equilibrium_displacement"]), rel=1e-9)
     swing = np.linalg.eigvals(gelcone.state_space(behind).A)
     swing = np.abs(swing[np.argmax(swing.imag)])  # a charge that does not follow stiffens it
     assert float(alone["natural_frequency"]) < float(found["natural_frequency"]) == pytest.approx(swing, rel=1e-9)
@@ -212,7 +212,7 @@ def test_transfer_functions_hold_what_theory_and_measurement_gave(monkeypatch):
         np.testing.assert_allclose(found[f"{before}phase"], np.degrees(np.angle(x)))
         np.testing.assert_allclose(found[f"{before}admittance"], np.abs(i))
         np.testing.assert_allclose(found[f"{before}admittance_phase"], np.degrees(np.angle(i)))
-    expected = {"bias_voltage": -0.5, "equilibrium": 0.75, "natural_frequency": 1.25, "resonance": 1.125}
+    expected = {"bias_voltage": -0.5, "equilibrium_displacement": 0.75, "natural_frequency": 1.25, "resonance": 1.125}
     assert {name: float(found[name]) for name in expected} == expected
     assert float(found["largest_gain"]) == 6.0
     assert found["outcome"].values.tolist() == [[0, 1, 2], [3, 4, 5]]

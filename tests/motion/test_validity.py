@@ -236,7 +236,7 @@ def test_each_assumption_fails_by_its_own_number_of_its_own_film_and_member(monk
         )
         for at in (10.0, 20.0)
     ]  # fmt: skip
-    found = module.excesses(members, motion, [numbers(2, 3), numbers(2, 3)], states)
+    found = module.violations(members, motion, [numbers(2, 3), numbers(2, 3)], states)
     for own, at in zip(found, (10.0, 20.0), strict=True):
         np.testing.assert_allclose(own["hoop_slack"], -numbers(2, 3, at=at))
         np.testing.assert_allclose(own["meridional_slack"], -numbers(2, 3, at=at + 1.0))

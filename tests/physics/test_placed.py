@@ -545,7 +545,7 @@ def test_a_constant_voltage_is_a_parameter_of_a_film_that_has_one():
     }  # fmt: skip
     placed = PlacedFilm(Recorder(), "constant")
     assert placed.parameters["second_c"].meaning == "second film: its number"
-    values = placed.complete_beside({"second_voltage": 0.4}, {"c": 7.0})
+    values = placed.complete_with({"second_voltage": 0.4}, {"c": 7.0})
     assert values == {"second_flat_height": 0.0, "second_voltage": 0.4, "second_c": 7.0}
     assert dict(placed.numbers(values)) == {"second_flat_height": 0.0, "second_voltage": 0.4, "second_c": 7.0}
     assert placed.number_names == ("second_flat_height", "second_voltage", "second_c")

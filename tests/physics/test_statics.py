@@ -180,9 +180,9 @@ def test_no_more_rests_are_held_than_there_is_room_for(monkeypatch):
     statics._rests.clear()
     system = ConeModel().system
     for k in range(20):
-        statics.keep_rests({(system, bytes([k])): float(k)})
+        statics.store_rests({(system, bytes([k])): float(k)})
         assert len(statics._rests) <= 6
-        assert statics.kept_rests([(system, bytes([k])), (system, b"other")]) == {(system, bytes([k])): float(k)}
+        assert statics.stored_rests([(system, bytes([k])), (system, b"other")]) == {(system, bytes([k])): float(k)}
 
 
 def test_a_hand_within_a_hand_leaves_the_outer_ones_rests_as_they_were():

@@ -11,9 +11,9 @@ TABLE = {
             "ramp; dotted: settling time",
             [
                 "solid displacement over time: # of constant_voltage",
-                "dashed level at equilibrium",
+                "dashed level at equilibrium_displacement",
                 "dotted upright at settling_time",
-                "solid level at begin",
+                "solid level at initial_displacement",
                 "solid in the legend: faint: the model does not hold",
             ],
         ),
@@ -22,7 +22,7 @@ TABLE = {
     "creep": [
         (
             "y: displacement (of displacement); title: dashed: equilibrium; dotted: pull-in; log x",
-            ["solid displacement over time", "dashed level at equilibrium"],
+            ["solid displacement over time", "dashed level at equilibrium_displacement"],
         ),
         ("x: constant voltage (of held_voltage); y: time to pull-in (of time)", ["text: no voltage pulls it in"]),
         (

@@ -16,10 +16,10 @@ def creep(**changed):
     values = {
         "displacement": (over, [[1.0, 1.1, 1.2, 1.3], [2.0, 2.1, 2.2, np.nan]]),
         "margin": (over, [[0.5, 0.4, 0.3, 0.2], [0.15, 0.1, 0.05, np.nan]]),
-        "equilibrium": (along, [1.4, np.nan]),
+        "equilibrium_displacement": (along, [1.4, np.nan]),
         "pull_in_time": (along, [np.inf, 5000.0]),
-        "long_time_voltage": ((), 500.0),
-        "instant_voltage": ((), 900.0),
+        "long_term_pull_in_voltage": ((), 500.0),
+        "instantaneous_pull_in_voltage": ((), 900.0),
         "time_to_pull_in": ("held_voltage", [np.inf, 8000.0, 4000.0]),
     }
     values |= {name: (values[name][0], value) for name, value in changed.items()}
@@ -56,7 +56,7 @@ def test_lines_of_voltages_at_which_the_model_does_not_hold_are_faint():
 
 
 def test_a_film_that_never_pulls_in_says_so():
-    assert "no voltage pulls it in" in texts(creep_figure(creep(long_time_voltage=np.inf)))
+    assert "no voltage pulls it in" in texts(creep_figure(creep(long_term_pull_in_voltage=np.inf)))
 
 
 def test_a_time_that_is_not_known_is_neither_one_of_pull_in_nor_held():

@@ -22,7 +22,7 @@ def test_readings_have_their_noise_and_bars_their_names():
             "measured": ("reading", [1.0, 2.0, 1.4]),
             "noise": ("reading", [0.1, 0.2, 0.3]),
             "predicted": ("reading", [1.1, 2.2, 1.5]),
-            "left": ("unknown", [0.02, 0.9, 0.06]),
+            "posterior": ("unknown", [0.02, 0.9, 0.06]),
             "prior": ("unknown", [0.1, 1.0, 0.1]),
             "deviation": ("unknown", [0.25, 0.1, 0.15]),
         },
@@ -49,7 +49,7 @@ def test_readings_have_their_noise_and_bars_their_names():
 def test_an_unknown_is_far_from_its_prior_on_either_side():
     for moved, said in ((0.25, 1), (-0.25, 1), (0.19, 0), (-0.19, 0)):
         fit = result(
-            {name: ("unknown", [value]) for name, value in (("left", 0.02), ("prior", 0.1), ("deviation", moved))},
+            {name: ("unknown", [value]) for name, value in (("posterior", 0.02), ("prior", 0.1), ("deviation", moved))},
             {"unknown": ("unknown", ["spring_rate"])},
         )
         axes = blank()

@@ -37,8 +37,8 @@ def envelope(**changed):
         "limit_high": (("limit", "drive_frequency"), [[2.2, 1.4, np.inf], [np.nan] * 3]),
         "static_limit": ("static", ["pitchfork", "pull-in", "stretch limit", "never"]),
         "static_limit_voltage": ("static", [1.5, 4.1, 4.3, np.nan]),
-        "own_frequency": ((), 2.0),
-        "own_peak": ((), 0.6),
+        "operating_frequency": ((), 2.0),
+        "operating_peak_voltage": ((), 0.6),
         "constant_voltage": ("peak", VOLTS),
         "stroke": ("peak", [0.0, 0.1, 0.4, 0.9]),
         "blocked_force": ("peak", [0.0, -1.0, -2.0, -3.0]),
@@ -145,7 +145,7 @@ def test_quasi_static_limits_within_the_picture_are_level_lines():
 @pytest.mark.parametrize(("own", "there"), [(1.0, True), (2.0, True), (4.0, True), (0.9, False), (4.1, False)])
 def test_the_own_drive_is_a_star_where_it_lies_in_the_picture(own, there):
     axes = blank()
-    driven_limits(envelope(own_frequency=own), axes)
+    driven_limits(envelope(operating_frequency=own), axes)
     stars = [one for one in axes.lines if one.get_marker() == "*"]
     assert len(stars) == there
     if there:

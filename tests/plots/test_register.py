@@ -65,7 +65,7 @@ RESULTS = {
         RAISED, {"rest_height": [0.3, 0.31]}, "envelope", frequencies=[0.3, 0.5], peaks=[0.3, 0.6]
     ),
     "extrema": lambda: gelcone.extrema(MOVING, repeats=5, discard=20),
-    "best drive": lambda: gelcone.drive(RAISED, lowest=0.3, highest=0.5),
+    "best drive": lambda: gelcone.drive(RAISED, lowest_frequency=0.3, highest_frequency=0.5),
     "branches": lambda: gelcone.continue_branch(
         RAISED.replace(damping_ratio=0.1), "drive_frequency", 0.5, 0.9, start="settled", checks=2
     ),
@@ -179,7 +179,7 @@ SHOWS = {
     "data sheet": lambda r: r["ramp_stroke"],
     "designs": lambda r: r["apparent_power"],
     "device fit": lambda r: r["predicted"].where(r["reading_test"] < 3, r["measured"] / r["predicted"]),  # a ring-down
-    "device plan": lambda r: r["left"] / r["prior"],
+    "device plan": lambda r: r["posterior"] / r["prior"],
     "bifurcation diagram": lambda r: r["section"].isel(state=0),
     "draws": lambda r: r["recommended_peak"].median("draw"),
     "extrema": lambda r: r["displacement"],

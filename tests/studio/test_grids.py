@@ -213,11 +213,11 @@ def test_a_worker_reads_its_subject_before_it_looks_what_is_there(monkeypatch):
     done = []
     subject = SimpleNamespace(model="model")
     source = SimpleNamespace(subject=lambda: done.append("read") or subject)
-    for place, name in ((grids, "kept_rests"), (grids.look, "response"), (grids.look, "kind")):
+    for place, name in ((grids, "stored_rests"), (grids.look, "response"), (grids.look, "kind")):
         monkeypatch.setattr(place, name, lambda *given, name=name: done.append((name, *given)) or "found")
     monkeypatch.setattr(grids.profiles, "table", lambda *given: given)
     assert grids.find_rests(source, ["keys"]) == "found"
-    assert done == ["read", ("kept_rests", ["keys"])]
+    assert done == ["read", ("stored_rests", ["keys"])]
     done.clear()
     assert grids.make_membrane(source, 3.0)
     assert done == ["read", ("response", subject, 3.0), ("kind", subject)]

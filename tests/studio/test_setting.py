@@ -420,7 +420,7 @@ def test_a_rest_that_a_search_finds_elsewhere_takes_the_place_of_the_guess(shelf
 
 def test_rests_that_a_search_found_are_taken_over_from_the_process_that_found_them(shelf, monkeypatch):
     kept = []
-    monkeypatch.setattr(module, "keep_rests", kept.append)
+    monkeypatch.setattr(module, "store_rests", kept.append)
     assert shelf.confirm(PUMP, {"key": 0.5}) == 0.0
     assert kept == [{"key": 0.5}]
 

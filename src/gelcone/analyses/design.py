@@ -79,7 +79,7 @@ def _about(one: xr.Dataset, free: list[str]) -> list[str]:
     side = "below" if distance < 0.0 else "above"
     near = f"natural frequency {abs(distance):.1f} half widths {side} that of the drive"
     bought = f"; weakening that by 10 % improves the first objective by {relaxed:.0%}" if relaxed > 0.0 else ""
-    return [f"design {int(one['design'])}: {fields}", f"  {near}; bound by {one['binds'].item()}{bought}"]
+    return [f"design {int(one['design'])}: {fields}", f"  {near}; bound by {one['binding_requirement'].item()}{bought}"]
 
 
 def _short(value: Any) -> float:
@@ -106,6 +106,6 @@ def device_text(result: xr.Dataset, k: int) -> str:
         f"({float(one['probability_low']):.1%} to {float(one['probability_high']):.1%})",
         f"first limit: {one['first_limit'].item()}; recommended up to {float(one['recommended']):.4g} V, "
         f"{result.attrs['margin']:.0%} below it",
-        f"bound by {one['binds'].item()}",
+        f"bound by {one['binding_requirement'].item()}",
     ]
     return "\n".join([*(f"# {line}" for line in said), "", json.loads(result.attrs["devices"])[k]])

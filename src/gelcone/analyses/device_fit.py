@@ -92,7 +92,7 @@ def _unknown_lines(result: xr.Dataset, device: Device) -> list[str]:
     fields = list(map(str, result["field"].values))
     lines = [f"{'':32s}{'value':>14s}{'deviation':>11s}{'known to':>10s}{'prior':>8s}{'left of it':>12s}"]
     for k, name in enumerate(map(str, result["unknown"].values)):
-        prior, left, moved = (float(result[key][k]) for key in ("prior", "left", "deviation"))
+        prior, left, moved = (float(result[key][k]) for key in ("prior", "posterior", "deviation"))
         value = ""
         if name in fields:
             value = format_si(float(result["value"][fields.index(name)]), device.swept_fields()[name].unit)

@@ -71,13 +71,13 @@ def _first_limits(shown: xr.Dataset) -> np.ndarray:
 
 def _own_line(shown: xr.Dataset) -> str:
     """Count the draws in which the device's own drive lies inside the window."""
-    at, peak = shown["own_frequency"].values, shown["own_peak"].values
+    at, peak = shown["operating_frequency"].values, shown["operating_peak_voltage"].values
     frequency, window = shown["drive_frequency"].values, shown["recommended_peak"].values
     there = (at >= frequency[0]) & (at <= frequency[-1])
     if not there.all():
         return "its own drive: outside the frequencies examined"
     inside = sum(peak[k] <= np.interp(at[k], frequency, window[k]) for k in range(len(at)))
-    volt, hertz = unit_of(shown["own_peak"]), unit_of(shown["own_frequency"])
+    volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
     own = f"{np.median(peak):.4g}{volt} at {np.median(at):.4g}{hertz}"
     return f"its own drive, {own}: inside the window in {inside} of {len(at)} draws"
 

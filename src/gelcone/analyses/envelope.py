@@ -68,7 +68,7 @@ def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:
     low = dict(zip(driven_names, shown["limit_low"].values, strict=True))
     if (np.isfinite(low["pull-in"]) & (low.get("chaos", np.inf) < low["pull-in"])).any():
         yield "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
-    if "instant_voltage" in shown:
+    if "instantaneous_pull_in_voltage" in shown:
         yield from _creep_words(shown, whose)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
@@ -76,12 +76,12 @@ def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:
 
 def _creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
     """The two pull-in voltages of a film that creeps, and what the limits at constant voltage hold for."""
-    if not np.isfinite(shown["long_time_voltage"]):
+    if not np.isfinite(shown["long_term_pull_in_voltage"]):
         yield f"the film creeps: no constant voltage pulls {whose} in, at once or in the long run"
         return
     yield (
-        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instant_voltage'])} at once, "
-        f"above {sized(shown['long_time_voltage'])} after a while (gelcone creep says when)"
+        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instantaneous_pull_in_voltage'])} at "
+        f"once, above {sized(shown['long_term_pull_in_voltage'])} after a while (gelcone creep says when)"
     )
     yield (
         f"up to {sized(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
@@ -99,7 +99,7 @@ def _held_words(shown: xr.Dataset) -> str:
 def _pull_in_words(shown: xr.Dataset) -> str:
     if shown.attrs["pull_in_of"] == "cone":
         return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
-    gel = " of the relaxed gel" if "instant_voltage" in shown else ""
+    gel = " of the relaxed gel" if "instantaneous_pull_in_voltage" in shown else ""
     return f"pull-in is that of the film as a membrane{gel}, its force known to {shown.attrs['pull_in_error']:.1%}"
 
 
@@ -328,8 +328,8 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
 
 def _own_line(shown: xr.Dataset) -> str:
     """Compare the device's own drive with the window."""
-    peak, frequency = float(shown["own_peak"]), float(shown["own_frequency"])
-    volt, hertz = unit_of(shown["own_peak"]), unit_of(shown["own_frequency"])
+    peak, frequency = float(shown["operating_peak_voltage"]), float(shown["operating_frequency"])
+    volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
     own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
     looked = shown["drive_frequency"].values
     if not looked[0] <= frequency <= looked[-1]:
@@ -364,7 +364,7 @@ def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) ->
     exceeded = {name: v for name, v in met.items() if v < peak}
     if not exceeded or not exceeded.keys() <= {*_OTHER_MOTION}:
         return ""
-    volt = unit_of(shown["own_peak"])
+    volt = unit_of(shown["operating_peak_voltage"])
     above = " and ".join(f"{name}, {_plain(v)}{volt}" for name, v in exceeded.items())
     held = {name: v for name, v in met.items() if v >= peak}
     if not held:

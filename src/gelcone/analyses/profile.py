@@ -50,7 +50,8 @@ def _film_lines(member: xr.Dataset, prefix: str) -> list[str]:
 
 _NAMES = (
     "held", "film_state", "force", "charge", "capacitance", "pull_in_voltage", "largest_field",
-    "largest_field_radius", "breakdown_share", "largest_limit_share", "least_firmness", "least_firmness_radius",
+    "largest_field_radius", "breakdown_share", "largest_limit_share", "least_tangent_stiffness",
+    "least_tangent_stiffness_radius",
     "wrinkled_share", "film_error", "meridional_stretch", "thickness",
 )  # fmt: skip
 
@@ -105,8 +106,8 @@ def _state_lines(cell: xr.Dataset) -> list[str]:
         f"  meridional stretch {float(stretch.min()):.4g} to {float(stretch.max()):.4g}, thickness "
         f"{float(thickness.min()):.4g} to {float(thickness.max()):.4g}{unit_of(thickness)}; at most "
         f"{float(cell['largest_limit_share']):.2g} of the stretch limit",
-        f"  least firmness {measured(cell['least_firmness'])} at the mounted radius "
-        f"{measured(cell['least_firmness_radius'])} (0: localisation); pulls in at this height at "
+        f"  least tangent stiffness {measured(cell['least_tangent_stiffness'])} at the mounted radius "
+        f"{measured(cell['least_tangent_stiffness_radius'])} (0: localisation); pulls in at this height at "
         f"{measured(cell['pull_in_voltage'])}",
     ]
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def tongues_words(shown: xr.Dataset, subject: Subject) -> str:
     """The tongues as text."""
     volt = unit_of(shown["voltage"])
-    onset, kind = float(shown["own_onset_voltage"]), Onset(int(shown["own_onset_kind"]))
-    searched = f"searched up to {float(shown['own_searched'][1]):.4g}{volt}"
+    onset, kind = float(shown["operating_onset_voltage"]), Onset(int(shown["operating_onset_kind"]))
+    searched = f"searched up to {float(shown['operating_searched'][1]):.4g}{volt}"
     found = f"onset at {onset:.6g}{volt}, " if np.isfinite(onset) else ""
     lines = [*heading(subject), *outcome_lines(shown), f"at its own frequency: {found}{kind.meaning} ({searched})"]
     line = shown["onset_voltage"].values

@@ -139,10 +139,14 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
 
 def step_words(shown: xr.Dataset, subject: Subject) -> str:
     """Steps of the voltage as text, a line for each voltage, each column in one unit."""
-    lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(shown['begin'][0])}"]
-    way = abs(shown["end"] - shown["begin"]).assign_attrs(shown["end"].attrs)
+    initial, final = shown["initial_displacement"], shown["final_displacement"]
+    lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(initial[0])}"]
+    way = abs(final - initial).assign_attrs(final.attrs)
     columns = zip(
-        *(sized_alike(own) for own in (shown["constant_voltage"], way, shown["end"], shown["equilibrium"])),
+        *(
+            sized_alike(own)
+            for own in (shown["constant_voltage"], way, shown["final_displacement"], shown["equilibrium_displacement"])
+        ),
         lasting_alike(shown["rise_time"], 3),
         lasting_alike(shown["settling_time"], 4),
         strict=True,
@@ -180,24 +184,26 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
     """Creep under held voltages as text: the thresholds, a line for each voltage, and the times to pull-in."""
     longest, whose = lasting(float(shown["time"][-1]), shown["time"], 3), pulled_in(subject)
     late = shown.isel(held_voltage=np.isfinite(shown["time_to_pull_in"].values))
-    ends = {name: shown[f"{name}_voltage"] for name in ("instant", "long_time", "holding")}
+    ends = {name: shown[f"{name}_voltage"] for name in ("instantaneous_pull_in", "long_term_pull_in", "holding")}
     digits = telling_digits([*late["held_voltage"].values, *(float(v) for v in ends.values() if np.isfinite(v))])
     thresholds = {name: sized(voltage, digits) for name, voltage in ends.items()}
     lines = [
         *heading(subject),
         f"no constant voltage pulls {whose} in, at once or in the long run"
-        if not np.isfinite(ends["long_time"])
-        else f"pull-in of {whose} at once {thresholds['instant']}, in the long run {thresholds['long_time']}; up to "
-        f"{thresholds['holding']} is held for {longest}",
+        if not np.isfinite(ends["long_term_pull_in"])
+        else f"pull-in of {whose} at once {thresholds['instantaneous_pull_in']}, in the long run "
+        f"{thresholds['long_term_pull_in']}; up to {thresholds['holding']} is held for {longest}",
     ]
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
         name = f"  {sized(one['constant_voltage'])}:"
         time = float(one["pull_in_time"])
-        if not np.isfinite(one["begin"]):
+        if not np.isfinite(one["initial_displacement"]):
             lines.append(f"{name} pulls in at once")
         elif np.isfinite(time):
-            lines.append(f"{name} from {sized(one['begin'])}, pulls in after {lasting(time, shown['time'], 4)}")
+            lines.append(
+                f"{name} from {sized(one['initial_displacement'])}, pulls in after {lasting(time, shown['time'], 4)}"
+            )
         elif np.isnan(time):
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
         else:
@@ -207,8 +213,8 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
             if not abs(heating[-1]) <= COOL * np.nanmax(np.abs(heating)):
                 warm = f"warms by {sized(one['heating'].isel(time=-1), 3)}"
             lines.append(
-                f"{name} creeps from {sized(one['begin'])} to {sized(one['end'])} in {longest}, in the long run "
-                f"{sized(one['equilibrium'])}; {warm}; "
+                f"{name} creeps from {sized(one['initial_displacement'])} to {sized(one['final_displacement'])} in "
+                f"{longest}, in the long run {sized(one['equilibrium_displacement'])}; {warm}; "
                 f"margin to pull-in of {whose} at the end: {margin:.1%}"
             )
     if late.sizes["held_voltage"]:
@@ -237,7 +243,7 @@ def transfer_words(shown: xr.Dataset, subject: Subject) -> str:
     """Transfer functions as text: where they are largest, and a table of gains, linear and measured."""
     lines = [
         *heading(subject),
-        f"about {sized(shown['bias_voltage'])}: displacement {sized(shown['equilibrium'])}, "
+        f"about {sized(shown['bias_voltage'])}: displacement {sized(shown['equilibrium_displacement'])}, "
         f"natural frequency {sized(shown['natural_frequency'])}",
         f"largest gain {sized(shown['largest_gain'])} at {sized(shown['resonance'])}",
     ]

@@ -240,8 +240,8 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
             ("static_limit",), static, "voltage of the quasi-static limit", dataset.absent("voltage"),
         ),
         "recommended_constant": ((), constant, "recommended highest constant voltage", "voltage"),
-        "own_peak": ((), members.peak_voltage, "peak voltage of the device's own drive", "voltage"),
-        "own_frequency": ((), members.values["drive_frequency"], "frequency of its own drive", "frequency"),
+        "operating_peak_voltage": ((), members.peak_voltage, "peak voltage of the device's drive", "voltage"),
+        "operating_frequency": ((), members.values["drive_frequency"], "frequency of its drive", "frequency"),
     }  # fmt: skip
     variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
     variables |= {

@@ -37,9 +37,9 @@ FIRST, FIRST_STEPS = 0.25, 4
 NEARLY_SLACK = 0.02
 """Share of the force without voltage below which a film that cannot be followed further is falling slack."""
 NEARLY_SOFT = 0.05
-"""Share of the firmness without voltage below which a film that cannot be followed further is pulling in."""
+"""Share of the tangent stiffness without voltage below which a film that cannot be followed further is pulling in."""
 BETWEEN = 5
-"""Intervals between the lengths of neighbouring nodes, at whose ends firmness is evaluated."""
+"""Intervals between the lengths of neighbouring nodes, at whose ends tangent stiffness is evaluated."""
 NEAR = 0.3
 """Largest displacement, in b - a, between two voltages."""
 LARGEST_JUMP = 0.1
@@ -78,7 +78,7 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
             found = reach(film, points[-1], "squared", target)[0]
         if found is None:
             high, ending = target, Ending.NOT_CONVERGED
-        elif firmness(film, found, target) <= 0.0:
+        elif tangent_stiffness(film, found, target) <= 0.0:
             high, ending = target, Ending.PULLED_IN
         elif found.force <= weakest:
             high, ending = target, Ending.SLACK
@@ -95,7 +95,7 @@ def charged(film: Film, start: Point, highest: float, whole: float, *, tolerance
 def _why_lost(film: Film, start: Point, last: Point, beyond: float) -> Ending:
     """The ending of a film without a state found between the V of ``last`` and ``beyond``: pulled in if a ring is
     nearly soft, slack if the film nearly is."""
-    if firmness(film, last, beyond) < NEARLY_SOFT * firmness(film, start, start.squared):
+    if tangent_stiffness(film, last, beyond) < NEARLY_SOFT * tangent_stiffness(film, start, start.squared):
         return Ending.PULLED_IN
     return Ending.SLACK if last.force < NEARLY_SLACK * start.force else Ending.NOT_CONVERGED
 
@@ -122,7 +122,7 @@ def _lengths(film: Film, point: Point) -> tuple[Array, Array]:
     return along * along + up * up, hoop * hoop
 
 
-def firmness(film: Film, point: Point, squared: float) -> float:
+def tangent_stiffness(film: Film, point: Point, squared: float) -> float:
     """The smallest slope of the tension over the length of all rings in tension, at nodes and between them, at the
     V ``squared``. The film pulls in where it is not positive."""
     places = np.arange(len(film.unknowns) * 3)

@@ -75,7 +75,7 @@ def check(wish: Wish, device: Device) -> Checked:
     own = float(device.frequency)
     found = envelope(device, frequencies=own * np.array([1.0 - NEARBY, 1.0, 1.0 + NEARBY]), margin=wish.margin)
     recommended = float(found["recommended_peak"][1])
-    peak, first = float(found["own_peak"]), int(found["first_limit"][1])
+    peak, first = float(found["operating_peak_voltage"]), int(found["first_limit"][1])
     static = found["static_limit_voltage"]
     name = f"{static['static_limit'].values[int(np.nanargmin(static.values))]} on a ramp"
     if first >= 0 and float(found["limit_low"][first, 1]) <= float(static.min()):
@@ -144,8 +144,8 @@ def design(
     Dataset over ``design``, along the front of the first two objectives: the free fields, stroke, voltage and power,
     the ``probability`` that a device within the tolerances meets all, of 4,096 new draws, with its 95 % interval; the
     ``first_limit`` and the ``recommended`` highest peak voltage; the ``distance`` of the natural frequency from that of
-    the drive in half widths of the resonance; the requirement that ``binds``, and the share by which the first
-    objective falls if that is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest
+    the drive in half widths of the resonance; the ``binding_requirement``, and the share by which the
+    first objective falls if that is 10 % weaker (``relaxed``). The attribute ``nominal_probability`` is the smallest
     probability of the designs that are best in an objective without uncertainty, ``nominal_probabilities`` those by
     objective. Designs whose settled motion or envelope fails are left out, with the reasons in the attribute
     ``left_out``; ``samples`` holds names, medians and the covariance of the logarithms of correlated fields.
@@ -322,7 +322,7 @@ def _labelled(wish: Wish, rows: Sequence[Row], seed: int, trap: Mapping[str, flo
     }
     table |= {
         "first_limit": ([row.checked.first_limit for row in good], "limit that comes first", "code"),
-        "binds": (binds, "requirement that binds", "code"),
+        "binding_requirement": (binds, "requirement that binds", "code"),
     }
     return xr.Dataset(
         dataset.columns("design", table),

@@ -92,10 +92,10 @@ def plan_device(
 
     Returns
     -------
-    Dataset over ``unknown`` - the fields, then the gains of instruments - with the standard deviation ``left`` by the
-    tests and the ``prior``; the ``singular_value`` of each direction of fields in units of their priors; ``invariant``
-    directions, changes of fields that change no reading; the predictions with their standard deviations, and the shares
-    of these that further experiments would leave.
+    Dataset over ``unknown`` - the fields, then the gains of instruments - with the standard deviation ``posterior`` by
+    the tests and the ``prior``; the ``singular_value`` of each direction of fields in units of their priors;
+    ``invariant`` directions, changes of fields that change no reading; the predictions with their standard deviations,
+    and the shares of these that further experiments would leave.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def plan_device(
     >>> _ = path.write_text('[[test]]\\nkind = "ring-down"\\nnoise = {frequency = "0.02 Hz", decay = "0.05 1/s"}\\n')
     >>> device = gelcone.find_device("biased-pump").replace(film="taut")
     >>> plan = gelcone.plan_device(device, gelcone.read_device_tests(path), {"moving_mass": 0.1})
-    >>> f"the mass will be known to {plan.left.item():.2%}, before to {plan.prior.item():.0%}"
+    >>> f"the mass will be known to {plan.posterior.item():.2%}, before to {plan.prior.item():.0%}"
     'the mass will be known to 0.35%, before to 10%'
     """
     check_kind("plan_device", tests, DeviceTests, READ_TESTS)
@@ -342,7 +342,7 @@ def _unknowns(names: Sequence[str], priors: Array, left: Array, logs: Array) -> 
 
     columns = dataset.columns("unknown", {
         "prior": (priors, "relative standard deviation of the prior", "share"),
-        "left": (left, "relative standard deviation that the tests leave", "share"),
+        "posterior": (left, "relative standard deviation that the tests leave", "share"),
         "deviation": (logs, "logarithm of the factor on the nominal value", "share"),
     })  # fmt: skip
     return xr.Dataset(columns, coords={"unknown": list(names)})

@@ -25,7 +25,7 @@ def environment(
     count: int | None = None,
     *,
     uncertain: Mapping[str, Distribution] | None = None,
-    most: float | str | None = None,
+    highest_voltage: float | str | None = None,
     heights: tuple[float | str, float | str] | None = None,
     period: float | str = "1 ms",
     episode: float | str = "1 s",
@@ -36,19 +36,20 @@ def environment(
     """Make an environment of Gymnasium in which a controller holds the disc of a device at a height.
 
     An episode draws a device and a height. The observation is height, velocity, wanted height and voltage: heights from
-    0 to 1 over ``heights``, the velocity as their change in a radian of the free vibration, the voltage over ``most``.
-    The action, from -1 to 1, is the squared voltage, to which the force is proportional, from 0 to that of ``most``.
-    The reward of a step is minus the error of the height over the range of heights, at least -1. An episode is
-    terminated if the film pulls in, breaks down or reaches its stretch limit, with a reward of -1 for each step that is
-    left.
+    0 to 1 over ``heights``, the velocity as their change in a radian of the free vibration, the voltage over
+    ``highest_voltage``. The action, from -1 to 1, is the squared voltage, to which the force is proportional, from 0 to
+    that of ``highest_voltage``. The reward of a step is minus the error of the height over the range of heights, at
+    least -1. An episode is terminated if the film pulls in, breaks down or reaches its stretch limit, with a reward of
+    -1 for each step that is left.
 
     Parameters
     ----------
     device : a device of single numbers, with any film and circuit.
     count : number of devices in a ``gymnasium.vector.VectorEnv``. Default None: one device, a ``gymnasium.Env``.
     uncertain : field -> `gelcone.Uniform` or `gelcone.Normal`, drawn for each episode. Default: none.
-    most : largest voltage, V. Default: the peak of the device's own drive.
-    heights : lowest and highest wanted height, m. Default: where the disc rests under no voltage and under ``most``.
+    highest_voltage : largest voltage, V. Default: the peak of the device's own drive.
+    heights : lowest and highest wanted height, m. Default: where the disc rests under no voltage and under
+        ``highest_voltage``.
     period : time between two actions, over which the voltage is held, s. Default 1 ms.
     episode : length of an episode, s. Default 1 s.
     draws : number of drawn devices, of which an episode takes one. Default 1024.
@@ -86,7 +87,7 @@ def environment(
         raise MissingDependency("learning environments need gymnasium: pip install 'gelcone[learn]'") from None
     task = task_of(
         device,
-        None if most is None else parse("most", most, "V"),
+        None if highest_voltage is None else parse("highest_voltage", highest_voltage, "V"),
         None if heights is None else (parse("heights", heights[0], "m"), parse("heights", heights[1], "m")),
         parse("period", period, "s"),
         parse("episode", episode, "s"),

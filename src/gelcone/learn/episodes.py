@@ -36,10 +36,10 @@ LARGEST = 10.0
 
 @dataclass(frozen=True)
 class Task:
-    """A task: to hold a height between ``lowest`` and ``highest``, m, with at most the voltage ``most``, V, which is
+    """A task: to hold a height between ``lowest`` and ``highest``, m, with at most the ``highest_voltage``, V, which is
     set every ``period`` seconds, ``steps`` times an episode. ``radian``: the time, s, of a radian of free vibration."""
 
-    most: float
+    highest_voltage: float
     lowest: float
     highest: float
     period: float
@@ -53,20 +53,24 @@ class Task:
 
 
 def task_of(
-    device: Device, most: float | None, heights: tuple[float, float] | None, period: float, episode: float
+    device: Device, highest_voltage: float | None, heights: tuple[float, float] | None, period: float, episode: float
 ) -> Task:
-    """Make the task of a device. Default ``most``: the peak of its own drive; default ``heights``: the rests without
-    voltage and under ``most``. Raises `InputError` for numbers that make no task."""
+    """Make the task of a device. Default ``highest_voltage``: the peak of its drive; default ``heights``: the rests
+    without voltage and under ``highest_voltage``. Raises `InputError` for numbers that make no task."""
     model, scales = device.to_model(), device.scales
-    if most is None:
-        most = float(model.peak_voltage * scales.voltage)
-    if not 0.0 < most < np.inf:
-        raise InputError(f"most = {most:g} V: must be positive and finite; give the largest voltage")
+    if highest_voltage is None:
+        highest_voltage = float(model.peak_voltage * scales.voltage)
+    if not 0.0 < highest_voltage < np.inf:
+        raise InputError(
+            f"highest_voltage = {highest_voltage:g} V: must be positive and finite; give the largest voltage"
+        )
     if heights is None:
-        at = stroke_and_blocked_force(model, [0.0, most / scales.voltage])["displacement"].values * scales.length
+        ramp = stroke_and_blocked_force(model, [0.0, highest_voltage / scales.voltage])
+        at = ramp["displacement"].values * scales.length
         if np.isnan(at).any():
             raise InputError(
-                f"most = {most:g} V: no height is held there, for the film pulls in; lower it or give heights"
+                f"highest_voltage = {highest_voltage:g} V: no height is held there, for the film pulls in; lower it or "
+                "give heights"
             )
         heights = float(at.min()), float(at.max())
     if not (np.isfinite(heights).all() and heights[0] < heights[1]):
@@ -75,7 +79,7 @@ def task_of(
         raise InputError(f"period = {period:g} s, episode = {episode:g} s: must be positive, and the episode longer")
     omega = float(natural_frequency(model, 0.0))
     radian = scales.time / (omega if omega > 0.0 else 1.0)
-    return Task(most, *heights, period, round(episode / period), radian)
+    return Task(highest_voltage, *heights, period, round(episode / period), radian)
 
 
 @dataclass(frozen=True)
@@ -179,15 +183,15 @@ class Episodes:
     def advance(self, actions: npt.ArrayLike) -> tuple[Array, npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
         """Set the voltages and advance by a period; return rewards, and masks of terminated and truncated episodes.
 
-        An action from -1 to 1 is the squared voltage from 0 to that of ``most``. The reward of a step is minus the
-        error of the height over the range of heights, at least -1. An episode that terminates early gets -1 for this
-        step and each step that is left.
+        An action from -1 to 1 is the squared voltage from 0 to that of ``highest_voltage``. The reward of a step is
+        minus the error of the height over the range of heights, at least -1. An episode that terminates early gets -1
+        for this step and each step that is left.
         """
         given = np.asarray(actions, dtype=float).reshape(self.count)
         if not np.isfinite(given).all():
             raise InputError("actions: must be finite numbers from -1 to 1")
         task, run = self.task, self._run
-        self.voltage = task.most * np.sqrt(0.5 + 0.5 * np.clip(given, -1.0, 1.0))
+        self.voltage = task.highest_voltage * np.sqrt(0.5 + 0.5 * np.clip(given, -1.0, 1.0))
         run.set(INPUTS[0], self.voltage * self._volt)
         self._outcome = run.step()
         self.displacement = run.states[:, 0] * self._length
@@ -216,5 +220,5 @@ class Episodes:
         found[:, 0] = (self.displacement - task.lowest) * share
         found[:, 1] = self._velocity * (share * task.radian)
         found[:, 2] = (self.target - task.lowest) * share
-        found[:, 3] = self.voltage * (1.0 / task.most)
+        found[:, 3] = self.voltage * (1.0 / task.highest_voltage)
         return np.clip(found, -LARGEST, LARGEST, out=found)

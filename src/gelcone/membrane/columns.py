@@ -1,8 +1,8 @@
 """All states of a film: columns of rising voltage at held heights, and the limits at which they end.
 
 A column starts from the straight cone without voltage and rises until the film falls slack, or until the ring at the
-disc localises, or with a strong hoop the one at the rim. There the firmness T11 of that ring, whose hoop is held, has
-fallen to zero, smoothly or by a jump where its hoop falls slack: an equation of one ring, `longest`.
+disc localises, or with a strong hoop the one at the rim. There the tangent stiffness T11 of that ring, whose hoop is
+held, has fallen to zero, smoothly or by a jump where its hoop falls slack: an equation of one ring, `longest`.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ def longest(gel: Gel, V: Array, grid: int = GRID) -> Array:
     with np.errstate(all="ignore"):
         ring = gel.at(lengths, one, np.broadcast_to(V, lengths.shape))
         share = gel.strain(lengths * lengths, ring.width) / gel.strain_limit
-        lost = (ring.meridional > 0.0) & (share < 1.0) & (ring.firmness <= 0.0)
+        lost = (ring.meridional > 0.0) & (share < 1.0) & (ring.tangent_stiffness <= 0.0)
         first, found = np.argmax(lost, axis=0), np.full(V.size, np.nan)
         own = np.flatnonzero(lost.any(axis=0) & (first > 0))
         ends = lengths[first[own] - 1, 0], lengths[first[own], 0]
-        found[own] = root(lambda l1, V: gel.at(l1, np.ones_like(l1), V).firmness, ends, V[own])
+        found[own] = root(lambda l1, V: gel.at(l1, np.ones_like(l1), V).tangent_stiffness, ends, V[own])
     return found
 
 
@@ -155,7 +155,7 @@ def columns(
         measured = film.measures(after)
         with np.errstate(all="ignore"):
             change = np.max(np.abs(_lengths(after.r, after.z) / _lengths(r[live], z[live]) - 1.0), axis=1)
-            near = after.found & (film.least_firmness(after) > 0.0) & (change < LARGEST_CHANGE)
+            near = after.found & (film.least_tangent_stiffness(after) > 0.0) & (change < LARGEST_CHANGE)
             weak = near & (measured.force < WEAKEST * force[live])
         good = near & ~weak
         on, off = live[good], live[~good]

@@ -41,7 +41,7 @@ LONGEST_STEP, SHORTEST_STEP = 0.7, 0.01
 LEAST_KEPT = 0.1
 """Least share of its tension that an element retains from one iteration to the next."""
 BETWEEN = 6
-"""Parts of the distance between the middles of two elements, at whose ends firmness is computed."""
+"""Parts of the distance between the middles of two elements, at whose ends tangent stiffness is computed."""
 WARM = 4
 """Newton iterations for a natural width from that of the iteration before."""
 BAND = 3
@@ -65,8 +65,8 @@ class Chains(NamedTuple):
 
 class Measures(NamedTuple):
     """Height, force and area (charge over voltage) of each state, the squared meridional length at the disc and the
-    larger one of disc and rim, the largest true field over v, the least firmness of its rings, and the least and the
-    largest tension of its hoops (see `Gel.hoop`)."""
+    larger one of disc and rim, the largest true field over v, the least tangent stiffness of its rings, and the least
+    and the largest tension of its hoops (see `Gel.hoop`)."""
 
     x: Array
     force: Array
@@ -74,7 +74,7 @@ class Measures(NamedTuple):
     disc: Array
     edge: Array
     field: Array
-    firmness: Array
+    tangent_stiffness: Array
     least_hoop: Array
     largest_hoop: Array
 
@@ -212,7 +212,7 @@ class Elements:
         w, dR, R2 = self.weights, self.lengths, 2.0 * self.middles
         tension = np.where(np.isnan(at.tension), ring.meridional, at.tension)
         turn = np.maximum(tension, LEAST_TENSION) / (l1 * dR * dR)
-        firm = np.maximum(ring.firmness, 1e-6) / (dR * dR)
+        firm = np.maximum(ring.tangent_stiffness, 1e-6) / (dR * dR)
         # gradients of l1 by (r, z) of the outer node, of l2 by r of either
         gr, gz = w * ring.meridional * cosine / dR, w * ring.meridional * sine / dR
         hoop = w * ring.hoop / R2
@@ -249,16 +249,16 @@ class Elements:
         moves[:, 1:-1] = -_solved(band, right.reshape(states, -1), ok).reshape(states, inner, 2)
         along = (cosine * np.diff(moves[:, :, 0], axis=1) + sine * np.diff(moves[:, :, 1], axis=1)) / dR
         around = (moves[:, 1:, 0] + moves[:, :-1, 0]) / R2
-        return moves, ring.meridional + ring.firmness * along + ring.coupling * around, ring.width
+        return moves, ring.meridional + ring.tangent_stiffness * along + ring.coupling * around, ring.width
 
-    def least_firmness(self, at: Chains) -> Array:
-        """The least firmness of the rings of each state, (states,), also between the middles of elements."""
+    def least_tangent_stiffness(self, at: Chains) -> Array:
+        """The least tangent stiffness of the rings of each state, (states,), also between the middles of elements."""
         l1, l2, _, _ = self.stretches(at)
         share = np.linspace(0.0, 1.0, BETWEEN + 1)[:-1]
         fine = [values[:, :-1, None] + np.diff(values, axis=1)[:, :, None] * share for values in (l1, l2)]
         V = np.broadcast_to(at.V[:, None, None], fine[0].shape)
         with np.errstate(all="ignore"):
-            found: Array = np.min(self.gel.at(fine[0], fine[1], V).firmness, axis=(1, 2))
+            found: Array = np.min(self.gel.at(fine[0], fine[1], V).tangent_stiffness, axis=(1, 2))
         return found
 
     def measures(self, at: Chains) -> Measures:
@@ -284,7 +284,7 @@ class Elements:
             disc,
             np.maximum(disc, rim),
             np.sqrt(np.max([np.max(l1 * l1 * ring.width, axis=1), *edges], axis=0)),
-            np.min(ring.firmness, axis=1),
+            np.min(ring.tangent_stiffness, axis=1),
             np.min(stress, axis=1),
             np.max(stress, axis=1),
         )

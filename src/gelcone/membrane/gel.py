@@ -1,4 +1,4 @@
-"""One ring of a wrinkling membrane: tensions and firmness of the relaxed energy under voltage.
+"""One ring of a wrinkling membrane: tensions and tangent stiffness of the relaxed energy under voltage.
 
 m and n are the squared true meridional and hoop length over the mounted ones, A = lm^2, B = lh^2 and G = 1/(A B) of the
 pre-stretches, V the squared voltage. A ring has the energy phi = W(A m + B n + G/(m n) - 3) - V m n/2 per mounted
@@ -40,7 +40,7 @@ class Ring(NamedTuple):
 
     meridional: Array
     hoop: Array
-    firmness: Array
+    tangent_stiffness: Array
     coupling: Array
     hoop_firmness: Array
     width: Array

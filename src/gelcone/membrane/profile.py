@@ -1,4 +1,5 @@
-"""A film along its meridian: shape, stretches, field and firmness of every ring at held heights and voltages."""
+"""A film along its meridian: shape, stretches, field and tangent stiffness of every ring at held heights and
+voltages."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ class Profile(NamedTuple):
     Mounted ``radius`` R in b - a, (rings,); deformed radius ``r`` and height ``z`` above the plane of the rim;
     meridional length ``l1`` over the mounted one; ``width``, the hoop length of the material over the mounted one, and
     ``span``, the circumference over the mounted one, which is less where the hoop is wrinkled; the true ``field`` over
-    v; ``limit_share``, (I1 - 3) over the stretch limit; and ``firmness``, the slope of the meridional tension by l1.
+    v; ``limit_share``, (I1 - 3) over the stretch limit; and ``tangent_stiffness``, the slope of the meridional tension
+    by l1.
     """
 
     radius: Array
@@ -34,7 +36,7 @@ class Profile(NamedTuple):
     span: Array
     field: Array
     limit_share: Array
-    firmness: Array
+    tangent_stiffness: Array
 
     @property
     def thickness(self) -> Array:
@@ -75,7 +77,7 @@ def profile(film: Elements, at: Chains) -> Profile:
         ring = film.gel.at(l1, span, V)
         share = film.gel.strain(l1 * l1, ring.width) / film.gel.strain_limit
     width = np.sqrt(ring.width)
-    found = (r, z, l1, width, span, l1 * width, share, ring.firmness)
+    found = (r, z, l1, width, span, l1 * width, share, ring.tangent_stiffness)
     return Profile(R, *(np.where(at.found[:, None], values, np.nan) for values in found))
 
 

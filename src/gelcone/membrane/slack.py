@@ -97,7 +97,7 @@ def _edge(gel: Gel, V: Array, t: Array, outer: bool) -> tuple[Array, Array]:
         _, l1, l2 = place
         ring = gel.ring(l1, l2, V, held, l2 * l2)
         turn = direction * l1 - l2
-        along = (direction * ring.hoop - ring.meridional - ring.coupling * turn) / ring.firmness
+        along = (direction * ring.hoop - ring.meridional - ring.coupling * turn) / ring.tangent_stiffness
         return direction * np.array([np.ones_like(l1), along, turn])
 
     def by_hoop(place: Array) -> Array:

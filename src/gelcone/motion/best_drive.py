@@ -67,14 +67,17 @@ class Candidates(NamedTuple):
     takes="device",
     answers="drive",
     single=True,
-    examples=("biased-pump --out results", 'my-device.toml --largest work --lowest "5 Hz" --highest "20 Hz"'),
+    examples=(
+        "biased-pump --out results",
+        'my-device.toml --largest work --lowest-frequency "5 Hz" --highest-frequency "20 Hz"',
+    ),
 )
 def drive(
     model: ConeModel | Device,
     *,
     largest: str = "stroke",
-    lowest: Frequency | None = None,
-    highest: Frequency | None = None,
+    lowest_frequency: Frequency | None = None,
+    highest_frequency: Frequency | None = None,
     margin: float = MARGIN,
     threads: int | None = None,
     progress: Progress = None,
@@ -86,8 +89,8 @@ def drive(
     model : a single model, or a device; its drive gives the proportion of amplitude to offset.
     largest : the quantity to maximise: ``"stroke"`` (default), ``"work"`` in a drive period, ``"speed"`` (root mean
         square) or ``"power"`` (mean); work and power are those on the damper or a load.
-    lowest, highest : ends of the range of drive frequencies, both or neither. Default a tenth of the natural frequency
-        and three times that.
+    lowest_frequency, highest_frequency : ends of the range of drive frequencies, both or neither. Default a tenth of
+        the natural frequency and three times that.
     margin : distance of the voltage from the lowest limit, over that limit; half of it is left if the frequency is off
         by one per cent. Default 0.2.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -115,7 +118,7 @@ def drive(
     >>> import gelcone
     >>> drive = {"voltage": 0.3, "voltage_bias": 0.6}
     >>> model = gelcone.ConeModel(**drive, rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.3)
-    >>> best = gelcone.drive(model, lowest=0.8, highest=0.805)
+    >>> best = gelcone.drive(model, lowest_frequency=0.8, highest_frequency=0.805)
     >>> best.attrs["limit"], round(best.peak_voltage.item(), 4), best.drive_frequency.item()
     ('meridional slack', 0.7188, 0.805)
     """
@@ -124,14 +127,18 @@ def drive(
     cone = model.to_model() if isinstance(model, Device) else model
     check_model(cone, "drive")
     check_one(cone, "drive")
-    if (lowest is None) != (highest is None):
-        one, other = ("highest", "lowest") if lowest is None else ("lowest", "highest")
-        raise InputError(f"{one}: is given alone; give {other} too, or neither")
-    ends: dict[str, Any] = {"lowest": lowest, "highest": highest}
+    ends: dict[str, Any] = {"lowest_frequency": lowest_frequency, "highest_frequency": highest_frequency}
+    given = [name for name, value in ends.items() if value is not None]
+    if len(given) == 1:
+        (other,) = ends.keys() - given
+        raise InputError(f"{given[0]}: is given alone; give {other} too, or neither")
     if device is not None:
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
-    if lowest is not None and not 0.0 < ends["lowest"] < ends["highest"]:
-        raise InputError(f"lowest = {lowest} and highest = {highest}: must be positive and increase; exchange them")
+    if given and not 0.0 < ends["lowest_frequency"] < ends["highest_frequency"]:
+        raise InputError(
+            f"lowest_frequency = {lowest_frequency} and highest_frequency = {highest_frequency}: must be positive and "
+            "increase; exchange them"
+        )
     options = {"margin": margin, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
     zeta = float(cone.damping_ratio)
@@ -252,11 +259,11 @@ def _detuned(frequency: Array, *envelopes: xr.Dataset) -> Array:
     return np.minimum.reduce([*ends, np.where(between, limits, np.inf).min(axis=-1)])
 
 
-def _range(lowest: float | None, highest: float | None) -> Array | None:
+def _range(lowest_frequency: float | None, highest_frequency: float | None) -> Array | None:
     """Frequencies of a range; None for those of the envelope."""
-    if lowest is None or highest is None:
+    if lowest_frequency is None or highest_frequency is None:
         return None
-    return np.geomspace(lowest, highest, COARSE)
+    return np.geomspace(lowest_frequency, highest_frequency, COARSE)
 
 
 def _around(wide: xr.Dataset, omega: float) -> dict[str, Array]:

@@ -89,16 +89,17 @@ def creep(
 
     Returns
     -------
-    Dataset over ``constant_voltage`` with the displacement at the ``begin`` and the ``end``, the ``equilibrium`` that
-    the relaxed film has, and ``pull_in_time``, infinite where the voltage is held; over ``time``, 0 and then evenly
-    over four decades, the ``displacement``, the ``current`` into the film, the ``second_current`` into a second one,
-    ``heating``, at which rate the temperature of the film, or the mean of two, rises as long as it gives no heat away,
-    and the ``margin``, the share by which the voltage on the film is below the one at which, raised at once, the film
-    would pull in or the disc jump: 1 where none does, 0 where it does already. ``long_time_voltage`` and
-    ``instant_voltage`` are the thresholds of the relaxed film and at once. All voltages are commanded ones. Over
-    ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is infinite where it exceeds the
-    duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400 of the window. ``validity_*``
-    are those of `simulate`, for the time over which the voltage is held; also a disc that jumps counts as pulled in.
+    Dataset over ``constant_voltage`` with the ``initial_displacement``, the ``final_displacement``, the
+    ``equilibrium_displacement`` that the relaxed film has, and ``pull_in_time``, infinite where the voltage is held;
+    over ``time``, 0 and then evenly over four decades, the ``displacement``, the ``current`` into the film, the
+    ``second_current`` into a second one, ``heating``, at which rate the temperature of the film, or the mean of two,
+    rises as long as it gives no heat away, and the ``margin``, the share by which the voltage on the film is below the
+    one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does already.
+    ``long_term_pull_in_voltage`` and ``instantaneous_pull_in_voltage`` are the thresholds of the relaxed film and at
+    once. All voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other,
+    ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for
+    it, from below to 1/400 of the window. ``validity_*`` are those of `simulate`, for the time over which the voltage
+    is held; also a disc that jumps counts as pulled in.
 
     Raises
     ------
@@ -110,8 +111,10 @@ def creep(
     >>> import gelcone
     >>> model = gelcone.ConeModel(rest_height=0.8, viscous_modulus_1=0.5, relaxation_time_1=10.0, damping_ratio=0.2)
     >>> held = gelcone.creep(model, [0.6])
-    >>> f"from {held.begin.item():.4f} to {held.end.item():.4f}, never pulls in: {held.long_time_voltage.item()}"
-    'from 0.6374 to 0.7070, never pulls in: inf'
+    >>> f"from {held.initial_displacement.item():.4f} to {held.final_displacement.item():.4f}"
+    'from 0.6374 to 0.7070'
+    >>> held.long_term_pull_in_voltage.item()
+    inf
     """
     check_one(model, "creep")
     _check_creeps(model, "creep", "or use step")
@@ -130,9 +133,9 @@ def creep(
     starts = films.starts(levels)
     held_voltage, to_pull_in, highest = films.curve(lasts, weighted(progress, 0.3))
     found: dict[str, dataset.Variable] = {
-        "begin": (along, starts[:, 0], "displacement at once", dataset.absent("length", nan="pulls in at once")),
-        "end": (along, x[:, -1], "displacement after the holding time", dataset.absent("length", nan="pulls in")),
-        "equilibrium": (along, films.relaxed.place(levels), "displacement of the relaxed film", _BEYOND),
+        "initial_displacement": (along, starts[:, 0], "displacement at once", _AT_ONCE),
+        "final_displacement": (along, x[:, -1], "displacement after the holding time", _LOST),
+        "equilibrium_displacement": (along, films.relaxed.place(levels), "displacement of the relaxed film", _BEYOND),
         "pull_in_time": (along, ends, "time to pull-in", _HELD),
         "displacement": ((*along, "time"), x, "displacement while the voltage is held", "length"),
         **{
@@ -184,6 +187,7 @@ def _check_creeps(model: ConeModel, name: str, remedy: str) -> None:
         )
 
 
+_AT_ONCE, _LOST = (dataset.absent("length", nan=words) for words in ("pulls in at once", "pulls in"))
 _BEYOND = dataset.absent("length", nan="none: pulls in in the long run")
 _HELD = dataset.absent("time", nan="unknown", infinite="held for the duration")
 _NEVER = dataset.absent("voltage", nan="nothing is stable without voltage", infinite="never")
@@ -266,8 +270,8 @@ def holding(
 def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
     """The two thresholds as variables."""
     return {
-        "long_time_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
-        "instant_voltage": ((), at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
+        "long_term_pull_in_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
+        "instantaneous_pull_in_voltage": ((), at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
     }
 
 

@@ -95,8 +95,8 @@ def envelope(
     ``natural_frequency`` (of small motions, in which a film that creeps is stiffer than on the ramp), ``static_field``,
     ``static_hoop_stress``, ``static_meridional_stress``; over ``static_limit``: ``static_limit_voltage`` (infinity:
     none on the way to pull-in or the stretch limit, NaN: unknown or not applicable); ``recommended_constant``, the
-    lowest of them less the margin; ``rest_displacement``; and ``own_peak`` and ``own_frequency`` of the device's own
-    drive.
+    lowest of them less the margin; ``rest_displacement``; and ``operating_peak_voltage`` and ``operating_frequency`` of
+    the device's own drive.
 
     Over ``drive_frequency`` and ``peak_voltage``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,
@@ -116,11 +116,11 @@ def envelope(
     devices. The attribute ``pull_in_of`` says whether it is ``membrane`` or ``cone``, and
     ``pull_in_error`` how well the membrane's force is known, over that without voltage (0 for the cone).
 
-    Of a film that creeps ``long_time_voltage`` and ``instant_voltage`` are the constant voltages at which the film
-    itself pulls in, relaxed and at once; between them it pulls in late, see `gelcone.creep`. With a ``duration`` the
-    limits at constant voltage are those that it meets while a voltage is held for so long, ``holding_voltage`` is the
-    highest that it bears, and ``held_displacement``, over ``held_voltage``, where it then is. The pull-in of a membrane
-    that a cone stands for is that of its relaxed gel at the displacements of the cone.
+    Of a film that creeps ``long_term_pull_in_voltage`` and ``instantaneous_pull_in_voltage`` are the constant voltages
+    at which the film itself pulls in, relaxed and at once; between them it pulls in late, see `gelcone.creep`. With a
+    ``duration`` the limits at constant voltage are those that it meets while a voltage is held for so long,
+    ``holding_voltage`` is the highest that it bears, and ``held_displacement``, over ``held_voltage``, where it then
+    is. The pull-in of a membrane that a cone stands for is that of its relaxed gel at the displacements of the cone.
 
     Of a film that creeps or leaks ``driven_heating`` and ``window_heating`` are the rates at which its temperature
     rises as long as it gives no heat away; ``static_heating`` that at a constant voltage.
@@ -219,9 +219,9 @@ def envelope(
         | {
             "constant_voltage": (of_constant, static["constant_voltage"], "constant voltage", "voltage"),
             "drive_frequency": (of_frequency, found["frequency"], "drive frequency", "frequency"),
-            "peak_voltage": (("peak_voltage",), volts, "peak voltage of the drive", "voltage"),
-            "own_peak": ((), float(model.peak_voltage), "peak voltage of the device's own drive", "voltage"),
-            "own_frequency": ((), float(model.drive_frequency), "frequency of the device's own drive", "frequency"),
+            "peak_voltage": (("peak_voltage",), volts, "peak voltage", "voltage"),
+            "operating_peak_voltage": ((), float(model.peak_voltage), "peak voltage of the device's drive", "voltage"),
+            "operating_frequency": ((), float(model.drive_frequency), "frequency of its drive", "frequency"),
             "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),
             "driven_limit": (("driven_limit",), np.array(DRIVEN_LIMITS), "limit of the driven motion", "code"),
         },

@@ -20,7 +20,7 @@ from gelcone.motion.static_bifurcations import fold_variables, pitchfork_variabl
 from gelcone.motion.static_results import PLACE, constant_voltages, label_static, own_levels, padded
 from gelcone.motion.validity import ASSUMPTIONS, outside, untrue_by
 from gelcone.physics.balance import Equilibrium, StaticBalance, rest_of
-from gelcone.physics.commanded import faithful
+from gelcone.physics.commanded import all_rest_at_command
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Ensemble, Members
@@ -172,7 +172,7 @@ def _with_validity(
     films, flat = members.system.films, (members.size, -1)
     held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
-    follow = faithful(members.system, members.numbers())
+    follow = all_rest_at_command(members.system, members.numbers())
     for film, voltage in zip(films, voltages, strict=True):
         if not follow or film.drive in ("opposite", "constant"):
             values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)

@@ -27,7 +27,9 @@ TOLERANCE = 1e-9
 
 
 @for_devices
-def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Voltage | None = None) -> xr.Dataset:
+def follow(
+    model: ConeModel, times: Times, displacement: Lengths, *, highest_voltage: Voltage | None = None
+) -> xr.Dataset:
     """Compute the voltage under which the disc follows a wanted motion, and check it by an integration.
 
     The equation of motion gives the force of the film that the motion takes, and the film the voltage of that force.
@@ -39,7 +41,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
     model : a single model or device with one film that has no states of its own, and an ideal source.
     times : increasing times, at least 6.
     displacement : wanted displacements at these, through which a smooth curve is laid.
-    most : largest voltage. Default None: no limit but those of the film.
+    highest_voltage : largest voltage. Default None: no limit but those of the film.
 
     Returns
     -------
@@ -73,7 +75,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
         nowhere = x == 0.0  # the flat film pulls with no voltage
         squared = np.asarray(film.film.balancing(x, np.where(nowhere, 0.0, pull / np.where(nowhere, 1.0, x)), n))
         end = TOP * np.broadcast_to(film.highest_squared(x, n), x.shape)
-    end = np.minimum(end, np.inf if most is None else float(most) ** 2)
+    end = np.minimum(end, np.inf if highest_voltage is None else float(highest_voltage) ** 2)
     taken = np.clip(np.nan_to_num(squared, nan=0.0, posinf=np.inf), 0.0, end)
     voltage = np.sqrt(np.where(nowhere, 0.0, taken))
     followed = _integrated(model, tau, voltage, (float(x[0]), float(speed[0])))
@@ -90,7 +92,7 @@ def follow(model: ConeModel, times: Times, displacement: Lengths, *, most: Volta
             "largest_error": ((), np.abs(error).max(), "largest error of the displacement", "length"),
         },
         coords={"time": (dims, tau, "time", "time")},
-        options={"most": most},
+        options={"highest_voltage": highest_voltage},
         title="feed-forward",
     )
 

@@ -249,9 +249,9 @@ def tongues(
     `floquet_multipliers`, and ``doubles``, whether the larger multiplier is negative; over the frequency,
     ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and ``boundary_voltage`` (``boundary``, NaN-padded):
     all voltages at which the stability changes, each between two neighbours of the grid and narrowed down. At
-    ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork. ``own_onset_voltage``,
-    ``own_onset_kind`` and ``own_searched`` are those of `onset_voltage` at the model's own frequency; ``outcome`` is
-    that of a place.
+    ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork. ``operating_onset_voltage``,
+    ``operating_onset_kind`` and ``operating_searched`` are those of `onset_voltage` at the model's own frequency;
+    ``outcome`` is that of a place.
 
     Raises
     ------
@@ -308,7 +308,7 @@ def tongues(
     for name in ("onset_voltage", "onset_kind"):
         result[name] = (line, onset[name].values, onset[name].attrs)
     result["outcome"] = dataset.outcome_array(maps.outcome.reshape(shape), plane)
-    return result.assign({f"own_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
+    return result.assign({f"operating_{name}": own[name] for name in ("onset_voltage", "onset_kind", "searched")})
 
 
 def _check_rest(model: Ensemble) -> None:

@@ -26,7 +26,7 @@ from gelcone.motion.ramp import Ramp, drive_ramp
 from gelcone.motion.response import dissipated_energy, heat_of
 from gelcone.motion.settle import alike, next_power_of_two
 from gelcone.motion.start import start_states
-from gelcone.motion.validity import excesses, slack_places
+from gelcone.motion.validity import slack_places, violations
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.film.pull_in import PullInCurve, curves_of_members
 from gelcone.physics.members import Members
@@ -226,10 +226,10 @@ class Plane:
             | {limit: (left | (fails[name] > 0.0)).astype(float) for limit, name in _SLACK_AND_LIMIT.items()}
         )
 
-    def excesses(self, members: Members, motion: Array, voltages: Sequence[Array]) -> list[dict[str, Array]]:
-        """Excesses over the validity of each film (`gelcone.motion.validity.excesses`), of the first film also over the
-        pull-in of the ``membrane``."""
-        found = excesses(members, motion, voltages)
+    def violations(self, members: Members, motion: Array, voltages: Sequence[Array]) -> list[dict[str, Array]]:
+        """Excesses over the validity of each film (`gelcone.motion.validity.violations`), of the first film also over
+        the pull-in of the ``membrane``."""
+        found = violations(members, motion, voltages)
         if self.membrane is not None and "beyond_membrane" not in found[0]:
             found[0]["beyond_membrane"] = np.abs(voltages[0]) / self.membrane.voltage(motion[..., 0]) - 1.0
         return found
@@ -298,7 +298,7 @@ class Plane:
         voltages, film = members.voltages(run.times, run.states), members.system.film
         found = {name: np.full(members.size, np.nan) for name in _FAILINGS}
         with np.errstate(all="ignore"):  # of a motion that leaves the domain
-            for own in self.excesses(members, run.states, voltages):
+            for own in self.violations(members, run.states, voltages):
                 for name, excess in own.items():
                     found[name] = np.fmax(found[name], _ever(excess))
         if film.kinds:  # wrinkles bound the use of a film, too

@@ -89,11 +89,11 @@ def film(
     disc to the rim. Of each state ``displacement``, ``held`` (a `Held`) and ``film_state``; ``force``, which pulls the
     disc back, ``charge``, ``capacitance`` (charge over voltage) and ``pull_in_voltage`` at that height;
     ``largest_field`` and ``largest_field_radius``, the mounted radius of its ring, ``breakdown_share``, that field over
-    the dielectric strength, ``largest_limit_share`` of the stretch limit, ``least_firmness`` (slope of a ring's
-    meridional tension, zero where it localises) and ``least_firmness_radius``, and ``wrinkled_share`` of the mounted
-    area. Of each ring ``mounted_radius``, ``ring_radius``, ``ring_height`` above the rim, ``meridional_stretch``,
-    ``hoop_stretch``, ``thickness``, ``true_field``, ``limit_share``, ``firmness``, and ``wrinkle_excess``, the share of
-    the hoop that lies in wrinkles. ``outcome`` is that of the member.
+    the dielectric strength, ``largest_limit_share`` of the stretch limit, ``least_tangent_stiffness`` (slope of a
+    ring's meridional tension, zero where it localises) and ``least_tangent_stiffness_radius``, and ``wrinkled_share``
+    of the mounted area. Of each ring ``mounted_radius``, ``ring_radius``, ``ring_height`` above the rim,
+    ``meridional_stretch``, ``hoop_stretch``, ``thickness``, ``true_field``, ``limit_share``, ``tangent_stiffness``, and
+    ``wrinkle_excess``, the share of the hoop that lies in wrinkles. ``outcome`` is that of the member.
     What belongs to the rings is NaN where the film is not held in tension; of a slack film the force is 0 and the
     capacitance known. In a double cone the second film's variables have ``second_`` before their names.
 
@@ -206,7 +206,7 @@ def _variables(
     up = np.sign(np.where(known.x == 0.0, 1.0, known.x))[..., None]
     nowhere = dataset.absent("field")
     highest, place = _largest(field, mounted)
-    least, weakest = _largest(-at.firmness, mounted)
+    least, weakest = _largest(-at.tangent_stiffness, mounted)
     longest, _ = _largest(at.limit_share, mounted)
     cell: dict[str, dataset.Variable] = {
         "held": (_CELL, known.held, "whether the film is held in tension", Held),
@@ -219,8 +219,13 @@ def _variables(
         "largest_field_radius": (_CELL, place, "mounted radius of the ring of the largest field", "length"),
         "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),
         "largest_limit_share": (_CELL, longest, "largest share of the stretch limit", "share"),
-        "least_firmness": (_CELL, -least, "least slope of a ring's tension by its stretch", "stress"),
-        "least_firmness_radius": (_CELL, weakest, "mounted radius of the ring of the least firmness", "length"),
+        "least_tangent_stiffness": (_CELL, -least, "least slope of a ring's tension by its stretch", "stress"),
+        "least_tangent_stiffness_radius": (
+            _CELL,
+            weakest,
+            "mounted radius of the ring of the least tangent stiffness",
+            "length",
+        ),
         "wrinkled_share": (_CELL, _wrinkled(at), "share of the mounted area that is wrinkled", "share"),
         "film_error": ((), members.number(placed.prefix + "film_error"), "stated error of the force of runs", "share"),
         "mounted_radius": (("ring",), found.radius, "mounted radius of the ring", "length"),
@@ -232,7 +237,7 @@ def _variables(
         "wrinkle_excess": (_RING, at.excess, "share of the hoop that lies in wrinkles", "share"),
         "true_field": (_RING, field, "true electric field", "field"),
         "limit_share": (_RING, at.limit_share, "share of the stretch limit", "share"),
-        "firmness": (_RING, at.firmness, "slope of the meridional tension by its stretch", "stress"),
+        "tangent_stiffness": (_RING, at.tangent_stiffness, "slope of the meridional tension by its stretch", "stress"),
     }
     words = "" if placed.drive is None else "second film: "
     return {

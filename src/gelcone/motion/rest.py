@@ -77,7 +77,7 @@ def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[s
         own = system.command_of(line, command, n)
         for i in system.places_of(line):
             z[i] = np.broadcast_to(own, np.shape(z[0]))[()]
-        if line.circuit.carries_voltage and not line.circuit.faithful(line.own(n)):
+        if line.circuit.carries_voltage and not line.circuit.rests_at_command(line.own(n)):
             z[system.places_of(line)[-1]] = np.sign(own) * voltage_under(system, line, z[0], own, n)
     return z
 

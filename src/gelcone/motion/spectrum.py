@@ -110,14 +110,14 @@ def spectrum(
     * ``line``: the strongest first, at most 64, padded with NaN. ``line_ratio``, ``line_frequency`` and
       ``line_amplitude`` are interpolated between bins; ``line_prominence`` is in dB above the higher of the gaps that
       separate it from stronger lines. A peak counts as a line when it stands 14 dB above those gaps and above the
-      running median over one drive frequency, and above ``folded``.
+      running median over one drive frequency, and above ``aliasing_bound``.
 
     ``power_in_lines`` is the share of the displacement's variance in the main lobes of lines. ``flatness`` is the
     geometric over the arithmetic mean of the power in all bins above 0 up to ``highest``, amplitudes below 1e-12
     counted as 1e-12 (near 0: lines only; 0.56: white noise). ``mean_displacement`` and ``rms`` (about the mean) are
     those of the record. A motion of rms below 1e-12 stands still: it has no lines, and shares are NaN.
-    ``folded`` bounds the error of any amplitude by aliasing: the largest amplitude in the last eighth of the sampled
-    band, in which spectra already fall. Records are sampled again, finer, until it is below 1e-5 of the largest
+    ``aliasing_bound`` bounds the error of any amplitude by aliasing: the largest amplitude in the last eighth of the
+    sampled band, in which spectra already fall. Records are sampled again, finer, until it is below 1e-5 of the largest
     amplitude or a record has 2,097,152 samples.
 
     For a drive that does not repeat there is no ``line``, and ``power_in_lines`` is NaN. A cosine tapers 5 % of the
@@ -308,14 +308,14 @@ class Spectrum:
     lines: Array
     power_in_lines: float
     flatness: float
-    folded: float
+    aliasing_bound: float
     mean: float
     rms: float
 
     @property
     def folds(self) -> bool:
         """True if finer sampling would change the spectrum."""
-        return bool(self.folded > FOLDED * self.amplitude[1:].max(initial=0.0))
+        return bool(self.aliasing_bound > FOLDED * self.amplitude[1:].max(initial=0.0))
 
 
 NOTHING = Spectrum(np.empty(0), np.empty((0, 3)), np.nan, np.nan, np.nan, np.nan, np.nan)
@@ -328,7 +328,7 @@ def analyse(record: Array, periods: int, highest: float) -> Spectrum:
         return found
     # a lobe beyond the band is needed to recognise a line at its very end
     bins = found.amplitude.size
-    peaks, prominences = _peaks(sampled[: bins + LOBE], periods, found.folded)
+    peaks, prominences = _peaks(sampled[: bins + LOBE], periods, found.aliasing_bound)
     kept = peaks < bins
     peaks, prominences = peaks[kept], prominences[kept]
     ratios, heights = _interpolated(sampled, peaks)
@@ -364,7 +364,7 @@ def _windowed(record: Array, window: Array, periods: int, highest: float) -> tup
         return sampled, found
     power = _power(found.amplitude)
     flatness = float(np.exp(np.log(power).mean()) / power.mean())
-    return sampled, replace(found, flatness=flatness, folded=float(sampled[-(sampled.size // 8) :].max()))
+    return sampled, replace(found, flatness=flatness, aliasing_bound=float(sampled[-(sampled.size // 8) :].max()))
 
 
 def _power(amplitude: Array) -> Array:
@@ -416,7 +416,7 @@ _RATIO = "frequency over the frequency of the voltage"
 _NUMBERS = {
     "power_in_lines": ("share of the displacement's variance that lies in lines", "share"),
     "flatness": ("spectral flatness: geometric over arithmetic mean of the power in the band", "share"),
-    "folded": ("bound of what aliasing adds to an amplitude", "length"),
+    "aliasing_bound": ("bound of what aliasing adds to an amplitude", "length"),
     "mean": ("mean displacement", "length"),
     "rms": ("root mean square of the displacement about its mean", "length"),
 }

@@ -57,7 +57,7 @@ def _met(plane: Plane, highest: float) -> Array:
     def excess(levels: Array) -> Array:
         ramp = plane.ramp(levels)
         voltages = [own[None] for own in ramp.voltages]
-        return _excesses(plane, plane.model.members(), ramp.displacement[None, :, None], voltages)[:, 0]
+        return _violations(plane, plane.model.members(), ramp.displacement[None, :, None], voltages)[:, 0]
 
     low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
     known = np.zeros(len(_FAILING), dtype=bool)
@@ -96,11 +96,11 @@ def _narrowed(excess: Callable[[Array], Array], low: Array, high: Array, closer:
     return np.where(np.isfinite(high), low, np.inf)
 
 
-def _excesses(plane: Plane, members: Members, motion: Array, voltages: Sequence[Array]) -> Array:
+def _violations(plane: Plane, members: Members, motion: Array, voltages: Sequence[Array]) -> Array:
     """Excesses of the assumptions `_FAILING` (assumptions, members, samples), of two films the larger; NaN: unknown."""
     found = np.full((len(_FAILING), *motion.shape[:2]), np.nan)
     with np.errstate(all="ignore"):
-        for own in plane.excesses(members, motion, voltages):
+        for own in plane.violations(members, motion, voltages):
             for row, name in enumerate(_FAILING):
                 found[row] = np.fmax(found[row], own.get(name, np.nan))
     return found
@@ -169,7 +169,7 @@ def held_limits(plane: Plane, held: Holding, relaxed: Array) -> Array:
     def excess(runs: HeldRuns) -> Array:
         with np.errstate(all="ignore"):
             voltages = runs.members.voltages(runs.run.times, runs.run.states)
-        return np.asarray(np.fmax.reduce(_excesses(plane, runs.members, runs.run.states, voltages), axis=2))
+        return np.asarray(np.fmax.reduce(_violations(plane, runs.members, runs.run.states, voltages), axis=2))
 
     low, high = _first_over(held.levels, excess(held.runs))
     *met, membrane = _narrowed(lambda levels: excess(held.at(levels)), low, high, HELD_CLOSER, HELD_RESOLVED)

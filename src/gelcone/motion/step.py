@@ -76,13 +76,13 @@ def step(
 
     Returns
     -------
-    Dataset with the ``before_voltage``, over ``constant_voltage`` ``begin`` and ``end``, the displacement before the
-    step and its mean over the last tenth of the run; ``rise_time``, from 10 to 90 % of the way between them;
-    ``overshoot``, the furthest beyond the end over the way; ``settling_time``, after which the disc stays within 2 % of
-    the way (NaN where it does not); ``drift``, by how much it still moves in the last tenth, over the way;
-    ``equilibrium``, where a slow ramp to the voltage ends; and over ``time`` the ``displacement``. All but ``begin``
-    are NaN where the film pulls in, which the ``outcome`` says. ``validity_*`` are those of `simulate`, of the run
-    after the step.
+    Dataset with the ``before_voltage``, over ``constant_voltage`` ``initial_displacement`` and ``final_displacement``,
+    the displacement before the step and its mean over the last tenth of the run; ``rise_time``, from 10 to 90 % of the
+    way between them; ``overshoot``, the furthest beyond the end over the way; ``settling_time``, after which the disc
+    stays within 2 % of the way (NaN where it does not); ``drift``, by how much it still moves in the last tenth, over
+    the way; ``equilibrium_displacement``, where a slow ramp to the voltage ends; and over ``time`` the
+    ``displacement``. All but ``initial_displacement`` are NaN where the film pulls in, which the ``outcome`` says.
+    ``validity_*`` are those of `simulate`, of the run after the step.
 
     Raises
     ------
@@ -110,8 +110,8 @@ def step(
     run = integrate(members, states, times, tolerance=tolerance, threads=threads, progress=weighted(progress, 0.5))
     x, ran = run.states[..., 0], run.outcome == Outcome.OK
     found = {name: np.where(ran, values, np.nan) for name, values in _measured(times, x, start).items()}
-    found["begin"] = np.full(levels.size, start)
-    found["equilibrium"] = stroke_and_blocked_force(model, levels)["displacement"].values
+    found["initial_displacement"] = np.full(levels.size, start)
+    found["equilibrium_displacement"] = stroke_and_blocked_force(model, levels)["displacement"].values
     advance(progress, 0.5)
     along = ("constant_voltage",)
     variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
@@ -132,13 +132,13 @@ def step(
 
 
 _MEANINGS: dict[str, tuple[str, dataset.Of]] = {
-    "begin": ("displacement before the step", "length"),
-    "end": ("displacement in the last tenth of the run", "length"),
+    "initial_displacement": ("displacement before the step", "length"),
+    "final_displacement": ("displacement in the last tenth of the run", "length"),
     "rise_time": ("time from 10 to 90 % of the way", "time"),
     "overshoot": ("furthest beyond the end, over the way", "share"),
     "settling_time": ("time after which it stays within 2 % of the way", "time"),
     "drift": ("change over the last tenth of the run, over the way", "share"),
-    "equilibrium": ("displacement at which a slow ramp ends", "length"),
+    "equilibrium_displacement": ("displacement at which a slow ramp ends", "length"),
 }
 
 
@@ -182,7 +182,7 @@ def _measured(times: Array, x: Array, start: float) -> dict[str, Array]:
         "settling_time": settling,
         "drift": drift,
     }
-    return {"end": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
+    return {"final_displacement": end} | {name: np.where(moves, values, np.nan) for name, values in numbers.items()}
 
 
 def _slope(times: Array, x: Array) -> Array:

@@ -86,9 +86,10 @@ def transfer(
     ``measured_admittance`` and ``measured_admittance_phase``, with their ``outcome``: the fundamentals of the settled
     motion on which a run from the linear one ends, NaN where it does not repeat with the drive, has no settled motion,
     or is as small as rounding. Of a film whose charge is not known in a program the linear admittance is NaN.
-    ``equilibrium`` is the displacement under the ``bias_voltage``, ``natural_frequency`` that of small motions about it
-    as if undamped, in which the branches of a film that creeps have little time to relax, ``resonance`` where the gain
-    of linear theory is largest, between the lowest and the highest frequency, and ``largest_gain`` the gain there.
+    ``equilibrium_displacement`` is the displacement under the ``bias_voltage``, ``natural_frequency`` that of small
+    motions about it as if undamped, in which the branches of a film that creeps have little time to relax,
+    ``resonance`` where the gain of linear theory is largest, between the lowest and the highest frequency, and
+    ``largest_gain`` the gain there.
 
     Raises
     ------
@@ -132,7 +133,7 @@ def transfer(
     linear, measured = ("drive_frequency",), ("amplitude", "measured_frequency")
     variables: dict[str, dataset.Variable] = {
         "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
-        "equilibrium": ((), space.place, "displacement under the bias", "length"),
+        "equilibrium_displacement": ((), space.place, "displacement under the bias", "length"),
         "natural_frequency": ((), natural, "natural frequency of small undamped motions", "frequency"),
         "resonance": ((), resonance, "frequency of the largest gain", "frequency"),
         "largest_gain": ((), largest, "largest gain by linear theory", "gain"),

@@ -96,7 +96,7 @@ def broken_by_film(
         known = list(states)
         if any(state is None and film.kinds for film, state in zip(members.system.films, states, strict=False)):
             known = list(members.film_states(motion, voltages))
-        every = excesses(members, motion, voltages, known)
+        every = violations(members, motion, voltages, known)
         for film, state, excess in zip(members.system.films, known, every, strict=False):
             fails = {name: np.broadcast_to(values > 0.0, motion.shape[:-1]) for name, values in excess.items()}
             if film.kinds and state is not None:
@@ -110,7 +110,7 @@ def slack_places(film: PlacedFilm | Film) -> dict[str, list[int]]:
     return {name: [k for k, kind in enumerate(film.kinds) if kind in kinds] for name, kinds in SLACK_IN.items()}
 
 
-def excesses(
+def violations(
     members: Members, motion: Array, voltages: Sequence[Array], states: Sequence[FilmState | None] = (None, None)
 ) -> list[dict[str, Array]]:
     """Functions (members, samples), by name, for each film that are positive where an assumption fails and continuous
@@ -166,10 +166,10 @@ def lasting(members: Members, times: Array, states: Array) -> Lasting:
     start to their end."""
 
     def excess(some: Members, at: Array, z: Array) -> dict[str, Array]:
-        """`excesses`, of two films the larger."""
+        """`violations`, of two films the larger."""
         found: dict[str, Array] = {}
         with np.errstate(all="ignore"):
-            for own in excesses(some, z, some.voltages(at, z)):
+            for own in violations(some, z, some.voltages(at, z)):
                 found |= {name: np.fmax(found.get(name, -np.inf), values) for name, values in own.items()}
         return found
 

@@ -243,7 +243,7 @@ class Circuit(Component):
         """Complex ratio of the film's voltage to the commanded one at an angular frequency (0: a constant voltage)."""
         return 1.0 + 0.0j
 
-    def faithful(self, n: Numbers) -> bool:
+    def rests_at_command(self, n: Numbers) -> bool:
         """Whether films rest at the commanded voltage. Default: where the `gain` of a constant voltage is 1."""
         return bool(np.all(np.asarray(self.gain(0.0, n)) == 1.0))
 
@@ -331,7 +331,7 @@ class ChargeControl(Circuit):
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return port.voltage(port.command)
 
-    def faithful(self, n: Numbers) -> bool:
+    def rests_at_command(self, n: Numbers) -> bool:
         return False
 
     def commanded(self, port: Port, voltage: Any, n: Numbers) -> Any:

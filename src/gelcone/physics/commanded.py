@@ -36,15 +36,15 @@ DOUBLINGS = 60
 """Most doublings in the search for a voltage above that of a command."""
 
 
-def faithful(system: ConeSystem, n: Numbers) -> bool:
+def all_rest_at_command(system: ConeSystem, n: Numbers) -> bool:
     """Whether all films rest at the commanded voltages."""
-    return all(line.circuit.faithful(line.own(n)) for line in system.lines)
+    return all(line.circuit.rests_at_command(line.own(n)) for line in system.lines)
 
 
 def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> Any:
     """The constant command of a line under which its films rest at a ``voltage``, with the disc held at x."""
     own = line.own(n)
-    if line.circuit.faithful(own):
+    if line.circuit.rests_at_command(own):
         return voltage
     films = tuple((system.films[k], list[Any]()) for k in line.films)
     with np.errstate(all="ignore"):
@@ -54,7 +54,7 @@ def command_at(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers)
 def voltage_under(system: ConeSystem, line: Line, x: Any, command: Any, n: Numbers) -> Any:
     """The voltage at which the films of a line rest under a constant ``command`` of either sign, with the disc held at
     x; above that of pull-in where they have no state there."""
-    if line.circuit.faithful(line.own(n)):
+    if line.circuit.rests_at_command(line.own(n)):
         return np.abs(command)
     x, command = np.broadcast_arrays(np.asarray(x, dtype=float), np.abs(np.asarray(command, dtype=float)))
     if not command.any():
@@ -89,7 +89,7 @@ class _Slopes(NamedTuple):
 def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: Numbers) -> _Slopes:
     """The slopes at voltages above 0, next to that of pull-in at one slightly below; not finite where the limit of
     the current holds the film's voltage."""
-    if line.circuit.faithful(line.own(n)):
+    if line.circuit.rests_at_command(line.own(n)):
         return _Slopes(0.0 * voltage, 1.0 + 0.0 * voltage)
     h = STEP * (1.0 + np.abs(x))
     limits = [system.films[k].highest_squared(place, n) for k in line.films for place in (x - h, x, x + h)]
@@ -234,7 +234,7 @@ class CommandedPair(_Commanded, PairBalance):
 
 def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
     """Make a balance for forces alone, also of many actuators: the numbers may be arrays."""
-    if faithful(system, n):
+    if all_rest_at_command(system, n):
         return StaticBalance(system, n, math.nan, math.nan, False)
     return _Commanded(system, n, math.nan, math.nan, False)
 
@@ -243,6 +243,8 @@ def commanded_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance
     """Make the balance of an actuator under constant commands."""
     if len(system.films) > 1:
         pair = pair_balance(system, n)
-        return pair if faithful(system, n) else CommandedPair(system, n, pair.lowest, pair.highest, pair.wall)
+        return (
+            pair if all_rest_at_command(system, n) else CommandedPair(system, n, pair.lowest, pair.highest, pair.wall)
+        )
     one = single_balance(system, n)
-    return one if faithful(system, n) else CommandedBalance(system, n, one.lowest, one.highest, one.wall)
+    return one if all_rest_at_command(system, n) else CommandedBalance(system, n, one.lowest, one.highest, one.wall)

@@ -108,7 +108,7 @@ class PlacedFilm(Component):
 
     # --- numbers -----------------------------------------------------------------------------------------------------
 
-    def complete_beside(self, given: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, Any]:
+    def complete_with(self, given: Mapping[str, Any], known: Mapping[str, Any]) -> dict[str, Any]:
         """Check the ``given`` parameters and fill in the others: of a second film from the ``known`` ones of the first,
         else from defaults."""
         own = {name.removeprefix(self.prefix): given[name] for name in self.parameters if name in given}

@@ -104,7 +104,7 @@ def rest_displacements(model: Ensemble) -> Any:
             found[place] = guessed[keys[place]] = guess
         else:
             found[place] = _rest(*every_balance(one))
-    keep_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
+    store_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
     if trail is not None:
         trail.places[members.system] = found[-1]
     rests = np.array(found)[which]
@@ -118,14 +118,14 @@ MOST_RESTS = 1024
 _rests: dict[RestKey, float] = {}
 
 
-def keep_rests(found: dict[RestKey, float]) -> None:
+def store_rests(found: dict[RestKey, float]) -> None:
     """Store rests, such as those that another process has found."""
     if len(_rests) > MOST_RESTS:
         _rests.clear()
     _rests.update(found)
 
 
-def kept_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
+def stored_rests(keys: Sequence[RestKey]) -> dict[RestKey, float]:
     """The stored rests of some keys."""
     return {key: _rests[key] for key in keys if key in _rests}
 

@@ -217,7 +217,7 @@ class Structure:
         if self.films[-1].drive == "opposite":
             self._check_offset(values)
         for film in self.films:
-            values |= film.complete_beside(given, values)
+            values |= film.complete_with(given, values)
         known = {name: q.check(name, given[name]) for name, q in STRENGTH.items() if name in given}
         return values | known
 

@@ -34,8 +34,8 @@ def creep_figure(result: xr.Dataset) -> Figure:
             name = measured(one["constant_voltage"])
             axes["place"].plot(time, one["displacement"].values[1:], **look)
             axes["margin"].plot(time, 100.0 * one["margin"].values[1:], **look, label=name)
-            if np.isfinite(one["equilibrium"]):
-                axes["place"].axhline(float(one["equilibrium"]), color=colour, lw=0.6, ls="--", alpha=0.7)
+            if np.isfinite(one["equilibrium_displacement"]):
+                axes["place"].axhline(float(one["equilibrium_displacement"]), color=colour, lw=0.6, ls="--", alpha=0.7)
             if np.isfinite(one["pull_in_time"]) and float(one["pull_in_time"]) > 0.0:
                 for name in ("place", "margin"):
                     axes[name].axvline(float(one["pull_in_time"]) / size, color=colour, lw=0.8, ls=":")
@@ -58,7 +58,7 @@ def creep_figure(result: xr.Dataset) -> Figure:
 def _curve(axes: Axes, result: xr.Dataset, size: float) -> None:
     """The time to pull-in over the voltage, with arrows where it exceeds the run, and the thresholds."""
     axes.set_xlabel(axis_label(result["held_voltage"], "constant voltage"))
-    if not np.isfinite(result["long_time_voltage"]):
+    if not np.isfinite(result["long_term_pull_in_voltage"]):
         say(axes, "no voltage pulls it in")
         return
     voltage, time = result["held_voltage"].values, result["time_to_pull_in"].values / size
@@ -66,7 +66,7 @@ def _curve(axes: Axes, result: xr.Dataset, size: float) -> None:
     axes.semilogy(voltage[late], time[late], ".-", color=VERMILION)
     held = np.isinf(time)
     axes.plot(voltage[held], np.full(held.sum(), longest), "^", color=BLUE, ms=4.0, label="held for the duration")
-    for name, words in (("long_time_voltage", "in the long run"), ("instant_voltage", "at once")):
+    for name, words in (("long_term_pull_in_voltage", "in the long run"), ("instantaneous_pull_in_voltage", "at once")):
         if np.isfinite(result[name]):
             axes.axvline(float(result[name]), color=GREY, lw=0.8, ls="--")
             axes.annotate(

@@ -103,7 +103,7 @@ def _rising(x: np.ndarray) -> list[slice]:
 def left_bars(result: xr.Dataset, axes: Axes) -> None:
     """Standard deviation left by the tests over that of the prior, for each unknown."""
     names = [str(name).removeprefix("material.") for name in result["unknown"].values]
-    share = (result["left"] / result["prior"]).values
+    share = (result["posterior"] / result["prior"]).values
     places = np.arange(len(names))[::-1]
     axes.barh(places, share, color=[BLUE if one < 0.5 else GREY for one in share], height=0.6)
     axes.plot(share, places, ".", color=BLACK, ms=3.0)

@@ -78,7 +78,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
         if np.isfinite(voltage) and voltage <= 1.05 * highest:
             axes.axhline(voltage, color=GREY, ls=style, lw=0.8, label=f"{limit_label(envelope, name)}, {held}")
     coexisting_motions(envelope, axes)
-    own = float(envelope["own_frequency"]), float(envelope["own_peak"])
+    own = float(envelope["operating_frequency"]), float(envelope["operating_peak_voltage"])
     if frequency[0] <= own[0] <= frequency[-1]:
         axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's own drive")
     frequency_axis(envelope, axes)

@@ -33,11 +33,11 @@ def step_figure(result: xr.Dataset) -> Figure:
             ended = f", {Outcome(outcome).words}" if outcome else ""
             look = {"color": colour, "alpha": opacity[pick], "label": measured(one["constant_voltage"]) + ended}
             axes.plot(result["time"], one["displacement"], **look)
-            if np.isfinite(one["equilibrium"]):
-                axes.axhline(float(one["equilibrium"]), color=colour, lw=0.6, ls="--", alpha=0.7)
+            if np.isfinite(one["equilibrium_displacement"]):
+                axes.axhline(float(one["equilibrium_displacement"]), color=colour, lw=0.6, ls="--", alpha=0.7)
             if np.isfinite(one["settling_time"]):
                 axes.axvline(float(one["settling_time"]), color=colour, lw=0.8, ls=":")
-        axes.axhline(float(result["begin"][0]), color=GREY, lw=0.6)
+        axes.axhline(float(result["initial_displacement"][0]), color=GREY, lw=0.6)
         axes.set_xlim(0.0, float(result["time"].max()))
         name_axes(axes, result["time"], result["displacement"], "time after the step")
         axes.set_title("dashed: end of a slow ramp; dotted: settling time", loc="left", fontsize=8.0)

@@ -28,7 +28,7 @@ from gelcone.motion.limits import limits_cells
 from gelcone.motion.start import start_states
 from gelcone.physics.film.pull_in import CurveKey, PullInCurve, curve_of
 from gelcone.physics.members import Members
-from gelcone.physics.statics import RestKey, kept_rests
+from gelcone.physics.statics import RestKey, stored_rests
 from gelcone.quantity import Array
 from gelcone.register.analyses import ANALYSES
 from gelcone.studio import look, profiles
@@ -204,7 +204,7 @@ def find_profiles(source: Source, film: int) -> look.Parts:
 def find_rests(source: Source, keys: list[RestKey]) -> dict[RestKey, float]:
     """The rest displacements of a subject under these keys; reading the subject searches for them."""
     source.subject()
-    return kept_rests(keys)
+    return stored_rests(keys)
 
 
 def kinds(source: Source, axes: Mapping[str, list[str]]) -> dict[str, Any]:

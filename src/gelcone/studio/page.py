@@ -20,7 +20,7 @@ from gelcone.analyses.request import Subject
 from gelcone.atlas.processes import ProcessesEnded
 from gelcone.codes import Regime
 from gelcone.errors import InputError, MissingDependency
-from gelcone.physics.film.pull_in import CurveKey, keep_curve, known_curves
+from gelcone.physics.film.pull_in import CurveKey, known_curves, store_curve
 from gelcone.physics.model import ConeModel
 from gelcone.presets import load_presets
 from gelcone.progress import Stopped, Watch, watching
@@ -251,7 +251,7 @@ class Page:
             await self._send_profiles(request, model, work, source)
             if missing:
                 for key, curve in zip(missing, await work.do(find_curves, source, missing), strict=True):
-                    keep_curve(key, curve)
+                    store_curve(key, curve)
                 self.second.give(request["side"], (request, subject))  # its evidence needs these curves
 
     async def _make_membrane(self, request: dict[str, Any]) -> None:

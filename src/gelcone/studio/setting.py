@@ -33,7 +33,7 @@ from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.wrinkling import WrinklingCone
 from gelcone.physics.model import shipped_components
 from gelcone.physics.records import FILMS
-from gelcone.physics.statics import RestKey, continuing, keep_rests
+from gelcone.physics.statics import RestKey, continuing, store_rests
 from gelcone.physics.system import ConeSystem
 from gelcone.presets import load_presets
 from gelcone.studio.controls import CHOICES, NONE, Control, controls_of, leaf
@@ -213,7 +213,7 @@ class Shelf:
         """Takes the rests of a setting found by a search, and returns their largest distance from the guesses, in units
         of b - a."""
         guesses = self._guesses.pop((self._key(setting), self._own(setting)), {})
-        keep_rests(found)
+        store_rests(found)
         moved = max((abs(found.get(key, guess) - guess) for key, guess in guesses.items()), default=0.0)
         if moved > 0.0:
             self._places.get(self._key(setting), {}).update({system: rest for (system, _), rest in found.items()})

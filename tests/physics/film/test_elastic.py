@@ -133,7 +133,8 @@ def test_a_film_pulls_in_by_whichever_comes_first(limit):
 
 @pytest.mark.parametrize("law", list(LAWS))
 def test_a_film_localises_where_its_tension_no_longer_grows_with_its_length(law):
-    """The firmness of a ring of the membrane with a slack hoop, which other formulas give, falls below zero."""
+    """The tangent stiffness of a ring of the membrane with a slack hoop, which other formulas give, falls below
+    zero."""
     for lm, lh in ((1.0, 1.0), (1.1, 0.9), (0.9, 1.2)):
         film = WrinklingCone(law=LAWS[law])
         n = numbers(film, meridional_prestretch=lm, hoop_prestretch=lh, **PARAMETERS[law])
@@ -143,10 +144,12 @@ def test_a_film_localises_where_its_tension_no_longer_grows_with_its_length(law)
         assert some.any()
         length, V, gel = np.sqrt(1.0 + x[some] ** 2), V[some], Gel(LAWS[law], n, lm**2, lh**2)
         below, at, above = (gel.at(length, np.ones(V.size), share * V) for share in (0.98, 1.0, 1.02))
-        assert ((below.firmness > 0.0) & (above.firmness < 0.0) & (above.width > 1.0)).all()
-        smooth = at.width > 1.0 + 1e-9  # elsewhere the firmness jumps, where the hoop falls slack
+        assert ((below.tangent_stiffness > 0.0) & (above.tangent_stiffness < 0.0) & (above.width > 1.0)).all()
+        smooth = at.width > 1.0 + 1e-9  # elsewhere the tangent stiffness jumps, where the hoop falls slack
         assert smooth.any()
-        np.testing.assert_allclose((at.firmness / (below.firmness - above.firmness))[smooth], 0.0, atol=1e-6)
+        np.testing.assert_allclose(
+            (at.tangent_stiffness / (below.tangent_stiffness - above.tangent_stiffness))[smooth], 0.0, atol=1e-6
+        )
 
 
 def test_a_slack_film_comes_to_its_hoop_at_the_height_of_its_edge():

@@ -94,7 +94,7 @@ def test_curves_that_are_not_known_are_left_out_where_a_hand_waits_and_named(mon
     ((law, *_, ratio),) = missing
     assert (law, ratio) == (members.system.film.law, pytest.approx(8.0 / 30.0))
     for key in missing:
-        pull_in.keep_curve(key, pull_in.curve_of(*key))
+        pull_in.store_curve(key, pull_in.curve_of(*key))
     with pull_in.known_curves() as missing:
         np.testing.assert_array_equal(pull_in.over_pull_in(film, members.values, x, voltage), expected)
     assert missing == {}
@@ -172,7 +172,7 @@ def test_curves_are_held_in_numbers_and_those_of_films_themselves_come_before_in
     own, between = Ten({}, np.zeros(1)), InterpolatedCurve({}, np.zeros(1))
     keys = [(LAWS["gent"], (("inverse_stretch_limit", 0.02),), 1.0, 1.0 + k, 0.2) for k in range(9)]
     for key in keys:
-        pull_in.keep_curve(key, own)
+        pull_in.store_curve(key, own)
         assert len(pull_in._curves) <= 3
     monkeypatch.setattr(pull_in, "curves_between", {keys[-1]: between, keys[0]: between})
     assert pull_in.curve_of(*keys[-1]) is own

@@ -93,7 +93,7 @@ def known_curves() -> Iterator[dict[CurveKey, None]]:
         _thread.missing = before
 
 
-def keep_curve(key: CurveKey, found: PullInCurve | None) -> None:
+def store_curve(key: CurveKey, found: PullInCurve | None) -> None:
     """Store a curve, such as one that another process has computed."""
     if len(_curves) >= MOST:
         _curves.clear()
@@ -109,7 +109,7 @@ def curve_of(
     if key in curves_between and key not in _curves:
         return curves_between[key]
     if key not in _curves:
-        keep_curve(key, _made(*key))
+        store_curve(key, _made(*key))
     return _curves[key]
 
 
