@@ -196,7 +196,7 @@ DEVICE_FILE = """
     one that ships, and `gelcone help device` lists the fields. A number has its SI unit; a text has its own, as in
     `"0.2 mm"`. The same fields are the keywords of `gelcone.Device`, the names after `--set` and `--over`, and the
     axes of sweeps. A gel is the name of one that [ships](gels.md), or a table `[material]` with the fields below.
-    A law, film, waveform, bias or circuit of your own is a table, too: see [how to add one](../howto/own-parts.md).
+    A user-defined law, film, waveform, bias or circuit is a table, too: see [how to add one](../howto/own-parts.md).
     """
 
 

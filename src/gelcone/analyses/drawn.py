@@ -70,7 +70,7 @@ def _first_limits(shown: xr.Dataset) -> np.ndarray:
 
 
 def _own_line(shown: xr.Dataset) -> str:
-    """Count the draws in which the device's own drive lies inside the window."""
+    """Count the draws in which the device's drive lies inside the window."""
     at, peak = shown["operating_frequency"].values, shown["operating_peak_voltage"].values
     frequency, window = shown["drive_frequency"].values, shown["recommended_peak"].values
     there = (at >= frequency[0]) & (at <= frequency[-1])

@@ -327,7 +327,7 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
 
 
 def _own_line(shown: xr.Dataset) -> str:
-    """Compare the device's own drive with the window."""
+    """Compare the device's drive with the window."""
     peak, frequency = float(shown["operating_peak_voltage"]), float(shown["operating_frequency"])
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
     own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"

@@ -49,7 +49,7 @@ class Subject:
     model : the dimensionless model, of the device if there is one.
     device : the device; None without one.
     initial : the initial state, dimensionless.
-    start : the same with a device, in SI, where it was stated; None for the device's own.
+    start : the same with a device, in SI, where it was stated; None for that of the device.
     starts : whether the initial state was stated rather than taken by default.
     given : the names that ``--set`` gave.
     """

@@ -78,7 +78,7 @@ def bifurcation(
     parameter, values : the name of a parameter of the model, or of a field of the device, and its increasing values, at
         least two.
     initial : displacement and velocity at time 0, shape (2,), or several initial states, shape (states, 2): each gives
-        one branch over all values, and the sweeps start from the first. Default (1, 0), or the device's own.
+        one branch over all values, and the sweeps start from the first. Default (1, 0), or that of the device.
     sweeps : any of ``"up"`` and ``"down"``: each point starts where the one before was after the transient, its
         displacement moved by 1e-4, so that hysteresis shows. Default both.
     bisections : the range of each change of regime is narrowed down to 2 to the power of minus this number, unless it
@@ -146,7 +146,7 @@ def bifurcation(
 
 
 def _states(model: ConeModel | Device, initial: Any) -> list[Any]:
-    """The initial states of the branches; None for a device's own."""
+    """The initial states of the branches; None for that of the device."""
     if initial is None:
         return [None if isinstance(model, Device) else DEFAULT_INITIAL]
     if isinstance(model, Device) and np.ndim(initial) < 2:

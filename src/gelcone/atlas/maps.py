@@ -74,7 +74,7 @@ def map(
     ----------
     model : a single model, or a device; what is swept replaces its own.
     over : name -> increasing values, at least two of each: parameters of the model, or fields of the device.
-    initial : displacement and velocity at time 0 in every cell, as in `Plan`. Default (1, 0), or the device's own.
+    initial : displacement and velocity at time 0 in every cell, as in `Plan`. Default (1, 0), or that of the device.
     transient, patience, budget, tolerance : as in `regime`.
     coarsest : points along each axis that are computed at least; the map is refined where it changes between them.
         Default: every cell is computed.

@@ -133,7 +133,7 @@ def _main() -> None:
     warnings.showwarning = _say_warning
     warnings.simplefilter("default", DoubtfulInput)
     warnings.simplefilter("always", LostWorker)
-    sys.path.append("")  # components of one's own are found in this folder, behind all that is installed
+    sys.path.append("")  # user-defined components are found in this folder, behind all that is installed
     try:
         code = group.main(prog_name="gelcone", standalone_mode=False)
     except click.UsageError as error:

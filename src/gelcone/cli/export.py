@@ -30,7 +30,7 @@ def export_command() -> click.Command:
         click.Option(
             ["--platforms"], metavar="LIST", help=f"Machines of an FMU's libraries: {', '.join([HOST, *PLATFORMS])}."
         ),
-        click.Option(["--drive"], metavar="own|sine", help="Put the device's own drive inside; the input adds to it."),
+        click.Option(["--drive"], metavar="own|sine", help="Put the device's drive inside; the input adds to it."),
         click.Option(
             ["--tolerance"],
             type=float,
@@ -46,7 +46,7 @@ def export_command() -> click.Command:
     ]
     text = """A device for other programs, or a result as tables (CSV, Parquet) or for MATLAB.
 
-    A device becomes C99, alone or in an FMU: the integrator's own compiled loop, line by line, with the same bits. Of a
+    A device becomes C99, alone or in an FMU: the integrator's compiled loop, line by line, with the same bits. Of a
     result, variables over the same dims make a table; a table over dims has them in its name, as in simulate.time.csv.
 
     \b

@@ -331,7 +331,7 @@ def from_store(resume: Path, given: bool) -> bool:
         return True
     if not given:
         raise InputError(
-            f"--resume {resume}: give it alone, and the store's own sweep is taken, or with all of the sweep "
+            f"--resume {resume}: give it alone, and the store's sweep is taken, or with all of the sweep "
             "(device, --set, --over), and it is compared"
         )
     return False

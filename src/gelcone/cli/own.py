@@ -1,4 +1,4 @@
-"""`gelcone init` and `gelcone help`: a device of one's own, and what its fields mean."""
+"""`gelcone init` and `gelcone help`: a device file to fill in, and what its fields mean."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def analysis(**declared: Any) -> Callable[[Callable[Concatenate[Any, P], R]], Ca
 def for_devices(function: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
     """Wrap a public analysis so that it takes a `Device` too.
 
-    With a device its options are SI numbers or texts with units, it starts from the device's own rest or release unless
+    With a device its options are SI numbers or texts with units, it starts from the device's rest or release unless
     ``initial`` is given, and it returns a Dataset in SI units (`gelcone.to_si`). `plain` returns the function itself.
     """
 

@@ -27,7 +27,7 @@ def model_of_device(device: DeviceFields) -> ConeModel:
 
 
 def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> ConeModel:
-    """Make the model with taut cones, which are quick, in place of films that ship; a user's own film stays.
+    """Make the model with taut cones, which are quick, in place of films that ship; a user-defined film stays.
 
     ``undamped`` is the result of `undamped_cone`, if it is known.
     """

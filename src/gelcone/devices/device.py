@@ -40,7 +40,7 @@ class Device(DeviceFields):
     pull_in : where a wrinkling film pulls in: ``"first"`` (default) ends the run; for study ``"minimum"``,
         ``"memoryless"`` and ``"snap"``, see `gelcone.physics.film.wrinkling.WrinklingCone`.
     film : ``"membrane"`` (default), the membrane that wrinkles; for study ``"wrinkling"``, a homogeneous cone without
-        compression, or ``"taut"``, one that bears it; or one of one's own.
+        compression, or ``"taut"``, one that bears it; or a user-defined one.
     spring_rate : stiffness k of the spring, N/m, at least 0.
     initial_height : height h0 of the disc at which the spring is free, m. Default 0.
     beam_rate, beam_cubic_rate, beam_height : a buckled beam on the disc, of the force beam_rate d + beam_cubic_rate d^3
@@ -64,10 +64,10 @@ class Device(DeviceFields):
     reduced : what is too fast to have states of its own, as in `ConeModel`: ``"series_resistance"``, a branch's
         ``"relaxation_time_1"``, or several joined by "+"; of a taut film, whose stresses lack such a branch's. Default
         none.
-    circuit : ``"charge"`` where the drive commands the charge, or one of one's own. Default none.
+    circuit : ``"charge"`` where the drive commands the charge, or a user-defined one. Default none.
     release_height : the disc is held there and let go at t = 0, m. Default: it starts from rest, see `initial_state`.
     release_velocity : its velocity at t = 0, m/s. Default 0.
-    bias : a `Bias` of one's own, as ``"module:Class"`` or a table, besides spring, beam, weight, force. Default none.
+    bias : a user-defined `Bias`, as ``"module:Class"`` or a table, besides spring, beam, weight, force. Default none.
     second_film : ``"membrane"``, ``"wrinkling"`` or ``"taut"``, on the other side of the disc: a double cone. Of the
         first film's material, thickness and ``prestretch_mode``. Default none.
     second_flat_height : height of the disc at which the second film is flat, m. Default 0.

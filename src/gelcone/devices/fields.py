@@ -99,7 +99,8 @@ class DeviceFields(Record):
         near=("circumferential_prestretch",), above=0.0,
     )  # fmt: skip
     film: Any = Field(
-        "membrane; for study wrinkling or taut (homogeneous cones); or one's own as module:Class", default="membrane",
+        "membrane; for study wrinkling or taut (homogeneous cones); or a user-defined one as module:Class",
+        default="membrane",
         near=("film_model",),
     )  # fmt: skip
     pull_in: Any = Field(
@@ -176,7 +177,7 @@ class DeviceFields(Record):
     )  # fmt: skip
     waveform: Any = Field(
         "shape of the drive: sine, triangle, square, trapezoid, ramp, half_wave, burst, chirp, harmonics, staircase or "
-        "samples, by its name or as a table with its numbers; or one's own as module:Class", default="sine",
+        "samples, by its name or as a table with its numbers; or a user-defined one as module:Class", default="sine",
         near=("shape", "drive"),
     )  # fmt: skip
     filter_frequency: Any = Field(
@@ -203,11 +204,11 @@ class DeviceFields(Record):
         example="series_resistance",
     )  # fmt: skip
     circuit: Any = Field(
-        "charge: the drive commands the charge, by the voltage that it gives the flat film; or a circuit of one's own, "
+        "charge: the drive commands the charge, by the voltage that it gives the flat film; or a user-defined circuit, "
         "as module:Class", default=None, unset="none", near=("source",), example="charge",
     )  # fmt: skip
     bias: Any = Field(
-        "bias of one's own, as module:Class, that acts besides spring, beam, weight and force", default=None,
+        "user-defined bias, as module:Class, that acts besides spring, beam, weight and force", default=None,
         unset="none", near=("own_bias", "magnet"), example="module:Class",
     )  # fmt: skip
     release_height: Any = Field(
@@ -250,7 +251,7 @@ class DeviceFields(Record):
     )  # fmt: skip
 
     def all_fields(self) -> dict[str, Field]:
-        """All fields: the device's, the material's under dotted names, and those of a user's own components."""
+        """All fields: the device's, the material's under dotted names, and those of user-defined components."""
         gel = self.__dict__.get("material") or Material
         return {**self.fields, **{GEL + name: field for name, field in gel.fields.items()}}
 

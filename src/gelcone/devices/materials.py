@@ -96,7 +96,7 @@ class Material(Record):
         example=(4.0, 6.0),
     )  # fmt: skip
     law: Any = Field(
-        "strain-energy law: gent, neo-hookean or yeoh, or one's own as module:Class", default="gent",
+        "strain-energy law: gent, neo-hookean or yeoh, or a user-defined one as module:Class", default="gent",
         near=("model", "strain_energy"),
     )  # fmt: skip
     dielectric_strength: Any = Field(

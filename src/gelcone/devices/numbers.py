@@ -43,7 +43,7 @@ SHIPPED: Mapping[str, Number] = {
 
 
 def numbers_of(device: DeviceFields) -> dict[str, Number]:
-    """Parameters of the model -> fields of a device, also of its law and of a user's own components.
+    """Parameters of the model -> fields of a device, also of its law and of user-defined components.
 
     Damping, weight and dielectric strength, which follow from several fields, are not included.
     """

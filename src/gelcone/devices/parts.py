@@ -1,6 +1,6 @@
 """Components of a device and of its material: by name, as an instance, or as a table with their data and numbers.
 
-A component that ships is stored by its name. A user's own component, ``"module:Class"``, adds fields: its parameters,
+A component that ships is stored by its name. A user-defined component, ``"module:Class"``, adds fields: its parameters,
 in SI units where they have a scale (`gelcone.quantity.Quantity`).
 """
 
@@ -42,7 +42,7 @@ _OF_ITS_OWN = re.compile(r"[\w.]+:[A-Za-z_][\w.]*")
 
 
 def is_own(given: Any) -> bool:
-    """Whether a text names a user's own component, ``"module:Class"``."""
+    """Whether a text names a user-defined component, ``"module:Class"``."""
     return isinstance(given, str) and bool(_OF_ITS_OWN.fullmatch(given))
 
 
@@ -78,7 +78,7 @@ def read_part(name: str, given: Any) -> tuple[Any, dict[str, Any]]:
 
 
 def _own_bias(given: Any) -> Bias:
-    """Read a user's own bias, which acts in addition to spring, beam, weight and force."""
+    """Read a user-defined bias, which acts in addition to spring, beam, weight and force."""
     remedy = "spring, beam, weight and force have fields of their own, and a constant voltage is voltage_offset"
     if isinstance(given, str) and not all(is_own(one.strip()) for one in given.split("+")):
         raise FieldError("bias", f'bias = {given!r}: must be a component of one\'s own, "module:Class"; {remedy}')
@@ -114,7 +114,7 @@ def part_record(name: str, value: Any) -> Any:
 
 
 def own_fields(name: str, value: Any) -> dict[str, Field]:
-    """The fields that a user's own component adds, by the names of its parameters."""
+    """The fields that a user-defined component adds, by the names of its parameters."""
     if name == "waveform" and value is not None:
         value = component_of(name, value)
     if not isinstance(value, Component):

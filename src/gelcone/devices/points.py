@@ -109,7 +109,7 @@ def device_at(
     Parameters
     ----------
     values : field, ``displacement`` or ``velocity`` -> values in SI, (points,) each.
-    initial : displacement and velocity in m and m/s where ``values`` have none. Default: the device's own.
+    initial : displacement and velocity in m and m/s where ``values`` have none. Default: that of the device.
     """
     count = len(next(iter(values.values())))
     points = at(device, values)

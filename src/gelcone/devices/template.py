@@ -213,7 +213,7 @@ def fields_in_words(device: Record, swept: Collection[str] = ()) -> list[str]:
         if field.unit and not (value == 0.0 and field.default == 0.0):
             found.append(f"{name} {format_si(value, field.unit)}")
         elif isinstance(value, Material):
-            skipped = {own for own, number in device if number is not None}  # a device's own number wins
+            skipped = {own for own, number in device if number is not None}  # a device's number wins
             found += _gel_in_words(value, skipped | {own.removeprefix("material.") for own in swept})
         elif isinstance(value, Component):
             found.append(f"{name} {component_in_words(value)}")

@@ -1,6 +1,6 @@
 """Devices and results for other programs: C, FMUs, tables and MATLAB files.
 
-A device leaves gelcone as the integrator's own compiled loop, translated line by line into C99: the same steps, events
+A device leaves gelcone as the integrator's compiled loop, translated line by line into C99: the same steps, events
 and ends with the same bits.
 """
 

@@ -45,7 +45,7 @@ class Parameters:
 def parameters_of(device: Device, model: ConeModel, used: Collection[str], quantities: Collection[str]) -> Parameters:
     """Trace the parameters on which the numbers ``used`` depend, and the scales of `SCALES` and of ``quantities``.
 
-    Raises `InputError` for a user's own component whose numbers cannot be traced.
+    Raises `InputError` for a user-defined component whose numbers cannot be traced.
     """
     graph, fields = Graph(), device.swept_fields()
     strength = device.material.dielectric_strength if device.dielectric_strength is None else device.dielectric_strength

@@ -19,7 +19,7 @@ CLOSE = 1e-11 * TURN
 """Phase before a corner of the drive within which the next piece has begun."""
 ARRIVED = 0
 STEPS = 20
-"""Steps of the test program, over a period of the device's own drive."""
+"""Steps of the test program, over a period of the device's drive."""
 
 
 @dataclass
@@ -80,7 +80,7 @@ class Reference:
 
 
 def test_program(exported: Exported) -> str:
-    """Write a program that compares steps of the C with those of the integrator, under the device's own drive."""
+    """Write a program that compares steps of the C with those of the integrator, under the device's drive."""
     device, motion = exported.device, Reference(exported)
     amplitude, offset, frequency = (float(device.get(f)) for f in ("voltage_amplitude", "voltage_offset", "frequency"))
     times = np.arange(STEPS + 1) / (STEPS * frequency)

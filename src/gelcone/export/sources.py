@@ -171,7 +171,7 @@ class Exported:
         return z, {name: float(np.ravel(switches[name])[0]) for name in self.program.switches}
 
     def numbers(self) -> dict[str, float]:
-        """The numbers of the formulas for the device's own parameters and zero inputs, rounded as in C."""
+        """The numbers of the formulas for the device's parameters and zero inputs, rounded as in C."""
         own = self.system.numbers_of({name: np.asarray(value, float) for name, value in self.model.values.items()})
         found = {name: float(np.ravel(value)[0]) for name, value in own.items()}
         return found | self._evaluated(self.parameters.nodes)

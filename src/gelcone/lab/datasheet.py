@@ -310,7 +310,7 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 
 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
-    """Stroke, current and power of the settled motion under the actuator's own drive, from next to rest, which may be
+    """Stroke, current and power of the settled motion under the actuator's drive, from next to rest, which may be
     unstable."""
     names = {"drive_stroke": "stroke", "peak_current": "current", "apparent_power": "apparent_power"}
     values = dict.fromkeys((*names, "mean_power"), np.nan)

@@ -48,7 +48,7 @@ SHAPING = {
     "disc_radius", "film_radius", "prestretch", "meridional_prestretch", "hoop_prestretch", "material.stretch_limit",
     "material.yeoh_c2", "material.yeoh_c3",
 }  # fmt: skip
-"""Fields on which the membrane's own numbers depend; all others are scales."""
+"""Fields on which the membrane's numbers depend; all others are scales."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def environment(
     device : a device of single numbers, with any film and circuit.
     count : number of devices in a ``gymnasium.vector.VectorEnv``. Default None: one device, a ``gymnasium.Env``.
     uncertain : field -> `gelcone.Uniform` or `gelcone.Normal`, drawn for each episode. Default: none.
-    highest_voltage : largest voltage, V. Default: the peak of the device's own drive.
+    highest_voltage : largest voltage, V. Default: the peak of the device's drive.
     heights : lowest and highest wanted height, m. Default: where the disc rests under no voltage and under
         ``highest_voltage``.
     period : time between two actions, over which the voltage is held, s. Default 1 ms.

@@ -2,7 +2,7 @@
 
 With m and n the squared lengths of the rings over those of the film as it begins to pull, and w the mean over the
 film's volume of m + n + 1/(m n) - 3, a homogeneous cone whose meridian has the squared length M stores as much where
-M + 1/M - 2 = w. Branches that relax are stretched by M: their energy is that of the film's own rings to first order,
+M + 1/M - 2 = w. Branches that relax are stretched by M: their energy is that of the film's rings to first order,
 and their force M' dpsi/dM is consistent with it.
 
     M = 1 + (s - s0) P(t),    t = (s - s0 - c)/(s - s0 + c),

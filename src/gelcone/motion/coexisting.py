@@ -45,7 +45,7 @@ SAME = 1e-2
 """Largest difference between the ends of equal motions, over the larger size, unless both have periods."""
 SAME_CYCLE = 1e-3
 EARLY_CHECKS = 2
-"""Number of comparisons with the member's own cycle before a motion after a kick is followed to its end."""
+"""Number of comparisons with the member's cycle before a motion after a kick is followed to its end."""
 CHECK_AFTER = 0.25
 """Time between these comparisons over the disc's transient; a kick hardly changes slow states."""
 ARRIVED = 1e-4
@@ -127,7 +127,7 @@ def _farthest(members: Members, k: int) -> float:
 
 
 class _Kicks:
-    """Kicks of the members' own motions."""
+    """Kicks of the members' motions."""
 
     def __init__(self, members: Members, own: Swing, largest: Array, shift: float, flow: dict[str, Any]) -> None:
         self.members, self.own, self.largest, self.flow = members, own, largest, flow
@@ -164,7 +164,7 @@ class _Kicks:
         return [settled.take([k]) for k in range(len(rows))]
 
     def _back(self, rows: Rows, states: Array) -> npt.NDArray[np.bool_]:
-        """True for each state at phase 0 so near to its row's own cycle of one forcing period that it ends on it."""
+        """True for each state at phase 0 so near to its row's cycle of one forcing period that it ends on it."""
         own = self.own.take(rows)
         size = np.maximum(np.maximum(np.abs(own.lowest), np.abs(own.highest)), 1e-2)
         scale = np.ones(states.shape)

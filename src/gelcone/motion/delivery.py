@@ -29,7 +29,7 @@ def delivered(members: Members, times: Array, states: Array, lost: Array) -> dic
 
     These are root mean squares over the second half, computed between the corners of the voltage if it has some; peaks
     over the whole motion, also between samples; and the shares of the time at the limits of the amplifier. The names of
-    a second film's own source begin with ``second_``. Currents are infinite where the voltage jumps, so that energy is
+    a second film's source begin with ``second_``. Currents are infinite where the voltage jumps, so that energy is
     ``lost`` (members, samples).
     """
     jumped = lost[:, -1] > 0.0

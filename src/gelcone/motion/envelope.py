@@ -96,7 +96,7 @@ def envelope(
     ``static_hoop_stress``, ``static_meridional_stress``; over ``static_limit``: ``static_limit_voltage`` (infinity:
     none on the way to pull-in or the stretch limit, NaN: unknown or not applicable); ``recommended_constant``, the
     lowest of them less the margin; ``rest_displacement``; and ``operating_peak_voltage`` and ``operating_frequency`` of
-    the device's own drive.
+    the device's drive.
 
     Over ``drive_frequency`` and ``peak_voltage``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,

@@ -237,7 +237,7 @@ def tongues(
     model : one actuator, with ``rest_height`` 0 (or no spring); its own voltage plays no part, except for the bias.
     frequencies : increasing drive frequencies, at least two.
     voltages : increasing voltage amplitudes, at least two.
-    highest : voltage amplitude up to which the onset at the model's own frequency is searched. Default three times the
+    highest : voltage amplitude up to which the onset at the model's frequency is searched. Default three times the
         static pitchfork voltage.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.
@@ -250,7 +250,7 @@ def tongues(
     ``onset_voltage`` and ``onset_kind`` up to the highest voltage, and ``boundary_voltage`` (``boundary``, NaN-padded):
     all voltages at which the stability changes, each between two neighbours of the grid and narrowed down. At
     ``pitchfork_amplitude`` the peak of the voltage reaches the static pitchfork. ``operating_onset_voltage``,
-    ``operating_onset_kind`` and ``operating_searched`` are those of `onset_voltage` at the model's own frequency;
+    ``operating_onset_kind`` and ``operating_searched`` are those of `onset_voltage` at the model's frequency;
     ``outcome`` is that of a place.
 
     Raises

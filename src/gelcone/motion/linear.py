@@ -58,7 +58,7 @@ class LinearResponse:
 
 
 def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
-    """The response to the members' own drives, linearised about the equilibria under their mean-square voltages.
+    """The response to the members' drives, linearised about the equilibria under their mean-square voltages.
 
     The force is proportional to the square of the film's voltage, whose harmonics drive the disc: for a sine with bias,
     2 v0 v at the drive frequency, and v^2/2 at twice that. With a bias and a small amplitude the response is that of

@@ -32,11 +32,11 @@ def operating_limits(
     threads: int | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Compute peak voltages at which an operating envelope ends, quasi-static and at each member's own drive frequency.
+    """Compute peak voltages at which an operating envelope ends, quasi-static and at each member's drive frequency.
 
     They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
     to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice
-    the lowest quasi-static limit where that is less. Only the proportion of the member's own voltages matters:
+    the lowest quasi-static limit where that is less. Only the proportion of the member's voltages matters:
     amplitude and offset rise together, and with the offset the voltage of a second film in opposite phase. A wrinkling
     cone, and a taut one with a ``radius_ratio``, pulls in where the membrane does for which it stands, at a lower
     voltage than `limits` has of the cone; the attribute ``pull_in_of`` says whose pull-in it is.

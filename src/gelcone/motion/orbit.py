@@ -92,7 +92,7 @@ class Shooting:
     tolerance : relative error of one step of the integrator.
     settings : function that turns values of the free quantities, each a number or an array, into the model's parameters
         by name. Default: the free quantities are parameters themselves.
-    around : typical values of the free quantities. Default: the actuator's own.
+    around : typical values of the free quantities. Default: that of the actuator.
     """
 
     def __init__(

@@ -56,7 +56,7 @@ class Rates:
         ----------
         t : time, s.
         y : states.
-        voltage : commanded voltage, V. Default None: that of the device's own drive.
+        voltage : commanded voltage, V. Default None: that of the device's drive.
         force : force on the disc, N, positive away from the film's plane. Default 0.
         """
         z, n = self._at(t, y, voltage, force)
@@ -112,7 +112,7 @@ def rates(device: Device) -> Rates:
     Returns
     -------
     A function of the time in s and the states, SI, in the order of its ``states``; voltage (V) and force (N) are
-    numbers or functions of the time, by default the device's own drive and none. ``jacobian`` takes the same, ``start``
+    numbers or functions of the time, by default the device's drive and none. ``jacobian`` takes the same, ``start``
     is where the device rests or is released.
 
     Raises

@@ -1,4 +1,4 @@
-"""The paper's own method, under examination: Runge-Kutta 4 with a fixed step and no guard at the stretch limit.
+"""The paper's method, under examination: Runge-Kutta 4 with a fixed step and no guard at the stretch limit.
 
 Beyond the limit the closed form of the film's force continues with the wrong sign, and so does this integrator. Nothing
 outside this folder uses it.

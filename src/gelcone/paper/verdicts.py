@@ -1,6 +1,6 @@
 """The rules by which numbers become verdicts.
 
-The check of a claim states whether it holds in the long run at the paper's own parameters, over a finite window like
+The check of a claim states whether it holds in the long run at the paper's parameters, over a finite window like
 the paper's, at what share of other parameters, and for the paper's fixed-step integrator beyond the stretch limit. The
 verdict follows from these alone. If one of them is open and the verdict depends on it, the verdict is undecided.
 """

@@ -54,7 +54,7 @@ class Bias(Component):
 
     @abstractmethod
     def force(self, x: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force at the displacement x and its derivative by x. ``y`` holds the bias's own states; it is empty in
+        """Force at the displacement x and its derivative by x. ``y`` holds the bias's states; it is empty in
         statics, which use the settled bias."""
 
     def prove(self, given: Numbers = DEFAULTS) -> None:
@@ -78,7 +78,7 @@ class Bias(Component):
         check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], z[2:], n, xp))
 
     def rates(self, x: Any, velocity: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """Rates of change of the bias's own states."""
+        """Rates of change of the bias's states."""
         return []
 
     def energy(self, x: Any, n: Numbers) -> Any:

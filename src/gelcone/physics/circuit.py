@@ -184,7 +184,7 @@ class Circuit(Component):
 
     @abstractmethod
     def voltage(self, port: Port, y: list[Any], n: Numbers, xp: Any = np) -> Any:
-        """Voltage on the film, given the circuit's own states ``y``."""
+        """Voltage on the film, given the circuit's states ``y``."""
 
     def prove(self, given: Numbers = DEFAULTS) -> None:
         """Call the formulas with a taut film at the port, too."""

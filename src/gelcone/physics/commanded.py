@@ -199,7 +199,7 @@ class CommandedBalance(_Commanded):
             return on_film * self._ratio(x, np.minimum(on_film, highest))
 
     def excess(self, x: Any) -> Any:
-        """w(x) over the pull-in V, less 1, of the film's own voltages, with which the command rises: commands may be
+        """w(x) over the pull-in V, less 1, of the film's voltages, with which the command rises: commands may be
         infinite at both."""
         if not self.film_fails:
             return super().excess(x)

@@ -73,7 +73,7 @@ def listed(count: int, of: str = "states") -> tuple[Callable[[Any], bool], str]:
 
 
 def ships(component: Any) -> bool:
-    """Whether the class of a component is one of gelcone's own, which its tests prove."""
+    """Whether the class of a component ships with gelcone, whose tests prove it."""
     return type(component).__module__.partition(".")[0] == _PACKAGE
 
 
@@ -83,7 +83,7 @@ def wrong(component: Any, formula: str, problem: str, remedy: str) -> InputError
 
 
 def check_overrides(component: Any) -> None:
-    """Raise `InputError` where a class of one's own has a value in place of a method of its contract or the reverse, a
+    """Raise `InputError` where a user-defined class has a value in place of a method of its contract or the reverse, a
     method that takes other arguments, or a value of another type."""
     classes = [own for own in type(component).__mro__ if own.__module__.partition(".")[0] == _PACKAGE]
     for name in (name for name in dir(component) if not name.startswith("_")):

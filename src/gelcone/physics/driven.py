@@ -20,9 +20,9 @@ from gelcone.physics.system import ConeSystem
 
 INPUTS = ("input_voltage", "input_voltage_rate", "input_force", "input_force_rate")
 PHASE = "input_phase"
-"""The phase of the device's own drive at the beginning of a step."""
+"""The phase of the device's drive at the beginning of a step."""
 DRIVE_PIECE = ("drive_since", "drive_0", "drive_1", "drive_2", "drive_3", "drive_gate")
-"""Numbers of the piece of the device's own drive in which a step lies: phase since it began, terms of its cubic,
+"""Numbers of the piece of the device's drive in which a step lies: phase since it began, terms of its cubic,
 gate."""
 STRENGTH_SQUARED = "squared_dielectric_strength"
 
@@ -48,7 +48,7 @@ class Input(Waveform):
 
     @property
     def pieces(self) -> Pieced | None:
-        """The device's own waveform if it has pieces, else None."""
+        """The device's waveform if it has pieces, else None."""
         return self.own if isinstance(self.own, Pieced) else None
 
     def numbers(self, parameters: Numbers) -> dict[str, Any]:

@@ -140,7 +140,7 @@ class PlacedFilm(Component):
         return rest + tuple(PREFIX + name for name in own)
 
     def own(self, n: Numbers) -> Numbers:
-        """The numbers by their names in the film's own formulas, without prefix."""
+        """The numbers by their names in the film's formulas, without prefix."""
         if self.drive is None:
             return n
         return _Unprefixed(n)
@@ -149,18 +149,18 @@ class PlacedFilm(Component):
         return self.film.starts(self.place(x, n), self.own(n))
 
     def relaxed(self, x: Any, squared: Any, n: Numbers) -> list[Any] | None:
-        """The film's own states at rest; None where they are unknown."""
+        """The film's states at rest; None where they are unknown."""
         return self.film.relaxed(self.place(x, n), squared, self.own(n))
 
     def time_constant(self, n: Numbers) -> Any:
         return self.film.time_constant(self.own(n))
 
     def place(self, x: Any, n: Numbers) -> Any:
-        """The film's own displacement: x, or d - x."""
+        """The film's displacement: x, or d - x."""
         return x if self.drive is None else n["second_flat_height"] - x
 
     def _turned(self, value: Any) -> Any:
-        """Turn a component along the film's own displacement into one along the disc's, and the reverse."""
+        """Turn a component along the film's displacement into one along the disc's, and the reverse."""
         return value if self.drive is None else -value
 
     # --- the film in the coordinates of the disc ----------------------------------------------------------------------
@@ -224,7 +224,7 @@ class PlacedFilm(Component):
         return self.film.drag(self.place(x, n), self.own(n))
 
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """Whether the film's own states exceed their limit."""
+        """Whether the film's states exceed their limit."""
         return self.film.overstretched(self.place(x, n), y, self.own(n))
 
     def strain(self, x: Any, n: Numbers) -> Any:

@@ -41,7 +41,7 @@ class Line(NamedTuple):
     prefix: str
 
     def own(self, n: Numbers) -> Numbers:
-        """The numbers, with the circuit's own switches by their names in its formulas."""
+        """The numbers, with the circuit's switches by their names in its formulas."""
         if not self.prefix:
             return n
         return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}

@@ -26,7 +26,7 @@ from gelcone.quantity import Array
 
 BIAS_SHARE = "bias share"
 """Number of statics: the bias of the drive over the voltage of the first film, where the bias rises with it; without
-this number the bias is the model's own."""
+this number the bias is that of the model."""
 FOLDED = 1e-7
 """The flat film's capacitance over dQ/dv at which a minimum counts as ended, some 1e-6 before its end."""
 _IDEAL = IdealSource()

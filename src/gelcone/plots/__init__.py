@@ -65,7 +65,7 @@ def plot(result: xr.Dataset, **options: Any) -> Figure:
     Parameters
     ----------
     result : a Dataset that an analysis returned, also one read by `gelcone.load` or converted by `gelcone.to_si`.
-    options : options of the figure's own function, for example ``middle="extent"`` for a bifurcation diagram.
+    options : options of the figure's function, for example ``middle="extent"`` for a bifurcation diagram.
 
     Returns
     -------

@@ -80,7 +80,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     coexisting_motions(envelope, axes)
     own = float(envelope["operating_frequency"]), float(envelope["operating_peak_voltage"])
     if frequency[0] <= own[0] <= frequency[-1]:
-        axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's own drive")
+        axes.plot(*own, "*", color=BLACK, ms=8.0, ls="", label="the device's drive")
     frequency_axis(envelope, axes)
     axes.autoscale_view()
     axes.set_ylim(0.0, min(1.05 * highest, 1.1 * axes.dataLim.ymax))

@@ -34,7 +34,7 @@ class Axis:
     ----------
     of_model : its name for a model.
     of_device : its name for a device.
-    replaces : whether it replaces the actuator's own value, which then must not be set.
+    replaces : whether it replaces the actuator's value, which then must not be set.
     default : from where to where, in how many steps, it runs by default; None where the function decides.
     least : the number of values that it takes at least.
     one : the command that answers at one value, where two are the least.

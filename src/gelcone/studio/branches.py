@@ -52,7 +52,7 @@ def follow_branches(source: Source, over: Axis) -> dict[str, Any]:
 def follow_loci(source: Source, x: Axis, y: Axis, event: str) -> dict[str, Array]:
     """The curves of one bifurcation over two axes: ``x`` and ``y`` of lines that end in NaN.
 
-    `InputError` where the bifurcation does not occur at the actuator's own value of the second parameter.
+    `InputError` where the bifurcation does not occur at the actuator's value of the second parameter.
     """
     from gelcone.atlas.branches.locus import locus
 

@@ -21,7 +21,7 @@ LONGEST = 64
 def samples_over(members: Members, span: float) -> int:
     """Number of even samples for a curve of a single actuator over the time ``span``, at least `PER_PERIOD`.
 
-    Fast oscillations count by ``members.rate``, an upper bound of the actuator's own frequency.
+    Fast oscillations count by ``members.rate``, an upper bound of the actuator's frequency.
     """
     periods = span / float(members.drive_period[0])
     oscillations = float(members.rate[0]) * span / (2.0 * np.pi)

@@ -94,7 +94,7 @@ def continue_branch(
     model : a single model, or a device; the parameter replaces its own.
     parameter : the parameter of the model, or the field of the device, that changes.
     low, high : its interval; ``low`` is below ``high``. Of a device in SI, or texts with units.
-    initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
+    initial : displacement and velocity from which brute force settles. Default (1, 0), or that of the device.
     start : where branches begin: "rest", "settled" (the settled motions at the ends of the interval), or a result of
         bifurcation or continue, whose cycles it takes. At rest: the flat film and what is born there; where it is not
         an equilibrium, the response near equilibrium. Default "rest".

@@ -76,7 +76,7 @@ def locus(
 ) -> xr.Dataset:
     """Curves of folds, period doublings or symmetry breakings in two parameters, with their points of codimension two.
 
-    The branches along the first parameter, at the model's own value of the second, give the events; each is followed
+    The branches along the first parameter, at the model's value of the second, give the events; each is followed
     both ways until it leaves the rectangle, closes, or cannot be followed.
 
     Parameters
@@ -84,8 +84,8 @@ def locus(
     model : a single model, or a device; the two parameters replace its own.
     event : "fold", "period doubling" (or "doubling") or "symmetry breaking" (or "breaking").
     over : the two parameters of the model, or fields of the device, each with the ends of its interval, of a device in
-        SI or texts with units; the second interval holds the model's own value.
-    initial : displacement and velocity from which brute force settles. Default (1, 0), or the device's own.
+        SI or texts with units; the second interval holds the model's value.
+    initial : displacement and velocity from which brute force settles. Default (1, 0), or that of the device.
     start : where the branches begin that hold the events: "rest" and what is born there, or "settled", the motions at
         the ends of the first interval. Default "rest".
     switch, checks : as in `continue_branch`.
@@ -184,7 +184,7 @@ def find_kind(event: str) -> EventKind:
 
 
 def _own_value(varied: Varied) -> float:
-    """The actuator's own value of the second parameter, at which events are searched."""
+    """The actuator's value of the second parameter, at which events are searched."""
     name, low, high = varied.names[1], float(varied.low[1]), float(varied.high[1])
     target = varied.target
     own = target.get(name) if isinstance(target, Device) else target.values[name]

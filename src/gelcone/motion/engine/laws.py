@@ -42,7 +42,7 @@ class System(Protocol):
 
     @property
     def bounding_powers(self) -> int:
-        """Number of the powers, the first ones, that bound the steps; the others have only the motion's own poles."""
+        """Number of the powers, the first ones, that bound the steps; the others have only the motion's poles."""
 
 
 def traced_plan(system: System, keep: str, events: Sequence[Event], pieces: tuple[str, ...]) -> dict[str, Any]:

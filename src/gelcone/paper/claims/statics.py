@@ -81,5 +81,5 @@ def linear_limit(studies: Studies) -> Finding:
         why="The film's force x (1 - 1/q^2) is cubic at the flat state: only small motions are linear, at any stretch "
         "limit.",
         consequence="Any smooth oscillator is linear for small enough motions; the number is how small.",
-        unseen="How small the motion must be; at the paper's own initial state the oscillator is not linear.",
+        unseen="How small the motion must be; at the paper's initial state the oscillator is not linear.",
     )

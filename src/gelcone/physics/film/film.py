@@ -37,7 +37,7 @@ SMALL = 1e-6
 """A displacement at which limits at the flat film are taken: forces are odd in x, so the error is its square."""
 
 TRIAL_SQUARED = 0.04
-"""Squared voltage at which the formulas of a film of one's own are called when its class is read."""
+"""Squared voltage at which the formulas of a user-defined film are called when its class is read."""
 
 DIFFERENCE = 1e-5
 """Relative step of the central difference of the capacitance."""
@@ -119,7 +119,7 @@ class Film(Component):
     """Whether the charge is proportional to the voltage at every displacement."""
     traced_charge: ClassVar[bool] = False
     """Whether `capacitance` runs in a program too. A circuit that uses the charge needs that, and so does an energy
-    balance that does not rest on the film's own energy; the current then follows from it."""
+    balance that does not rest on the film's energy; the current then follows from it."""
     fitted_charge: ClassVar[bool] = False
     """Whether programs take the charge from a fit; behind an ideal source the energy balance then uses the energy."""
     folds: ClassVar[bool] = False
@@ -131,7 +131,7 @@ class Film(Component):
 
     @abstractmethod
     def force(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> tuple[Any, Any]:
-        """Force that pulls the disc back, and its derivative by x. ``y`` holds the film's own states; it is empty in
+        """Force that pulls the disc back, and its derivative by x. ``y`` holds the film's states; it is empty in
         statics, which use the settled film."""
 
     def prove(self, given: Numbers = DEFAULTS) -> None:
@@ -172,11 +172,11 @@ class Film(Component):
         check_rates(self, len(self.states), lambda z, xp: self.rates(z[0], z[1], squared, z[2:], one, xp))
 
     def rates(self, x: Any, velocity: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> list[Any]:
-        """Rates of change of the film's own states."""
+        """Rates of change of the film's states."""
         return []
 
     def relaxed(self, x: Any, squared: Any, n: Numbers) -> list[Any] | None:
-        """The film's own states at rest at x and V. Default None: Newton's method on the `rates` finds them."""
+        """The film's states at rest at x and V. Default None: Newton's method on the `rates` finds them."""
         return None
 
     @property
@@ -282,7 +282,7 @@ class Film(Component):
     # --- energies ----------------------------------------------------------------------------------------------------
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
-        """Energy of film and field less the charge times the voltage, at the film's own states ``y``; 0 for the flat
+        """Energy of film and field less the charge times the voltage, at the film's states ``y``; 0 for the flat
         film, up to a constant. Default: the integral of the force over x; NaN (unknown) with own states."""
         if y:
             return np.full(np.shape(x), np.nan)

@@ -32,7 +32,7 @@ PLACES = 2001
 @dataclass(frozen=True)
 class InterpolatedCurve(PullInCurve):
     """An interpolated curve: ``voltages`` at equally spaced displacements from 0 to the reach, the last beyond it, as
-    in the film's own table; ``numbers`` holds its error and reach."""
+    in the film's table; ``numbers`` holds its error and reach."""
 
     voltages: Array
 

@@ -250,7 +250,7 @@ class WrinklingCone(TautCone):
         return self.elastic.voltage_gain(x, squared, n)
 
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
-        """Stretches, stresses and field at the film's own lengths, without negative stresses; NaN once it has pulled
+        """Stretches, stresses and field at the film's lengths, without negative stresses; NaN once it has pulled
         in."""
         m, width = self._lengths_at(x, np.square(voltage), y, n)
         kind = np.where(np.isnan(m), len(STATES) if self.elastic.continues else -1, _place(x, m, width))
@@ -258,7 +258,7 @@ class WrinklingCone(TautCone):
         return self.state_of_lengths(m, width, voltage, n, own)._replace(kind=kind)
 
     def traced_state(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any) -> TracedState | None:
-        """The stresses are those at the film's own lengths; its share of the limit is that without voltage."""
+        """The stresses are those at the film's lengths; its share of the limit is that without voltage."""
         if self.elastic.continues:
             return None
         xx = x * x

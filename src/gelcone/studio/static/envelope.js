@@ -12,7 +12,7 @@ export class EnvelopePanel extends Panel {
     this.plot = new Plot(host, { draw: (p) => this.draw(p), over: (p) => this.drawOver(p) });
     const c = this.plot.canvas;
     c.tabIndex = 0; c.setAttribute("role", "application");
-    c.setAttribute("aria-label", "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's own drive.");
+    c.setAttribute("aria-label", "Operating envelope: drive frequency and peak voltage. Arrow keys move the device's drive.");
     holding(c, (event, settled) => this.goTo(event, settled));
     c.onkeydown = (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
