@@ -12,7 +12,7 @@ A device in SI units, how it moves, and a picture of that:
 Devices and gels
     Device, Device.from_toml, find_device, Material, load_materials, recorded
     read_tests, fit_material, fitted_material, fitted_text   a gel from tests on coupons
-    read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its own measurements
+    read_device_tests, plan_device, fit_device, fitted_device, fitted_draws   a device from its measurements
     compare_measured                        a measured device against its predictions
     read_wish, design, designed_devices     devices that meet requirements in spite of tolerances
 Analyses, of a device (SI in, SI out) or of a dimensionless ConeModel

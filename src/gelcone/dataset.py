@@ -108,7 +108,7 @@ def label(
 
 
 def attributes(long_name: str, of: Of) -> dict[str, Any]:
-    """The attributes of a variable; a parameter keeps its own meaning unless one is given."""
+    """The attributes of a variable; a parameter keeps its meaning unless one is given."""
     if isinstance(of, str):
         return {"long_name": long_name, "units": UNITS.get(of, "1"), "quantity": of}
     if isinstance(of, Mapping):

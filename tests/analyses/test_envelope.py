@@ -56,7 +56,7 @@ ENVELOPE = [
     "  frequency (Hz)    up to (V)   stroke (mm)   power (mW)    apparent (mVA)  first limit",
     "  10                1000        3             40            60              pull-in 1250 to 1300 V",
     "  14                1200        2             50            70              pull-in 1500 V",
-    "its own drive, 900 V at 12 Hz: inside the window, 1100 V there",
+    "its drive, 900 V at 12 Hz: inside the window, 1100 V there",
 ]
 
 
@@ -102,13 +102,13 @@ def test_an_envelope():
         ({"static_limit_voltage": INF, "limit_low": INF, "first_limit": -1},
          "  10                1000        3             40            60              none met up to 2400 V"),
         ({"operating_peak_voltage": 1150.0},
-        "its own drive, 1150 V at 12 Hz: above the window, 1100 V there, and below a limit"),
+        "its drive, 1150 V at 12 Hz: above the window, 1100 V there, and below a limit"),
         ({"operating_peak_voltage": 1400.0},
-        "its own drive, 1400 V at 12 Hz: above the window, 1100 V there, and beyond a limit"),
-        ({"operating_frequency": 9.0}, "its own drive, 900 V at 9 Hz: outside the frequencies examined"),
-        ({"operating_frequency": 15.0}, "its own drive, 900 V at 15 Hz: outside the frequencies examined"),
+        "its drive, 1400 V at 12 Hz: above the window, 1100 V there, and beyond a limit"),
+        ({"operating_frequency": 9.0}, "its drive, 900 V at 9 Hz: outside the frequencies examined"),
+        ({"operating_frequency": 15.0}, "its drive, 900 V at 15 Hz: outside the frequencies examined"),
         ({"operating_peak_voltage": 2500.0, "recommended_peak": 1920.0},
-         "its own drive, 2500 V at 12 Hz: above the voltages examined, up to 2400 V, at which no limit was met"),
+         "its drive, 2500 V at 12 Hz: above the voltages examined, up to 2400 V, at which no limit was met"),
         ({"kick_tried": [0.75, 0.5]},
          "no other motion was found within the window: no kick, a sudden change of the disc's velocity, up to 0.75 m/s "
          "leads away"),
@@ -152,7 +152,7 @@ def test_a_drive_beyond_the_loss_of_rest_alone(onset, pull_in, margin, text):
     )
     shown = shown.assign_coords(driven_limit=["onset of rest", "pull-in"]).assign(limit_low=low)
     shown.attrs["options"] = json.dumps({"margin": margin})
-    assert envelope._own_line(shown) == f"its own drive, 800 V at 14 Hz: {text}"
+    assert envelope._own_line(shown) == f"its drive, 800 V at 14 Hz: {text}"
 
 
 @pytest.mark.parametrize(

@@ -48,10 +48,10 @@ def test_the_text_says_what_comes_first_what_the_window_yields_and_where_the_dev
     lines = out.splitlines()
     assert any(line.split()[:2] == ["dielectric", "breakdown"] and "2281 to 2288 V" in line for line in lines)
     assert "frequency (Hz)    up to (V)   stroke (mm)   power (mW)    apparent (mVA)" in out
-    assert "its own drive, 1470 V at 10 Hz: inside the window, 1510 V there" in out
+    assert "its drive, 1470 V at 10 Hz: inside the window, 1510 V there" in out
     figure = envelope_figure(load(tmp_path / "there" / "envelope.nc"))
     labels = figure.axes[0].get_legend_handles_labels()[1]
-    assert {"recommended window", "hoop slack, driven", "the device's own drive"} <= set(labels)
+    assert {"recommended window", "hoop slack, driven", "the device's drive"} <= set(labels)
     assert {"mean power supplied (mW)", "natural freq. (Hz)", "blocked force (N)"} <= {
         a.get_ylabel() for a in figure.axes
     }

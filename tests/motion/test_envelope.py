@@ -330,7 +330,7 @@ def test_the_transient_of_switching_on_counts_where_limits_hold_from_rest():
 def test_what_was_not_searched_is_not_called_beyond_a_limit():
     found = envelope(TAUT.replace(dielectric_strength=9.0), peaks=[0.1, 0.2], frequencies=[0.5, 2.0])
     own = importlib.import_module("gelcone.analyses.envelope")._own_line(found)
-    assert own == "its own drive, 0.6 at 1: above the voltages examined, up to 0.2, at which no limit was met"
+    assert own == "its drive, 0.6 at 1: above the voltages examined, up to 0.2, at which no limit was met"
 
 
 def test_limits_hold_from_what_is_known():

@@ -30,7 +30,7 @@ def over_draws_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _window_lines(shown: xr.Dataset) -> list[str]:
-    """Quasi-static limits, the window over frequency, and in how many draws the own drive is inside."""
+    """Quasi-static limits, the window over frequency, and in how many draws the device's drive lies inside."""
     margin = json.loads(shown.attrs["options"])["margin"]
     lines = []
     for name in map(str, shown["static_limit"].values):
@@ -79,7 +79,7 @@ def _own_line(shown: xr.Dataset) -> str:
     inside = sum(peak[k] <= np.interp(at[k], frequency, window[k]) for k in range(len(at)))
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
     own = f"{np.median(peak):.4g}{volt} at {np.median(at):.4g}{hertz}"
-    return f"its own drive, {own}: inside the window in {inside} of {len(at)} draws"
+    return f"its drive, {own}: inside the window in {inside} of {len(at)} draws"
 
 
 def _response_lines(shown: xr.Dataset) -> list[str]:

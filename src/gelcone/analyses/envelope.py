@@ -47,7 +47,7 @@ def _missing(name: str) -> str:
 
 
 def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
-    """An envelope as text: all limits, the window over frequency with what it yields, and the own drive."""
+    """An envelope as text: all limits, the window over frequency with what it yields, and the device's drive."""
     tables = (_static_lines, _window_table, _coexisting_lines)
     lines = [*_limits_table(shown, pulled_in(subject)), *(line for table in tables for line in table(shown))]
     if subject.model.system.films[-1].drive == "opposite":
@@ -330,7 +330,7 @@ def _own_line(shown: xr.Dataset) -> str:
     """Compare the device's drive with the window."""
     peak, frequency = float(shown["operating_peak_voltage"]), float(shown["operating_frequency"])
     volt, hertz = unit_of(shown["operating_peak_voltage"]), unit_of(shown["operating_frequency"])
-    own = f"its own drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
+    own = f"its drive, {_plain(peak)}{volt} at {_plain(frequency)}{hertz}:"
     looked = shown["drive_frequency"].values
     if not looked[0] <= frequency <= looked[-1]:
         return f"{own} outside the frequencies examined"

@@ -33,7 +33,7 @@ def read_over(over: Iterable[str], device: Device | None = None, system: ConeSys
     """Swept name -> its values, in the order given: parameters of the model or, with a device, its fields in SI.
 
     Values are a range ``from:to:count`` or a list ``v1,v2,...``, increasing and at least two. ``system`` brings the
-    parameters of its own components.
+    parameters of its components.
 
     Raises
     ------

@@ -46,7 +46,7 @@ class Plan:
         ``material`` names of gels that ship, in the order given.
     initial : displacement and velocity, or all states of a model, at time 0 where they are not swept; of a device
         displacement and velocity in m and m/s. Default: (1, 0);
-        of a device its own rest or release, see `Device.initial_state`.
+        of a device its rest or release, see `Device.initial_state`.
     draws : name -> values, as many of each: draws of uncertain parameters. Each is made at every point of the grid, as
         a last axis ``draw``. Default none.
     options : option of the analysis -> value, such as ``{"budget": 1500.0}``; those not given take the defaults of

@@ -18,7 +18,7 @@ from gelcone.register import analyses
 OWN_COMMANDS = {
     "studio": ("A page in the browser in which every control answers at once.", "studio:studio_command"),
     "paper": ("Redraw the source paper's figures and check its claims.", "paper:paper_command"),
-    "fit": ("A material from tests on coupons, or a device from its own measurements.", "lab:fit_command"),
+    "fit": ("A material from tests on coupons, or a device from its measurements.", "lab:fit_command"),
     "design": ("Designs that meet requirements in spite of tolerances.", "design:design_command"),
     "measured": ("Measured devices against what is predicted of them.", "measured:measured_command"),
     "export": (

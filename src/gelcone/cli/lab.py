@@ -26,7 +26,7 @@ REMEDY = "give a TOML file with a table [material]"
 
 def fit_command() -> click.Command:
     """`gelcone fit`."""
-    text = """Fit a material to tests on coupons, or a device to its own measurements.
+    text = """Fit a material to tests on coupons, or a device to its measurements.
 
     A material is a file with what is known without the tests, in a table [material]: name, relative_permittivity,
     dielectric_strength. Law and Maxwell branches are chosen by predicting tests left out. The data are CSV files

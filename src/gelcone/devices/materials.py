@@ -225,7 +225,7 @@ class Material(Record):
         """A copy with some fields changed; None takes a field's default.
 
         A changed number loses its source and its measured range, and the copy says in its name that it is changed.
-        A new ``law`` starts from its own default parameters. Raises `InputError` as the constructor does.
+        A new ``law`` starts from its default parameters. Raises `InputError` as the constructor does.
         """
         values = {name: value for name, value in self if value is not None}
         changed = {"shear_modulus" if name == "young_modulus" else name for name in changes}

@@ -24,7 +24,7 @@ STEPS = 20
 
 @dataclass
 class Reference:
-    """A motion of an exported device with its own parameters: time in seconds, states and switches."""
+    """A motion of an exported device with its parameters: time in seconds, states and switches."""
 
     exported: Exported
 

@@ -245,7 +245,7 @@ def sources(exported: Exported) -> dict[str, str]:
 
 
 def example(exported: Exported) -> str:
-    """Write a program that drives the device by its own voltage."""
+    """Write a program that drives the device by its voltage."""
     device = exported.device
     amplitude, offset, frequency = (
         float(getattr(device, f)) for f in ("voltage_amplitude", "voltage_offset", "frequency")

@@ -69,7 +69,7 @@ NEARBY = 0.03
 
 
 def check(wish: Wish, device: Device) -> Checked:
-    """Examine a design by its settled motion and by its operating envelope around its own frequency."""
+    """Examine a design by its settled motion and by its operating envelope around its frequency."""
     motion, membrane = settled(device), settled(device.replace_quietly(film="membrane"))
     stroke, power = 1e-3 * float(motion["stroke"]), 1e-3 * float(motion["apparent_power"])
     own = float(device.frequency)

@@ -132,7 +132,7 @@ def fit_device(
     losses: Sequence[str] | None = None,
     profile: Sequence[str] = (),
 ) -> xr.Dataset:
-    """Fit the fields of a device to its own measurements.
+    """Fit the fields of a device to its measurements.
 
     Parameters
     ----------

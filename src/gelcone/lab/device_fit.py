@@ -1,4 +1,4 @@
-"""Fit of a device to its own measurements, and the information in the tests about its fields.
+"""Fit of a device to its measurements, and the information in the tests about its fields.
 
 The unknowns are the logarithms of factors on the fields, each with a prior, and of the gain of each instrument.
 Intervals are those of the Gauss-Newton approximation with priors and gains.

@@ -1,7 +1,7 @@
 """Episodes of many devices that a controller holds at a height: a learning environment, without its library.
 
 The device of an episode is drawn from a pool of uncertain devices. The integrator advances all devices by the time
-between two actions, each from its own state and with its own numbers.
+between two actions, each from its state and with its numbers.
 """
 
 from __future__ import annotations

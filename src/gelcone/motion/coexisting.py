@@ -49,7 +49,7 @@ EARLY_CHECKS = 2
 CHECK_AFTER = 0.25
 """Time between these comparisons over the disc's transient; a kick hardly changes slow states."""
 ARRIVED = 1e-4
-"""Largest distance from the own cycle, over its size, of a motion that ends on it."""
+"""Largest distance from the member's cycle, over its size, of a motion that ends on it."""
 CHUNK = 512
 TOLERANCE = 1e-10
 """Relative error of a step."""
@@ -59,9 +59,9 @@ TOLERANCE = 1e-10
 class Motions:
     """Known motions at one drive frequency.
 
-    ``kinds``, a `Swing` of one row each, the own motion first; ``kick``, the interval (low, high) of the smallest kick
-    to each (NaN: found without a kick); ``smallest``, that of the smallest kick to any; ``passed_on``, the numbers of
-    those already tried at the neighbouring frequencies.
+    ``kinds``, a `Swing` of one row each, the member's motion first; ``kick``, the interval (low, high) of the smallest
+    kick to each (NaN: found without a kick); ``smallest``, that of the smallest kick to any; ``passed_on``, the numbers
+    of those already tried at the neighbouring frequencies.
     """
 
     kinds: list[Swing]
@@ -89,10 +89,10 @@ def coexisting(
     Returns
     -------
     Over (members,): ``motions``, the number of others; ``kick_low`` and ``kick_high``, the interval of the smallest
-    kick that leads away from the own motion (both infinite: none up to ``kick_tried``). Over (members, motions), padded
-    with NaN, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (a `Regime`; a motion that
-    leaves the domain has no stroke), ``outcome`` (an `Outcome`), ``motion_kick_low`` and ``motion_kick_high`` (NaN for
-    a motion found without a kick), and the shares of `gelcone.motion.validity` in ``validity``.
+    kick that leads away from the member's motion (both infinite: none up to ``kick_tried``). Over (members, motions),
+    padded with NaN, by rising kick: ``stroke``, ``lowest``, ``highest``, ``period``, ``regime`` (a `Regime`; a motion
+    that leaves the domain has no stroke), ``outcome`` (an `Outcome`), ``motion_kick_low`` and ``motion_kick_high`` (NaN
+    for a motion found without a kick), and the shares of `gelcone.motion.validity` in ``validity``.
     """
     counted, flow = Counted(progress), dict[str, Any](threads=threads, tolerance=TOLERANCE)
     if not members.size:

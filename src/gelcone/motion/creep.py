@@ -79,7 +79,7 @@ def creep(
 
     Parameters
     ----------
-    model : a single actuator whose film has branches; its own drive gives the default of ``voltages`` alone.
+    model : a single actuator whose film has branches; its drive gives the default of ``voltages`` alone.
     voltages : constant commanded voltages that are held. Default: the peak of the drive and, where it has one, its
         offset.
     duration : the holding time. Default eight time constants of the slowest branch.

@@ -61,7 +61,7 @@ def static(
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive only gives the default of ``voltages``.
+    model : one actuator or an ensemble; its drive only gives the default of ``voltages``.
     voltages : constant commanded voltages v, at least 0, one or several: ``constant_voltage`` of the result and of
         ``--over``. Default the peak of the drive and, where it has one, its offset. In opposite phase about a bias v0
         of their sign the second film has 2 v0 - v, and the default is the peak of that sign. With a commanded charge

@@ -38,7 +38,7 @@ def follow(
 
     Parameters
     ----------
-    model : a single model or device with one film that has no states of its own, and an ideal source.
+    model : a single model or device with one film without states, and an ideal source.
     times : increasing times, at least 6.
     displacement : wanted displacements at these, through which a smooth curve is laid.
     highest_voltage : largest voltage. Default None: no limit but those of the film.

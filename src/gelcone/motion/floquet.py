@@ -150,7 +150,7 @@ def onset_voltage(
 
     Parameters
     ----------
-    model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring); its own ``voltage`` plays no part.
+    model : one actuator or an ensemble, with ``rest_height`` 0 (or no spring); its ``voltage`` plays no part.
     highest : amplitudes from 0 to this one are searched; a number or one a member. Default three times the static
         pitchfork voltage of each member (3 where it has none), but not up to where its flat film pulls in,
         the bias included.
@@ -234,7 +234,7 @@ def tongues(
 
     Parameters
     ----------
-    model : one actuator, with ``rest_height`` 0 (or no spring); its own voltage plays no part, except for the bias.
+    model : one actuator, with ``rest_height`` 0 (or no spring); its voltage plays no part, except for the bias.
     frequencies : increasing drive frequencies, at least two.
     voltages : increasing voltage amplitudes, at least two.
     highest : voltage amplitude up to which the onset at the model's frequency is searched. Default three times the

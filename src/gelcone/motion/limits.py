@@ -40,7 +40,7 @@ def limits(
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own voltage plays no part.
+    model : one actuator or an ensemble; its voltage plays no part.
     at_once : pitchfork and pull-in of a film that creeps before its branches have relaxed. Default the relaxed one.
     tolerance : relative error of one integration step. Default 1e-15.
     threads : worker threads; default one a core. Does not change a bit of the result.

@@ -95,7 +95,7 @@ def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.co
 
 def quantity_of_stroke(members: Members, stroke: Array, frequencies: Array | None = None) -> dict[str, str]:
     """The quantity of linear strokes (members,) or (members, frequencies), with the reasons why there are none. Default
-    the members' own frequencies."""
+    the frequencies of the members."""
     omega = members.number("drive_frequency")[:, None] if frequencies is None else frequencies
     missing = np.isnan(stroke).reshape(omega.shape)
     many = missing & (_orders(members, omega) > MOST_ORDERS)
@@ -133,7 +133,7 @@ def _stroke(harmonics: npt.NDArray[np.complex128]) -> Array:
 
 def slopes_of_drive(model: ConeModel) -> tuple[Array, Array]:
     """Slope of the static force, (1, 1), and derivatives of the rates of all states by the states, (1, 1, N, N), at
-    rest under the mean squares of a single model's drive, at its own frequency; NaN where there is no equilibrium."""
+    rest under the mean squares of a single model's drive, at its frequency; NaN where there is no equilibrium."""
     members, omega = model.members(), np.full((1, 1), float(model.drive_frequency))
     at = _operating_point(members, omega, min(int(_orders(members, omega).item()), MOST_ORDERS))
     return at.stiffness, _slopes(model.system, at)[0]

@@ -1,4 +1,4 @@
-"""Operating limits: the ends of an operating envelope at the own drive frequency of each member."""
+"""Operating limits: the ends of an operating envelope at the drive frequency of each member."""
 
 from __future__ import annotations
 

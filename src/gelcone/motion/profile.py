@@ -171,7 +171,7 @@ def _rests(members: Members, levels: Array) -> Array:
 
 
 class _Cells(NamedTuple):
-    """States of one film, flattened: its own displacement and voltage, force and capacitance, the voltage at which it
+    """States of one film, flattened: its displacement and voltage, force and capacitance, the voltage at which it
     pulls in at that height, its state, and the code of `Held`."""
 
     x: Array

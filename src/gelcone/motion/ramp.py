@@ -33,7 +33,7 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part, but for the bias of films in opposite phase.
+    model : one actuator or an ensemble; its drive plays no part, but for the bias of films in opposite phase.
     voltages : constant commanded voltages v, at least 0, one or several.
     start : as in `pull_in_voltage`.
 

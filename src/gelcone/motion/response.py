@@ -88,7 +88,7 @@ def simulate(
     the disc, the film and the circuit; if there is more than the damping, ``damper_dissipation``,
     ``film_dissipation``, ``resistor_dissipation`` and ``leak_dissipation`` are its parts. ``energy_residual`` is the
     error of the energy balance. For a film whose charge is not known during a run, the supplied energy follows from
-    the first law, and the residual compares the disc's energies alone; NaN if such a film has states of its own.
+    the first law, and the residual compares the disc's energies alone; NaN if such a film has states.
 
     Flags mark samples at which the model is not valid: ``hoop_slack``, ``meridional_slack`` (a true stress is
     negative), ``breakdown`` (the true field exceeds the model's ``dielectric_strength``), ``near_limit`` (the strain

@@ -34,7 +34,7 @@ def pitchfork_voltage(model: Ensemble) -> xr.Dataset:
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part.
+    model : one actuator or an ensemble; its drive plays no part.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def fold_voltages(model: Ensemble) -> xr.Dataset:
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part.
+    model : one actuator or an ensemble; its drive plays no part.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
 
     Parameters
     ----------
-    model : one actuator or an ensemble; its own drive plays no part, but for the bias of films in opposite phase.
+    model : one actuator or an ensemble; its drive plays no part, but for the bias of films in opposite phase.
     start : the ramp starts from the stable equilibrium without voltage nearest to this displacement; default the
         model's ``rest_height`` (of two equally near ones the higher).
 

@@ -63,7 +63,7 @@ def step(
 
     Parameters
     ----------
-    model : a single actuator; its own drive plays no part, but for the defaults of ``voltages`` and ``before``, and for
+    model : a single actuator; its drive plays no part, but for the defaults of ``voltages`` and ``before``, and for
         its bias v0 where a second film in opposite phase has 2 v0 - v.
     voltages : constant commanded voltages after the step. Default: the peak of the drive and, where it has one, its
         offset, without the voltage ``before``.

@@ -67,7 +67,7 @@ def transfer(
 
     Parameters
     ----------
-    model : a single actuator with damping; its own drive gives the defaults of ``bias`` and ``amplitudes`` alone.
+    model : a single actuator with damping; its drive gives the defaults of ``bias`` and ``amplitudes`` alone.
     frequencies : drive frequencies. Default: 401 from 0.05 to 10 times the natural one, measured at some, and more
         around each resonance.
     bias : constant voltage about which the signals are, of films in opposite phase that of both. Default that of the

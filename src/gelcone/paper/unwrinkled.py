@@ -11,7 +11,7 @@ P, Q, R, S and C are polynomials. The term with ``wall`` is the stretch limit of
 highest V at which the film has a state (it pulls in at a fold, near which its force varies like the square root y).
 Beyond either, k is NaN, and a trajectory that arrives there ends.
 
-The film has no inertia of its own, so any such force has an energy: the integral of x k over x.
+The film has no inertia, so any such force has an energy: the integral of x k over x.
 """
 
 from __future__ import annotations

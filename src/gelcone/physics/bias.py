@@ -303,7 +303,7 @@ class Together(Bias):
         return {name: value for part in self.parts for name, value in part.numbers(parameters).items()}
 
     def _own(self, y: list[Any]) -> list[tuple[Bias, list[Any]]]:
-        """Each part with its own states; none in statics."""
+        """Each part with its states; none in statics."""
         taken, found = 0, []
         for part in self.parts:
             count = len(part.states) if y else 0

@@ -254,7 +254,7 @@ class Circuit(Component):
 
     @property
     def losses(self) -> tuple[str, ...]:
-        """Names of its losses, among `LOSSES`. Default: the first two if it has `powers` of its own."""
+        """Names of its losses, among `LOSSES`. Default: the first two if it has `powers`."""
         return () if type(self).powers is Circuit.powers else LOSSES[:2]
 
     @property

@@ -118,7 +118,7 @@ class DrivenSystem(ConeSystem):
 
 
 def driven(system: ConeSystem, inside: bool = False, breaks_down: bool = False) -> DrivenSystem:
-    """Make the system under inputs, with its own drive ``inside`` or without it.
+    """Make the system under inputs, with its drive ``inside`` or without it.
 
     Raises `InputError` for a drive that cannot be inside.
     """

@@ -240,7 +240,7 @@ class PlacedFilm(Component):
         return self.film.highest_squared(self.place(x, n), self.own(n))
 
     def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """The squared voltage above which the film has no state while its own states are ``y``."""
+        """The squared voltage above which the film has no state while its states are ``y``."""
         return self.film.highest_squared_held(self.place(x, n), y, self.own(n))
 
     def voltage_gain(self, x: Any, squared: Any, n: Numbers) -> Any:

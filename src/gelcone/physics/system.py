@@ -405,7 +405,7 @@ class ConeSystem(Structure):
         return np.where(endless, reduce(np.maximum, strains), reduce(np.maximum, shares))[()]
 
     def overstretched(self, z: Sequence[Any], n: Numbers) -> Any:
-        """Whether the own states of a film exceed their limit."""
+        """Whether the states of a film exceed their limit."""
         found = [film.overstretched(z[0], self.states_of(z, "film", k), n) for k, film in enumerate(self.films)]
         return reduce(np.logical_or, found)
 

@@ -370,7 +370,7 @@ class Page:
         self.lanes.start(request["kind"], request["id"], read_and_do)
 
     async def _glance(self, request: dict[str, Any]) -> None:
-        """Sends a small picture of a device or preset with its own values."""
+        """Sends a small picture of a device or preset with its values."""
 
         async def answer() -> None:
             watch, loop = Watch(), asyncio.get_running_loop()
@@ -466,7 +466,7 @@ _KINDS: Mapping[str, Callable[[Page, dict[str, Any]], Awaitable[None]]] = {
 def _glimpse(watch: Watch, shelf: Shelf, request: Mapping[str, Any]) -> tuple[look.Parts, dict[str, Any]]:
     setting = Setting.read(request.get("setting"))
     if setting.file is not None or setting.values:
-        raise InputError("a small picture shows a device or preset with its own values; name one")
+        raise InputError("a small picture shows a device or preset with its values; name one")
     with watching(watch), known_curves():
         subject, parts, _ = shelf.at_once(setting, look.glance)
         return parts, look.about(subject)

@@ -225,7 +225,7 @@ class Shelf:
         return () if not setting.values else _split(typed(setting)["settings"])[1]
 
     def _check(self, setting: Setting) -> None:
-        """Raises `InputError` for values without a control; a choice may bring controls of its own."""
+        """Raises `InputError` for values without a control; a choice may bring controls."""
         if not setting.values:
             return
         chosen = setting.chosen

@@ -1,4 +1,4 @@
-/* The device under its own drive, a value a millisecond: time, voltage, displacement and current.
+/* The device under its drive, a value a millisecond: time, voltage, displacement and current.
 
    cc -std=c99 -O2 -ffp-contract=off example.c DEVICE.c -lm -o example && ./example > motion.csv */
 #include "DEVICE.h"

@@ -27,7 +27,7 @@ class System(Protocol):
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the numbers in the formulas; each member has its own values."""
+        """Names of the numbers in the formulas; each member has its values."""
 
     def rates(self, time: Any, state: Sequence[Any], n: Mapping[str, Any], xp: Any) -> Sequence[Any]:
         """Rates of change of the states, (N,)."""

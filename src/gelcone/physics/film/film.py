@@ -181,7 +181,7 @@ class Film(Component):
 
     @property
     def dissipates(self) -> bool:
-        """True if the film has a `dissipation` of its own."""
+        """True if the film has a `dissipation`."""
         return type(self).dissipation is not Film.dissipation
 
     @property
@@ -229,7 +229,7 @@ class Film(Component):
         return np.asarray(np.inf)
 
     def overstretched(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """Whether its own states exceed their limit at x. Default False."""
+        """Whether its states exceed their limit at x. Default False."""
         return np.zeros(np.shape(x), dtype=bool)
 
     def reach(self, n: Numbers) -> tuple[float, float]:
@@ -249,7 +249,7 @@ class Film(Component):
         return np.full(np.shape(x), np.inf)[()]
 
     def highest_squared_held(self, x: Any, y: list[Any], n: Numbers) -> Any:
-        """The V above which the film has no state while its own states are ``y``. Default `highest_squared`."""
+        """The V above which the film has no state while its states are ``y``. Default `highest_squared`."""
         return self.highest_squared(x, n)
 
     # --- statics -----------------------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ class Film(Component):
 
     def work(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
         """Energy of film and field less the charge times the voltage, at the film's states ``y``; 0 for the flat
-        film, up to a constant. Default: the integral of the force over x; NaN (unknown) with own states."""
+        film, up to a constant. Default: the integral of the force over x; NaN (unknown) with states."""
         if y:
             return np.full(np.shape(x), np.nan)
         return integral(lambda at: self.force(at, squared, [], n)[0], np.asarray(x, dtype=float))
@@ -304,7 +304,7 @@ class Film(Component):
 
     def current(self, x: Any, velocity: Any, voltage: Any, rate: Any, n: Numbers) -> Any:
         """Rate of the charge while displacement and ``voltage`` change at a ``velocity`` and a ``rate``; NaN (unknown)
-        for a film with own states.
+        for a film with states.
 
         The capacitance grows with x as fast as the voltage weakens the force, both from one energy; its slope over V is
         a central difference.
