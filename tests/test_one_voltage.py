@@ -64,7 +64,7 @@ def test_one_voltage_has_one_rest(model):
     found = {
         "ramp": gelcone.stroke_and_blocked_force(model, [level])["displacement"],
         "step": step["end"],
-        "ramp of step": step["equilibrium"],
+        "ramp of step": step["equilibrium_displacement"],
         "run": run["displacement"],
         "state space": gelcone.state_space(model, voltage=level).place,
         "transfer": gelcone.transfer(model, [1.0], bias=level, amplitudes=[0.0])["equilibrium"],
@@ -80,13 +80,13 @@ def test_one_voltage_has_one_rest(model):
 
 def test_a_step_from_a_voltage_to_itself_does_not_move(model):
     found = gelcone.step(model, [LEVEL], before=LEVEL)
-    assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
+    assert np.abs(found["displacement"] - found["initial_displacement"]).max() < 1e-9
 
 
 @pytest.mark.parametrize("name", [name for name in CIRCUITS if name.startswith("double cone")])
 def test_a_step_from_no_voltage_begins_with_that_of_the_second_film(name):
     found = gelcone.step(ConeModel(voltage=0.2, **CIRCUITS[name]), [0.0], before=0.0)
-    assert np.abs(found["displacement"] - found["begin"]).max() < 1e-9
+    assert np.abs(found["displacement"] - found["initial_displacement"]).max() < 1e-9
 
 
 @pytest.mark.parametrize("leak", [LEAK, SINH], ids=["leak", "sinh leak"])
@@ -176,8 +176,11 @@ def test_films_in_opposite_phase_rest_about_their_bias_where_without_the_first_v
     np.testing.assert_allclose(ramp["displacement"][1:], [10.0, 10.0 + moved], rtol=1e-9)
     step = gelcone.step(device, duration="0.1 s")
     assert step["constant_voltage"].values.tolist() == pytest.approx([1770.0])
-    assert (float(step["begin"][0]), float(step["equilibrium"][0])) == pytest.approx((10.0, 10.0 + moved))
-    assert float(gelcone.transfer(device, ["5 Hz"], amplitudes=["0 V"])["equilibrium"]) == pytest.approx(10.0)
+    assert float(step["initial_displacement"][0]) == pytest.approx(10.0)
+    assert float(step["equilibrium_displacement"][0]) == pytest.approx(10.0 + moved)
+    assert float(gelcone.transfer(device, ["5 Hz"], amplitudes=["0 V"])["equilibrium_displacement"]) == pytest.approx(
+        10.0
+    )
     for name, option in (("step", {"before": "0 V"}), ("state_space", {"voltage": "0 V"})):
         with pytest.raises(gelcone.InputError, match=rf"{min(option)}.* 0 V: beyond .*closer to voltage_offset"):
             getattr(gelcone, name)(device, **option)

@@ -454,7 +454,7 @@ def test_a_voltage_that_is_held_for_a_time_is_that_of_creep():
     assert limits["pull-in"] == highest
     assert 1.02 * float(held["long_term_pull_in_voltage"]) < highest < float(held["instantaneous_pull_in_voltage"])
     assert float(found["recommended_constant"]) == pytest.approx(0.8 * min(v for v in limits.values() if v == v))
-    begun = gelcone.creep(BEAM, [highest], duration=60.0)["begin"].item()
+    begun = gelcone.creep(BEAM, [highest], duration=60.0)["initial_displacement"].item()
     runs = [
         simulate(BEAM.replace(voltage=0.0, voltage_bias=share * highest), (begun, 0.0), times=[60.0])
         for share in (1.0, 1.01)

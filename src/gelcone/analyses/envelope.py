@@ -80,8 +80,8 @@ def _creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
         yield f"the film creeps: no constant voltage pulls {whose} in, at once or in the long run"
         return
     yield (
-        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instantaneous_pull_in_voltage'])} at "
-        f"once, above {sized(shown['long_term_pull_in_voltage'])} after a while (gelcone creep says when)"
+        f"the film creeps: at constant voltage {whose} pulls in above {sized(shown['instantaneous_pull_in_voltage'])} "
+        f"at once, above {sized(shown['long_term_pull_in_voltage'])} after a while (gelcone creep says when)"
     )
     yield (
         f"up to {sized(shown['holding_voltage'])} is {_held_words(shown)}: limits at constant voltage are those of "
