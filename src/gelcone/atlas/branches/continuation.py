@@ -136,9 +136,7 @@ def continue_branch(
     'at 0.65809, supercritical: True'
     """
     varied = vary(model, {parameter: (low, high)}, initial)
-    for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
-        check_count(name, count, least)
-    check_flow(tolerance, threads)
+    check_following(switch, checks, points, tolerance, threads)
     options = {
         "parameter": parameter,
         "low": float(varied.low[0]),
@@ -196,6 +194,13 @@ def _digest(start: Any) -> str:
         column = np.asarray(values[name])
         whole.update(name.encode() + (column.astype(str) if column.dtype.hasobject else column).tobytes())
     return whole.hexdigest()[:16]
+
+
+def check_following(switch: int, checks: int, points: int, tolerance: float, threads: int | None) -> None:
+    """Raises `InputError` for options of a continuation that are too small, and for those of `check_flow`."""
+    for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
+        check_count(name, count, least)
+    check_flow(tolerance, threads)
 
 
 def point_by_point(counted: Counted, share: float) -> Callable[[Point], None]:

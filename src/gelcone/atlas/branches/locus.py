@@ -16,7 +16,7 @@ import numpy as np
 from gelcone import dataset
 from gelcone.atlas.branches.branch import Ending, EventKind, Walk, multipliers_of_period
 from gelcone.atlas.branches.check import brute_force, cover
-from gelcone.atlas.branches.continuation import CHECKS, FOLLOWING, grown, point_by_point
+from gelcone.atlas.branches.continuation import CHECKS, FOLLOWING, check_following, grown, point_by_point
 from gelcone.atlas.branches.curve import SPECIAL, Curve, Window, follow_curve
 from gelcone.atlas.branches.event import Singular, born
 from gelcone.atlas.branches.varied import Varied, vary
@@ -25,11 +25,11 @@ from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis
 from gelcone.devices.device import Device
 from gelcone.errors import InputError, unknown_name
-from gelcone.motion.flow import DEFAULT_TOLERANCE, check_flow
+from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.orbit import Shooting
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Counted, Progress
-from gelcone.quantity import Array, check_count
+from gelcone.quantity import Array
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,9 +124,7 @@ def locus(
     if len(names) != 2:
         raise InputError(f"over: a locus takes two parameters, not {len(names)}; for one, use continue_branch")
     varied = vary(model, over, initial)
-    for name, count, least in (("switch", switch, 0), ("checks", checks, 2), ("points", points, 2)):
-        check_count(name, count, least)
-    check_flow(tolerance, threads)
+    check_following(switch, checks, points, tolerance, threads)
     own = _own_value(varied)
     counted, flow = Counted(progress), {"tolerance": tolerance, "threads": threads}
     across = vary(model, {names[0]: over[names[0]]}, initial)
