@@ -60,7 +60,7 @@ KEPT = 12
 FOLLOWED = 2000.0
 """Time over which is measured how long the film is taut."""
 ALL = 1.0 - 1e-9
-EVIDENCE = ("exponent", "standard_error", "chaos_observed_until", "lifetime_low", "share_chaotic", "taut_share")
+EVIDENCE = ("exponent", "standard_error", "chaotic_until", "lifetime_low", "share_chaotic", "taut_share")
 Draws = dict[str, np.ndarray]
 
 

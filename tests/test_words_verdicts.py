@@ -28,14 +28,14 @@ def test_chaos_that_ends_says_in_what(period, end):
     ],
 )
 def test_chaos_that_did_not_end(starts, text):
-    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaos_observed_until": 700.0}
+    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaotic_until": 700.0}
     member = made({**own, "starts": starts, "share_chaotic": 1.0})
     assert words.lasting_in_words(member) == [text]
     assert words.lasting_in_words(edited(member, lifetime=NAN)) == []
 
 
 def test_chaos_in_which_one_of_many_starts_ended_did_end():
-    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaos_observed_until": 700.0}
+    own = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaotic_until": 700.0}
     none = {"fate_regime": ("fate", [-1]), "fate_period": ("fate", [0])}
     none |= {f"fate_share{end}": ("fate", [0.0]) for end in ("", "_low", "_high")}
     member = made({**own, **none, "starts": 16, "share_chaotic": 15.0 / 16.0})

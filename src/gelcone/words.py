@@ -335,7 +335,7 @@ def lasting_in_words(member: xr.Dataset) -> list[str]:
     starts, of = int(member["starts"]), member["lifetime"]
     left = round(float(member["share_chaotic"]) * starts)
     if left == starts:
-        seen = f"persisted for at least {lasting(float(member['chaos_observed_until']), of, 4)}"
+        seen = f"persisted for at least {lasting(float(member['chaotic_until']), of, 4)}"
         return [f"{seen}; mean lifetime above {lasting(low, of)}" if starts > 1 else seen]
     size, unit = time_unit(mean, of)
     times = f"chaos lasts {mean / size:.2g} [{low / size:.2g}, {high / size:.2g}]{unit} in the mean"

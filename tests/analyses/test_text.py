@@ -542,7 +542,7 @@ def test_cells_that_pulled_in_are_counted_by_themselves_and_failed_ones_are_not_
 
 
 def chaos(share, **changed):
-    times = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaos_observed_until": 700.0} | changed
+    times = {"lifetime": 50.0, "lifetime_low": 20.0, "lifetime_high": 90.0, "chaotic_until": 700.0} | changed
     own = {name: ((), value, {"units": "1"}) for name, value in times.items()}
     fates = {"fate_regime": ("fate", [1, 0, -1]), "fate_period": ("fate", [3, 0, 0])}
     for end, values in (("", [0.75, 0.25, 0.0]), ("_low", [0.5, 0.1, 0.0]), ("_high", [0.9, 0.5, 0.2])):

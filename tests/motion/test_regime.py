@@ -185,12 +185,12 @@ def test_the_name_of_chaos_that_ends_does_not_hang_on_the_start():
 def test_chaos_that_lasts_says_how_long_it_was_seen():
     result, name = one(spring_stiffness=0.9, damping_ratio=0.1, drive_frequency=1.5, voltage=2.5)
     assert name == "chaotic"
-    assert float(result["chaos_observed_until"]) >= 1e5
+    assert float(result["chaotic_until"]) >= 1e5
     assert (float(result["share_chaotic"]), float(result["lifetime"])) == (1.0, np.inf)
     assert 4e4 < float(result["lifetime_low"]) < 6e4
     slow = regime(ConeModel(spring_stiffness=0.9, damping_ratio=0.01, drive_frequency=0.005, voltage=1.7), patience=2e4)
     if int(slow["regime"]) == Regime.CHAOTIC:
-        assert float(slow["chaos_observed_until"]) >= 2e4
+        assert float(slow["chaotic_until"]) >= 2e4
 
 
 def test_chaos_of_a_moment_is_no_transient_chaos():
@@ -313,7 +313,7 @@ UNITS = {
     "rate": ("lyapunov", "standard_error"),
     "share": ("return_distance", "cycle_distance", "share_chaotic", "fate_share", "fate_share_low", "fate_share_high"),
     "state": ("section",),
-    "time": ("averaged_time", "settled_time", "chaos_observed_until"),
+    "time": ("averaged_time", "settled_time", "chaotic_until"),
 }
 
 

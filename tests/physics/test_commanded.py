@@ -7,9 +7,9 @@ import gelcone
 from gelcone.physics.balance import PullIn, rest_of, single_balance
 from gelcone.physics.commanded import (
     CommandedBalance,
-    all_rest_at_command,
     command_at,
     commanded_balance,
+    rest_at_command,
     voltage_under,
 )
 from gelcone.physics.model import ConeModel
@@ -26,7 +26,7 @@ def test_a_film_that_leaks_divides_the_voltage_with_the_resistance_in_front():
     """The film of the capacitance 1 + x^2 leaks through leakage_time/(1 + x^2)."""
     model = leaking()
     n, line = model.own_numbers, model.system.lines[0]
-    assert not all_rest_at_command(model.system, n)
+    assert not rest_at_command(model.system, n)
     x, v = np.array([0.0, 0.4, 1.3]), np.array([0.3, 0.9, 0.1])
     command = command_at(model.system, line, x, v, n)
     np.testing.assert_allclose(command, v * (1.0 + 3.0 * (1.0 + x * x) / 12.0), rtol=1e-12)
@@ -38,7 +38,7 @@ def test_a_film_that_leaks_divides_the_voltage_with_the_resistance_in_front():
 def test_a_film_that_rests_at_the_command_has_the_balance_of_the_film():
     model = ConeModel(voltage=0.2, **TAUT, series_resistance=3.0)
     n = model.own_numbers
-    assert all_rest_at_command(model.system, n)
+    assert rest_at_command(model.system, n)
     assert type(commanded_balance(model.system, n)) is type(single_balance(model.system, n))
     assert voltage_under(model.system, model.system.lines[0], 0.4, -0.7, n) == 0.7
     assert isinstance(commanded_balance(leaking().system, leaking().own_numbers), CommandedBalance)

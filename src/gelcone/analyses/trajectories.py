@@ -139,14 +139,11 @@ def _pull_in_lines(shown: xr.Dataset) -> list[str]:
 
 def step_words(shown: xr.Dataset, subject: Subject) -> str:
     """Steps of the voltage as text, a line for each voltage, each column in one unit."""
-    initial, final = shown["initial_displacement"], shown["final_displacement"]
-    lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(initial[0])}"]
-    way = abs(final - initial).assign_attrs(final.attrs)
+    before, after = shown["initial_displacement"], shown["final_displacement"]
+    lines = [*heading(subject), f"before the step{_before(shown, subject)}: {sized(before[0])}"]
+    way = abs(after - before).assign_attrs(after.attrs)
     columns = zip(
-        *(
-            sized_alike(own)
-            for own in (shown["constant_voltage"], way, shown["final_displacement"], shown["equilibrium_displacement"])
-        ),
+        *(sized_alike(own) for own in (shown["constant_voltage"], way, after, shown["equilibrium_displacement"])),
         lasting_alike(shown["rise_time"], 3),
         lasting_alike(shown["settling_time"], 4),
         strict=True,
@@ -201,9 +198,8 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         if not np.isfinite(one["initial_displacement"]):
             lines.append(f"{name} pulls in at once")
         elif np.isfinite(time):
-            lines.append(
-                f"{name} from {sized(one['initial_displacement'])}, pulls in after {lasting(time, shown['time'], 4)}"
-            )
+            after = lasting(time, shown["time"], 4)
+            lines.append(f"{name} from {sized(one['initial_displacement'])}, pulls in after {after}")
         elif np.isnan(time):
             lines.append(f"{name} {Outcome(int(one['outcome'])).meaning}")
         else:

@@ -28,7 +28,7 @@ from gelcone.physics.film.pull_in import DEFAULT_RADIUS_RATIO
 from gelcone.physics.model import ConeModel, single
 from gelcone.progress import Progress
 from gelcone.quantity import Array, Lengths, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE, Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ MESH_VARIABLES = {
 @analysis(
     axes={
         "displacements": Axis("displacement", "displacement", least=1),
-        "voltages": Axis("constant_voltage", "constant_voltage", least=1),
+        "voltages": CONSTANT_VOLTAGE,
     },
     answers="validation",
     examples=(

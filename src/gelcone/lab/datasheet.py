@@ -28,7 +28,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,17 +48,14 @@ STEPS = 4000
 
 
 @analysis(
-    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
+    axes={"voltages": CONSTANT_VOLTAGE},
     answers="datasheet",
     single=True,
     file_only=(
         "displacement", "force", "stiffness", "branch_voltage", "branch_displacement", "branch_slope", "branch_fails",
         "equilibrium", "ramp_voltage", "ramp_stroke", "ramp_blocked_force", "gain", "drive_frequency",
     ),
-    examples=(
-        "biased-pump --out results",
-        'biased-pump --over "constant_voltage=0.5 kV,1 kV,1.5 kV" --film wrinkling --json',
-    ),
+    examples=("biased-pump --out results", 'biased-pump --over "constant_voltage=0.5 kV,1 kV" --film wrinkling --json'),
 )  # fmt: skip
 def datasheet(
     model: ConeModel,

@@ -69,7 +69,7 @@ class Candidates(NamedTuple):
     single=True,
     examples=(
         "biased-pump --out results",
-        'my-device.toml --largest work --lowest-frequency "5 Hz" --highest-frequency "20 Hz"',
+        'mine.toml --largest work --lowest-frequency "5 Hz" --highest-frequency 20Hz',
     ),
 )
 def drive(

@@ -32,7 +32,7 @@ from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, stable_near
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,7 +52,7 @@ step in which pull-in lies."""
 
 
 @analysis(
-    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
+    axes={"voltages": CONSTANT_VOLTAGE},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement", "current", "second_current", "heating", "margin"),

@@ -20,7 +20,7 @@ from gelcone.motion.static_bifurcations import fold_variables, pitchfork_variabl
 from gelcone.motion.static_results import PLACE, constant_voltages, label_static, own_levels, padded
 from gelcone.motion.validity import ASSUMPTIONS, outside, untrue_by
 from gelcone.physics.balance import Equilibrium, StaticBalance, rest_of
-from gelcone.physics.commanded import all_rest_at_command
+from gelcone.physics.commanded import rest_at_command
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Ensemble, Members
@@ -28,7 +28,7 @@ from gelcone.physics.pair import PairBalance
 from gelcone.physics.statics import balances_of, each
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE, Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ FAR = 100.0
 
 @analysis(
     axes={
-        "voltages": Axis("constant_voltage", "constant_voltage", least=1),
+        "voltages": CONSTANT_VOLTAGE,
         "displacements": Axis("displacement", "displacement", least=1),
     },
     answers="statics",
@@ -172,7 +172,7 @@ def _with_validity(
     films, flat = members.system.films, (members.size, -1)
     held = np.broadcast_to(levels[:, None], place.shape).reshape(flat)
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
-    follow = all_rest_at_command(members.system, members.numbers())
+    follow = rest_at_command(members.system, members.numbers())
     for film, voltage in zip(films, voltages, strict=True):
         if not follow or film.drive in ("opposite", "constant"):
             values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)

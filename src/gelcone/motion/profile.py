@@ -25,7 +25,7 @@ from gelcone.physics.placed import PlacedFilm
 from gelcone.physics.statics import every_balance
 from gelcone.progress import Counted, Progress
 from gelcone.quantity import Array, Lengths, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE, Axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,10 +55,7 @@ class Held(Code):
 
 
 @analysis(
-    axes={
-        "height": Axis("displacement", "displacement", least=1),
-        "voltage": Axis("constant_voltage", "constant_voltage", least=1),
-    },
+    axes={"height": Axis("displacement", "displacement", least=1), "voltage": CONSTANT_VOLTAGE},
     answers="profile",
     examples=(
         "--film membrane --set radius_ratio=0.3 --over displacement=0.8 --over constant_voltage=0.3",
@@ -220,12 +217,7 @@ def _variables(
         "breakdown_share": (_CELL, highest / share, "largest field over the dielectric strength", _STRENGTH),
         "largest_limit_share": (_CELL, longest, "largest share of the stretch limit", "share"),
         "least_tangent_stiffness": (_CELL, -least, "least slope of a ring's tension by its stretch", "stress"),
-        "least_tangent_stiffness_radius": (
-            _CELL,
-            weakest,
-            "mounted radius of the ring of the least tangent stiffness",
-            "length",
-        ),
+        "least_tangent_stiffness_radius": (_CELL, weakest, "mounted radius of the ring where it is least", "length"),
         "wrinkled_share": (_CELL, _wrinkled(at), "share of the mounted area that is wrinkled", "share"),
         "film_error": ((), members.number(placed.prefix + "film_error"), "stated error of the force of runs", "share"),
         "mounted_radius": (("ring",), found.radius, "mounted radius of the ring", "length"),

@@ -79,7 +79,7 @@ def regime(
     exponent (0: uncertain), ``doubtful`` (1 where the evidence does not agree: read it before you believe the name),
     ``validity_*`` and for a wrinkling film ``film_state_*``, shares of the settled motion's time as in
     `gelcone.simulate`, and ``outcome``.
-    Of chaos: ``chaos_observed_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within
+    Of chaos: ``chaotic_until``, the time to which the motion was observed to be chaotic; of 16 ``starts`` within
     1e-9 the ``share_chaotic`` that still is, and the mean ``lifetime`` (infinite if none has ended) between
     ``lifetime_low`` and ``lifetime_high``. Chaos that ends is ``transient chaos``; its period, section and exponents
     are those of the attractor of most starts. Over ``fate``, the attractors of the starts, the most frequent first:
@@ -158,12 +158,7 @@ def _findings(evidence: Evidence, system: ConeSystem) -> Findings:
         "section": (("point", "state"), evidence.section, "states once every forcing period", of_states(system)),
         "settled_time": ((), evidence.settled_time, "time before the motion was examined", "time"),
         **validity_variables(evidence.validity, evidence.outcome, system),
-        "chaos_observed_until": (
-            (),
-            evidence.chaos_observed_until,
-            "time to which the motion was observed to be chaotic",
-            "time",
-        ),
+        "chaotic_until": ((), evidence.chaotic_until, "time to which the motion was observed to be chaotic", "time"),
         "share_chaotic": ((), evidence.share_chaotic, "share of the nearby starts that are still chaotic", "share"),
         "lifetime": ((), evidence.lifetime, "mean lifetime of chaos, infinite if no end was seen", _UNSEEN),
         "lifetime_low": ((), evidence.lifetime_low, "lower end of the 95 % interval of the mean lifetime", _UNSEEN),

@@ -22,7 +22,7 @@ from gelcone.physics.bracket import crossing
 from gelcone.physics.model import ConeModel
 from gelcone.progress import Progress, advance, weighted
 from gelcone.quantity import Array, Time, Voltage, Voltages
-from gelcone.register.analysis import Axis
+from gelcone.register.analysis import CONSTANT_VOLTAGE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ LATE = 0.1
 
 
 @analysis(
-    axes={"voltages": Axis("constant_voltage", "constant_voltage", least=1)},
+    axes={"voltages": CONSTANT_VOLTAGE},
     answers="trajectories",
     single=True,
     file_only=("time", "displacement"),

@@ -36,7 +36,7 @@ DOUBLINGS = 60
 """Most doublings in the search for a voltage above that of a command."""
 
 
-def all_rest_at_command(system: ConeSystem, n: Numbers) -> bool:
+def rest_at_command(system: ConeSystem, n: Numbers) -> bool:
     """Whether all films rest at the commanded voltages."""
     return all(line.circuit.rests_at_command(line.own(n)) for line in system.lines)
 
@@ -234,7 +234,7 @@ class CommandedPair(_Commanded, PairBalance):
 
 def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
     """Make a balance for forces alone, also of many actuators: the numbers may be arrays."""
-    if all_rest_at_command(system, n):
+    if rest_at_command(system, n):
         return StaticBalance(system, n, math.nan, math.nan, False)
     return _Commanded(system, n, math.nan, math.nan, False)
 
@@ -243,8 +243,6 @@ def commanded_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance
     """Make the balance of an actuator under constant commands."""
     if len(system.films) > 1:
         pair = pair_balance(system, n)
-        return (
-            pair if all_rest_at_command(system, n) else CommandedPair(system, n, pair.lowest, pair.highest, pair.wall)
-        )
+        return pair if rest_at_command(system, n) else CommandedPair(system, n, pair.lowest, pair.highest, pair.wall)
     one = single_balance(system, n)
-    return one if all_rest_at_command(system, n) else CommandedBalance(system, n, one.lowest, one.highest, one.wall)
+    return one if rest_at_command(system, n) else CommandedBalance(system, n, one.lowest, one.highest, one.wall)

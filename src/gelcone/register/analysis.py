@@ -52,6 +52,9 @@ class Axis:
         return self.of_device if of_device else self.of_model
 
 
+CONSTANT_VOLTAGE = Axis("constant_voltage", "constant_voltage", least=1)
+
+
 @dataclass(frozen=True)
 class Option:
     """An option of an analysis: its name, its default, its type (None: text to be read), and a line of explanation.

@@ -134,7 +134,7 @@ def test_chaos_without_damping_never_ends():
     evidence.regime[:], evidence.settled_time[:], evidence.averaged_time[:] = [Regime.CHAOTIC, Regime.REST], 300.0, 50.0
     nearby = Nearby.at(np.zeros((2, 2)), STARTS)
     classification._store_lifetimes(members, np.array([], dtype=int), np.zeros(2), nearby, evidence)
-    np.testing.assert_array_equal(evidence.chaos_observed_until, [350.0, np.nan])
+    np.testing.assert_array_equal(evidence.chaotic_until, [350.0, np.nan])
     np.testing.assert_array_equal(evidence.lifetime, [np.inf, np.nan])
     assert (evidence.share_chaotic[0], evidence.lifetime_low[0], evidence.lifetime_high[0]) == (1.0, 0.0, np.inf)
 

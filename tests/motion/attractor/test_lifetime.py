@@ -102,6 +102,6 @@ def test_starts_that_failed_are_counted_neither_as_chaotic_nor_as_ended():
     assert found["share_chaotic"].tolist() == [0.75]
     assert found["fate_regime"].tolist() == [[Regime.CHAOTIC, Regime.PERIODIC, -1]]
     assert found["fate_share"].tolist() == [[0.75, 0.25, 0.0]]
-    assert found["chaos_observed_until"].tolist() == [500.0]
+    assert found["chaotic_until"].tolist() == [500.0]
     lasting = chaos_of(made_up(np.full(STARTS, np.inf), 1000.0), np.array([0]), np.array([0.1]))
-    assert lasting["chaos_observed_until"].tolist() == [1000.0]
+    assert lasting["chaotic_until"].tolist() == [1000.0]

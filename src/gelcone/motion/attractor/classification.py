@@ -67,7 +67,7 @@ class Evidence(Columns):
     (`gelcone.motion.validity.validity`), ``outcome``, ``final`` states (members, N), and ``doubtful`` (the evidence
     does not agree).
 
-    Lifetime of chaos (`gelcone.motion.attractor.lifetime`): ``chaos_observed_until``, the time to which the motion was
+    Lifetime of chaos (`gelcone.motion.attractor.lifetime`): ``chaotic_until``, the time to which the motion was
     observed to be chaotic; ``share_chaotic`` of the nearby starts; the mean ``lifetime`` between ``lifetime_low`` and
     ``lifetime_high`` (NaN: no chaos; infinite: no end was seen). Attractors that nearby starts end on (members,
     `FATES`), the most frequent first: ``fate_regime`` (-1: none), ``fate_period`` and ``fate_share`` of the
@@ -95,7 +95,7 @@ class Evidence(Columns):
     outcome: npt.NDArray[np.int8] = column(0, kind=np.int8)
     final: Array = column(np.nan, "N")
     doubtful: npt.NDArray[np.bool_] = column(False, kind=bool)
-    chaos_observed_until: Array = column()
+    chaotic_until: Array = column()
     share_chaotic: Array = column()
     lifetime: Array = column()
     lifetime_low: Array = column()
@@ -387,6 +387,6 @@ def _store_lifetimes(
     lasted = evidence.lifetime[rows] > duration[rows]
     evidence.regime[rows[returns & ends & lasted]] = Regime.TRANSIENT_CHAOS
     undamped = (evidence.regime == Regime.CHAOTIC) & ~members.damped
-    evidence.chaos_observed_until[undamped] = (evidence.settled_time + evidence.averaged_time)[undamped]
+    evidence.chaotic_until[undamped] = (evidence.settled_time + evidence.averaged_time)[undamped]
     evidence.share_chaotic[undamped], evidence.lifetime[undamped] = 1.0, np.inf
     evidence.lifetime_low[undamped], evidence.lifetime_high[undamped] = 0.0, np.inf

@@ -153,7 +153,7 @@ def chaos_of(nearby: Nearby, rows: npt.NDArray[np.intp], attraction: Array) -> d
         "lifetime_high": high,
         "followed": count,
         "share_chaotic": 1.0 - ended / count,
-        "chaos_observed_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],
+        "chaotic_until": np.minimum(nearby.ended, nearby.followed)[rows, 0],
         "coexisting": nearby.persists()[rows],
         "fate_regime": fates[..., 0],
         "fate_period": fates[..., 1],
