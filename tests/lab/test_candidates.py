@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import gelcone
+from gelcone.devices import cone
 from gelcone.lab import candidates
 from gelcone.lab.candidates import LIMITS, draws_of, examine
 
@@ -59,6 +60,29 @@ def test_a_motion_lags_as_the_settled_one_does(monkeypatch):
     assert abs(parts[1]) == pytest.approx(float(settled["harmonic_amplitude"][0]), rel=0.03)
     assert (phase - float(settled["harmonic_phase"][0]) + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=3.0)
     assert 0.5 * parts[0].real == pytest.approx(float(settled["mean"]), rel=0.01)
+
+
+@pytest.mark.parametrize(("name", "value"), [("damping_ratio", 0.04), ("quality_factor", 12.5)])
+def test_a_damping_over_the_critical_one_is_that_about_the_rest_of_each_design(monkeypatch, name, value):
+    """Near the resonance, whether it is fixed or changes, and without a search for the rests of the designs."""
+    pump, rates = PUMP.replace(frequency=11.0), np.array([[20.0], [40.0]])
+    relative = pump.replace({name: value})
+    owns = [relative.replace(spring_rate=rate).to_model().damping_ratio for rate in rates[:, 0]]
+    coefficients = 2.0 * np.array(owns)[:, None] / relative.scales.time * relative.moving_mass
+    expected = examine(pump, {"spring_rate": rates, "damping_coefficient": coefficients}, 1.2)
+    monkeypatch.setattr(cone, "rest_displacements", lambda model: pytest.fail("searched"))
+    for changes in ({"spring_rate": rates}, {"spring_rate": rates, name: np.full_like(rates, value)}):
+        found = examine(relative, changes, 1.2)
+        for measure in ("stroke", "apparent_power"):
+            np.testing.assert_allclose(found.values[measure], expected.values[measure], rtol=1e-9)
+
+
+def test_a_design_without_a_rest_has_no_values_and_others_do():
+    """Stretched beyond its limit as mounted; its damping ratio has nothing to refer to."""
+    pump = PUMP.replace({"damping_ratio": 0.05, "material.stretch_limit": 20.0})
+    found = examine(pump, {"hoop_prestretch": np.array([[1.4], [6.0]])}, 1.2)
+    assert np.isfinite(found.values["stroke"][0, 0])
+    assert np.isnan(found.values["stroke"][1, 0])
 
 
 def test_limits_are_met_where_the_states_of_a_ramp_meet_them(found):

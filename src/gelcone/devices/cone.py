@@ -34,6 +34,13 @@ def cone_of_device(device: DeviceFields, undamped: ConeModel | None = None) -> C
     return _damped(device, lambda ratio: _model(device, ratio, cone=True), undamped)
 
 
+def critical_share(get: Callable[[str], Any]) -> Any:
+    """The damping over the critical one about the rest, from the fields of a device; None where neither damping ratio
+    nor quality factor is given."""
+    quality = get("quality_factor")
+    return get("damping_ratio") if quality is None else 0.5 / quality
+
+
 def undamped_cone(device: DeviceFields) -> ConeModel:
     """Make the model of `cone_of_device` without damping, which may refer to a rest that does not exist."""
     return _model(device, np.zeros(device.shape)[()], cone=True)
@@ -148,7 +155,6 @@ def _damped(device: DeviceFields, build: Callable[[Any], ConeModel], undamped: C
         return build(np.broadcast_to(ratio, device.shape)[()])
     model = build(0.0) if undamped is None else undamped
     name = "damping_ratio" if device.quality_factor is None else "quality_factor"
-    ratio = device.damping_ratio if device.quality_factor is None else 0.5 / device.quality_factor
     rests = rest_displacements(model)
     if np.isnan(rests).any():
         raise FieldError(
@@ -163,4 +169,5 @@ def _damped(device: DeviceFields, build: Callable[[Any], ConeModel], undamped: C
             f"{name}: refers to the free vibration about the rest without voltage, and there is none, for nothing "
             "pulls the disc back; give damping_coefficient",
         )
-    return model.replace(damping_ratio=np.broadcast_to(ratio * np.sqrt(stiffness), device.shape)[()])
+    ratio = critical_share(device.get) * np.sqrt(stiffness)
+    return model.replace(damping_ratio=np.broadcast_to(ratio, device.shape)[()])

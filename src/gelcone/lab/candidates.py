@@ -11,7 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gelcone.devices.cone import critical_share
 from gelcone.devices.device import Device
+from gelcone.devices.fields import DAMPINGS
 from gelcone.physics.bracket import halved
 from gelcone.quantity import Array
 
@@ -51,7 +53,7 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
     """Compute the numbers of designs, each field (designs, draws) in SI; motions also under ``share`` times the
     drive."""
     shape = next(iter(changes.values())).shape
-    members_of = device.replace_quietly({name: value.ravel() for name, value in changes.items()})
+    members_of, damping = _undamped(device, {name: value.ravel() for name, value in changes.items()})
     model = members_of.to_model()
     members = model.members()
     n, system = members.numbers(trailing=1), members.system
@@ -63,6 +65,8 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
 
     with np.errstate(all="ignore"):
         rest, highest = _rest(system, n, members.size)
+        if damping is not None:
+            own["damping_ratio"] = damping[:, None] * np.sqrt(system.static_force(rest, 0.0, n)[1])
         x, squared = _ramp(system, n, rest, highest)
         limits = _limits(system, n, own, x, squared) * scale("voltage")
         peak = (np.abs(own["voltage_bias"]) + own["voltage"])[:, 0]
@@ -84,6 +88,17 @@ def examine(device: Device, changes: Mapping[str, Array], share: float) -> Found
         limits.reshape(len(LIMITS), *shape),
         failing.reshape(shape),
     )
+
+
+def _undamped(device: Device, changes: Mapping[str, Array]) -> tuple[Device, Array | None]:
+    """The devices of designs, without damping where that is given over the critical one about the rest of each, and the
+    shares given, (designs,); None where the damping does not depend on the rest."""
+    share = critical_share(lambda name: changes.get(name, device.get(name)))
+    if share is None:
+        return device.replace_quietly(changes), None
+    none = np.zeros(len(next(iter(changes.values()))))
+    others = {name: values for name, values in changes.items() if name not in DAMPINGS}
+    return device.replace_quietly(others | {"damping_coefficient": none}), share + none
 
 
 def _rms(values: Array) -> Array:

@@ -300,8 +300,6 @@ def _check(device: Device) -> None:
         raise InputError("design: takes a gel that does not creep; leave the viscous branches out")
     if device.beam_rate is not None:
         raise InputError("design: takes a spring, a weight or a constant force; leave beam_rate out")
-    if device.quality_factor is not None:
-        raise InputError("design: give damping_coefficient in place of quality_factor, which changes with each design")
     if system.waveform.name != "sine":
         raise InputError("design: takes a sine; leave waveform out")
 
@@ -309,11 +307,11 @@ def _check(device: Device) -> None:
 def _tolerance(device: Device, name: str, value: Any) -> Tolerance:
     fields = device.swept_fields()
     check_name("field with a tolerance", name, fields, where="[tolerances] ")
+    if device.get(name) is None:
+        raise InputError(f"[tolerances] {name}: is not set; give it a value, or make it free")
     text = str(value).strip()
     if text.endswith("%"):
         return Tolerance(name, 0.01 * parse(f"[tolerances] {name}", _number(text[:-1].strip()), "1", above=0.0), True)
-    if device.get(name) is None:
-        raise InputError(f"[tolerances] {name}: is not set; give it a value, or make it free")
     return Tolerance(name, parse(f"[tolerances] {name}", value, fields[name].unit, above=0.0), False)
 
 
