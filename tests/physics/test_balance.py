@@ -305,7 +305,9 @@ def test_every_kind_has_a_meaning_of_one_line():
 def test_a_rest_is_searched_once_for_each_film_and_bias(monkeypatch):
     searched = []
     monkeypatch.setattr(statics, "_rests", {})
-    monkeypatch.setattr(statics, "_rest", lambda balance: searched.append(balance) or float(len(searched)))
+    monkeypatch.setattr(
+        statics, "single_rests", lambda _, chosen: [searched.append(k) or float(len(searched)) for k in chosen]
+    )
     model = ConeModel(spring_stiffness=1.5, rest_height=0.1)
     found = [rest_displacements(model.replace(**change)) for change in ({}, {"voltage": 2.0}, {"rest_height": 0.2})]
     assert found == [1.0, 1.0, 2.0]

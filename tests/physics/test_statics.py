@@ -7,6 +7,7 @@ from gelcone.errors import InputError
 from gelcone.physics import statics
 from gelcone.physics.bias import Bias
 from gelcone.physics.model import ConeModel
+from gelcone.physics.rests import single_rests
 from gelcone.physics.statics import (
     balances_of,
     continuing,
@@ -35,9 +36,11 @@ def test_members_of_equal_films_and_bias_share_a_balance_and_each_has_its_own_re
     assert found[0] is not found[1]
     statics._rests.clear()
     searched = []
-    monkeypatch.setattr(statics, "_rest", lambda balance, own=statics._rest: searched.append(balance) or own(balance))
+    monkeypatch.setattr(
+        statics, "single_rests", lambda members, chosen: searched.extend(chosen) or single_rests(members, chosen)
+    )
     rests = rest_displacements(MODEL)
-    assert len(searched) == 2
+    assert sorted(searched) == [0, 1]
     for k in range(4):
         alone = rest_displacement(MODEL.take([k]))
         assert rests[k] == pytest.approx(alone, rel=1e-12)
@@ -110,9 +113,9 @@ def test_no_rest_is_continued_from_an_unstable_one():
     rest = float(rest_displacements(member)[0])
     assert rest > 0.5
     for near in (0.0, 0.01, -0.02, np.nan, None):
-        assert statics._continued(member, near) is None
-    assert statics._continued(member, 0.95 * rest) == pytest.approx(rest, rel=1e-12)
-    assert statics._continued(member, rest - 1.5 * statics.FARTHEST) is None
+        assert statics._continued(member, 0, near) is None
+    assert statics._continued(member, 0, 0.95 * rest) == pytest.approx(rest, rel=1e-12)
+    assert statics._continued(member, 0, rest - 1.5 * statics.FARTHEST) is None
 
 
 def test_double_cones_that_differ_in_their_second_film_alone_rest_elsewhere():

@@ -43,6 +43,10 @@ ROUNDING = 1e-14
 FLAT_SAMPLES = 161
 """Points along the flat equilibria."""
 FILM_SAMPLES = 401
+_CLOSE = np.geomspace(1e-9, 0.5, 300)
+GRID = np.unique(np.concatenate([_CLOSE, 1.0 - _CLOSE, np.linspace(0.0, 1.0, 400)[1:]]))
+"""Points between which equilibria are searched, as shares of the |x| from the lowest to the highest, finer towards both
+ends."""
 
 
 class PullIn(Code):
@@ -313,16 +317,9 @@ def single_balance(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:
     return StaticBalance(system, n, begin * (1.0 + WALL_DISTANCE), highest if wall else SEARCH_RANGE, wall)
 
 
-def _grid(balance: StaticBalance) -> Array:
-    """Displacements |x| from the lowest to the highest, finer towards both ends."""
-    shares = np.geomspace(1e-9, 0.5, 300)
-    even = np.linspace(0.0, 1.0, 400)[1:]
-    return balance.lowest + (balance.highest - balance.lowest) * np.unique(np.concatenate([shares, 1.0 - shares, even]))
-
-
 def _folds(balance: StaticBalance, side: int) -> list[float]:
     """Folds on one side of x = 0, from the inside out, also those with a negative v^2."""
-    x = side * _grid(balance)
+    x = side * (balance.lowest + (balance.highest - balance.lowest) * GRID)
     signs = np.sign(balance.turning(x))
     x, signs = x[np.abs(signs) > 0.0], signs[np.abs(signs) > 0.0]  # a film may have no state next to the flat one
     turns = np.flatnonzero(signs[:-1] != signs[1:])

@@ -17,6 +17,7 @@ from gelcone.physics.commanded import commanded_balance
 from gelcone.physics.component import Component
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
+from gelcone.physics.rests import single_rests
 from gelcone.physics.system import BIAS_SHARE, ConeSystem
 from gelcone.quantity import Array
 
@@ -89,8 +90,8 @@ def rest_displacement(model: Ensemble) -> float:
 def rest_displacements(model: Ensemble) -> Any:
     """`rest_displacement` of every member, in the shape of the model; NaN where there is none.
 
-    Members with equal films and bias are searched once, whatever their drive. Rests are stored, since a wrinkling film
-    takes a quarter of a second.
+    Members with equal films and bias are searched once, whatever their drive. Rests are stored, since a membrane takes
+    some milliseconds.
     """
     members = switched_off(model.members())
     sets, firsts, which = _alike(members)
@@ -98,17 +99,31 @@ def rest_displacements(model: Ensemble) -> Any:
     found = [_rests.get(key) for key in keys]
     trail = getattr(_thread, "trail", None)
     guessed = {} if trail is None else trail.guessed
-    for place in (place for place, rest in enumerate(found) if rest is None):
-        one = members if members.size == 1 else members.take(firsts[place : place + 1])
-        if trail is not None and (guess := _continued(one, trail.places.get(members.system))) is not None:
-            found[place] = guessed[keys[place]] = guess
-        else:
-            found[place] = _rest(*every_balance(one))
+    if trail is not None:
+        for place in _unknown(found):
+            guess = _continued(members, firsts[place], trail.places.get(members.system))
+            if guess is not None:
+                found[place] = guessed[keys[place]] = guess
+    unknown = _unknown(found)
+    for place, rest in zip(unknown, _searched(members, firsts[unknown]), strict=True):
+        found[place] = rest
     store_rests({key: rest for key, rest in zip(keys, found, strict=True) if rest is not None and key not in guessed})
     if trail is not None:
         trail.places[members.system] = found[-1]
     rests = np.array(found)[which]
     return rests.reshape(model.shape) if model.shape else float(rests[0])
+
+
+def _unknown(found: Sequence[float | None]) -> list[int]:
+    return [place for place, rest in enumerate(found) if rest is None]
+
+
+def _searched(members: Members, chosen: npt.NDArray[np.intp]) -> list[float]:
+    """The rests of the ``chosen`` members."""
+    if len(members.system.films) == 1:
+        return single_rests(members, chosen)
+    balances = [commanded_balance(members.system, members.numbers_at(member)) for member in chosen]
+    return [rest_of(balance, None) if balance.reachable else math.nan for balance in balances]
 
 
 RestKey = tuple[ConeSystem, bytes]
@@ -157,12 +172,12 @@ def continuing(places: MutableMapping[ConeSystem, float]) -> Iterator[dict[RestK
         _thread.trail = before
 
 
-def _continued(member: Members, near: float | None) -> float | None:
-    """The stable rest of a single member that Newton's method reaches from ``near``; None if it is not close."""
-    if near is None:
+def _continued(members: Members, member: int, near: float | None) -> float | None:
+    """The stable rest of a member that Newton's method reaches from ``near``; None if it is not close."""
+    if near is None or math.isnan(near):
         return None
-    n = member.numbers_at(0)
-    x = float(stable_near(np.float64(near), lambda x: member.system.static_force(x, 0.0 * x, n))[0])
+    n = members.numbers_at(member)
+    x = float(stable_near(np.float64(near), lambda x: members.system.static_force(x, 0.0 * x, n))[0])
     return x if abs(x - near) < FARTHEST else None
 
 
@@ -184,10 +199,6 @@ def stable_near(x: Any, balance: Callable[[Any], tuple[Any, Any]]) -> tuple[Arra
 NEWTON_STEPS, NEWTON_ROUNDING, CONVERGED = 20, 1e-13, 1e-9
 """Most steps of Newton's method, the relative size of a step that counts as rounding and ends it, and that of the last
 step above which no equilibrium is found."""
-
-
-def _rest(balance: StaticBalance) -> float:
-    return rest_of(balance, None) if balance.reachable else math.nan
 
 
 def switched_off(model: E) -> E:
