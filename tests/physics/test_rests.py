@@ -57,6 +57,12 @@ def test_rests_of_many_are_those_of_each_alone_to_the_rounding_of_the_force(numb
     np.testing.assert_allclose(found, searched(model), rtol=1e-13)
 
 
+def test_a_rest_does_not_depend_on_the_others_to_the_last_bit():
+    members = ConeModel(film="taut", **SPRINGS).members()
+    apart = [single_rests(members, np.array([k]))[0] for k in range(COUNT)]
+    assert single_rests(members, np.arange(COUNT)) == apart
+
+
 def test_wrinkling_films_rest_at_once(alone):
     model = ConeModel(film="wrinkling", rest_height=[0.1, 0.4, 0.9], meridional_prestretch=[0.8, 1.0, 1.3])
     found = at_once(model)
