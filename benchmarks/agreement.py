@@ -211,7 +211,7 @@ def ramp_pairs(own: gelcone.Device, ask: Asked) -> Iterator[Pair]:
     step = ask(gelcone.step, own, [volt])
     if step is not None and int(static["equilibria"].values[0]) == 1 and not int(step["outcome"].values[0]):
         at = static["equilibrium_displacement"].values[0, 0]
-        yield "displacement: static, end of a step", at, step["end"].values[0]
+        yield "displacement: static, end of a step", at, step["final_displacement"].values[0]
 
 
 def limit_pairs(own: gelcone.Device, sheet: Any, ask: Asked) -> Iterator[Pair]:

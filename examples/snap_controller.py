@@ -11,7 +11,7 @@ print(f"under its own drive the disc moves between {float(run.displacement[100:]
       f"{float(run.displacement[100:].max()):.1f} mm")  # fmt: skip
 
 # the same device, moved on by half a millisecond at a time; an action of -1 to 1 is the squared voltage
-cone = gelcone.environment(device, most="1.8 kV", heights=("6 mm", "10 mm"), period="0.5 ms", episode="2 s")
+cone = gelcone.environment(device, highest_voltage="1.8 kV", heights=("6 mm", "10 mm"), period="0.5 ms", episode="2 s")
 cone.reset(seed=0)
 plant, integral, heights = cone.episodes, 0.0, []
 before = plant.displacement[0]

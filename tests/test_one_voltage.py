@@ -63,11 +63,11 @@ def test_one_voltage_has_one_rest(model):
     run = gelcone.simulate(held, times=[LASTS])
     found = {
         "ramp": gelcone.stroke_and_blocked_force(model, [level])["displacement"],
-        "step": step["end"],
+        "step": step["final_displacement"],
         "ramp of step": step["equilibrium_displacement"],
         "run": run["displacement"],
         "state space": gelcone.state_space(model, voltage=level).place,
-        "transfer": gelcone.transfer(model, [1.0], bias=level, amplitudes=[0.0])["equilibrium"],
+        "transfer": gelcone.transfer(model, [1.0], bias=level, amplitudes=[0.0])["equilibrium_displacement"],
     }
     for name, value in found.items():
         assert np.ravel(value)[-1] == pytest.approx(place, abs=1e-6), name
@@ -140,7 +140,7 @@ def test_a_film_creeps_under_one_kind_of_voltage():
     plain, found = (gelcone.creep(one, [0.5], duration=20.0, tolerance=1e-8) for one in (model, behind))
     assert float(found["long_term_pull_in_voltage"]) > 1.03 * float(plain["long_term_pull_in_voltage"])
     static = gelcone.static(behind, [0.5])
-    assert float(found["equilibrium"][0]) == pytest.approx(place_of(static), abs=1e-9)
+    assert float(found["equilibrium_displacement"][0]) == pytest.approx(place_of(static), abs=1e-9)
     assert float(found["long_term_pull_in_voltage"]) == pytest.approx(float(static["pull_in_voltage"]), rel=1e-9)
     longest = gelcone.creep(behind, [0.5], duration=2000.0, tolerance=1e-8)
     assert found["long_term_pull_in_voltage"] <= longest["holding_voltage"] < found["holding_voltage"]

@@ -70,7 +70,7 @@ def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     found = dict(zip(STATIC_LIMITS, static_limits.held_limits(plane, held, relaxed), strict=True))
     volts = found["dielectric breakdown"]
     assert np.isinf(relaxed[0]) or relaxed[0] < volts
-    end = float(gelcone.creep(model, [volts], duration=60.0)["end"].item())
+    end = float(gelcone.creep(model, [volts], duration=60.0)["final_displacement"].item())
     assert (1.0 - 2e-4) * 1.45 < volts * np.sqrt(1.0 + end * end) <= 1.45
     assert found["pitchfork"] != found["pitchfork"]
 

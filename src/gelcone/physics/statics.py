@@ -83,8 +83,9 @@ def balances_of(model: Ensemble) -> list[StaticBalance]:
 def rest_displacement(model: Ensemble) -> float:
     """The stable equilibrium of a single actuator, without voltage on any film, that is nearest to where its bias is
     free; of two equally near ones the higher, NaN if there is none."""
-    (balance,) = balances_of(switched_off(model.members()))
-    return rest_of(balance, None)
+    members = switched_off(model.members())
+    balances_of(members)
+    return _searched(members, np.zeros(1, dtype=np.intp))[0]
 
 
 def rest_displacements(model: Ensemble) -> Any:
