@@ -44,3 +44,16 @@ def test_a_root_has_the_shape_of_all_that_was_given():
     found = root(np, "y", lambda y, a, b, xp: residual(y, a, xp), [np.array([0.5, 3.0]), rows], lambda a, b, xp: 0.0)
     assert found.shape == (3, 2)
     np.testing.assert_array_equal(found, np.broadcast_to(root(np, "y", residual, [np.array([0.5, 3.0])], zero), (3, 2)))
+
+
+def test_a_slope_that_is_given_takes_the_place_of_the_traced_one():
+    wanted = np.linspace(-2.0, 2.0, 41)
+
+    def of_arrays(y, a, xp):
+        assert xp is np
+        return residual(y, a, xp)
+
+    found = root(
+        np, "y", of_arrays, [residual(wanted, 0.0, np)], zero, slope=lambda y, a: 1.0 + 3.0 * y * y + np.exp(y)
+    )
+    np.testing.assert_allclose(found, wanted, rtol=1e-15, atol=1e-15)

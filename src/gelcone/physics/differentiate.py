@@ -196,11 +196,12 @@ def newton(
     `MOST_STEPS` steps. Without ``known`` all elements are computed until the last converges.
     """
     with np.errstate(all="ignore"):
-        roots = np.asarray(first + np.zeros(np.shape(residual(first, known))))
+        value = residual(first, known)
+        roots = np.asarray(first + np.zeros(np.shape(value)))
         places, y = np.arange(roots.size), roots
         moving = np.ones(roots.shape, dtype=bool)
         for _ in range(MOST_STEPS):
-            step = residual(y, known) / slope(y, known)
+            step = value / slope(y, known)
             y = np.where(moving, y - step, y)
             moving = moving & (np.abs(step) > ENOUGH * np.abs(y))
             if not moving.any():
@@ -209,6 +210,7 @@ def newton(
                 roots.flat[places] = y.ravel()
                 known = {key: _rows(value, moving) for key, value in known.items()}
                 places, y, moving = places[moving.ravel()], y[moving], moving[moving]
+            value = residual(y, known)
         roots.flat[places] = y.ravel()
     return roots[()]
 

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -348,3 +349,25 @@ def test_programs_have_the_force_of_arrays_and_borders_on_the_side_of_their_swit
         check(found, here)
         for value, other in zip(found, mixed, strict=True):
             np.testing.assert_allclose(value + 0.0 * x[here], (other + 0.0 * x)[here], rtol=1e-7, atol=1e-8)
+
+
+@pytest.mark.parametrize("law", list(LAWS))
+def test_the_slope_of_the_hoop_stress_by_the_width_is_its_derivative(law):
+    film, random = WrinklingCone(law=LAWS[law]), np.random.default_rng(3)
+    n = numbers(film, hoop_prestretch=1.3, **PARAMETERS[law])
+    xx, squared, y = random.uniform([[0.0], [0.0], [0.0]], [[3.0], [2.0], [1.5]], (3, 50))
+    (slopes,) = gradients(lambda z, xp: [film.elastic.local(xx, squared, z[0], n, xp).excess], [y])
+    np.testing.assert_allclose(film.elastic._excess_slope(xx, squared, y, n), slopes[0], rtol=1e-12)
+
+
+def test_the_widest_film_is_at_its_stretch_limit_and_without_one_has_no_bound():
+    film, xx = WrinklingCone(), np.linspace(0.0, 30.0, 40)
+    n = numbers(film, hoop_prestretch=1.3, stretch_limit=12.0)
+    most = film.elastic._most_stretched(xx, n)
+    own = film.elastic.local(xx, 0.0, most, n)
+    bounded = most > 0.0
+    np.testing.assert_allclose(own.strain[bounded], 12.0, rtol=1e-11)
+    assert (own.compliance[bounded] > 0.0).all()
+    assert 5 < bounded.sum() < 30
+    assert (film.strain(np.sqrt(xx), n)[~bounded] > 11.9).all()
+    assert np.isinf(film.elastic._most_stretched(xx, numbers(film, stretch_limit=math.inf))).all()

@@ -6,6 +6,7 @@ Symbols and states of tension as in `gelcone.physics.film.wrinkling`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ from gelcone.membrane.gel import MOST_STRETCHED
 from gelcone.physics.bracket import rise
 from gelcone.physics.component import Numbers
 from gelcone.physics.film.creeping import UNREACHED
-from gelcone.physics.film.crumpling import crumpling
+from gelcone.physics.film.crumpling import ROUNDING, crumpling
 from gelcone.physics.film.film import Border
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.implicit import known, root, traced
@@ -70,6 +71,13 @@ class Elastic:
         excess = own - squared * compliance
         return Local(y, flatness, G - G * thinning, compliance, strain, A + A * xx, B + B * y, lead, excess)
 
+    def _excess_slope(self, xx: Any, squared: Any, y: Any, n: Numbers) -> Any:
+        """The derivative of the `local` excess by y."""
+        own, wide = self.local(xx, squared, y, n), 1.0 + y
+        thin = own.r / wide
+        stiffening = self.law.stiffening(own.strain, n)
+        return 2.0 * thin / ((1.0 + xx) * wide) + squared * stiffening * (n["B"] - thin)
+
     def _held_and_pulling(self, xx: Any, squared: Any, n: Numbers, xp: Any) -> tuple[Any, Any]:
         """Flags, 1 or 0, of a held width and of a film that pulls; the second is None, not known yet, for arrays."""
         if traced(xp):
@@ -93,6 +101,9 @@ class Elastic:
                 wide = pulls * wide + (1.0 - pulls) * (y - free(xx))
             return held * y + (1.0 - held) * wide
 
+        def slope(y: Any, xx: Any, squared: Any) -> Any:
+            return held + (1.0 - held) * self._excess_slope(xx, squared, y, n)
+
         def first(xx: Any, squared: Any, xp: Any) -> Any:
             """The larger of 1 and the stress-free n without voltage, less 1: Newton's method approaches the root from
             below, where a film that is too short has no second root."""
@@ -108,7 +119,7 @@ class Elastic:
             own = self.local(xx, squared, free(xx), n, xp)
             return own, own.excess, held, pulls
         else:
-            y = root(xp, _root_name("width", squared, n, xp), residual, (xx, squared), first)
+            y = root(xp, _root_name("width", squared, n, xp), residual, (xx, squared), first, slope=slope)
         own = self.local(xx, squared, y, n, xp)
         # where the width is held n = 1, without force A q = B n; elsewhere the excess is zero
         share = held + (1.0 - held) * (1.0 - pulls) if mixed else held
@@ -375,21 +386,28 @@ class Elastic:
 
     def _localising(self, xx: Any, n: Numbers) -> Any:
         """The V at which a film held at x localises; infinite where it does not."""
-        widest = np.maximum((n["A"] * (1.0 + xx)) / n["B"] - 1.0, 0.0)
+        xx = xx + np.zeros(np.broadcast_shapes(*map(np.shape, (xx, n["A"], n["B"], n["valley"]))))
+        widest = np.asarray(np.maximum((n["A"] * (1.0 + xx)) / n["B"] - 1.0, 0.0))
 
-        def at(y: Any) -> Local:
-            return self.local(xx, 0.0, y, n)
-
-        def localisation(y: Any) -> Any:
-            own = at(y)
+        def localisation(y: Any, xx: Any = xx, n: Numbers = n) -> Any:
+            own = self.local(xx, 0.0, y, n)
             return np.where(own.compliance > 0.0, -self._ellipticity(own, n, np), np.inf)
 
         # behind the valley a film that has localised would be stable again before it loses its tension
-        behind = n["A"] * (1.0 + xx) >= n["valley"]
-        least = np.where(behind, _highest(localisation, widest), widest) if np.any(behind) else widest
-        own = at(rise(localisation, np.zeros_like(widest), least))
+        behind, least = n["A"] * (1.0 + xx) >= n["valley"], np.array(np.fmin(widest, self._most_stretched(xx, n)))
+        if np.any(behind):
+            there = partial(localisation, xx=xx[behind], n=_taken(n, behind))
+            least[behind] = _highest(there, least[behind])
+        own = self.local(xx, 0.0, rise(localisation, np.zeros_like(widest), least), n)
         found = (widest > 0.0) & (localisation(least) > 0.0) & (own.compliance > 0.0)
         return np.where(found, own.excess / own.compliance, np.inf)  # the V that makes the hoop stress 0
+
+    def _most_stretched(self, xx: Any, n: Numbers) -> Any:
+        """The y next to the stretch limit of the film; 0 where it is beyond at every width."""
+        sides, q = self.law.strain_limit(n) + 3.0 - n["A"] * (1.0 + xx), 1.0 + xx  # B n + G/(q n) at the limit
+        root_of = np.sqrt(np.maximum(np.square(sides) - 4.0 * n["B"] * n["G"] / q, 0.0))
+        wide = (sides + root_of) / (2.0 * n["B"])
+        return np.fmax(wide * (1.0 - ROUNDING) - 1.0, 0.0)
 
     def _gone(self, xx: Any, squared: Any, n: Numbers) -> Any:
         """Whether the energy's minimum has ended."""
