@@ -66,6 +66,9 @@ class Balance:
     def slope(self, x, squared):
         return self.at + 4.0 * x - squared
 
+    def force_and_slope(self, x, squared):
+        return self.force(x, squared), self.slope(x, squared)
+
     def stiffness(self, x, squared):
         return np.where(self.whole(x, squared), self.slope(x, squared), np.nan)
 

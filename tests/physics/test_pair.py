@@ -295,3 +295,38 @@ def test_films_in_opposite_phase_have_at_their_bias_what_films_of_one_voltage_ha
     assert rest_of(opposite, None) == rest
     np.testing.assert_allclose(opposite.along_ramp(rest, at)[0], same.along_ramp(rest, at)[0], rtol=1e-13)
     assert opposite.voltage_force(0.3, 0.36) == pytest.approx(same.voltage_force(0.3, 0.36), rel=1e-13)
+
+
+@dataclass(frozen=True)
+class Touching(PairBalance):
+    """A pair whose force has a minimum of a size ``below`` zero between two neighbours of the grid."""
+
+    below: float = 0.0
+
+    @property
+    def bottom(self):
+        return float(self.grid[700] + 0.4 * (self.grid[701] - self.grid[700]))
+
+    def force_and_slope(self, x, squared):
+        away = np.asarray(x) - self.bottom
+        return away * away * (2.0 + np.cos(away)) - self.below, away * (4.0 + 2.0 * np.cos(away) - away * np.sin(away))
+
+
+@pytest.mark.parametrize("below", [1e-7, 1e-12, -1e-12])
+def test_two_equilibria_between_neighbours_of_the_grid_are_found(below):
+    (pair,) = balances_of(PAIR.members())
+    balance = Touching(pair.system, pair.n, -1.0, 1.0, False, below)
+    (found,) = balance.equilibria(np.zeros(1))
+    width = math.sqrt(below / 3.0) if below > 0.0 else None
+    wanted = [] if width is None else [balance.bottom - width, balance.bottom + width]
+    assert [e.displacement for e in found] == pytest.approx(wanted, abs=1e-3 * (width or 1.0))
+    assert np.diff(balance.grid)[700] > 2.5 * (width or 0.0)
+
+
+def test_equilibria_on_known_curves_are_not_solved_for_again(monkeypatch):
+    (balance,) = balances_of(PAIR.replace(second_flat_height=0.0, hoop_prestretch=1.2).members())
+    solved, equilibria = [], PairBalance._equilibria
+    monkeypatch.setattr(PairBalance, "_equilibria", lambda own, w: solved.append(w) or equilibria(own, w))
+    curves = balance.curves(2.0 * math.sqrt(balance.pitchfork()))
+    assert len(curves) == 2
+    assert len(solved) < 4

@@ -165,7 +165,8 @@ class Variants:
     def force(self, x: Array, squared: Any, n: Mapping[str, Any] | None = None) -> tuple[Array, Array]:
         """Static force and its slope under squared commanded voltages, of arrays (variants, ...)."""
         balance = under_commands(self.members.system, self.n if n is None else n)
-        return np.asarray(balance.force(x, squared)), np.asarray(balance.slope(x, squared))
+        force, slope = balance.force_and_slope(x, squared)
+        return np.asarray(force), np.asarray(slope)
 
     def volts(self, commanded: Array) -> Array:
         """The dimensionless voltage of the source, (variants, rows), of a commanded one in V."""

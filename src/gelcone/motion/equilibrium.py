@@ -114,8 +114,8 @@ def static(
     x = _force_range(balances, found) if displacements is None else _wanted(displacements, balances)
     squared = levels[:, None] ** 2
     whole = np.stack([balance.whole(x, squared) for balance in balances])
-    force = np.where(whole, np.stack([balance.force(x, squared) for balance in balances]), np.nan)
-    stiffness = np.stack([balance.stiffness(x, squared) for balance in balances])
+    held_by = zip(*(balance.force_and_slope(x, squared) for balance in balances), strict=True)
+    force, stiffness = (np.where(whole, np.stack(parts), np.nan) for parts in held_by)
     count = np.array([[len(at) for at in row] for row in found])
     folds = each(lambda balance: balance.folds(), balances)
     rests = each(rest_of, balances, [None] * len(balances))

@@ -169,16 +169,19 @@ class StaticBalance:
         """Mask of the displacements at which the film can be held."""
         return (np.abs(x) >= self.lowest) & (np.abs(x) <= self.highest)
 
-    def force(self, x: Any, squared: Any) -> Any:
-        """F(x, V)."""
+    def force_and_slope(self, x: Any, squared: Any) -> tuple[Any, Any]:
+        """F(x, V) and dF/dx."""
         with np.errstate(all="ignore"):
             # also a single number as an array: the root of a negative float would be complex
-            return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[0]
+            return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)
+
+    def force(self, x: Any, squared: Any) -> Any:
+        """F(x, V)."""
+        return self.force_and_slope(x, squared)[0]
 
     def slope(self, x: Any, squared: Any) -> Any:
         """dF/dx."""
-        with np.errstate(all="ignore"):
-            return self.system.static_force(np.asarray(x, dtype=float), np.asarray(squared, dtype=float), self.n)[1]
+        return self.force_and_slope(x, squared)[1]
 
     def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
         """Mask of the x inside the stretch limits at which no film has pulled in."""

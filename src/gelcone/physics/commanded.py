@@ -91,12 +91,13 @@ def _slopes_of_command(system: ConeSystem, line: Line, x: Any, voltage: Any, n: 
     the current holds the film's voltage."""
     if line.circuit.rests_at_command(line.own(n)):
         return _Slopes(0.0 * voltage, 1.0 + 0.0 * voltage)
+    x, voltage = np.broadcast_arrays(x, voltage)
     h = STEP * (1.0 + np.abs(x))
-    limits = [system.films[k].highest_squared(place, n) for k in line.films for place in (x - h, x, x + h)]
-    inside = np.sqrt(np.fmin.reduce(np.broadcast_arrays(*limits))) * (1.0 - 2.0 * STEP)
-    voltage = np.fmin(voltage, inside)
-    above, below = (command_at(system, line, x + step, voltage, n) for step in (h, -h))
-    more, less = (command_at(system, line, x, voltage * (1.0 + step), n) for step in (STEP, -STEP))
+    near = np.stack([x - h, x, x + h])
+    limits = [np.fmin.reduce(system.films[k].highest_squared(near, n), axis=0) for k in line.films]
+    voltage = np.fmin(voltage, np.sqrt(np.fmin.reduce(limits)) * (1.0 - 2.0 * STEP))
+    volts = np.stack([voltage, voltage, voltage * (1.0 + STEP), voltage * (1.0 - STEP)])
+    above, below, more, less = command_at(system, line, np.stack([x + h, x - h, x, x]), volts, n)
     return _Slopes((above - below) / (2.0 * h), (more - less) / (2.0 * STEP * voltage))
 
 
@@ -129,16 +130,21 @@ class _Commanded(StaticBalance):
             x = np.asarray(x, dtype=float)
             return self.system.force_under(x, self.films(x, squared), self.n)[0]
 
-    def slope(self, x: Any, squared: Any) -> Any:
-        """dF/dx at a constant command, under which the films' voltages follow the disc."""
+    def force_and_slope(self, x: Any, squared: Any) -> tuple[Any, Any]:
+        """The force, and dF/dx at a constant command, under which the films' voltages follow the disc."""
+        x = np.asarray(x, dtype=float)
         with np.errstate(all="ignore"):
-            return self._slope_at(np.asarray(x, dtype=float), self._at(x, squared))
+            return self._changes(x, self._at(x, squared))[:2]
 
-    def _slope_at(self, x: Any, at: list[_Film]) -> Any:
-        slope = self.system.force_under(x, [film.squared for film in at], self.n)[1]
+    def _changes(self, x: Any, at: list[_Film]) -> tuple[Any, Any, Any]:
+        """F, dF/dx and minus dF/dc by the command c."""
+        force, slope = self.system.force_under(x, [film.squared for film in at], self.n)
+        gain: Any = 0.0
         for film, own in zip(self.system.films, at, strict=True):
-            slope = slope - np.where(own.by_x == 0.0, 0.0, film.voltage_gain(x, own.squared, self.n) * own.by_x)
-        return slope
+            by_square = film.voltage_gain(x, own.squared, self.n)
+            slope = slope - np.where(own.by_x == 0.0, 0.0, by_square * own.by_x)
+            gain = gain + by_square * own.by_command
+        return force, slope, gain
 
     def whole(self, x: Array, squared: Array) -> npt.NDArray[np.bool_]:
         with np.errstate(all="ignore"):
@@ -223,13 +229,8 @@ class CommandedPair(_Commanded, PairBalance):
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         place = np.float64(x)
         with np.errstate(all="ignore"):
-            at = self._at(place, np.float64(voltage * voltage))
-            force = self.system.force_under(place, [film.squared for film in at], self.n)[0]
-            gain = sum(
-                film.voltage_gain(place, own.squared, self.n) * own.by_command
-                for film, own in zip(self.system.films, at, strict=True)
-            )
-            return float(force), float(self._slope_at(place, at)), -float(gain)
+            force, slope, gain = self._changes(place, self._at(place, np.float64(voltage * voltage)))
+        return float(force), float(slope), -float(gain)
 
 
 def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:

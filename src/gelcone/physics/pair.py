@@ -167,20 +167,26 @@ class PairBalance(StaticBalance):
         return [self._equilibria(float(level)) for level in squared]
 
     def _equilibria(self, squared: float) -> list[Equilibrium]:
-        force, slope = (np.broadcast_to(part(self.grid, squared), self.grid.shape) for part in (self.force, self.slope))
-        nodes, values = self.grid, force
-        turns = np.flatnonzero((slope[:-1] * slope[1:] < 0.0) & (force[:-1] * force[1:] >= 0.0))
-        if turns.size:
-            # the force may change its sign twice between two points of the grid, around an extremum
-            tops = sign_changes(lambda x: self.slope(x, squared), self.grid[turns], self.grid[turns + 1])
-            order = np.argsort(nodes := np.concatenate([nodes, tops]))
-            nodes, values = nodes[order], np.concatenate([values, self.force(tops, squared)])[order]
+        nodes, values = self._nodes(squared)
         at = np.flatnonzero(values[:-1] * values[1:] < 0.0)
         roots = sign_changes(lambda x: self.force(x, squared), nodes[at], nodes[at + 1])
         places = np.sort(np.concatenate([_isolated(nodes, values == 0.0), roots]))
         places = places[~self._pulled_in(places, squared)]
         slopes = np.broadcast_to(self.slope(places, squared), places.shape)
         return [Equilibrium(float(x), float(k), bool(k > ROUNDING)) for x, k in zip(places, slopes, strict=True)]
+
+    def _nodes(self, squared: float) -> tuple[Array, Array]:
+        """Displacements between neighbours of which the force changes its sign at most once, and the forces there."""
+        x = self.grid
+        force = np.broadcast_to(self.force(x, squared), x.shape)
+        near = np.flatnonzero(_near_zero(force))
+        # the force may change its sign twice between two points of the grid, around an extremum
+        turns = near[np.prod(self.slope(np.stack([x[near], x[near + 1]]), squared), axis=0) < 0.0]
+        if not turns.size:
+            return x, force
+        tops = sign_changes(lambda x: self.slope(x, squared), x[turns], x[turns + 1])
+        order = np.argsort(nodes := np.concatenate([x, tops]))
+        return nodes[order], np.concatenate([force, self.force(tops, squared)])[order]
 
     # --- curves of equilibria ----------------------------------------------------------------------------------------
 
@@ -300,10 +306,19 @@ class PairBalance(StaticBalance):
     def _followed(self, highest: float) -> list[tuple[Array, Array]]:
         known: list[tuple[Array, Array]] = []
         for level in highest * SEEDS:
+            if all(any(_on(x, level, *curve) for curve in known) for x in self._roughly(float(level * level))):
+                continue
             for e in self._equilibria(float(level * level)):
                 if not any(_on(e.displacement, level, *curve) for curve in known):
                     known.append(self._whole(e.displacement, float(level), highest))
         return known
+
+    def _roughly(self, squared: float) -> Array:
+        """The equilibria, and other zeros of the force, by straight lines between the points of the grid."""
+        x, force = self._nodes(squared)
+        at = np.flatnonzero(force[:-1] * force[1:] <= 0.0)
+        share = force[at] / np.where(force[at] == force[at + 1], 1.0, force[at] - force[at + 1])
+        return np.asarray(x[at] + share * (x[at + 1] - x[at]))
 
     def _whole(self, x: float, voltage: float, highest: float) -> tuple[Array, Array]:
         ahead, behind = (self.curve(x, voltage, side, highest) for side in (1.0, -1.0))
@@ -413,6 +428,15 @@ class PairBalance(StaticBalance):
                     guess = float(np.interp(ahead * level, ahead * leg.voltage, leg.x))
                     place[k] = self.begin(rest) if level == self.bias else self._settle(guess, level)
         return place, losses
+
+
+def _near_zero(force: Array) -> npt.NDArray[np.bool_]:
+    """Whether forces without a sign change between neighbours, (points - 1,), are as small as they change nearby, so
+    that they may vanish at an extremum between."""
+    changes = np.abs(np.diff(force))
+    largest = np.fmax(changes, np.fmax(np.append(changes[1:], 0.0), np.append(0.0, changes[:-1])))
+    nearest = np.minimum(np.abs(force[:-1]), np.abs(force[1:]))
+    return (force[:-1] * force[1:] >= 0.0) & (nearest <= largest)
 
 
 def _isolated(x: Array, holds: npt.NDArray[np.bool_]) -> list[float]:
