@@ -5,8 +5,9 @@ import pytest
 
 import gelcone
 from gelcone.motion.linear import slopes_under
-from gelcone.motion.rest import rest_under
+from gelcone.motion.rest import _circuit_slopes, circuits_under, rest_under
 from gelcone.physics.commanded import voltage_under
+from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.film import Film
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.taut import TautCone
@@ -90,3 +91,24 @@ def test_a_film_relaxes_to_its_lengths_under_voltage():
         m, width = film.lengths(0.5, squared, n)
         assert film.relaxed(0.5, squared, n) == [1.0 / m, 1.0 / width]
     assert width > 1.0
+
+
+def test_the_rates_of_circuits_are_traced_once_for_all_voltages():
+    model = ConeModel(**MODELS["late permittivity"])
+    before = _circuit_slopes.cache_info()
+    for level in (0.3, 0.4, 0.5):
+        rest_under(model, 0.6, level)
+    after = _circuit_slopes.cache_info()
+    assert after.misses - before.misses <= 1
+    assert after.hits - before.hits >= 2
+
+
+def test_a_membrane_at_once_rests_at_the_voltage_of_its_run():
+    """Behind a resistance the leak has the capacitance that programs have."""
+    model, command = ConeModel(**MODELS["membrane, log"], **LEAK), np.float64(0.4)
+    start = model.members().start_states((0.7, 0.0))
+    held = films_at_once(model, start)
+    voltage = voltage_under(held.system, held.system.lines[0], 0.7, command, held.numbers_at(0))
+    own = circuits_under(model.system, command, list(start[0]), model.numbers())
+    assert own[-1] == pytest.approx(float(voltage), rel=1e-13)
+    assert 0.05 < voltage < 0.99 * command

@@ -10,7 +10,7 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gelcone.physics.differentiate import derivative, derivatives, evaluated, gradients, jacobian
+from gelcone.physics.differentiate import Gradients, derivative, derivatives, evaluated, gradients, jacobian
 from gelcone.physics.trace import Graph, ordered
 
 RULES = {
@@ -109,6 +109,22 @@ def test_gradients_of_random_formulas_are_sympys(seed):
         slope = sympy.diff(exact, variable)
         expected = [float(slope.subs(dict(zip(VARIABLES, point, strict=True))).evalf(30)) for point in points.T]
         np.testing.assert_allclose(np.broadcast_to(part, 4), expected, rtol=1e-12, atol=1e-14)
+
+
+def test_gradients_are_traced_once_for_many_places_and_numbers():
+    traced = []
+
+    def values(z, n, xp):
+        traced.append(xp)
+        return [n["a"] * z[0] * z[1], xp.exp(z[0])]
+
+    slopes = Gradients(values, 2, ("a",))
+    for a in (2.0, np.array([3.0, -1.0])):
+        (by_first, by_second), (other, none) = slopes([0.5, np.array([1.0, 4.0])], {"a": a})
+        np.testing.assert_allclose(by_first, a * np.array([1.0, 4.0]), rtol=1e-15)
+        np.testing.assert_allclose(by_second, 0.5 * a, rtol=1e-15)
+        assert (other, none) == (np.exp(0.5), 0.0)
+    assert len(traced) == 1
 
 
 def test_arrays_that_a_formula_holds_leave_their_arithmetic_to_nodes():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from gelcone.motion.settle import next_power_of_two
 from gelcone.physics.balance import rest_of
 from gelcone.physics.circuit import IdealSource
 from gelcone.physics.commanded import command_at
-from gelcone.physics.differentiate import gradients
+from gelcone.physics.differentiate import Gradients, gradients
 from gelcone.physics.drive import PHASES, VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
@@ -282,7 +282,15 @@ def _electric_slopes(system: ConeSystem, line: Line, at: _Rest) -> list[list[Any
     """Derivatives of a line's voltage and of the rates of its circuit's states, by the command, its rate and all
     states."""
     bias = np.broadcast_to(at.n["voltage_bias"], at.place.shape)
-    return gradients(lambda v, n, xp: system.electric(line, v[0], v[1], v[2:], n, xp), [bias, 0.0 * bias, *at.z], at.n)
+    slopes = _electric_slopes_of(system, system.lines.index(line), tuple(at.n))
+    return slopes([bias, 0.0 * bias, *at.z], at.n)
+
+
+@lru_cache(maxsize=64)
+def _electric_slopes_of(system: ConeSystem, place: int, names: tuple[str, ...]) -> Gradients:
+    """The derivatives for `_electric_slopes` of the line at a place."""
+    line = system.lines[place]
+    return Gradients(lambda v, n, xp: system.electric(line, v[0], v[1], v[2:], n, xp), 2 + len(system.states), names)
 
 
 def _equilibria(members: Members, mean_squares: Sequence[Array]) -> tuple[Array, Array]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
 from gelcone.motion.regular import solved_where_regular
 from gelcone.physics.commanded import voltage_under
-from gelcone.physics.differentiate import gradients
+from gelcone.physics.differentiate import Gradients
 from gelcone.physics.model import ConeModel
 from gelcone.physics.structure import DISC
 from gelcone.physics.system import ConeSystem
@@ -58,15 +58,18 @@ def films_at_rest(system: ConeSystem, squares: Sequence[Any], z: Sequence[Any], 
     known = dict(zip(own, system.relaxed(z[0], squares, n), strict=True))
     z = [value if known.get(i) is None else np.broadcast_to(known[i], np.shape(z[0]))[()] for i, value in enumerate(z)]
     places = [i for i in own if known[i] is None]
+    if not places:
+        return z
     with np.errstate(all="ignore"):
-        for k, film in enumerate(system.films if places else ()):
+        for k, film in enumerate(system.films):
             n = {**n, **film.switches(z[0], squares[k], system.states_of(z, "film", k), n)}
 
         def rates(z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
             every = system.rates_held([n[f"{SQUARE} {k}"] for k in range(len(squares))], z, n, xp)
             return [every[system.mechanical.index(i)] for i in places]
 
-        return at_rest(z, places, rates, {**n, **{f"{SQUARE} {k}": squared for k, squared in enumerate(squares)}})
+        n = {**n, **{f"{SQUARE} {k}": squared for k, squared in enumerate(squares)}}
+        return at_rest(z, places, rates, Gradients(rates, len(z), tuple(n)), n)
 
 
 def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[str, Any]) -> list[Any]:
@@ -85,8 +88,11 @@ def uncurrented(system: ConeSystem, command: Any, z: Sequence[Any], n: Mapping[s
 def circuits_at_rest(system: ConeSystem, command: Any, z: list[Any], n: Mapping[str, Any]) -> list[Any]:
     """The states ``z`` with those of circuits at rest under a constant ``command``; films are unchanged."""
     places = [i for line in system.lines for i in system.places_of(line)]
+    if not places:
+        return z
     with np.errstate(all="ignore"):
-        return at_rest(z, places, partial(_circuit_rates, system), {**n, COMMAND: command})
+        n = {**n, COMMAND: command}
+        return at_rest(z, places, partial(_circuit_rates, system), _circuit_slopes(system, tuple(n)), n)
 
 
 def _circuit_rates(system: ConeSystem, z: list[Any], n: Mapping[str, Any], xp: Any) -> list[Any]:
@@ -94,12 +100,18 @@ def _circuit_rates(system: ConeSystem, z: list[Any], n: Mapping[str, Any], xp: A
     return [rate for line in system.lines for rate in system.electric(line, n[COMMAND], 0.0, z, n, xp)[1:]]
 
 
-def at_rest(z: list[Any], places: list[int], rates: Rates, n: Mapping[str, Any]) -> list[Any]:
+@lru_cache(maxsize=64)
+def _circuit_slopes(system: ConeSystem, names: tuple[str, ...]) -> Gradients:
+    """The derivatives of the rates of all circuits by all states."""
+    return Gradients(partial(_circuit_rates, system), len(system.states), names)
+
+
+def at_rest(z: list[Any], places: list[int], rates: Rates, slopes: Gradients, n: Mapping[str, Any]) -> list[Any]:
     """The states with those at ``places`` changed so that their ``rates`` vanish, by Newton's method."""
     z = list(z)
-    for _ in range(NEWTON_STEPS if places else 0):
-        slopes, now = stacked(gradients(rates, z, n), z[0].shape)[..., places], stacked([rates(z, n, np)], z[0].shape)
-        change = solved_where_regular(slopes, now[..., 0, :])
+    for _ in range(NEWTON_STEPS):
+        by, now = stacked(slopes(z, n), z[0].shape)[..., places], stacked([rates(z, n, np)], z[0].shape)
+        change = solved_where_regular(by, now[..., 0, :])
         for k, i in enumerate(places):
             z[i] = z[i] - change[..., k]
         if not np.nanmax(np.abs(change), initial=0.0) > SAME:

@@ -226,16 +226,29 @@ def gradients(
     """Partial derivatives [i][j] of the i-th value of ``function(variables, xp)`` by the j-th variable, at numbers or
     arrays ``at``. The function is traced, so that switches choose the side of its borders. With numbers ``n``, which
     may be arrays, it is ``function(variables, n, xp)``."""
-    graph = Graph()
-    leaves = [graph.state(i) for i in range(len(at))]
-    numbers = {name: graph.switch(name) for name in n or ()}
-    found = function(list(leaves), graph) if n is None else function(list(leaves), numbers, graph)
-    slopes = jacobian([graph.node(value) for value in found], leaves)
-    values = {leaf.index: np.asarray(value)[()] for leaf, value in zip(leaves, at, strict=True)}
-    values |= {leaf.index: (n or {})[name] for name, leaf in numbers.items()}
-    with np.errstate(all="ignore"):
-        flat = evaluated([slope for row in slopes for slope in row], values)
-    return [flat[i * len(at) : (i + 1) * len(at)] for i in range(len(slopes))]
+    if n is None:
+        return Gradients(lambda z, n, xp: function(z, xp), len(at))(at, {})
+    return Gradients(function, len(at), tuple(n))(at, n)
+
+
+class Gradients:
+    """The `gradients` of ``function(variables, n, xp)``, traced once for many calls, by its ``count`` variables;
+    ``names`` are those of its numbers."""
+
+    def __init__(self, function: Callable[..., Sequence[Any]], count: int, names: Sequence[str] = ()) -> None:
+        graph = Graph()
+        self._leaves = [graph.state(i) for i in range(count)]
+        self._numbers = {name: graph.switch(name) for name in names}
+        found = [graph.node(value) for value in function(list(self._leaves), self._numbers, graph)]
+        self._slopes = jacobian(found, self._leaves)
+
+    def __call__(self, at: Sequence[Any], n: Mapping[str, Any]) -> list[list[Any]]:
+        """The derivatives at numbers or arrays ``at``."""
+        values = {leaf.index: np.asarray(value)[()] for leaf, value in zip(self._leaves, at, strict=True)}
+        values |= {leaf.index: n[name] for name, leaf in self._numbers.items()}
+        with np.errstate(all="ignore"):
+            flat = evaluated([slope for row in self._slopes for slope in row], values)
+        return [flat[i * len(at) : (i + 1) * len(at)] for i in range(len(self._slopes))]
 
 
 def derivative(function: Callable[[Any, Any], Any], at: Any) -> Any:

@@ -121,6 +121,9 @@ class FilmAtOnce(Film):
     def capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers, xp: Any = np) -> Any:
         return self.film.capacitance(x, squared, self.held(n), n, xp)
 
+    def fitted_capacitance(self, x: Any, squared: Any, y: list[Any], n: Numbers) -> Any:
+        return self.film.fitted_capacitance(x, squared, self.held(n), n)
+
     def state(self, x: Any, voltage: Any, y: list[Any], n: Numbers) -> FilmState:
         return self.film.state(x, voltage, self.held(n), n)
 
