@@ -249,7 +249,7 @@ def test_an_envelope_of_draws_of_a_model_needs_no_start(command_line, tmp_path):
         "--set",
         "voltage_bias=0.1",
         "--over",
-        "voltage=0.3:0.6:2",
+        "peak_voltage=0.3:0.6:2",
         "--over",
         "drive_frequency=0.3:0.5:2",
     )

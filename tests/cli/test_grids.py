@@ -84,7 +84,7 @@ def test_a_store_knows_its_device(run, tmp_path):
         assert again["subject"]["device"] == told["subject"]["device"] == "biased pumping cone"
         assert "0 to 400 V" in run(*command, tmp_path / "s")
     assert result(run("map", "--resume", tmp_path / "s", "--json"))["lyapunov"] == told["lyapunov"]
-    with pytest.raises(InputError, match="give it alone, and the store's own sweep is taken"):
+    with pytest.raises(InputError, match="give it alone, and the store's sweep is taken"):
         run("map", "biased-pump", "--resume", tmp_path / "s")
 
 
@@ -192,7 +192,7 @@ ONE, TWO = ("--over", "voltage=0:1:3"), ("--over", "voltage=0:1:3", "--over", "p
 THREE = (*TWO, "--over", "damping_ratio=0.1:0.2:2")
 TAKES = "--over: a map takes two parameters, not"
 ALONE = (
-    "--resume s: give it alone, and the store's own sweep is taken, or with all of the sweep (device, --set, --over), "
+    "--resume s: give it alone, and the store's sweep is taken, or with all of the sweep (device, --set, --over), "
     "and it is compared"
 )
 
