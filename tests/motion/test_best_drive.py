@@ -16,7 +16,7 @@ from tests.recorded import numbers, record
 from tests.toys import ThreeHarmonics
 
 CONE = gelcone.ConeModel(damping_ratio=0.1, rest_height=0.4, stretch_limit=8.0, voltage=0.4, voltage_bias=0.2)
-RANGE = {"lowest": 0.4, "highest": 1.6}
+RANGE = {"lowest_frequency": 0.4, "highest_frequency": 1.6}
 WORTH = {"stroke": "window_stroke", "power": "window_damper_power"}
 
 
@@ -173,10 +173,10 @@ def test_a_device_is_answered_in_its_units(command_line, undrawn):
     ("options", "message"),
     [
         ({"largest": "strok"}, "did you mean 'stroke'"),
-        ({"lowest": 1.0}, "lowest: is given alone; give highest too, or neither"),
-        ({"highest": 1.0}, "highest: is given alone; give lowest too, or neither"),
-        ({"lowest": 2.0, "highest": 1.0}, "lowest = 2.0 and highest = 1.0: must be positive and increase"),
-        ({"lowest": 0.0, "highest": 1.0}, "lowest = 0.0 and highest = 1.0: must be positive and increase"),
+        ({"lowest_frequency": 1.0}, "lowest_frequency: is given alone; give highest_frequency too, or neither"),
+        ({"highest_frequency": 1.0}, "highest_frequency: is given alone; give lowest_frequency too, or neither"),
+        ({"lowest_frequency": 2.0, "highest_frequency": 1.0}, "lowest_frequency = 2.0: must be between 0 and 1.0"),
+        ({"lowest_frequency": 0.0, "highest_frequency": 1.0}, "lowest_frequency = 0.0: must be between 0 and 1.0"),
     ],
 )
 def test_bad_input_is_refused(options, message):
@@ -341,7 +341,10 @@ def test_the_best_drive_says_of_each_number_what_was_found(monkeypatch):
     assert asked["settled_periods"][0]["threads"] == 5
     assert (chosen.voltage, chosen.voltage_bias, chosen.drive_frequency) == pytest.approx((peak * 2 / 3, peak / 3, 1.6))
     assert (found.attrs["limit"], found.attrs["largest"]) == ("pull-in", "stroke")
-    assert json.loads(found.attrs["options"]) == {"largest": "stroke", "lowest": 0.7, "highest": 1.7, "margin": 0.2}
+    assert json.loads(found.attrs["options"]) == {
+        **{"largest": "stroke", "margin": 0.2},
+        **{"lowest_frequency": 0.7, "highest_frequency": 1.7},
+    }
 
 
 def test_what_is_largest_may_lie_in_the_first_search(monkeypatch):

@@ -136,8 +136,7 @@ def drive(
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
     if given and not 0.0 < ends["lowest_frequency"] < ends["highest_frequency"]:
         raise InputError(
-            f"lowest_frequency = {lowest_frequency} and highest_frequency = {highest_frequency}: must be positive and "
-            "increase; exchange them"
+            f"lowest_frequency = {lowest_frequency}: must be between 0 and {highest_frequency}; exchange them"
         )
     options = {"margin": margin, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))
