@@ -44,7 +44,7 @@ LEFT_OUT = ("paper", "studio")
 FREQUENCY = ("frequency=5 Hz,8 Hz", "drive_frequency=1,2")
 VOLTAGE = ("voltage_amplitude=100 V,500 V", "voltage=0.1,0.5")
 SMALL = {
-    "envelope": (FREQUENCY, ("peak_voltage=100 V,500 V", "voltage=0.1,0.5")),
+    "envelope": (FREQUENCY, ("peak_voltage=100 V,500 V", "peak_voltage=0.1,0.5")),
     "frequency": (FREQUENCY,),
     "tongues": (FREQUENCY, VOLTAGE),
     "basin": (("displacement=1 mm,2 mm", "displacement=0.1,0.2"), ("velocity=0 m/s,1 m/s", "velocity=0,0.1")),

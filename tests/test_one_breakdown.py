@@ -29,7 +29,7 @@ def test_breakdown_is_one_voltage_whatever_the_own_drive(changes):
     assert error < 0.01 * moving
     volts = gelcone.stroke_and_blocked_force(pump, [0.999 * constant, 1.001 * constant])
     at_rest = gelcone.envelope(pump, peaks=[100.0, 1.001 * constant], frequencies=[9.0, 10.0])
-    field = at_rest["static_field"].interp(peak_voltage=volts["constant_voltage"])
+    field = at_rest["static_field"].interp(constant_voltage=volts["constant_voltage"])
     strength = pump.to_model().dielectric_strength * pump.scales.size("field") / 1e6
     assert field.values[0] < strength < field.values[1]
     for share in (0.125, 1.0, 2.0):
