@@ -1,18 +1,22 @@
 """One question about pull-in has one answer, whichever command is asked.
 
-On a slow ramp to a constant voltage, and when the drive is switched on from rest at its own frequency.
+On a slow ramp to a constant voltage, and when the drive is switched on from rest at its own frequency. Double cones in
+opposite phase have two slow ramps: to a constant voltage at their own bias, and of the drive held at its peak, to which
+the bias rises in proportion.
 """
 
 import numpy as np
 import pytest
 
 import gelcone
+from gelcone.analyses.envelope import envelope_words
 from gelcone.analyses.request import Subject
 from gelcone.analyses.statics import static_words
 from gelcone.codes import Outcome
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
 from gelcone.motion.static_limits import STATIC_LIMITS
 from gelcone.studio.performance import pull_in
+from gelcone.words import sheet_limits
 
 pytestmark = pytest.mark.slow
 
@@ -40,8 +44,6 @@ def voltage(dataset, name):
 @pytest.mark.parametrize("name", [*SHIPPED, *OTHERS])
 def test_pull_in_on_a_slow_ramp_is_one_voltage(name):
     device = device_of(name)
-    if device.second_drive == "opposite":  # its offset rises with the drive in an envelope: another question
-        device = device.replace(second_drive="same")
     expected = voltage(gelcone.limits(device), "pull_in_voltage")
     assert 100.0 < expected < 2e4
     assert voltage(gelcone.static(device), "pull_in_voltage") == pytest.approx(expected, rel=1e-9)
@@ -49,10 +51,76 @@ def test_pull_in_on_a_slow_ramp_is_one_voltage(name):
     assert swept.values == pytest.approx(expected, rel=1e-9)
     model = device.to_model()
     assert device.scales.voltage * pull_in(model) == pytest.approx(expected, rel=1e-9)
+    around = [0.999 * expected, 1.001 * expected]
+    found = gelcone.step(device, around)["equilibrium"]
+    assert np.isfinite(found).values.tolist() == [True, bool(np.isfinite(gelcone.static(device, around)["stroke"][1]))]
+    sheet = gelcone.datasheet(device, around)
+    assert np.isfinite(sheet["stroke"][1:]).values.tolist() == np.isfinite(found).values.tolist()
+    assert voltage(sheet, "pull_in_voltage") == pytest.approx(expected, rel=1e-9)
+    creeps = device.replace({"material.viscous_modulus_1": "2 kPa", "material.relaxation_time_1": "1 s"})
+    relaxed = voltage(gelcone.creep(creeps, around[:1], duration="2 s"), "long_time_voltage")
+    assert relaxed == pytest.approx(voltage(gelcone.limits(creeps), "pull_in_voltage"), rel=1e-9)
+    if device.second_drive == "opposite":  # an envelope answers another question of it
+        return
     drive = device.voltage_amplitude, device.frequency
     found = gelcone.envelope(device, peaks=[0.1 * drive[0], 0.2 * drive[0]], frequencies=[drive[1], 1.1 * drive[1]])
     of_envelope = float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
     assert of_envelope == pytest.approx(expected, rel=1e-9)
+
+
+def held_in_proportion(device, share):
+    """The device with ``share`` times its voltages."""
+    volts = {name: share * device.get(name) for name in ("voltage_amplitude", "voltage_offset")}
+    return device.replace(volts)
+
+
+def test_pull_in_of_a_drive_that_is_held_at_its_peak_is_one_voltage():
+    """It is the constant voltage of pull-in at the bias in proportion; a slow drive with a peak beyond it pulls in."""
+    device = device_of("double-cone")
+    expected = voltage(gelcone.operating_limits(device), "proportional_pull_in_voltage")
+    own = voltage(gelcone.limits(device), "pull_in_voltage")
+    assert expected > 1.05 * own
+    peak = device.voltage_amplitude + device.voltage_offset
+    window = gelcone.envelope(device, peaks=[0.1 * peak, 0.2 * peak], frequencies=[14.0, 15.0])
+    of_envelope = float(window["static_limit_voltage"][STATIC_LIMITS.index("pull-in")])
+    assert of_envelope == pytest.approx(expected, rel=1e-9)
+    sheet = gelcone.datasheet(device, [0.5 * peak])
+    assert voltage(sheet, "proportional_pull_in_voltage") == pytest.approx(expected, rel=1e-9)
+    scaled = held_in_proportion(device, expected / peak)
+    assert voltage(gelcone.limits(scaled), "pull_in_voltage") == pytest.approx(expected, rel=1e-6)
+    runs = [held_in_proportion(device, share * expected / peak).replace(frequency="0.1 Hz") for share in (0.99, 1.01)]
+    assert [int(gelcone.simulate(run, periods=0.5)["outcome"]) for run in runs] == [Outcome.OK, Outcome.PULLED_IN]
+
+
+def test_of_two_slow_ramps_no_name_and_no_meaning_is_one():
+    device = gelcone.find_device("double-cone").replace(film="taut", second_film="taut")
+    device = device.replace({"material.viscous_modulus_1": "2 kPa", "material.relaxation_time_1": "1 s"})
+    bias = [gelcone.limits(device), gelcone.static(device), gelcone.pull_in_voltage(device), gelcone.creep(device)]
+    scaled = [
+        gelcone.operating_limits(device),
+        gelcone.envelope(device, peaks=[100.0, 200.0], frequencies=[14.0, 15.0]),
+    ]
+
+    def said(results):
+        """Names and meanings of what has to do with voltages."""
+        of = [{n: v for n, v in one.variables.items() if v.attrs.get("quantity") == "voltage"} for one in results]
+        return {str(n) for one in of for n in one}, {v.attrs["long_name"] for one in of for v in one.values()}
+
+    (names, meanings), (other_names, other_meanings) = said(bias), said(scaled)
+    assert not names & other_names
+    assert not meanings & other_meanings
+    assert all("at its own bias" in one["pull_in_voltage"].attrs["long_name"] for one in bias[:3])
+    slow = [words for words in other_meanings if "on a slow ramp" in words or "constant" in words]
+    assert slow == []
+    sheet = gelcone.datasheet(device, [1000.0])
+    assert voltage(sheet, "pull_in_voltage") < voltage(bias[0], "pull_in_voltage")  # of the membrane, not of the cone
+    foot = "\n".join(sheet_limits(sheet))
+    assert "under constant voltage at the bias of 1.13 kV" in foot
+    assert "below every limit: peaks up to" in foot
+    assert foot.count(", bias and amplitude in proportion") == 2
+    text = envelope_words(scaled[1], Subject(device.to_model(), device))
+    assert "constant" not in text
+    assert "on the second, bias and amplitude in proportion; stroke" in text
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, *OTHERS])

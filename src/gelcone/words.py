@@ -13,6 +13,7 @@ import numpy as np
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.scales import MEASURES, Measure
 from gelcone.devices.units import DIMENSIONS, format_range, in_one_unit
+from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,6 +104,12 @@ def shortened(lines: list[str], count: int | None = None) -> list[str]:
     return lines if more <= 0 else [*lines[:MOST_LINES], f"  and {more} more (all with --json or --out)"]
 
 
+def held_at_peak(envelope: xr.Dataset) -> bool:
+    """Whether the quasi-static limits of an envelope are of a drive that is held at its peak, and not of a constant
+    voltage at the own bias: of films in opposite phase."""
+    return "recommended_second_voltage" in envelope
+
+
 # --- data sheets ------------------------------------------------------------------------------------------------------
 
 SHEET_ROWS = {
@@ -141,7 +148,8 @@ def sheet_rows(sheet: xr.Dataset) -> list[tuple[str, list[str]]]:
     at the highest voltage."""
     shown = sheet.isel(constant_voltage=sheet["constant_voltage"].values > 0.0)
     count, last = shown.sizes["constant_voltage"], shown.isel(constant_voltage=-1)
-    rows = {"constant_voltage": "constant voltage", **SHEET_ROWS}
+    of = ", first film" if "ramp_begin_voltage" in sheet else ""
+    rows = {"constant_voltage": f"constant voltage{of}", **SHEET_ROWS}
     resonance = float(shown["natural_frequency"].max()) if shown["natural_frequency"].notnull().any() else 0.0
     among = {"half_width": resonance}  # in the unit of the frequency above it
     found = [
@@ -255,19 +263,11 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         if name in sheet
     }
     whose = f" of the {sheet.attrs['pull_in_of']}" if "pull_in_of" in sheet.attrs else ""
-    under = "constant voltage"
-    if "ramp_begin_voltage" in sheet and sheet["ramp_begin_voltage"] > 0.0:
-        under = "constant voltages in the proportion of the drive"  # those of the table are at the drive's offset
-    lines = [f"pull-in{whose} under {under}: {sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"]
+    bias = f" at the bias of {sized(sheet['ramp_begin_voltage'])}" if "ramp_begin_voltage" in sheet else ""
+    pull_in = f"{sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"
+    lines = [f"pull-in{whose} under constant voltage{bias}: {pull_in}"]
     if "first_limit_voltage" in sheet:
-        first = str(sheet.attrs["first_limit"]).removeprefix("driven ")
-        way = "of the drive" if str(sheet.attrs["first_limit"]).startswith("driven ") else "on a slow ramp"
-        peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}"
-        lines.append(f"first limit: {first}{'' if np.isinf(sheet['first_limit_voltage']) else peak}")
-        safe = sized(sheet["safe_peak_voltage"])
-        lines.append(f"below every limit: peaks up to {safe}{within['safe_peak_voltage']}")
-        if sheet["dielectric_breakdown_voltage"].isnull():
-            lines.append("dielectric strength: unknown, breakdown is not accounted for")
+        lines += _first_limit(sheet, within)
     if is_toleranced(sheet):
         failed = f", of which {sheet.attrs['failed']} have no state" if sheet.attrs["failed"] else ""
         named = json.loads(sheet.attrs["drawn"]).items()
@@ -277,6 +277,23 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
         )
         text = f"tolerances: within these intervals lie 95 % of {sheet.attrs['draws']} draws{failed}, of {every}"
         lines += textwrap.wrap(text, SHEET_WIDTH, subsequent_indent="  ")
+    return lines
+
+
+def _first_limit(sheet: xr.Dataset, within: dict[str, str]) -> list[str]:
+    """The first limit of the drive and the voltage below all limits, each with its interval ``within``."""
+    opposite = f"{PROPORTIONAL}pull_in_voltage" in sheet
+    first, more = str(sheet.attrs["first_limit"]), IN_PROPORTION * opposite
+    slow = "of the drive held at its peak" if opposite else "on a slow ramp"
+    way = "of the drive" if first.startswith("driven ") else slow
+    peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}{more}"
+    safe = f"{sized(sheet['safe_peak_voltage'])}{within['safe_peak_voltage']}{more}"
+    lines = [
+        f"first limit: {first.removeprefix('driven ')}{'' if np.isinf(sheet['first_limit_voltage']) else peak}",
+        f"below every limit: peaks up to {safe}",
+    ]
+    if sheet[f"{PROPORTIONAL * opposite}dielectric_breakdown_voltage"].isnull():
+        lines.append("dielectric strength: unknown, breakdown is not accounted for")
     return lines
 
 

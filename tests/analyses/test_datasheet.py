@@ -75,6 +75,23 @@ def test_the_first_limit_is_that_of_the_drive_or_of_a_ramp(first, words):
     assert sheet_limits(sheet.assign(ramp_begin_voltage=((), 0.0, VOLTS))) == sheet_limits(sheet)
 
 
+@pytest.mark.parametrize(
+    ("first", "words"),
+    [("driven pull-in", "pull-in of the drive"), ("pull-in", "pull-in of the drive held at its peak")],
+)
+def test_below_the_columns_of_films_in_opposite_phase_pull_in_is_at_their_bias_and_peaks_in_proportion(first, words):
+    numbers = {"pull_in_voltage": 2246.0, "ramp_begin_voltage": 1130.0, "first_limit_voltage": 2386.0}
+    numbers |= {"safe_peak_voltage": 2300.0, "proportional_pull_in_voltage": 2386.0}
+    numbers |= {"proportional_dielectric_breakdown_voltage": float("nan")}
+    sheet = xr.Dataset({name: ((), value, VOLTS) for name, value in numbers.items()}, attrs={"first_limit": first})
+    assert sheet_limits(sheet) == [
+        "pull-in under constant voltage at the bias of 1.13 kV: 2.246 kV",
+        f"first limit: {words}, at a peak of 2.386 kV, bias and amplitude in proportion",
+        "below every limit: peaks up to 2.3 kV, bias and amplitude in proportion",
+        "dielectric strength: unknown, breakdown is not accounted for",
+    ]
+
+
 @pytest.mark.parametrize(("draws", "last"), [(False, []), (True, ["95 % at 2 kV"])])
 def test_the_columns_of_a_data_sheet_are_those_of_the_voltages_above_0(draws, last):
     from gelcone.analyses.datasheet import COLUMN_WIDTH, INTERVAL_WIDTH, NAME_WIDTH, datasheet_words

@@ -77,6 +77,20 @@ def test_an_envelope_of_draws():
     assert (free == "none").all()
 
 
+def test_an_envelope_of_draws_of_films_in_opposite_phase_is_of_the_drive_held_at_its_peak():
+    shown = drawn_window().assign(recommended_second_voltage=("draw", [12.0, 12.0, 12.0, NAN], {"units": "V"}))
+    lines = drawn.over_draws_words(shown, SUBJECT).splitlines()
+    assert lines[-8:-5] == [
+        "pull-in of the drive held at its peak, bias and amplitude in proportion: 20 V, 95 % within 20 V; none in 1 of "
+        "4 draws",
+        "recommended peak at which the drive is held, bias and amplitude in proportion, 20% below its limits: 16 V, 95 "
+        "% within 16 V; none in 1 of 4 draws",
+        "voltage on the second film then: 12 V, 95 % within 12 V; none in 1 of 4 draws",
+    ]
+    assert "pull-in held at its peak 1," in " ".join(lines[-2].split())
+    assert not any("constant" in line for line in lines)
+
+
 def test_a_frequency_response_of_draws():
     own = {
         "outcome": (("draw", "branch"), np.zeros((2, 2), dtype=int)),

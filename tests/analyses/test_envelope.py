@@ -119,6 +119,56 @@ def test_another_envelope(changes, text):
     assert text in said(envelope.envelope_words, window(**changes))
 
 
+def in_proportion(**changes):
+    """The window of films in opposite phase, with the voltage of the second film at the recommended peak."""
+    return window(**changes).assign(recommended_second_voltage=((), 1200.0, {"units": "V"}))
+
+
+def test_of_films_in_opposite_phase_the_drive_is_held_at_its_peak():
+    """No constant voltage is named, which would keep the bias; the voltage of either film is given."""
+    lines = said(envelope.envelope_words, in_proportion(static_limit_voltage=[2500.0, 1100.0, INF]))
+    assert lines[0] == "limit                   held at its peak  driven, lowest peak voltage"
+    assert "held at its peak: the drive raised slowly as a whole, bias and amplitude in proportion" in lines
+    recommended = "recommended peak at which the drive is held, 20% below its limits: 1600 V on the first film and"
+    then = "1200 V on the second, bias and amplitude in proportion; stroke 4 mm, blocked force 0.25 N"
+    assert f"{recommended} {then}, natural frequency 11 Hz (12 at 0)" in lines
+    row = "  10                1000        3             40            60              "
+    assert f"{row}hoop slack held at its peak 1100 V" in lines
+    slack = said(envelope.envelope_words, in_proportion(recommended_constant=0.0))
+    assert "no peak at which the drive is held is recommended: the film is slack from 0 on; pre-stretch it" in slack
+    assert not any("constant" in line for line in (*lines, *slack))
+
+
+@pytest.mark.parametrize(
+    ("late", "text"),
+    [
+        (2300.0, "the film creeps: held at its peak the drive pulls it in above 2700 V at once, above 2300 V after a "
+         "while; limits of the drive held at its peak are those in the long run"),
+        (INF, "the film creeps: held at no peak the drive pulls it in, at once or in the long run"),
+    ],
+)  # fmt: skip
+def test_thresholds_of_creep_in_proportion_are_said_to_be_of_the_drive(late, text):
+    volts = {"units": "V"}
+    creeps = in_proportion().assign(
+        proportional_instant_voltage=((), 2700.0, volts), proportional_long_time_voltage=((), late, volts)
+    )
+    lines = said(envelope.envelope_words, creeps)
+    assert text in lines
+    assert "pull-in is that of the film as a membrane of the relaxed gel, its force known to 1.2%" in lines
+    assert not any("constant" in line for line in lines)
+
+
+def test_a_drive_beyond_a_pitchfork_in_proportion_alone():
+    names = ["pull-in", "pitchfork", "dielectric breakdown"]
+    shown = in_proportion(static_limit_voltage=[2500.0, 700.0, INF], limit_low=INF, own_frequency=14.0)
+    shown = shown.assign_coords(static_limit=("static_limit", names))
+    shown = edited(shown, recommended_peak=560.0)
+    expected = (
+        "above pitchfork held at its peak, 700 V; 64% below the first other limit, pull-in held at its peak 2500 V"
+    )
+    assert said(envelope.envelope_words, shown)[-1] == f"its own drive, 900 V at 14 Hz: {expected}"
+
+
 @pytest.mark.parametrize(("off", "rows"), [(0.05, [0, 1, 2]), (0.03, [0, 2])])
 def test_a_row_is_left_out_where_it_is_on_a_line_to_4_per_cent_of_the_largest(off, rows):
     x = np.array([0.0, 1.0, 2.0])
@@ -172,14 +222,6 @@ def test_a_pull_in_out_of_chaos_is_that_of_one_run(chaos, late):
     shown["limit_low"][1] = chaos
     line = "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
     assert (line in said(envelope.envelope_words, shown)) is late
-
-
-@pytest.mark.parametrize("drive", ["same", "opposite"])
-def test_the_voltages_of_films_in_opposite_phase_are_those_of_the_first(drive):
-    subject = Subject(gelcone.ConeModel(second_film="taut", second_drive=drive))
-    lines = envelope.envelope_words(window(), subject).splitlines()
-    line = "voltages are those of the first film; the offset is in the drive's proportion to each"
-    assert (line in lines) is (drive == "opposite")
 
 
 def test_the_film_whose_pull_in_limits_an_envelope():

@@ -214,6 +214,11 @@ def test_a_limit_at_a_constant_voltage_counts_where_it_is_the_lower_one():
     assert best_drive._limit(free, free, 0.5) == ("none", np.inf)
 
 
+def test_the_limit_of_films_in_opposite_phase_is_of_the_drive_held_at_its_peak():
+    held = made_up(2.0, 1.4, 2.0, 1.9).assign(static_limit_voltage=("limit", [1.7]), recommended_second_voltage=1.0)
+    assert best_drive._limit(held, held, 0.5) == ("breakdown of the drive held at its peak", 1.7)
+
+
 def test_no_more_is_claimed_of_a_drive_than_was_examined():
     """Where no limit is met up to the highest peak examined, 1.6, a voltage above it counts as one that meets one."""
     window = made_up(2.0, 1.4, 2.0, 1.9).assign(first_limit=("f", [-1, 0, 0, -1]), peak_voltage=("peak", [1.6]))

@@ -416,13 +416,13 @@ def test_a_film_that_creeps_has_both_thresholds():
     device = gelcone.find_device("biased-pump").replace(
         {"film": "wrinkling", "material.viscous_modulus_1": "4 kPa", "material.relaxation_time_1": "2 s"}
     )
-    found = thresholds(device.to_model())
+    found = thresholds(device.to_model(), 0.5)
     both = [float(gelcone.limits(device, at_once=at_once)["pull_in_voltage"]) for at_once in (False, True)]
     assert [
         found[name][1] * device.scales.voltage
         for name in ("long_term_pull_in_voltage", "instantaneous_pull_in_voltage")
     ] == pytest.approx(both, rel=1e-12)
-    assert thresholds(gelcone.ConeModel()) == {}
+    assert thresholds(gelcone.ConeModel(), 0.5) == {}
 
 
 def test_a_film_that_creeps_slowly_is_not_waited_for_and_has_the_same_limits(monkeypatch):
@@ -662,3 +662,29 @@ def test_kicks_are_tried_with_the_threads_of_the_plane(made_up, monkeypatch):
     object.__setattr__(plane, "threads", 5)
     envelope_module._coexisting(plane, OMEGAS, np.full(4, 0.3), np.array([True, True, False, False]), None)
     assert asked == [5]
+
+
+def test_thresholds_of_creep_of_films_in_opposite_phase_are_in_proportion_as_the_limits():
+    """Without a membrane the long-time threshold is the quasi-static pull-in; creep has that at the own bias."""
+    soft = {"law": "neo-hookean", "hoop_prestretch": 1.05, "spring_stiffness": 0.1, "second_film": "taut"}
+    creeps = {
+        "viscous_modulus_1": 0.5,
+        "relaxation_time_1": 10.0,
+        "second_drive": "opposite",
+        "second_flat_height": 0.8,
+    }
+    model = gelcone.ConeModel(**soft, **creeps, damping_ratio=0.3, voltage=0.1, voltage_bias=0.3)
+    found = gelcone.envelope(model, peaks=[0.1, 0.2], frequencies=[1.0, 1.1])
+    late, at_once = (float(found[f"proportional_{name}_voltage"]) for name in ("long_time", "instant"))
+    assert late == float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) < at_once
+    assert late > 1.01 * float(gelcone.limits(model)["pull_in_voltage"])
+    assert "long_time_voltage" not in found
+    recommended = float(found["recommended_constant"])
+    assert float(found["recommended_second_voltage"]) == pytest.approx(0.5 * recommended)
+    meaning = "peak voltage at which the drive is held, bias and amplitude in proportion"
+    assert found["peak_voltage"].attrs["long_name"] == meaning
+    draws = gelcone.draw({"spring_stiffness": gelcone.Uniform(0.1, 0.11)}, 2)
+    drawn = gelcone.over_draws(model, draws, "envelope", peaks=[0.1, 0.2], frequencies=[1.0, 1.1])
+    np.testing.assert_allclose(drawn["recommended_second_voltage"], 0.5 * drawn["recommended_constant"])
+    for name in ("recommended_constant", "static_limit_voltage", "recommended_peak"):
+        assert drawn[name].attrs["long_name"].endswith(", bias and amplitude in proportion")

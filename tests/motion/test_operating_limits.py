@@ -43,18 +43,6 @@ def test_the_limits_of_each_member_are_those_of_its_own_drive(monkeypatch):
     assert np.isnan(found["safe_peak_voltage"].values[1])
 
 
-@pytest.mark.parametrize(
-    ("drive", "words"), [("opposite", "voltages in the proportion of the drive"), ("same", "voltage")]
-)
-def test_the_ramp_of_films_in_opposite_phase_raises_their_offset_too(monkeypatch, drive, words):
-    low = np.full((1, len(DRIVEN_LIMITS)), np.inf)
-    monkeypatch.setattr(operating_limits_module, "plane_of", lambda model, threads: straight(model, jump=1.2))
-    monkeypatch.setattr(operating_limits_module, "driven", lambda *given, **options: {"low": low, "high": low})
-    found = gelcone.operating_limits(TAUT.replace(second_film="taut", second_drive=drive, voltage_bias=0.4))
-    to = "a constant" if drive == "same" else "constant"
-    assert found["hoop_slack_voltage"].attrs["long_name"] == f"limit on a slow ramp to {to} {words}: hoop slack"
-
-
 @pytest.mark.parametrize(("pull_in", "chaos", "late"), [(0.9, 0.6, True), (0.6, 0.9, False), (np.inf, 0.6, False)])
 def test_a_pull_in_above_the_limit_of_chaos_is_said_to_be_that_of_one_run(monkeypatch, pull_in, chaos, late):
     low = np.full((1, len(DRIVEN_LIMITS)), np.inf)

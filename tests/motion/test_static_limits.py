@@ -61,6 +61,33 @@ def test_the_bias_of_films_in_opposite_phase_rises_with_the_ramp():
     assert response.argmax() == 1
 
 
+PAIR = ConeModel(
+    damping_ratio=0.1, voltage=0.1, voltage_bias=0.3, second_film="taut", second_drive="opposite",
+    second_flat_height=0.8,
+)  # fmt: skip
+"""Equal films; the first has up to 0.4."""
+
+
+@pytest.mark.parametrize(("bias", "expected"), [(0.3, 0.45), (0.6, 0.6)])
+def test_pull_in_at_the_own_bias_is_searched_from_there_up(bias, expected):
+    """Below the bias the disc is at heights at which the membrane pulls in at any voltage."""
+    model = PAIR.replace(voltage_bias=bias)
+    low = float(gelcone.stroke_and_blocked_force(model, [0.5 * bias])["displacement"][0])
+    membrane = Curve((0.0, low, low + 1e-9, 2.0), (0.0, 0.0, 0.45, 0.45), 0.01)
+    plane = Plane.of(model, None, membrane)
+    assert static_limits.pull_in_at_own_bias(plane) == pytest.approx(expected, rel=1e-6)
+    assert static_limits.static_limits_of(plane)[-1] == pytest.approx(0.45, rel=1e-6)  # both rise from 0
+
+
+def test_pull_in_at_the_own_bias_is_that_of_the_model_without_a_membrane_and_none_where_the_way_there_is_lost():
+    soft = PAIR.replace(law="neo-hookean", hoop_prestretch=1.05, spring_stiffness=0.1)
+    found = static_limits.pull_in_at_own_bias(Plane.of(soft, None))
+    assert found == float(gelcone.limits(soft)["pull_in_voltage"]) < 2.0
+    lost = soft.replace(voltage_bias=3.0)
+    assert np.isnan(gelcone.limits(lost)["pull_in_voltage"])
+    assert np.isnan(static_limits.pull_in_at_own_bias(Plane.of(lost, None)))
+
+
 def test_the_other_limits_of_a_held_voltage_are_those_of_the_run():
     """Breakdown between the thresholds, where the relaxed film has no state: that of the run at the end of the time."""
     model = BEAM.replace(dielectric_strength=1.45)

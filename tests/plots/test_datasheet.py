@@ -147,6 +147,16 @@ def test_a_limit_far_above_the_others_does_not_squash_their_bars():
     assert [text.get_text().strip() for text in axes.texts] == ["1.8e+04"]
 
 
+def test_bars_of_films_in_opposite_phase_are_peaks_of_the_drive_without_the_pull_in_at_its_bias():
+    own = {"pull_in_voltage": 800.0, "ramp_begin_voltage": 300.0, "proportional_pitchfork_voltage": 500.0}
+    peaks = {"driven_pull_in_voltage": 900.0, "proportional_pull_in_voltage": 1400.0}
+    axes = blank()
+    limit_bars(xr.Dataset({**own, **peaks, "first_limit_voltage": ((), 900.0, {"units": "V"})}), axes)
+    bars = {text.get_text(): bar.get_width() for text, bar in zip(axes.get_yticklabels(), axes.patches, strict=True)}
+    assert bars == {"pull-in": 1400.0, "drive: pull-in": 900.0}
+    assert axes.get_title("left") == "limits met: peak of the drive, bias and amplitude in proportion"
+
+
 @pytest.mark.parametrize("count", [2, 3, 4, 9])
 def test_intervals_stand_in_a_column_of_their_own_behind_the_voltages(count):
     """The last column, at the right edge; of many voltages the first and the last are among those that are shown."""

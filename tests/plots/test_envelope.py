@@ -142,6 +142,19 @@ def test_quasi_static_limits_within_the_picture_are_level_lines():
     assert not [one for one in axes.lines if one.get_label().startswith(("stretch limit", "never"))]
 
 
+def test_of_films_in_opposite_phase_axes_and_levels_are_of_the_drive_held_at_its_peak():
+    scaled, axes, below = envelope().assign(recommended_second_voltage=1.0), blank(), blank()
+    driven_limits(scaled, axes)
+    natural_frequency(scaled, below)
+    assert line(axes, "pitchfork, drive held at its peak").get_ydata() == [1.5, 1.5]
+    assert axes.get_ylabel() == "peak voltage, bias and amplitude in proportion"
+    assert below.get_xlabel() == "peak held, bias in proportion"
+    plain, under = blank(), blank()
+    driven_limits(envelope(), plain)
+    natural_frequency(envelope(), under)
+    assert (plain.get_ylabel(), under.get_xlabel()) == ("peak voltage", "constant voltage")
+
+
 @pytest.mark.parametrize(("own", "there"), [(1.0, True), (2.0, True), (4.0, True), (0.9, False), (4.1, False)])
 def test_the_own_drive_is_a_star_where_it_lies_in_the_picture(own, there):
     axes = blank()

@@ -101,6 +101,15 @@ def test_the_pull_in_is_that_of_the_static_analysis_and_is_kept_for_other_drives
     assert numbers(look.margins(never)) == {}
 
 
+def test_the_pull_in_of_films_in_opposite_phase_is_said_to_be_at_their_bias(shelf):
+    films = {"film": "taut", "second_film": "taut", "spring_rate": "1 N/m"}
+    subject = shelf.subject(Setting(device="double-cone", values=films))
+    (own,) = performance.in_words({"static pull-in of the cone": 1.0}, subject)
+    assert " kV at this bias (peak at " in own["text"]
+    same = shelf.subject(Setting(device="double-cone", values=films | {"second_drive": "same"}))
+    assert "bias" not in performance.in_words({"static pull-in of the cone": 1.0}, same)[0]["text"]
+
+
 def test_numbers_stand_in_their_order_with_three_digits_and_their_units(shelf):
     subject = shelf.subject(SETTINGS["pump"])
     found = look.kind(subject)

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gelcone.analyses.answer import heading, outcome_lines
+from gelcone.analyses.envelope import way_of
 from gelcone.analyses.grids import drawn_names, membranes_lines, spread_line
 from gelcone.codes import Outcome
+from gelcone.motion.proportion import IN_PROPORTION
 from gelcone.statistics import spread
-from gelcone.words import unit_of
+from gelcone.words import held_at_peak, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,14 +34,21 @@ def over_draws_words(shown: xr.Dataset, subject: Subject) -> str:
 def _window_lines(shown: xr.Dataset) -> list[str]:
     """Quasi-static limits, the window over frequency, and in how many draws the device's drive lies inside."""
     margin = json.loads(shown.attrs["options"])["margin"]
+    static, constant = "at constant voltage", "constant voltage"
+    if held_at_peak(shown):
+        static = f"of the drive held at its peak{IN_PROPORTION}"
+        constant = f"peak at which the drive is held{IN_PROPORTION}"
     lines = []
     for name in map(str, shown["static_limit"].values):
         own = shown["static_limit_voltage"].sel(static_limit=name)
         if np.isfinite(own).any():
-            lines.append(spread_line(own.assign_attrs(long_name=f"{name} at constant voltage")))
+            lines.append(spread_line(own.assign_attrs(long_name=f"{name} {static}")))
     if np.isfinite(shown["recommended_constant"]).any():
-        named = f"recommended constant voltage, {margin:.0%} below its limits"
+        named = f"recommended {constant}, {margin:.0%} below its limits"
         lines.append(spread_line(shown["recommended_constant"].assign_attrs(long_name=named)))
+    if held_at_peak(shown):
+        second = shown["recommended_second_voltage"]
+        lines.append(spread_line(second.assign_attrs(long_name="voltage on the second film then")))
     units = [shown[name].attrs["units"] for name in ("drive_frequency", "recommended_peak")]
     heads = [f"frequency ({units[0]})", f"up to ({units[1]})", "95 % within"]
     if units[0] == "1":
@@ -63,7 +72,8 @@ def _first_limits(shown: xr.Dataset) -> np.ndarray:
     low = np.nan_to_num(shown["limit_low"].values, nan=np.inf, posinf=np.inf)
     held = np.nan_to_num(shown["static_limit_voltage"].values, nan=np.inf, posinf=np.inf)
     found = np.array([[driven[i] for i in row] for row in low.argmin(axis=1)], dtype=object)
-    lowest, names = held.min(axis=1), np.array([f"{static[i]} at constant" for i in held.argmin(axis=1)], dtype=object)
+    way, lowest = way_of(shown), held.min(axis=1)
+    names = np.array([f"{static[i]} {way}" for i in held.argmin(axis=1)], dtype=object)
     found = np.where(lowest[:, None] < low.min(axis=1), names[:, None], found)
     found[~np.isfinite(np.minimum(low.min(axis=1), lowest[:, None]))] = "none"
     return np.asarray(found)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading, pulled_in
 from gelcone.codes import Outcome, Regime
-from gelcone.words import FAILINGS, lasting, motion_in_words, shortened, sized, unit_of
+from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL
+from gelcone.words import FAILINGS, held_at_peak, lasting, motion_in_words, shortened, sized, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,8 +51,6 @@ def envelope_words(shown: xr.Dataset, subject: Subject) -> str:
     """An envelope as text: all limits, the window over frequency with what it yields, and the device's drive."""
     tables = (_static_lines, _window_table, _coexisting_lines)
     lines = [*_limits_table(shown, pulled_in(subject)), *(line for table in tables for line in table(shown))]
-    if subject.model.system.films[-1].drive == "opposite":
-        lines.insert(0, "voltages are those of the first film; the offset is in the drive's proportion to each")
     return "\n".join([*heading(subject), *lines])
 
 
@@ -59,16 +58,21 @@ def _limits_table(shown: xr.Dataset, whose: str) -> Iterator[str]:
     """Each limit at a constant voltage, and the lowest peak voltage at which a driven motion meets it."""
     static = dict(zip(_names(shown, "static_limit"), shown["static_limit_voltage"].values, strict=True))
     driven_names = _names(shown, "driven_limit")
-    yield f"{'limit':22s}  {_held_words(shown) or 'constant voltage':16s}  driven, lowest peak voltage"
+    constant = "held at its peak" if held_at_peak(shown) else "constant voltage"
+    yield f"{'limit':22s}  {_held_words(shown) or constant:16s}  driven, lowest peak voltage"
     for name in dict.fromkeys([*static, *driven_names]):
         reading = _static_reading(shown, name, static[name]) if name in static else "-"
         row = _lowest_driven(shown, driven_names.index(name)) if name in driven_names else "-"
         yield f"  {name:20s}  {reading:16s}  {row}"
+    if held_at_peak(shown):
+        yield f"held at its peak: the drive raised slowly as a whole{IN_PROPORTION}"
     yield _pull_in_words(shown)
     low = dict(zip(driven_names, shown["limit_low"].values, strict=True))
     if (np.isfinite(low["pull-in"]) & (low.get("chaos", np.inf) < low["pull-in"])).any():
         yield "a driven pull-in above the limit of chaos is that of one run: others pull in lower or higher"
-    if "instantaneous_pull_in_voltage" in shown:
+    if f"{PROPORTIONAL}instantaneous_pull_in_voltage" in shown:
+        yield from _proportional_creep_words(shown, whose)
+    elif "instantaneous_pull_in_voltage" in shown:
         yield from _creep_words(shown, whose)
     if np.isnan(static["dielectric breakdown"]):
         yield "the dielectric strength is not given: the window takes no account of breakdown"
@@ -91,6 +95,18 @@ def _creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
     )
 
 
+def _proportional_creep_words(shown: xr.Dataset, whose: str) -> Iterator[str]:
+    """`_creep_words` of a drive that is held at its peak."""
+    at_once, late = (shown[f"{PROPORTIONAL}{name}_pull_in_voltage"] for name in ("instantaneous", "long_term"))
+    if not np.isfinite(late):
+        yield f"the film creeps: held at no peak the drive pulls {whose} in, at once or in the long run"
+        return
+    yield (
+        f"the film creeps: held at its peak the drive pulls {whose} in above {sized(at_once)} at once, above "
+        f"{sized(late)} after a while; limits of the drive held at its peak are those in the long run"
+    )
+
+
 def _held_words(shown: xr.Dataset) -> str:
     """State for how long a constant voltage is held; empty where that is without end."""
     return f"held for {lasting(float(shown['holding_time']), shown['holding_time'], 3)}" if _HELD in shown else ""
@@ -99,7 +115,8 @@ def _held_words(shown: xr.Dataset) -> str:
 def _pull_in_words(shown: xr.Dataset) -> str:
     if shown.attrs["pull_in_of"] == "cone":
         return "pull-in is that of the model's film; a membrane, which a wrinkling cone stands for, pulls in earlier"
-    gel = " of the relaxed gel" if "instantaneous_pull_in_voltage" in shown else ""
+    creeps = any(f"{start}instantaneous_pull_in_voltage" in shown for start in ("", PROPORTIONAL))
+    gel = " of the relaxed gel" if creeps else ""
     return f"pull-in is that of the film as a membrane{gel}, its force known to {shown.attrs['pull_in_error']:.1%}"
 
 
@@ -138,7 +155,8 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
     """The recommended constant voltage, with stroke, blocked force and natural frequency there."""
     highest, margin = float(shown["recommended_constant"]), _margin_of(shown)
     if highest <= 0.0:
-        yield "no constant voltage is recommended: the film is slack from 0 on; pre-stretch it"
+        what = "peak at which the drive is held" if held_at_peak(shown) else "constant voltage"
+        yield f"no {what} is recommended: the film is slack from 0 on; pre-stretch it"
         return
     at = {
         name: f"{_plain(np.interp(highest, shown['constant_voltage'], shown[name]))}{unit_of(shown[name])}"
@@ -160,10 +178,12 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
         warm = np.interp(highest, shown["constant_voltage"], shown["static_heating"])
         said.append(f"warms by {float(warm):.3g}{unit_of(shown['static_heating'])}")
     while_held = f", {_held_words(shown)}" if _HELD in shown else ""
-    yield (
-        f"recommended constant voltage{while_held}, {margin:.0%} below {_bound(shown)}: {at['constant_voltage']}; "
-        f"{', '.join(said)}"
-    )
+    what, volts = f"constant voltage{while_held}", at["constant_voltage"]
+    if held_at_peak(shown):
+        second = shown["recommended_second_voltage"]
+        what = "peak at which the drive is held"
+        volts += f" on the first film and {_plain(second)}{unit_of(second)} on the second{IN_PROPORTION}"
+    yield f"recommended {what}, {margin:.0%} below {_bound(shown)}: {volts}; {', '.join(said)}"
 
 
 def _margin_of(shown: xr.Dataset) -> float:
@@ -320,7 +340,7 @@ def _window_row(shown: xr.Dataset, k: int) -> str:
         at = int(np.nanargmin(shown["static_limit_voltage"].values))
         name = _names(shown, "static_limit")[at]
         volts = f"{_plain(lowest_static)}{unit_of(shown['peak_voltage'])}"
-        reading = f"{name} at {volts} {_held_words(shown)}" if _HELD in shown else f"{name} at constant {volts}"
+        reading = f"{name} at {volts} {_held_words(shown)}" if _HELD in shown else f"{name} {way_of(shown)} {volts}"
     else:
         reading = f"{_first_name(shown, first)} {_interval(shown, first, k)}"
     return "".join(f"{cell:{width}s}" for cell, width in zip(cells, _WIDTHS[1:], strict=False)) + reading
@@ -348,7 +368,12 @@ def _own_line(shown: xr.Dataset) -> str:
     )
 
 
-_OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant")
+def way_of(shown: xr.Dataset) -> str:
+    """The addition to the name of a quasi-static limit among driven ones."""
+    return "held at its peak" if held_at_peak(shown) else "at constant"
+
+
+_OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant", "pitchfork held at its peak")
 """Limits beyond which the motion is of another kind, while the film holds."""
 
 
@@ -358,7 +383,7 @@ def _other_motion(shown: xr.Dataset, peak: float, frequency: float, own: str) ->
     at = np.flatnonzero(shown["drive_frequency"].values == frequency)
     if not at.size:
         return ""
-    names = [*_names(shown, "driven_limit"), *(f"{name} at constant" for name in _names(shown, "static_limit"))]
+    names = [*_names(shown, "driven_limit"), *(f"{name} {way_of(shown)}" for name in _names(shown, "static_limit"))]
     voltages = [*shown["limit_low"].values[:, at[0]], *shown["static_limit_voltage"].values]
     met = {name: v for name, v in zip(names, voltages, strict=True) if np.isfinite(v)}
     exceeded = {name: v for name, v in met.items() if v < peak}

@@ -29,7 +29,7 @@ from gelcone.devices.si import device_attributes, shown_values, to_si
 from gelcone.devices.units import parse_many
 from gelcone.errors import InputError, check_name, unknown_name
 from gelcone.motion.driven import driven
-from gelcone.motion.envelope import MARGIN, plane_of, recommended_peaks
+from gelcone.motion.envelope import MARGIN, SECOND, plane_of, recommended_peaks, said_in_proportion, second_voltage
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.film.interpolated_pull_in import interpolated_curves
@@ -125,6 +125,7 @@ def over_draws(
         else:
             run = _windows if analysis == "envelope" else _responses
             found = _labelled(plan, analysis, *run(_Drawn(plan), options, threads, progress))
+            found = said_in_proportion(found, plan.cone.system) if analysis == "envelope" else found
     found = found.assign_attrs(membranes=json.dumps(None if between is None else vars(between)))
     return found if plan.device is None else to_si(found, plan.device)
 
@@ -201,6 +202,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         raise InputError(f"margin = {own['margin']:g}: must be at least 0 and below 1")
     plan, from_ = drawn.plan, own["limits_from"]
     nominal, members = plan.cone, plan.at(plan.grid)[0].members()
+    opposite = nominal.system.in_opposite_phase
     default = plane_of(nominal, threads, from_).default_frequencies
     hertz, omegas = drawn.axis("frequencies", "frequency", own["frequencies"], default)
     peaks: Sequence[Array | None] = [None] * plan.size
@@ -209,7 +211,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
     of_limit, count = (len(DRIVEN_LIMITS), hertz.size), plan.size
     low, high = np.full((2, count, *of_limit), np.nan)
     recommended, static = np.full((count, hertz.size), np.nan), np.full((count, len(STATIC_LIMITS)), np.nan)
-    constant, top = np.full((2, count), np.nan)
+    constant, second, top = np.full((3, count), np.nan)
     outcome = np.full(count, Outcome.OK)
     for row in range(count):
         counted = Counted(weighted(progress, 1.0 / count))
@@ -225,6 +227,7 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         recommended[row] = recommended_peaks(found["low"], lowest, volts, own["margin"])
         top[row] = volts[-1]
         constant[row] = (1.0 - own["margin"]) * min(lowest, top[row])
+        second[row] = second_voltage(plane, constant[row]) if opposite else np.nan
         counted.finish()
     if (outcome == Outcome.ERROR).all():
         raise refused
@@ -243,6 +246,8 @@ def _windows(drawn: _Drawn, options: Mapping[str, Any], threads: int | None, pro
         "operating_peak_voltage": ((), members.peak_voltage, "peak voltage of the device's drive", "voltage"),
         "operating_frequency": ((), members.values["drive_frequency"], "frequency of its drive", "frequency"),
     }  # fmt: skip
+    if opposite:
+        variables["recommended_second_voltage"] = ((), second, *SECOND)
     variables |= _shown_axis("drive_frequency", hertz, "drive frequency", "frequency", plan.device)
     variables |= {
         "static_limit": (("static_limit",), np.array(STATIC_LIMITS), "quasi-static limit", "code"),

@@ -13,14 +13,17 @@ from gelcone.devices.analysis import analysis, check_one, plain
 from gelcone.errors import InputError
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.electrical import MEANINGS
+from gelcone.motion.envelope import plane_of
 from gelcone.motion.equilibrium import static
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.operating_limits import operating_limits
+from gelcone.motion.operating_limits import limit_variable, operating_limits
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
+from gelcone.motion.proportion import OWN_BIAS
 from gelcone.motion.ramp import on_the_way, stroke_and_blocked_force
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
-from gelcone.motion.static_limits import STATIC_LIMITS
+from gelcone.motion.static_bifurcations import PULL_IN
+from gelcone.motion.static_limits import STATIC_LIMITS, pull_in_at_own_bias
 from gelcone.motion.static_results import own_levels
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.bracket import crossing
@@ -90,7 +93,8 @@ def datasheet(
     ``rise_time``, from 10 to 90 % of a small step.
     Over ``ramp_voltage``: ``ramp_stroke`` and ``ramp_blocked_force``. Of the drive: ``drive_stroke``, ``peak_current``,
     ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute ``first_limit`` names the
-    lowest, ``first_limit_voltage``.
+    lowest, ``first_limit_voltage``. ``pull_in_voltage`` is that of a constant voltage, as over ``constant_voltage``: of
+    films in opposite phase at the own bias.
 
     Raises
     ------
@@ -334,8 +338,13 @@ def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr
     limits = plain(operating_limits)(model, threads=threads)
     names = [name for name in map(str, limits.data_vars) if name.endswith("_voltage")]
     listed = {name: limits[name] for name in names}
+    if model.system.in_opposite_phase:
+        own = dataset.absent("voltage", nan="lost on the way to the bias", infinite="none")
+        words = f"{PULL_IN}{OWN_BIAS}"
+        held = pull_in_at_own_bias(plane_of(model, threads))
+        listed |= dataset.columns((), {"pull_in_voltage": (held, words, own)})
     shown = [*STATIC_LIMITS, *(f"driven {name}" for name in DRIVEN_LIMITS)]
-    peaks = {name: float(limits[f"{name.replace(' ', '_').replace('-', '_')}_voltage"]) for name in shown}
+    peaks = {name: float(limits[limit_variable(name, model.system)]) for name in shown}
     known = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
     first = min(known, key=lambda name: known[name]) if known else NO_LIMIT
     voltage = dataset.columns((), {

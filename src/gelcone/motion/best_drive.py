@@ -283,13 +283,12 @@ def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
         static = one["static_limit_voltage"].values
         constant = float(np.nanmin(static, initial=np.inf))
         constant_name = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
+        way = "of the drive held at its peak" if "recommended_second_voltage" in one else "at a constant voltage"
         for k, omega in enumerate(one["drive_frequency"].values):
             row = int(one["first_limit"][k])
             low = float(one["peak_voltage"][-1] if row < 0 else one["limit_low"][row, k])
             name = "none" if row < 0 else str(one["driven_limit"].values[row])
-            found[float(omega)] = (
-                (low, name) if low <= constant else (constant, f"{constant_name} at a constant voltage")
-            )
+            found[float(omega)] = (low, name) if low <= constant else (constant, f"{constant_name} {way}")
     order = sorted(found)
     return np.array(order), np.array([found[omega][0] for omega in order]), [found[omega][1] for omega in order]
 

@@ -28,7 +28,7 @@ class _Level(Waveform):
 def at_constant_voltages(model: ConeModel, levels: Array) -> ConeModel:
     """A single model under constant commands v, at least 0: a film in opposite phase has 2 v0 - v, with the model's own
     v0."""
-    if model.system.films[-1].drive == "opposite":
+    if model.system.in_opposite_phase:
         model = biased_like(model, 1.0)
         return model.replace(waveform=_Level(), voltage=1.0, level=levels - model.voltage_bias)
     return model.replace(voltage=0.0, voltage_bias=levels)

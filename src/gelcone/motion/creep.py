@@ -21,6 +21,7 @@ from gelcone.motion.constant_voltage import at_constant_voltages
 from gelcone.motion.electrical import heating
 from gelcone.motion.flow import DEFAULT_TOLERANCE, integrate
 from gelcone.motion.job import Trajectories
+from gelcone.motion.proportion import at_own_bias, in_proportion, proportional
 from gelcone.motion.rest import circuits_under
 from gelcone.motion.settle import check_budgets, check_default_duration, times_of_run
 from gelcone.motion.static_results import constant_voltages, own_levels
@@ -144,7 +145,7 @@ def creep(
         },
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), *_MARGIN),
-        **_both(films.relaxed, films.at_once),
+        **_both(films.relaxed, films.at_once, at_own_bias(model.system)),
         "holding_voltage": ((), highest, *_HIGHEST),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
         **validity_variables(validity_of_run(members, whole), outcome, model.system, along, "time"),
@@ -200,7 +201,7 @@ _MARGIN = (
 
 class _Ramp:
     """A slow voltage ramp: the displacement at ``rest``, and the first loss of stability, ``lost``, that is not a
-    smooth pitchfork."""
+    smooth pitchfork. ``bias_share`` is that of `every_balance`."""
 
     def __init__(self, model: ConeModel | Members, bias_share: float | None = None) -> None:
         self.balance: StaticBalance
@@ -214,12 +215,13 @@ class _Ramp:
         return np.where(levels < self.lost.voltage, found, np.nan)
 
 
-def thresholds(model: ConeModel, bias_share: float | None = None) -> dict[str, dataset.Variable]:
-    """The pull-in voltages of a film that creeps, in the long run and at once; empty for one that does not. The
-    ``bias_share`` is that of `every_balance`."""
+def thresholds(model: ConeModel, bias_share: float) -> dict[str, dataset.Variable]:
+    """The pull-in voltages of a film that creeps, in the long run and at once, with the bias of films in opposite phase
+    in proportion, the share ``bias_share``; empty for a film that does not creep."""
     if not any(film.states for film in model.system.films):
         return {}
-    return _both(_Ramp(model, bias_share), _Ramp(films_at_once(model), bias_share))
+    found = _both(_Ramp(model, bias_share), _Ramp(films_at_once(model), bias_share), in_proportion(model.system))
+    return {proportional(name, model.system): own for name, own in found.items()}
 
 
 class Holding(NamedTuple):
@@ -244,7 +246,7 @@ class HeldRuns(NamedTuple):
 def check_holds(model: ConeModel, duration: float) -> None:
     """Raises `InputError` where `holding` has no answer: for a duration that is not positive or too long, a film
     without branches, a commanded charge and films in opposite phase."""
-    if model.system.films[-1].drive == "opposite":
+    if model.system.in_opposite_phase:
         raise InputError("duration: films in opposite phase hold no constant voltage; leave it out")
     _check_creeps(model, "duration", "or leave it out")
     check_budgets(duration=duration)
@@ -263,15 +265,20 @@ def holding(
     def at(levels: Array, progress: Progress = None) -> HeldRuns:
         return HeldRuns(films.members(levels), films.run(levels, _times(lasts), progress)[0])
 
-    variables = _both(films.relaxed, films.at_once) | {"holding_voltage": ((), highest, *_HIGHEST)}
+    variables = _both(films.relaxed, films.at_once, "") | {"holding_voltage": ((), highest, *_HIGHEST)}
     return Holding(highest, levels, at(levels, weighted(progress, 0.5)), at, variables)
 
 
-def _both(relaxed: _Ramp, at_once: _Ramp) -> dict[str, dataset.Variable]:
-    """The two thresholds as variables."""
+def _both(relaxed: _Ramp, at_once: _Ramp, more: str) -> dict[str, dataset.Variable]:
+    """The two thresholds as variables, with ``more`` at the end of their meanings."""
     return {
-        "long_term_pull_in_voltage": ((), relaxed.lost.voltage, "pull-in voltage of the relaxed film", _NEVER),
-        "instantaneous_pull_in_voltage": ((), at_once.lost.voltage, "pull-in voltage of the film at once", _NEVER),
+        "long_term_pull_in_voltage": ((), relaxed.lost.voltage, f"pull-in voltage of the relaxed film{more}", _NEVER),
+        "instantaneous_pull_in_voltage": (
+            (),
+            at_once.lost.voltage,
+            f"pull-in voltage of the film at once{more}",
+            _NEVER,
+        ),
     }
 
 

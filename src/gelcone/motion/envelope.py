@@ -22,12 +22,14 @@ from gelcone.motion.delivery import JUMPS
 from gelcone.motion.driven import driven
 from gelcone.motion.electrical import MEANINGS as ELECTRICAL
 from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, Plane
+from gelcone.motion.proportion import in_proportion
 from gelcone.motion.response import HEAT, heats
 from gelcone.motion.static_limits import STATIC_LIMITS, held_limits, peaks_of, static_curves, static_limits_of
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.film.membrane import MembraneFilm
 from gelcone.physics.film.pull_in import membrane_pull_in
 from gelcone.physics.model import ConeModel
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, weighted
 from gelcone.quantity import Array, Frequencies, Time, Voltages
 from gelcone.register.analysis import Axis
@@ -96,7 +98,9 @@ def envelope(
     ``static_hoop_stress``, ``static_meridional_stress``; over ``static_limit``: ``static_limit_voltage`` (infinity:
     none on the way to pull-in or the stretch limit, NaN: unknown or not applicable); ``recommended_constant``, the
     lowest of them less the margin; ``rest_displacement``; and ``operating_peak_voltage`` and ``operating_frequency`` of
-    the device's drive.
+    the device's drive. Of films in opposite phase all this is of a drive that is held at its peak, to which bias and
+    amplitude rise in proportion, unlike the constant voltages of `gelcone.static` at the device's bias; the second film
+    then has ``recommended_second_voltage``, and thresholds of creep are named ``proportional_...``.
 
     Over ``drive_frequency`` and ``peak_voltage``, of the settled motion: ``driven_stroke``, ``driven_power``,
     ``driven_damper_power``, ``driven_apparent_power``, ``driven_peak_charge``, ``driven_field``, ``regime``,
@@ -189,7 +193,7 @@ def envelope(
     of_constant, of_frequency = ("constant_voltage",), ("drive_frequency",)
     of_both = ("drive_frequency", "peak_voltage")
     of_limit = ("driven_limit", "drive_frequency")
-    return dataset.label(
+    result = dataset.label(
         model,
         {name: (of_constant, values, *_STATIC[name]) for name, values in static.items() if name in _STATIC}
         | {name: (of_both, found[name.removeprefix("driven_")], *_DRIVEN[name]) for name in _of(model, _DRIVEN)}
@@ -227,10 +231,49 @@ def envelope(
         },
         options={"margin": margin, "limits_from": limits_from, "duration": duration},
         title="operating envelope",
-    ).assign_attrs(
+    )
+    return _of_both_films(result, plane).assign_attrs(
         pull_in_of=pull_in_of(plane),
         pull_in_error=own_error or max((curve.error for curve in plane.membranes), default=0.0),
     )
+
+
+def _of_both_films(result: xr.Dataset, plane: Plane) -> xr.Dataset:
+    """The envelope; of films in opposite phase with the voltage of the second one, and of a drive held at its peak."""
+    if not plane.model.system.in_opposite_phase:
+        return result
+    second = second_voltage(plane, result["recommended_constant"].values)
+    result = result.assign(dataset.columns((), {"recommended_second_voltage": (second, *SECOND)}))
+    return said_in_proportion(result, plane.model.system)
+
+
+def said_in_proportion(result: xr.Dataset, system: ConeSystem) -> xr.Dataset:
+    """The envelope with the meanings of a drive that is held at its peak, if its films are in opposite phase."""
+    more = in_proportion(system)
+    if not more:
+        return result
+    for name, own in result.variables.items():
+        words = str(own.attrs["long_name"])
+        asked = "constant_voltage" in own.dims or own.attrs.get("quantity") == "voltage"
+        if asked and not str(name).startswith("operating_") and not words.endswith(more):
+            own.attrs["long_name"] = _HELD_AT_PEAK.get(str(name), words) + more
+    return result
+
+
+_HELD_AT_PEAK = {
+    "constant_voltage": "peak voltage at which the drive is held",
+    "static_displacement": "displacement under a drive that is held at its peak",
+    "recommended_constant": "recommended highest peak voltage at which the drive is held",
+}
+"""Meanings where a constant voltage is not that of a drive held at its peak."""
+
+
+def second_voltage(plane: Plane, peaks: Array) -> Array:
+    """The commanded voltage of the second film in opposite phase while the drive is held at peaks."""
+    return np.abs(2.0 * plane.bias_share - 1.0) * peaks
+
+
+SECOND = "commanded voltage of the second film while the drive is held at the recommended peak", "voltage"
 
 
 def _check(model: ConeModel, margin: float, duration: float | None) -> None:

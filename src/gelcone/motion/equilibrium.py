@@ -157,7 +157,7 @@ def static(
 def _begins(balances: list[StaticBalance]) -> dict[str, dataset.Variable]:
     """The voltage of both films in opposite phase, from which the ramp of the first begins."""
     pairs = [balance for balance in balances if isinstance(balance, PairBalance)]
-    if not pairs or pairs[0].system.films[-1].drive != "opposite":
+    if not pairs or not pairs[0].system.in_opposite_phase:
         return {}
     return {"ramp_begin_voltage": ((), np.array([pair.bias for pair in pairs]), _BEGINS, "voltage")}
 

@@ -12,6 +12,7 @@ from gelcone.dataset import Findings
 from gelcone.devices.analysis import analysis
 from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
+from gelcone.motion.proportion import at_own_bias
 from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltages
 from gelcone.physics.balance import PullIn
@@ -106,7 +107,8 @@ def limits_cells(
             found[name][flat] = onset[name]
         stays = flat & (outcome == Outcome.OK) & np.isnan(found["onset_voltage"])
         found["onset_voltage"][stays] = np.inf
-    of = {"pull_in_voltage": ", of the cone itself"} if any(map(is_cone, members.system.films)) else {}
+    of = dict.fromkeys(("pitchfork_voltage", "pull_in_voltage"), at_own_bias(members.system))
+    of["pull_in_voltage"] += ", of the cone itself" if any(map(is_cone, members.system.films)) else ""
     variables: dict[str, dataset.Variable] = {
         n: ((), found[n], meaning + of.get(n, ""), _absent(n)) for n, meaning in _MEANINGS.items()
     }

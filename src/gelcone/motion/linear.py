@@ -145,8 +145,7 @@ def slopes_under(members: Members, place: Array, voltages: Sequence[Array]) -> A
     system, n, shape = members.system, dict(members.numbers(trailing=1)), place.shape
     volts = [np.broadcast_to(voltage, shape) for voltage in voltages]
     commands = [command_at(system, system.line_of(k), place, one, n) for k, one in enumerate(volts)]
-    opposite = len(system.films) > 1 and system.films[-1].drive == "opposite"
-    n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if opposite else commands[0]
+    n["voltage_bias"] = 0.5 * (commands[0] + commands[-1]) if system.in_opposite_phase else commands[0]
     z, n = _states_at_rest(system, place, [one**2 for one in volts], commands[0], n)
     rows = gradients(lambda z, n, xp: system.rates_under(n[COMMAND], z, n, xp), z, {**n, COMMAND: commands[0]})
     return stacked(rows, shape)

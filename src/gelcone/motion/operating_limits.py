@@ -14,10 +14,12 @@ from gelcone.errors import InputError
 from gelcone.motion.driven import driven
 from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
+from gelcone.motion.proportion import in_proportion, proportional
 from gelcone.motion.start import inside, start_states
 from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel, single
+from gelcone.physics.system import ConeSystem
 from gelcone.progress import Progress, advance
 from gelcone.quantity import Array
 
@@ -36,10 +38,12 @@ def operating_limits(
 
     They are those of `envelope` from rest: quasi-static ones on the way to pull-in or the stretch limit, driven ones up
     to ``examined_voltage``, where the motion pulls in, or a little above the constant voltage of pull-in, or to twice
-    the lowest quasi-static limit where that is less. Only the proportion of the member's voltages matters:
-    amplitude and offset rise together, and with the offset the voltage of a second film in opposite phase. A wrinkling
-    cone, and a taut one with a ``radius_ratio``, pulls in where the membrane does for which it stands, at a lower
-    voltage than `limits` has of the cone; the attribute ``pull_in_of`` says whose pull-in it is.
+    the lowest quasi-static limit where that is less. Only the proportion of the member's voltages matters: amplitude
+    and offset rise together. Of films in opposite phase quasi-static limits are those of the drive held at its peak, so
+    that the offset rises with it; their names begin with ``proportional_``, since `limits` and `static` hold the
+    member's offset. A wrinkling cone, and a taut one with a ``radius_ratio``, pulls in where the membrane does for
+    which it stands, at a lower voltage than `limits` has of the cone; the attribute ``pull_in_of`` says whose pull-in
+    it is.
 
     Parameters
     ----------
@@ -97,7 +101,8 @@ def _limits_of_members(
 ) -> tuple[Findings, list[InputError], str]:
     """The limits of all members, the errors of those that are refused, and whose the pull-in is: of the ``membrane``,
     of the ``cone``, or of one in some members and of the other in the rest."""
-    found, refused = {name: np.full(members.size, np.nan) for name in _LIMITS}, list[InputError]()
+    found = {name: np.full(members.size, np.nan) for name in _meanings(members.system, "")}
+    refused = list[InputError]()
     whose = set[str]()
     outcome = np.full(members.size, Outcome.OUTSIDE, dtype=np.int8)
     for row in range(members.size):
@@ -114,19 +119,34 @@ def _limits_of_members(
         advance(progress, 1.0 / members.size)
     of = " or ".join(sorted(whose, reverse=True))
     late = np.isfinite(found["driven pull-in"]) & (found["driven chaos"] < found["driven pull-in"])
-    words = _LIMITS | ({"driven pull-in": _LIMITS["driven pull-in"] + OUT_OF_CHAOS} if late.any() else {})
-    if members.system.films[-1].drive == "opposite":
-        words = {name: text.replace("to a constant voltage", TOGETHER) for name, text in words.items()}
+    words = _meanings(members.system, of)
+    words["driven pull-in"] += OUT_OF_CHAOS if late.any() else ""
     variables: dict[str, dataset.Variable] = {
-        f"{name.replace(' ', '_').replace('-', '_')}_voltage": ((), values, _meaning(words[name], of), _limit(name))
-        for name, values in found.items()
+        limit_variable(name, members.system): ((), values, words[name], _limit(name)) for name, values in found.items()
     }
     return Findings(variables, outcome), refused, of
 
 
-def _meaning(words: str, of: str) -> str:
-    """The meaning of a limit; that of pull-in says whose it is."""
-    return words.replace("pull-in", f"pull-in of the {of}") if of else words
+def limit_variable(name: str, system: ConeSystem) -> str:
+    """The name of the variable with the voltage of a limit."""
+    found = f"{name.replace(' ', '_').replace('-', '_')}_voltage"
+    return proportional(found, system) if name in STATIC_LIMITS else found
+
+
+def _meanings(system: ConeSystem, of: str) -> dict[str, str]:
+    """The meaning of each voltage by its name in `_limits_of`; that of pull-in says whose it is, ``of``."""
+    more = in_proportion(system)
+    slow = f"limit of the drive held at its peak{more}" if more else "limit on a slow ramp to a constant voltage"
+    fast = f"limit of the drive that is switched on from rest{more}"
+    found = {
+        "safe peak": f"peak voltage below every limit{more}",
+        "examined": f"peak voltage up to which the driven motion was examined{more}",
+        "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
+        "driven error": "largest width of the intervals that begin at the limits of the drive",
+    }
+    found |= {name: f"{slow}: {name}" for name in STATIC_LIMITS}
+    found |= {f"driven {name}": f"{fast}: {name}" for name in DRIVEN_LIMITS}
+    return {name: words.replace("pull-in", f"pull-in of the {of}") if of else words for name, words in found.items()}
 
 
 def _limit(name: str) -> dict[str, str]:
@@ -139,24 +159,12 @@ def _limit(name: str) -> dict[str, str]:
     )
 
 
-TOGETHER = "to constant voltages in the proportion of the drive"
-"""Words for where the ramp of films in opposite phase ends, their offset rising with it."""
 OUT_OF_CHAOS = " out of chaos (other runs pull in lower or higher)"
 """Words for a limit of pull-in of a motion that was chaotic before."""
-_LIMITS = (
-    {
-        "safe peak": "peak voltage below every limit",
-        "examined": "peak voltage up to which the driven motion was examined",
-        "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
-        "driven error": "largest width of the intervals that begin at the limits of the drive",
-    }
-    | {name: f"limit on a slow ramp to a constant voltage: {name}" for name in STATIC_LIMITS}
-    | {f"driven {name}": f"limit of the drive that is switched on from rest: {name}" for name in DRIVEN_LIMITS}
-)
 
 
 def _limits_of(plane: Plane) -> dict[str, float]:
-    """The limits of a single model by the names in `_LIMITS`."""
+    """The limits of a single model by the names in `_meanings`."""
     static = static_limits_of(plane)
     volts = peaks_of(plane, static)
     found = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)

@@ -99,7 +99,8 @@ class Plane:
     """A single model at any peak voltage and drive frequency, started next to its rest.
 
     ``membrane`` gives the voltages above which the membrane has pulled in that the first film stands for, where the
-    model itself has no ``radius_ratio`` by which it is known.
+    model itself has no ``radius_ratio`` by which it is known. Constant voltages keep the proportion of the drive; with
+    ``own_bias`` those of films in opposite phase keep the model's own bias.
     """
 
     model: ConeModel
@@ -108,6 +109,7 @@ class Plane:
     threads: int | None
     membrane: PullInCurve | None = None
     limits_from: str = "rest"
+    own_bias: bool = False
 
     def __post_init__(self) -> None:
         check_name("motion that limits hold from", self.limits_from, FROM)
@@ -136,13 +138,13 @@ class Plane:
 
     @cached_property
     def bias_share(self) -> float:
-        """The bias over the voltage of the peak, negative if they have different signs."""
+        """The bias over the voltage of the drive's peak, negative if they have different signs."""
         along, against = self.model.system.waveform.along_bias(self.model.own_numbers)
         return abs(self.shape.bias) * (1.0 if along >= against else -1.0)
 
     @cached_property
     def _balance(self) -> StaticBalance:
-        (balance,) = every_balance(self.model, self.bias_share)
+        (balance,) = every_balance(self.model, None if self.own_bias else self.bias_share)
         return balance
 
     def ramp(self, levels: Array) -> Ramp:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone.devices.analysis import for_devices
+from gelcone.motion.proportion import at_own_bias
 from gelcone.motion.static_results import PLACE, label_static, padded, rests_near
 from gelcone.physics.balance import ROUNDING, PullIn, StaticBalance, rest_of
 from gelcone.physics.members import Ensemble
@@ -147,8 +148,9 @@ def pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Varia
     """Variables of the voltage and displacement of each pitchfork."""
     voltage = pitchfork_voltages(balances)
     place = np.array([0.5 * balance.flat_height for balance in balances])
+    meaning = PITCHFORK + at_own_bias(balances[0].system)
     return {
-        "pitchfork_voltage": ((), voltage, PITCHFORK, dataset.absent("voltage")),
+        "pitchfork_voltage": ((), voltage, meaning, dataset.absent("voltage")),
         "pitchfork_displacement": (
             (),
             np.where(np.isnan(voltage), np.nan, place),
@@ -170,9 +172,10 @@ def pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict
     """Variables of the jump or pull-in that ends the slow ramp of each member from its rest."""
     lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
+    meaning = PULL_IN + at_own_bias(balances[0].system)
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
-        "pull_in_voltage": ((), voltage, PULL_IN, dataset.absent("voltage")),
+        "pull_in_voltage": ((), voltage, meaning, dataset.absent("voltage")),
         "pull_in_kind": ((), kind.astype(np.int8), PULL_IN_KIND, PullIn),
         "pull_in_from": ((), before, "displacement at which the disc jumps or the film pulls in", _FROM),
         "pull_in_to": ((), after, "displacement that the disc jumps to", _TO),

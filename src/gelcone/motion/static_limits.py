@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,8 +52,21 @@ def static_limits_of(plane: Plane) -> Array:
     return np.array([*met, ramp.pitchfork if is_flat(plane.model) else np.nan, np.fmin(ramp.pull_in, membrane)])
 
 
-def _met(plane: Plane, highest: float) -> Array:
-    """The constant peak voltages up to ``highest`` below which the assumptions `_FAILING` hold, searched upwards."""
+def pull_in_at_own_bias(plane: Plane) -> float:
+    """The constant voltage of pull-in, as in `static_limits_of`, of films in opposite phase at the model's own bias,
+    from which the voltage rises; NaN if the way to that bias is lost."""
+    own = replace(plane, own_bias=True)
+    lost = own.ramp(np.zeros(1)).pull_in
+    if np.isnan(lost):
+        return lost
+    begin = abs(float(plane.model.voltage_bias))
+    *_, membrane = _met(own, BEFORE * lost if np.isfinite(lost) else FARTHEST, begin)
+    return float(np.fmin(lost, membrane))
+
+
+def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:
+    """The constant peak voltages up to ``highest`` below which the assumptions `_FAILING` hold, searched upwards from
+    ``begin``."""
 
     def excess(levels: Array) -> Array:
         ramp = plane.ramp(levels)
@@ -61,7 +75,7 @@ def _met(plane: Plane, highest: float) -> Array:
 
     low, high = np.zeros(len(_FAILING)), np.full(len(_FAILING), np.inf)
     known = np.zeros(len(_FAILING), dtype=bool)
-    begin, end = 0.0, min(FIRST, highest)
+    end = min(begin + FIRST, highest)
     while True:
         levels = np.linspace(begin, end, STATIC_POINTS + 1)
         found = excess(levels)

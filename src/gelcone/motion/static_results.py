@@ -27,7 +27,7 @@ def own_levels(model: Ensemble) -> Array:
     """The peaks of the drive and the offsets other than 0, as constant voltages in rising order. Constant voltages of
     films in opposite phase have the sign of the bias: the peaks are those of that sign."""
     peaks, offsets = np.ravel(model.peak_voltage), np.abs(np.ravel(model.offset_voltage))
-    if model.system.films[-1].drive == "opposite":
+    if model.system.in_opposite_phase:
         along, against = model.system.waveform.along_bias(model.own_numbers)
         other = np.not_equal(model.voltage_bias, 0.0) & (against > along)
         peaks = np.ravel(np.where(other, along, model.peak_voltage))

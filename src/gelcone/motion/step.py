@@ -100,7 +100,7 @@ def step(
     check_one(model, "step")
     given = "voltage_bias =" if before is None else "before ="
     if before is None:
-        before = abs(float(model.voltage_bias)) if model.system.films[-1].drive == "opposite" else 0.0
+        before = abs(float(model.voltage_bias)) if model.system.in_opposite_phase else 0.0
     start = equilibrium_under_bias(model, before, given)
     levels = _levels(model, before) if voltages is None else constant_voltages(voltages)
     members = at_constant_voltages(model, levels).members()

@@ -98,7 +98,7 @@ class PairBalance(StaticBalance):
     @cached_property
     def bias(self) -> float:
         """The voltage of both films from which a ramp of films in opposite phase begins; else 0."""
-        fixed = self.system.films[-1].drive == "opposite" and BIAS_SHARE not in self.n
+        fixed = self.system.in_opposite_phase and BIAS_SHARE not in self.n
         return abs(float(self.n["voltage_bias"])) if fixed else 0.0
 
     @cached_property

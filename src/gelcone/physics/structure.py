@@ -214,7 +214,7 @@ class Structure:
             values |= part.complete({name: given[name] for name in part.parameters if name in given})
         if getattr(self.circuit, "reduced", False):
             self._check_jumps(values)
-        if self.films[-1].drive == "opposite":
+        if self.in_opposite_phase:
             self._check_offset(values)
         for film in self.films:
             values |= film.complete_with(given, values)
@@ -235,6 +235,11 @@ class Structure:
                 raise InputError(f"{min(doubled)}: two components give a number of this name; give one of them another")
             numbers |= own
         return numbers
+
+    @property
+    def in_opposite_phase(self) -> bool:
+        """Whether the last film has a voltage in opposite phase to the first about one bias."""
+        return self.films[-1].drive == "opposite"
 
     def command_of(self, line: Line, commanded: Any, n: Numbers) -> Any:
         """The command of a line while that of the first line is ``commanded``."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL
 from gelcone.plots.style import (
     BLACK,
     BLUE,
@@ -139,13 +140,9 @@ def over_frequency(result: xr.Dataset, axes: Axes) -> None:
 
 def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     """Peak voltages of the limits that the drive meets, as bars."""
-    ends = {
-        str(name).removesuffix("_voltage").replace("pull_in", "pull-in").replace("_", " "): float(value)
-        for name, value in result.data_vars.items()
-        if str(name).endswith("_voltage") and value.dims == () and str(name) not in NOT_LIMITS
-    }
-    met = {name: value for name, value in ends.items() if np.isfinite(value)}
-    axes.set_title("limits met: peak of the drive", loc="left", fontsize=8.0)
+    met = {name: float(result[name]) for name in _limits(result) if np.isfinite(result[name])}
+    more = IN_PROPORTION if f"{PROPORTIONAL}pull_in_voltage" in result else ""
+    axes.set_title(f"limits met: peak of the drive{more}", loc="left", fontsize=7.0 if more else 8.0)
     if not met:
         axes.text(0.5, 0.5, "none up to the voltages examined", transform=axes.transAxes, ha="center", color=GREY)
         axes.set_axis_off()
@@ -159,12 +156,26 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
             axes.text(end, k, f"{met[name]:.3g} ", fontsize=6.0, color="white", ha="right", va="center")
     if is_toleranced(result):
         for k, name in enumerate(names):
-            own = f"{name.replace('pull-in', 'pull_in').replace(' ', '_')}_voltage"
-            span = np.clip([float(result[f"{own}_{end}"]) for end in ("low", "high")], 0.0, END * end)
+            span = np.clip([float(result[f"{name}_{end}"]) for end in ("low", "high")], 0.0, END * end)
             axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)
-    axes.set_yticks(range(len(names)), [name.replace("driven ", "drive: ") for name in names], fontsize=7.0)
+    axes.set_yticks(range(len(names)), [_limit_label(name) for name in names], fontsize=7.0)
     axes.set_xlabel(axis_label(result["first_limit_voltage"], "peak voltage"))
+
+
+def _limits(result: xr.Dataset) -> list[str]:
+    """The names of the variables with the limits of the drive; of films in opposite phase without the pull-in at the
+    bias of the device, which the drive scales."""
+    every = [str(name) for name, value in result.data_vars.items() if value.dims == ()]
+    every = [name for name in every if name.endswith("_voltage") and name.removeprefix(PROPORTIONAL) not in NOT_LIMITS]
+    scaled = any(name.startswith(PROPORTIONAL) for name in every)
+    return [name for name in every if not scaled or name.startswith((PROPORTIONAL, "driven_"))]
+
+
+def _limit_label(name: str) -> str:
+    """The label of a limit by the name of its variable."""
+    words = name.removeprefix(PROPORTIONAL).removesuffix("_voltage").replace("pull_in", "pull-in").replace("_", " ")
+    return words.replace("driven ", "drive: ")
 
 
 NOT_LIMITS = (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone.codes import Outcome, Regime
+from gelcone.motion.proportion import IN_PROPORTION
 from gelcone.plots.style import (
     BLACK,
     BLUE,
@@ -21,7 +22,7 @@ from gelcone.plots.style import (
     second_axes,
     styled,
 )
-from gelcone.words import lasting, unit_of
+from gelcone.words import held_at_peak, lasting, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +72,7 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
             axes.plot([], [], **look, label="dielectric breakdown: unknown,\nno strength given")
     styles = ("-", "--", "-.", ":", (0, (5, 1)), (0, (1, 1)))
     voltages = envelope["static_limit_voltage"].values
-    held = "quasi-static"
+    held = "drive held at its peak" if held_at_peak(envelope) else "quasi-static"
     if (time := envelope.get("holding_time")) is not None:
         held = f"held for {lasting(float(time), time, 3)}"
     for name, voltage, style in zip(envelope["static_limit"].values, voltages, styles, strict=True):
@@ -84,7 +85,8 @@ def driven_limits(envelope: xr.Dataset, axes: Axes) -> None:
     frequency_axis(envelope, axes)
     axes.autoscale_view()
     axes.set_ylim(0.0, min(1.05 * highest, 1.1 * axes.dataLim.ymax))
-    axes.set_ylabel(axis_label(envelope["peak_voltage"], "peak voltage"))
+    more = IN_PROPORTION if held_at_peak(envelope) else ""
+    axes.set_ylabel(axis_label(envelope["peak_voltage"], f"peak voltage{more}"))
 
 
 def limit_label(envelope: xr.Dataset, name: str) -> str:
@@ -137,7 +139,8 @@ def natural_frequency(envelope: xr.Dataset, axes: Axes) -> None:
     axes.plot(envelope["constant_voltage"], envelope["natural_frequency"], color=BLUE)
     shade(envelope, axes)
     axes.set_ylim(bottom=0.0)
-    name_axes(axes, envelope["constant_voltage"], envelope["natural_frequency"], "constant voltage", "natural freq.")
+    over = "peak held, bias in proportion" if held_at_peak(envelope) else "constant voltage"
+    name_axes(axes, envelope["constant_voltage"], envelope["natural_frequency"], over, "natural freq.")
 
 
 def shade(envelope: xr.Dataset, axes: Axes) -> None:

@@ -51,19 +51,21 @@ def find_axes(source: Source) -> Axes:
 
 
 class Limits(NamedTuple):
-    """The voltage of each of `STATIC_LIMITS` and the default peak voltages in the model's units, and the film
-    (``membrane`` or ``cone``) whose pull-in is used."""
+    """The voltage of each of `STATIC_LIMITS` and the default peak voltages in the model's units, the film (``membrane``
+    or ``cone``) whose pull-in is used, and whether static limits are of a drive that is held at its peak, with the bias
+    of films in opposite phase in proportion."""
 
     static: Array
     peaks: Array
     pull_in_of: str
+    in_proportion: bool = False
 
 
 def find_limits(source: Source) -> Limits:
     """The `Limits` under a constant voltage."""
     plane = _plane(*source.key)
     static = static_limits_of(plane)
-    return Limits(static, peaks_of(plane, static), pull_in_of(plane))
+    return Limits(static, peaks_of(plane, static), pull_in_of(plane), plane.model.system.in_opposite_phase)
 
 
 def find_rows(source: Source, omegas: Array, static: Array, around: Array | None = None) -> dict[str, Array]:
@@ -143,7 +145,7 @@ class _Envelope:
     async def _show(self) -> None:
         """Sends what is known so far, in volts and hertz."""
         omegas, hertz, volts = self.axes
-        static, peaks, pull_in_of = self.limits
+        static, peaks, pull_in_of, in_proportion = self.limits
         low = self.rows.get("low", np.empty((0, len(DRIVEN_LIMITS))))
         arrays = {
             "frequency": self.rows.get("frequency", np.empty(0)) * hertz,
@@ -158,5 +160,6 @@ class _Envelope:
             highest=float(peaks[-1]) * volts,
             most=float(omegas[-1]) * hertz,
             pull_in_of=pull_in_of,
+            in_proportion=in_proportion,
             share=min(len(arrays["frequency"]) / (EXPECTED * len(omegas)), 0.99),
         )

@@ -109,6 +109,7 @@ def in_words(numbers: Mapping[str, float], subject: Subject) -> list[dict[str, A
         else:
             text, value = _with_unit(value, quantity, subject)
         if name in PULL_INS.values():
+            text += " at this bias" if subject.model.system.in_opposite_phase else ""
             text += f" (peak at {_percent(float(subject.model.peak_voltage) / numbers[name])})"
         own: dict[str, Any] = {"name": name, "place": place, "text": text, "value": value}
         if name in PULL_INS.values():

@@ -471,6 +471,12 @@ test("names in an envelope stand apart and inside of it, with limits beyond its 
   assert.equal(p.context.calls.filter((c) => c.name === "lineTo" && c.strokeStyle === LIGHT.edge && c.dash.length).length, 2);
 });
 
+test("static limits of films in opposite phase are named as those of the drive held at its peak", () => {
+  const own = setUp("envelope"), { p } = own;
+  own.grids.message({ kind: "envelope", id: own.id(), limits: [], static: { "pull-in": 1900 }, highest: 2500, most: 15, share: 1, pull_in_of: "membrane", in_proportion: true }, { frequency: Float32Array.of(5, 15), window: Float32Array.of(2000, 1000) });
+  for (const text of ["drive held at its peak: pull-in of the membrane", "peak voltage, bias in proportion (V)"]) assert.ok(texts(p.context).includes(text), text);
+});
+
 test("a parameter is on one axis of a map: where both are the same, the second takes another", () => {
   const { panel, state, asked } = setUp();
   panel.x.value = "frequency"; panel.x.onchange();

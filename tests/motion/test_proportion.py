@@ -1,0 +1,17 @@
+"""Names of two questions, where they are two."""
+
+import pytest
+
+from gelcone.motion import proportion
+from gelcone.physics.model import ConeModel
+
+
+@pytest.mark.parametrize("drive", [None, "same", "constant", "opposite"])
+def test_names_and_meanings_differ_for_films_in_opposite_phase_alone(drive):
+    films = {} if drive is None else {"second_film": "taut", "second_drive": drive}
+    system = ConeModel(**films).system
+    found = [
+        proportion.at_own_bias(system), proportion.in_proportion(system), proportion.proportional("a_voltage", system),
+    ]  # fmt: skip
+    differ = [", at its own bias", ", bias and amplitude in proportion", "proportional_a_voltage"]
+    assert found == (differ if drive == "opposite" else ["", "", "a_voltage"])
