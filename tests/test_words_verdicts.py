@@ -324,7 +324,9 @@ def test_which_motions_of_a_sweep_do_not_follow_the_drive():
         (0.005, "length", "mm", "5 um"), (12.5, "length", "mm", "12.5 mm"), (1500.0, "voltage", "V", "1.5 kV"),
         (0.5, "power", "mW", "500 uW"), (12.5, "length", "1", "12.5"), (12.5, "none", "mm", "12.5 mm"),
         (NAN, "length", "mm", "unknown"), (np.inf, "length", "mm", "infinite"), (1.35e-51, "length", "mm", "0 mm"),
-        (-9e-8, "length", "mm", "0 mm"), (2e-7, "length", "mm", "0.2 nm"), (9e-8, "power", "mW", "9e-05 uW"),
+        (-9e-8, "length", "mm", "0 mm"), (2e-7, "length", "mm", "0.2 nm"), (9e-8, "power", "mW", "90 pW"),
+        (1512.8, "apparent power", "mVA", "1.513 VA"), (1.904e-6, "force", "N", "1.904 uN"),
+        (9.946e-10, "energy", "mJ", "0.9946 pJ"),
     ],
 )  # fmt: skip
 def test_a_number_with_the_unit_in_which_it_reads_well(value, quantity, unit, text):

@@ -313,3 +313,16 @@ def test_a_result_and_its_figure_are_replaced_only_where_that_was_asked_for(tmp_
     assert (float(gelcone.load(places[0])["height"]), places[1].read_text()) == (13.5, "then")
     answer.check_folder(out, "settled", False)
     answer.check_folder(None, "limits", False)
+
+
+@pytest.mark.parametrize("thickness", ["0.2 mm", "0.21 mm", "0.23 mm"])
+def test_what_was_typed_comes_back_as_it_was_typed(thickness):
+    """Axes, single numbers and options of a device, which are scaled to it and back."""
+    device = gelcone.find_device("biased-pump").replace(film="taut", film_thickness=thickness)
+    volts = [100.0 * k for k in range(1, 12)]
+    found = gelcone.static(device, volts)
+    assert found["constant_voltage"].values.tolist() == volts
+    assert answer.options_json("static", found, device)["voltages"] == volts
+    for bias in volts[:3]:
+        about = gelcone.transfer(device, [5.0], bias=bias, amplitudes=[10.0], threads=1)
+        assert (float(about["bias_voltage"]), answer.options_json("transfer", about, device)["bias"]) == (bias, bias)

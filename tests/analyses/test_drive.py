@@ -98,5 +98,5 @@ def test_numbers_of_a_drive_read_as_elsewhere():
         shown[name].attrs["quantity"] = quantity
     text = drive.drive_words(shown, SUBJECT)
     assert "11 Hz and 1.1 kV peak" in text
-    assert "apparent power 0.5 mVA" in text
+    assert "apparent power 500 uVA" in text
     assert "from 0.01 to 1.3 kHz" in text

@@ -140,7 +140,7 @@ def test_the_settled_motion_of_a_device_in_words():
     lines = tables.table_words(found, subject).splitlines()
     assert "the disc is at rest: no" in lines
     assert found.power.units == "mW"
-    assert f"mean power that the source gives: {1e3 * float(found.power):.5g} uW" in lines
+    assert f"mean power that the source gives: {1e6 * float(found.power):.5g} nW" in lines
     assert line_with(lines, "share of the").startswith("film (share of the time): taut")  # of all its states
     still = gelcone.settled(device.replace(voltage_amplitude=0.0))
     assert "the disc is at rest: yes" in tables.table_words(still, subject).splitlines()

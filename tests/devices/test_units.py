@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gelcone.devices.units import DIMENSIONS, FieldError, format_si, parse, parse_deviation, parse_many
+from gelcone.devices.units import DIMENSIONS, FieldError, as_typed, format_si, parse, parse_deviation, parse_many
 from gelcone.errors import InputError
 
 ALL_UNITS = [(si, unit) for si, dimension in DIMENSIONS.items() for unit in dimension.powers]
@@ -190,7 +190,9 @@ WORTH = {
     **{f"{k}{ohm}": worth for k, worth in (("", 1.0), ("k", 1e3), ("M", 1e6), ("G", 1e9)) for ohm in ("ohm", "Ohm")},
     **{"V/s": 1.0, "V/ms": 1e3, "V/us": 1e6, "kV/s": 1e3, "kV/ms": 1e6},
     **{"J/(m^3 K)": 1.0, "kJ/(m^3 K)": 1e3, "MJ/(m^3 K)": 1e6},
-    **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
+    **{"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "W": 1.0, "mW": 1e-3, "uW": 1e-6, "VA": 1.0, "mVA": 1e-3, "uVA": 1e-6},
+    **{"nJ": 1e-9, "pJ": 1e-12, "nW": 1e-9, "pW": 1e-12, "nVA": 1e-9, "pVA": 1e-12, "uN": 1e-6, "nN": 1e-9},
+    **{"pA": 1e-12, "pC": 1e-12},
 }
 """What a unit is worth in SI units, by its prefixes."""
 OHMS = [unit for unit in WORTH if unit.lower().endswith("ohm")]
@@ -257,3 +259,14 @@ def test_a_message_has_the_example_that_is_given_or_that_of_the_dimension():
         parse("length", "wide", "m", example="7 mm")
     with pytest.raises(InputError, match=rf"such as '{DIMENSIONS['m'].example}'"):
         parse("length", "wide", "m")
+
+
+def test_a_number_that_was_scaled_to_a_device_and_back_is_the_number_that_was_typed():
+    scale, typed = np.linspace(900.0, 1100.0, 99)[:, None], np.array([700.0, 0.1, 1234.56789012, -3e-7, 0.0])
+    scaled = typed / scale * scale
+    assert (scaled != typed).any()
+    typed = np.broadcast_to(typed, scaled.shape)
+    np.testing.assert_array_equal(as_typed(scaled), typed)
+    assert as_typed(700.0000000000001) == 700.0
+    found = np.array([np.pi, 1.0 / 3.0, 700.0 + 1e-9, np.nan, np.inf])
+    np.testing.assert_array_equal(as_typed(found), found)

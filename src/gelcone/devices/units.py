@@ -62,7 +62,7 @@ class Dimension:
 
 def _dimension(name: str, example: str, powers: Mapping[str, int], shown: tuple[str, ...] = ()) -> Dimension:
     # "um" is also read with the micro sign (U+00B5) and with the Greek letter mu (U+03BC)
-    spelt = {re.sub("u(?=[msJWAC])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
+    spelt = {re.sub("u(?=[msJWACNVF])", mu, unit): power for unit, power in powers.items() for mu in "u\u00b5\u03bc"}
     return Dimension(name, spelt, example, shown or tuple(powers))
 
 
@@ -78,7 +78,7 @@ DIMENSIONS: dict[str, Dimension] = {
     "Hz": _dimension("frequency", "8 Hz", {"Hz": 0, "kHz": 3, "mHz": -3}),
     "V": _dimension("voltage", "1.2 kV", {"V": 0, "kV": 3, "mV": -3, "MV": 6}),
     "Pa": _dimension("pressure", "20 kPa", {"Pa": 0, "kPa": 3, "MPa": 6}),
-    "N": _dimension("force", "0.5 N", {"N": 0, "mN": -3}),
+    "N": _dimension("force", "0.5 N", {"N": 0, "mN": -3, "uN": -6, "nN": -9}),
     "m/s": _dimension("velocity", "10 mm/s", {"m/s": 0, "mm/s": -3}),
     "m/s^2": _dimension("acceleration", "9.81 m/s^2", {"m/s^2": 0, "m/s2": 0, "mm/s^2": -3}, ("m/s^2", "mm/s^2")),
     "N/m^3": _dimension(
@@ -102,7 +102,7 @@ DIMENSIONS: dict[str, Dimension] = {
         {"V/m": 0, "kV/m": 3, "V/mm": 3, "MV/m": 6, "kV/mm": 6, "V/um": 6},
         ("V/m", "kV/m", "MV/m"),
     ),
-    "A": _dimension("current", "2 mA", {"A": 0, "mA": -3, "uA": -6, "nA": -9}),
+    "A": _dimension("current", "2 mA", {"A": 0, "mA": -3, "uA": -6, "nA": -9, "pA": -12}),
     "ohm": _dimension("resistance", "5 Mohm", _OHMS, ("ohm", "kohm", "Mohm", "Gohm")),
     "ohm m": _dimension(
         "resistivity",
@@ -117,15 +117,16 @@ DIMENSIONS: dict[str, Dimension] = {
         ("V/s", "V/ms", "V/us"),
     ),
     "F": _dimension("capacitance", "1 nF", {"F": 0, "mF": -3, "uF": -6, "nF": -9, "pF": -12}),
-    "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9}),
-    "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6}),
+    "C": _dimension("charge", "2 uC", {"C": 0, "mC": -3, "uC": -6, "nC": -9, "pC": -12}),
+    "J": _dimension("energy", "2 mJ", {"J": 0, "mJ": -3, "uJ": -6, "nJ": -9, "pJ": -12}),
     "J/(m^3 K)": _dimension(
         "heat capacity over volume",
         "1.8 MJ/(m^3 K)",
         {"J/(m^3 K)": 0, "kJ/(m^3 K)": 3, "MJ/(m^3 K)": 6},
         ("J/(m^3 K)", "kJ/(m^3 K)", "MJ/(m^3 K)"),
     ),
-    "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6}),
+    "W": _dimension("power", "3 mW", {"W": 0, "mW": -3, "uW": -6, "nW": -9, "pW": -12}),
+    "VA": _dimension("apparent power", "10 mVA", {"VA": 0, "mVA": -3, "uVA": -6, "nVA": -9, "pVA": -12}),
 }
 
 # Three digits of exponent are enough for a double and keep int() cheap.
@@ -280,6 +281,22 @@ def _checked_array(name: str, values: npt.NDArray[Any], unit: str, bounds: Any) 
     for at in {int(array.argmin()), int(array.argmax())}:
         parse(f"{name}[{at}]", float(array[at]), unit, **bounds)
     return _read_only(array)
+
+
+TYPED_DIGITS, MOST_TYPED, ROUNDINGS = 12, 1000, 4
+"""Most digits of a number as it was typed; most numbers that are typed at once; and roundings, in units in the last
+place, that scaling to a device and back makes."""
+
+
+def as_typed(values: Any) -> Array:
+    """The values, those that differ by rounding alone from a number of `TYPED_DIGITS` replaced by it: a voltage of
+    700.0000000000001, scaled to a device and back, by 700."""
+    own = np.asarray(values, dtype=float)
+    if own.size > MOST_TYPED:
+        return own
+    short = np.reshape([float(f"{value:.{TYPED_DIGITS}g}") for value in own.ravel()], own.shape)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(short - own) <= ROUNDINGS * np.spacing(np.abs(own)), short, own)
 
 
 def _read_only(array: Array) -> Array:
