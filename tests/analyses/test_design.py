@@ -10,6 +10,11 @@ from tests.analyses.said import NAN
 from tests.edited import edited, made
 from tests.plots.made_up import result
 
+MEASURED = {
+    "stroke": ("mm", "length"), "membrane_stroke": ("mm", "length"), "apparent_power": ("mVA", "apparent power"),
+}  # fmt: skip
+"""Units and quantities of numbers that are read in the unit that suits them."""
+
 
 def test_a_design_names_its_limit_and_what_binds_it():
     designs = result(
@@ -22,13 +27,15 @@ def test_a_design_names_its_limit_and_what_binds_it():
             "first_limit": ("design", ["pull-in on a ramp"]), "binding_requirement": ("design", ["stroke"]),
         },
         {"design": ("design", [1])},
-        {"spring_rate": "N/m"},
+        {"spring_rate": "N/m"} | {name: unit for name, (unit, _) in MEASURED.items()},
         {
             "title": "designs: pump", "frequency": 10.0, "margin": 0.2, "free": json.dumps(["spring_rate"]),
             "left_out": "[]", "nominal_probability": 0.4, "nominal_probabilities": '{"current": 0.4}',
             "devices": json.dumps(["a device"]),
         },
     )  # fmt: skip
+    for name, (_, quantity) in MEASURED.items():
+        designs[name].attrs["quantity"] = quantity
     text = design_words(designs)
     assert "96.0% (95.0% to 97.0%)" in text
     assert "pull-in on a ramp, 1600 V recommended" in text
@@ -39,6 +46,7 @@ def test_a_design_names_its_limit_and_what_binds_it():
     said = device_text(designs, 0).splitlines()
     assert said[0] == "# design 1 of pump, found by gelcone design"
     assert said[1] == "# settled stroke 5.1 mm at 10 Hz (4.8 mm as a membrane), 3.2 mVA"
+    assert device_text(edited(designs, apparent_power=3200.0), 0).splitlines()[1].endswith(", 3.2 VA")
     assert said[3:5] == [
         "# first limit: pull-in on a ramp; recommended up to 1600 V, 20% below it",
         "# bound by stroke",
@@ -55,7 +63,8 @@ def test_designs_in_the_plural_and_what_was_left_out():
     own = {"stroke": 5.0, "membrane_stroke": 4.0, "peak_voltage": 1500.0, "apparent_power": 3.0, "recommended": 1600.0,
            "probability": 0.96, "probability_low": 0.95, "probability_high": 0.97, "distance": 2.5, "relaxed": 0.0,
            "spring_rate": 15.0}  # fmt: skip
-    found = made({n: ("design", [v, v], "N/m" if n == "spring_rate" else "1") for n, v in own.items()}
+    units = {"spring_rate": "N/m"} | {name: unit for name, (unit, _) in MEASURED.items()}
+    found = made({n: ("design", [v, v], units.get(n, "1")) for n, v in own.items()}
                  | {"first_limit": ("design", ["pull-in"] * 2), "binding_requirement": ("design", ["stroke"] * 2)},
                  {"design": ("design", [1, 2])}, title="designs: pump", frequency=10.0, margin=0.2,
                  free='["spring_rate"]', left_out='["design 3: no rest"]', nominal_probabilities="{}")  # fmt: skip

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from gelcone.analyses.answer import result_json
 from gelcone.devices.units import format_si
 from gelcone.lab.design import designed_devices
+from gelcone.words import sized
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,10 +61,10 @@ def _row(one: xr.Dataset) -> str:
     )
     cells = (
         str(int(one["design"])),
-        f"{float(one['stroke']):.3g} mm",
-        f"{float(one['membrane_stroke']):.3g} mm" if np.isfinite(one["membrane_stroke"]) else "unknown",
+        sized(one["stroke"], 3),
+        sized(one["membrane_stroke"], 3),
         f"{float(one['peak_voltage']):.4g} V",
-        f"{float(one['apparent_power']):.3g} mVA",
+        sized(one["apparent_power"], 3),
         share,
         f"{one['first_limit'].item()}, {float(one['recommended']):.4g} V recommended",
     )
@@ -100,8 +99,8 @@ def device_text(result: xr.Dataset, k: int) -> str:
     one, those = result.isel(design=k), "draws" if _drawn(result) else "devices within the tolerances"
     said = [
         f"design {k + 1} of {result.attrs['title'].removeprefix('designs: ')}, found by gelcone design",
-        f"settled stroke {float(one['stroke']):.3g} mm at {result.attrs['frequency']:g} Hz "
-        f"({float(one['membrane_stroke']):.3g} mm as a membrane), {float(one['apparent_power']):.3g} mVA",
+        f"settled stroke {sized(one['stroke'], 3)} at {result.attrs['frequency']:g} Hz "
+        f"({sized(one['membrane_stroke'], 3)} as a membrane), {sized(one['apparent_power'], 3)}",
         f"{float(one['probability']):.1%} of the {those} meet all "
         f"({float(one['probability_low']):.1%} to {float(one['probability_high']):.1%})",
         f"first limit: {one['first_limit'].item()}; recommended up to {float(one['recommended']):.4g} V, "

@@ -158,10 +158,9 @@ def _static_lines(shown: xr.Dataset) -> Iterator[str]:
         what = "peak at which the drive is held" if held_at_peak(shown) else "constant voltage"
         yield f"no {what} is recommended: the film is slack from 0 on; pre-stretch it"
         return
-    at = {
-        name: f"{_plain(np.interp(highest, shown['constant_voltage'], shown[name]))}{unit_of(shown[name])}"
-        for name in _STATIC
-    }
+    there = {name: np.interp(highest, shown["constant_voltage"], shown[name]) for name in _STATIC}
+    at = {name: f"{_plain(value)}{unit_of(shown[name])}" for name, value in there.items()}
+    at |= {name: sized(shown[name][0].copy(data=there[name])) for name in ("stroke", "blocked_force")}
     said = [f"stroke {at['stroke']}"]
     if _HELD in shown:
         place = np.interp(highest, shown["held_voltage"], shown["held_displacement"]) - float(
