@@ -150,7 +150,8 @@ def test_of_films_in_opposite_phase_the_drive_is_held_at_its_peak():
 def test_thresholds_of_creep_in_proportion_are_said_to_be_of_the_drive(late, text):
     volts = {"units": "V"}
     creeps = in_proportion().assign(
-        proportional_instant_voltage=((), 2700.0, volts), proportional_long_time_voltage=((), late, volts)
+        proportional_instantaneous_pull_in_voltage=((), 2700.0, volts),
+        proportional_long_term_pull_in_voltage=((), late, volts),
     )
     lines = said(envelope.envelope_words, creeps)
     assert text in lines
