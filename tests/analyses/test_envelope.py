@@ -142,9 +142,9 @@ def test_of_films_in_opposite_phase_the_drive_is_held_at_its_peak():
 @pytest.mark.parametrize(
     ("late", "text"),
     [
-        (2300.0, "the film creeps: held at its peak the drive pulls it in above 2700 V at once, above 2300 V after a "
-         "while; limits of the drive held at its peak are those in the long run"),
-        (INF, "the film creeps: held at no peak the drive pulls it in, at once or in the long run"),
+        (2300.0, "the film creeps: held at its peak the drive pulls the cone itself in above 2700 V at once, above 2300 V "
+         "after a while; limits of the drive held at its peak are those in the long run"),
+        (INF, "the film creeps: held at no peak the drive pulls the cone itself in, at once or in the long run"),
     ],
 )  # fmt: skip
 def test_thresholds_of_creep_in_proportion_are_said_to_be_of_the_drive(late, text):
