@@ -142,8 +142,8 @@ def test_of_films_in_opposite_phase_the_drive_is_held_at_its_peak():
 @pytest.mark.parametrize(
     ("late", "text"),
     [
-        (2300.0, "the film creeps: held at its peak the drive pulls the cone itself in above 2700 V at once, above 2300 V "
-         "after a while; limits of the drive held at its peak are those in the long run"),
+        (2300.0, "the film creeps: held at its peak the drive pulls the cone itself in above 2700 V at once, above "
+         "2300 V after a while; limits of the drive held at its peak are those in the long run"),
         (INF, "the film creeps: held at no peak the drive pulls the cone itself in, at once or in the long run"),
     ],
 )  # fmt: skip
@@ -161,7 +161,7 @@ def test_thresholds_of_creep_in_proportion_are_said_to_be_of_the_drive(late, tex
 
 def test_a_drive_beyond_a_pitchfork_in_proportion_alone():
     names = ["pull-in", "pitchfork", "dielectric breakdown"]
-    shown = in_proportion(static_limit_voltage=[2500.0, 700.0, INF], limit_low=INF, own_frequency=14.0)
+    shown = in_proportion(static_limit_voltage=[2500.0, 700.0, INF], limit_low=INF, operating_frequency=14.0)
     shown = shown.assign_coords(static_limit=("static_limit", names))
     shown = edited(shown, recommended_peak=560.0)
     expected = (
