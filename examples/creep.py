@@ -7,7 +7,7 @@ model = gelcone.ConeModel(rest_height=0.8, hoop_prestretch=1.4, damping_ratio=0.
 answer = gelcone.step(model, [0.8], duration=200.0)
 figure = answer.gelcone.plot()
 
-begin, end = answer.begin.values.item(), answer.end.values.item()
-print(f"from {begin:.4f} to {end:.4f}, where a slow ramp leads to {answer.equilibrium.item():.4f}")
+begin, end = answer.initial_displacement.values.item(), answer.final_displacement.values.item()
+print(f"from {begin:.4f} to {end:.4f}, where a slow ramp leads to {answer.equilibrium_displacement.item():.4f}")
 
-assert abs(end - answer.equilibrium.item()) < 5e-3
+assert abs(end - answer.equilibrium_displacement.item()) < 5e-3

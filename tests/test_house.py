@@ -22,6 +22,7 @@ FLOORS = [
         "files",
         "disk_cache",
         "netcdf",
+        "earlier",
         "interchange",
         "markup",
         "permission",

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from gelcone._version import __version__
 from gelcone.codes import Outcome
+from gelcone.earlier import with_names_of_today
 from gelcone.errors import InputError, described
 from gelcone.files import write_whole, writer_of
 from gelcone.netcdf import read_netcdf, write_netcdf
@@ -240,7 +241,7 @@ class Savable(Protocol):
 
 
 def load(path: str | Path) -> xr.Dataset:
-    """Read a Dataset that `save` wrote, equal to the original.
+    """Read a Dataset that `save` wrote, equal to the original; variables of earlier versions get the names of today.
 
     Parameters
     ----------
@@ -266,7 +267,7 @@ def load(path: str | Path) -> xr.Dataset:
     import gelcone.accessor  # noqa: F401  (gives Datasets their methods)
 
     try:
-        return read_netcdf(Path(path))
+        return with_names_of_today(read_netcdf(Path(path)))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except InputError as error:

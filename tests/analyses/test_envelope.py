@@ -167,7 +167,7 @@ def test_a_drive_beyond_a_pitchfork_in_proportion_alone():
     expected = (
         "above pitchfork held at its peak, 700 V; 64% below the first other limit, pull-in held at its peak 2500 V"
     )
-    assert said(envelope.envelope_words, shown)[-1] == f"its own drive, 900 V at 14 Hz: {expected}"
+    assert said(envelope.envelope_words, shown)[-1] == f"its drive, 900 V at 14 Hz: {expected}"
 
 
 @pytest.mark.parametrize(("off", "rows"), [(0.05, [0, 1, 2]), (0.03, [0, 2])])

@@ -343,7 +343,10 @@ def test_the_lines_of_a_spectrum():
 @pytest.mark.parametrize(("drive", "of"), [("same", ""), ("opposite", " on the first film")])
 def test_a_step_begins_at_a_voltage(drive, of):
     along = "constant_voltage"
-    values = {name: (along, [0.0], "mm") for name in ("begin", "end", "equilibrium")}
+    values = {
+        name: (along, [0.0], "mm")
+        for name in ("initial_displacement", "final_displacement", "equilibrium_displacement")
+    }
     values |= {name: (along, [NAN], "ms") for name in ("rise_time", "settling_time")}
     own = values | {"overshoot": (along, [NAN]), "outcome": (along, [0]), "before_voltage": (None, 250.0, "V")}
     step = made(own, {along: (along, [500.0], "V")})

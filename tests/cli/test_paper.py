@@ -1,6 +1,7 @@
 """What `gelcone paper` prints of figures and claims: a table cut to the terminal, where the files are, and JSON."""
 
 import json
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -105,7 +106,7 @@ def test_what_is_typed_decides_what_is_printed(found, command_line, monkeypatch)
 
 @pytest.mark.parametrize(("terminal", "line"), [(True, "abcdefg…"), (False, "abcdefghij")])
 def test_lines_are_cut_to_the_width_of_a_terminal_alone(terminal, line, monkeypatch):
-    monkeypatch.setattr(shutil, "get_terminal_size", lambda *args, **kwargs: SimpleNamespace(columns=8))
+    monkeypatch.setattr(shutil, "get_terminal_size", lambda *args, **kwargs: os.terminal_size((8, 24)))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
     assert paper._cut("abcdefghij") == line
     assert paper._cut("abcdefgh") == "abcdefgh"

@@ -385,10 +385,10 @@ def test_the_thresholds_of_an_envelope_are_at_its_own_proportion_of_the_bias():
     plane = Plane.of(model, None)
     found = thresholds(model, plane.bias_share)
     pull_in = plane.ramp(np.zeros(1)).pull_in
-    assert found["long_term_pull_in_voltage"][1] == pytest.approx(pull_in, rel=1e-9)
-    assert pull_in < found["instantaneous_pull_in_voltage"][1] < np.inf
+    assert found["proportional_long_term_pull_in_voltage"][1] == pytest.approx(pull_in, rel=1e-9)
+    assert pull_in < found["proportional_instantaneous_pull_in_voltage"][1] < np.inf
     envelope = gelcone.envelope(model, frequencies=[1.0, 1.2], peaks=[0.2, 0.3], limits_from="settled")
-    assert float(envelope["long_term_pull_in_voltage"]) == pytest.approx(pull_in, rel=1e-9)
+    assert float(envelope["proportional_long_term_pull_in_voltage"]) == pytest.approx(pull_in, rel=1e-9)
 
 
 def test_the_voltages_of_both_films_times_their_currents_are_the_power_that_heats_them():

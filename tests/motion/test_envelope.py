@@ -675,14 +675,15 @@ def test_thresholds_of_creep_of_films_in_opposite_phase_are_in_proportion_as_the
     }
     model = gelcone.ConeModel(**soft, **creeps, damping_ratio=0.3, voltage=0.1, voltage_bias=0.3)
     found = gelcone.envelope(model, peaks=[0.1, 0.2], frequencies=[1.0, 1.1])
-    late, at_once = (float(found[f"proportional_{name}_voltage"]) for name in ("long_time", "instant"))
+    late, at_once = (float(found[f"proportional_{name}_pull_in_voltage"]) for name in ("long_term", "instantaneous"))
     assert late == float(found["static_limit_voltage"][STATIC_LIMITS.index("pull-in")]) < at_once
     assert late > 1.01 * float(gelcone.limits(model)["pull_in_voltage"])
-    assert "long_time_voltage" not in found
+    assert "long_term_pull_in_voltage" not in found
     recommended = float(found["recommended_constant"])
     assert float(found["recommended_second_voltage"]) == pytest.approx(0.5 * recommended)
     meaning = "peak voltage at which the drive is held, bias and amplitude in proportion"
-    assert found["peak_voltage"].attrs["long_name"] == meaning
+    assert found["constant_voltage"].attrs["long_name"] == meaning
+    assert found["peak_voltage"].attrs["long_name"] == "peak voltage, bias and amplitude in proportion"
     draws = gelcone.draw({"spring_stiffness": gelcone.Uniform(0.1, 0.11)}, 2)
     drawn = gelcone.over_draws(model, draws, "envelope", peaks=[0.1, 0.2], frequencies=[1.0, 1.1])
     np.testing.assert_allclose(drawn["recommended_second_voltage"], 0.5 * drawn["recommended_constant"])

@@ -68,7 +68,7 @@ def test_an_error_names_the_control_that_it_is_of(error, control, page, monkeypa
 def test_a_small_picture_is_that_of_a_device_as_it_is(given, page):
     with pytest.raises(InputError) as error:
         pages._glimpse(pages.Watch(), page.shelf, {"setting": given})
-    assert str(error.value) == "a small picture shows a device or preset with its own values; name one"
+    assert str(error.value) == "a small picture shows a device or preset with its values; name one"
 
 
 def test_a_picture_is_waited_for_less_long_than_its_evidence():

@@ -298,7 +298,8 @@ def _kick_lines(part: xr.Dataset, goals: tuple[str, ...]) -> Iterator[str]:
     for n, goal in enumerate(goals):
         motion = part.isel(motion=n)
         moves = f", stroke {_range(motion['motion_stroke'])}" if motion["motion_stroke"].notnull().any() else ""
-        shares = {words: float(motion[f"motion_validity_{name}"].max()) for name, words in FAILINGS.items()}
+        known = {name: motion.get(f"motion_validity_{name}") for name in FAILINGS}  # files of 0.2 do not have all
+        shares = {FAILINGS[name]: float(share.max()) for name, share in known.items() if share is not None}
         up_to = "up to " if high.size > 1 else ""
         fails = [f"{words} {up_to}{100.0 * share:.3g} %" for words, share in shares.items() if share > 0.0]
         named = f"; the model does not hold: {', '.join(fails)}" if fails and goal != "pull-in" else ""

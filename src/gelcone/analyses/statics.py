@@ -40,7 +40,7 @@ def _curve_lines(member: xr.Dataset, drive: str | None) -> list[str]:
         known = [one.isel(equilibrium=k) for k in range(int(one["equilibria"]))]
         places = [f"{sized(e['equilibrium_displacement'])} ({', '.join(_about(e))})" for e in known]
         yields = {"stroke": "stroke", "blocked force": "blocked_force", "work of a cycle out and back": "cycle_work"}
-        named = [f"{words} {sized(one[name])}" for words, name in yields.items() if np.isfinite(one[name])]
+        named = [f"{words} {sized(one[name])}" for words, name in yields.items() if np.isfinite(one.get(name, np.nan))]
         if not np.isfinite(one["stroke"]):
             beyond = one["constant_voltage"] >= one["pull_in_voltage"]
             named.append("beyond pull-in" if beyond else "no slow ramp leads there")
@@ -58,7 +58,8 @@ def _about(equilibrium: xr.Dataset) -> list[str]:
         for name, film in (("film_state", "film"), ("second_film_state", "second film"))
         if name in equilibrium and int(equilibrium[name]) > 0
     ]
-    failing = [text for name, text in FAILINGS.items() if float(equilibrium[f"validity_{name}"]) > 0.0]
+    known = {name: equilibrium.get(f"validity_{name}", 0.0) for name in FAILINGS}  # files of 0.2 do not have all
+    failing = [text for name, text in FAILINGS.items() if float(known[name]) > 0.0]
     volts = [
         f"{sized(equilibrium[name])} on the {film}"
         for name, film in (("film_voltage", "film"), ("second_film_voltage", "second film"))

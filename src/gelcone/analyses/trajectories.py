@@ -99,6 +99,8 @@ _JUMPS = (
 
 def _source_lines(shown: xr.Dataset, subject: Subject) -> list[str]:
     """The output of a single amplifier, and the part of it that is lost; of the ideal source, whether it jumps."""
+    if "peak_current" not in shown:  # as in files of 0.2
+        return []
     if shown["outcome"].ndim or subject.model.system.circuit.name == "ideal":
         jumps = not shown["outcome"].ndim and np.isinf(shown["peak_current"])
         return [_JUMPS] if jumps else []

@@ -228,7 +228,7 @@ def _converted(
             return None
         scaled, unit = variable.astype(float) * scales.shown(quantity), MEASURES[quantity].shown
         scaled = scaled.transpose(*variable.dims, ...)
-        if variable.ndim == 0 or name in result.coords:
+        if name in result.coords:
             scaled = scaled.copy(data=as_typed(scaled.values))
     return scaled.assign_attrs(attrs | {"units": unit})
 

@@ -175,15 +175,8 @@ def envelope(
     volts = default if given is None else given
     static = static_curves(plane, max(float(volts[-1]), float(default[-1])))
     lowest_static = np.nanmin(static_limits, initial=np.inf)
-    found = driven(
-        plane,
-        omegas,
-        volts,
-        refine=refine,
-        progress=weighted(progress, 1.0 - COEXISTING_SHARE),
-        ceiling=lowest_static,
-        pull_in=static_limits[-1],
-    )
+    part = weighted(progress, 1.0 - COEXISTING_SHARE)
+    found = driven(plane, omegas, volts, refine=refine, progress=part, ceiling=lowest_static, pull_in=static_limits[-1])
     low = np.where(np.isnan(found["low"]), np.inf, found["low"])
     recommended = recommended_peaks(found["low"], lowest_static, volts, margin)
     edge = plane.examine(found["frequency"], recommended)

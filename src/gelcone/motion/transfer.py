@@ -132,7 +132,6 @@ def transfer(
     found = _measured(model, space, signals, at, progress, options)
     linear, measured = ("drive_frequency",), ("amplitude", "measured_frequency")
     variables: dict[str, dataset.Variable] = {
-        "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
         "equilibrium_displacement": ((), space.place, "displacement under the bias", "length"),
         "natural_frequency": ((), natural, "natural frequency of small undamped motions", "frequency"),
         "resonance": ((), resonance, "frequency of the largest gain", "frequency"),
@@ -154,6 +153,7 @@ def transfer(
         coords={
             "drive_frequency": (linear, omega, "drive frequency", "frequency"),
             "measured_frequency": (("measured_frequency",), at, "drive frequency", "frequency"),
+            "bias_voltage": ((), about, "constant voltage about which the signals are", "voltage"),
             "amplitude": (("amplitude",), signals, "amplitude of the voltage", "voltage"),
         },
         options={"bias": about, "tolerance": tolerance},
