@@ -1,8 +1,8 @@
 """One question about pull-in has one answer, whichever command is asked.
 
 On a slow ramp to a constant voltage, and when the drive is switched on from rest at its own frequency. Double cones in
-opposite phase have two slow ramps: to a constant voltage at their own bias, and of the drive held at its peak, to which
-the bias rises in proportion.
+opposite phase have two slow ramps: to a constant voltage at the actuator's bias, and of the drive held at its peak, to
+which the bias rises in proportion.
 """
 
 import numpy as np
@@ -52,13 +52,13 @@ def test_pull_in_on_a_slow_ramp_is_one_voltage(name):
     model = device.to_model()
     assert device.scales.voltage * pull_in(model) == pytest.approx(expected, rel=1e-9)
     around = [0.999 * expected, 1.001 * expected]
-    found = gelcone.step(device, around)["equilibrium"]
+    found = gelcone.step(device, around)["equilibrium_displacement"]
     assert np.isfinite(found).values.tolist() == [True, bool(np.isfinite(gelcone.static(device, around)["stroke"][1]))]
     sheet = gelcone.datasheet(device, around)
     assert np.isfinite(sheet["stroke"][1:]).values.tolist() == np.isfinite(found).values.tolist()
     assert voltage(sheet, "pull_in_voltage") == pytest.approx(expected, rel=1e-9)
     creeps = device.replace({"material.viscous_modulus_1": "2 kPa", "material.relaxation_time_1": "1 s"})
-    relaxed = voltage(gelcone.creep(creeps, around[:1], duration="2 s"), "long_time_voltage")
+    relaxed = voltage(gelcone.creep(creeps, around[:1], duration="2 s"), "long_term_pull_in_voltage")
     assert relaxed == pytest.approx(voltage(gelcone.limits(creeps), "pull_in_voltage"), rel=1e-9)
     if device.second_drive == "opposite":  # an envelope answers another question of it
         return
@@ -107,9 +107,9 @@ def test_of_two_slow_ramps_no_name_and_no_meaning_is_one():
         return {str(n) for one in of for n in one}, {v.attrs["long_name"] for one in of for v in one.values()}
 
     (names, meanings), (other_names, other_meanings) = said(bias), said(scaled)
-    assert not names & other_names
+    assert names & other_names == {"constant_voltage"}  # an axis, whose meanings differ
     assert not meanings & other_meanings
-    assert all("at its own bias" in one["pull_in_voltage"].attrs["long_name"] for one in bias[:3])
+    assert all("at the actuator's bias" in one["pull_in_voltage"].attrs["long_name"] for one in bias[:3])
     slow = [words for words in other_meanings if "on a slow ramp" in words or "constant" in words]
     assert slow == []
     sheet = gelcone.datasheet(device, [1000.0])

@@ -34,7 +34,7 @@ GLOSSARY: dict[str, str] = {
     "forcing period": "Period of the force on the disc, which follows the squared voltage: half the period of the "
     "voltage where there is no offset.",
     "held at its peak": "Of a drive of two films in opposite phase: their voltages at its peak, raised slowly, bias "
-    "and amplitude in proportion; constant voltages in statics keep the own bias.",
+    "and amplitude in proportion; constant voltages in statics keep the device's bias.",
     "height": "The displacement of the disc in units of length; 0 is flat.",
     "hoop": "The direction around the cone, along circles.",
     "hoop slack": "The film is compressed along the hoop, and wrinkles along the meridians. A taut film bears the "

@@ -104,10 +104,10 @@ def shortened(lines: list[str], count: int | None = None) -> list[str]:
     return lines if more <= 0 else [*lines[:MOST_LINES], f"  and {more} more (all with --json or --out)"]
 
 
-def held_at_peak(envelope: xr.Dataset) -> bool:
-    """Whether the quasi-static limits of an envelope are of a drive that is held at its peak, and not of a constant
-    voltage at the own bias: of films in opposite phase."""
-    return "recommended_second_voltage" in envelope
+def held_at_peak(limits: xr.Dataset) -> bool:
+    """Whether quasi-static limits are of a drive that is held at its peak, and not of a constant voltage at the
+    device's bias: of films in opposite phase."""
+    return "recommended_second_voltage" in limits or f"{PROPORTIONAL}pull_in_voltage" in limits
 
 
 # --- data sheets ------------------------------------------------------------------------------------------------------
@@ -282,7 +282,7 @@ def sheet_limits(sheet: xr.Dataset) -> list[str]:
 
 def _first_limit(sheet: xr.Dataset, within: dict[str, str]) -> list[str]:
     """The first limit of the drive and the voltage below all limits, each with its interval ``within``."""
-    opposite = f"{PROPORTIONAL}pull_in_voltage" in sheet
+    opposite = held_at_peak(sheet)
     first, more = str(sheet.attrs["first_limit"]), IN_PROPORTION * opposite
     slow = "of the drive held at its peak" if opposite else "on a slow ramp"
     way = "of the drive" if first.startswith("driven ") else slow

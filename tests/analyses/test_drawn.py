@@ -87,7 +87,7 @@ def test_an_envelope_of_draws_of_films_in_opposite_phase_is_of_the_drive_held_at
         "% within 16 V; none in 1 of 4 draws",
         "voltage on the second film then: 12 V, 95 % within 12 V; none in 1 of 4 draws",
     ]
-    assert "pull-in held at its peak 1," in " ".join(lines[-2].split())
+    assert "pull-in of the drive held at its peak 1," in " ".join(lines[-2].split())
     assert not any("constant" in line for line in lines)
 
 

@@ -133,7 +133,7 @@ def test_of_films_in_opposite_phase_the_drive_is_held_at_its_peak():
     then = "1200 V on the second, bias and amplitude in proportion; stroke 4 mm, blocked force 0.25 N"
     assert f"{recommended} {then}, natural frequency 11 Hz (12 at 0)" in lines
     row = "  10                1000        3             40            60              "
-    assert f"{row}hoop slack held at its peak 1100 V" in lines
+    assert f"{row}hoop slack of the drive held at its peak 1100 V" in lines
     slack = said(envelope.envelope_words, in_proportion(recommended_constant=0.0))
     assert "no peak at which the drive is held is recommended: the film is slack from 0 on; pre-stretch it" in slack
     assert not any("constant" in line for line in (*lines, *slack))
@@ -165,7 +165,8 @@ def test_a_drive_beyond_a_pitchfork_in_proportion_alone():
     shown = shown.assign_coords(static_limit=("static_limit", names))
     shown = edited(shown, recommended_peak=560.0)
     expected = (
-        "above pitchfork held at its peak, 700 V; 64% below the first other limit, pull-in held at its peak 2500 V"
+        "above pitchfork of the drive held at its peak, 700 V; 64% below the first other limit, pull-in of the drive "
+        "held at its peak 2500 V"
     )
     assert said(envelope.envelope_words, shown)[-1] == f"its drive, 900 V at 14 Hz: {expected}"
 

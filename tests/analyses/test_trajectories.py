@@ -38,13 +38,15 @@ def test_a_step_names_its_numbers():
             "settling_time": ("constant_voltage", [np.nan, np.nan]),
             "drift": ("constant_voltage", [0.03, np.nan]),
             "outcome": ("constant_voltage", [0, int(Outcome.PULLED_IN)]),
+            "before_voltage": ((), 0.0),
         },
         {"constant_voltage": ("constant_voltage", [500.0, 900.0])},
-        dict.fromkeys(("initial_displacement", "final_displacement", "equilibrium_displacement"), "mm")
+        {"before_voltage": "V"}
+        | dict.fromkeys(("initial_displacement", "final_displacement", "equilibrium_displacement"), "mm")
         | {"rise_time": "ms", "settling_time": "ms", "constant_voltage": "V"},
     )
     assert own_lines(runs.step_words(step, SUBJECT), 3) == [
-        "before the step: 1 mm",
+        "before the step, at 0 V: 1 mm",
         "  500 V: moves by 2 mm to 3 mm (a slow ramp ends at 3.25 mm); rise 12 ms, overshoot 40.0 %, not settled "
         "within the run, drift at the end 3 %",
         f"  900 V: {Outcome.PULLED_IN.meaning}",
@@ -362,9 +364,10 @@ def test_a_step_that_goes_down_and_settles():
     "equilibrium_displacement": (1.5, "mm"), "rise_time": (12.0, "ms"),
               "settling_time": (40.0, "ms"), "overshoot": (0.25, "1"), "drift": (0.0125, "1"), "outcome": (0,
               "1")}  # fmt: skip
-    step = made({n: (along, [v], unit) for n, (v, unit) in values.items()}, {along: (along, [500.0], "V")})
+    own = {n: (along, [v], unit) for n, (v, unit) in values.items()} | {"before_voltage": (None, 0.0, "V")}
+    step = made(own, {along: (along, [500.0], "V")})
     assert said(trajectories.step_words, step) == [
-        "before the step: 5 mm",
+        "before the step, at 0 V: 5 mm",
         "  500 V: moves by 3 mm to 2 mm (a slow ramp ends at 1.5 mm); rise 12 ms, overshoot 25.0 %, settled after 40 "
         "ms, "
         "drift at the end 1.2 %",
@@ -388,7 +391,8 @@ def test_the_lines_of_steps_have_one_unit_a_column():
     "equilibrium_displacement": ([1.5, 3.0], "mm"),
               "rise_time": ([12.0, 9.0], "ms"), "settling_time": ([1967.0, 2001.0], "ms"),
               "overshoot": ([0.25, 0.5], "1"), "drift": ([0.0, 0.0], "1"), "outcome": ([0, 0], "1")}  # fmt: skip
-    step = made({n: (along, v, unit) for n, (v, unit) in values.items()}, {along: (along, [850.0, 1200.0], "V")})
+    own = {n: (along, v, unit) for n, (v, unit) in values.items()} | {"before_voltage": (None, 0.0, "V")}
+    step = made(own, {along: (along, [850.0, 1200.0], "V")})
     for name in ("initial_displacement", "final_displacement", "equilibrium_displacement"):
         step[name].attrs["quantity"] = "length"
     step[along].attrs["quantity"] = "voltage"

@@ -116,8 +116,9 @@ def test_the_store_of_a_device_is_shown_in_its_units(monkeypatch):
         monkeypatch.setattr(module, "stored_sweep", lambda path, stored=stored: stored)
         monkeypatch.setattr(module, "Store", lambda *given: SimpleNamespace(read=lambda: fields))
         monkeypatch.setattr(module, "label", lambda *given: "labelled")
+        monkeypatch.setattr(module, "with_names_of_today", lambda found: f"{found} today")
         monkeypatch.setattr(module, "to_si", lambda found, device: (found, device))
-        assert module.show("map.zarr") == (("labelled", PUMP) if model is PUMP else "labelled")
+        assert module.show("map.zarr") == (("labelled today", PUMP) if model is PUMP else "labelled today")
 
 
 def test_a_sweep_says_where_its_cells_begin_and_what_it_was_asked():

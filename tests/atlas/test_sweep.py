@@ -22,7 +22,7 @@ from gelcone.atlas.frequency import frequency
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import Tally, plan_record, show, stored_sweep
 from gelcone.atlas.refinement import Refined
-from gelcone.atlas.store import Field, Status
+from gelcone.atlas.store import Field, Status, Store
 from gelcone.atlas.sweep import sweep
 from gelcone.codes import Outcome, Regime
 from gelcone.dataset import Findings
@@ -327,6 +327,17 @@ def test_another_plan_or_version_is_refused_with_the_difference(tmp_path, monkey
         sweep(PLAN, store=tmp_path / "s", resume=True)
     monkeypatch.setattr(record, "__version__", "9.9")
     with pytest.raises(InputError, match=r"gelcone_version is .* there and 9\.9 here"):
+        sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
+
+
+def test_a_store_whose_cells_lack_what_is_computed_today_is_refused(tmp_path, monkeypatch):
+    interrupted(tmp_path / "s", 1)
+    read = Store.read
+    monkeypatch.setattr(Store, "read", lambda store: {n: f for n, f in read(store).items() if n != "chaotic_until"})
+    words = (
+        "s: its cells lack chaotic_until: an earlier version began it; finish it with that one, or choose another"
+    )
+    with pytest.raises(InputError, match=words):
         sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
 
 

@@ -161,8 +161,8 @@ def test_an_unknown_command_suggests_the_nearest(command_line):
         ),
         (
             "drive --lowest-frequency 5",
-            "lowest_frequency: is given alone; give highest_frequency too",
-            "--lowest-frequency: is given alone; give highest_frequency too",
+            "lowest_frequency: is given alone; give both ends of the frequencies",
+            "--lowest-frequency: is given alone; give both ends of the frequencies",
         ),
         ("section --discard-time 1", "discard_time = 1.0: ends late", "--discard-time 1: ends late"),
         ("fit --free a~3% --free b", "free b = 0: is small", "--free b = 0: is small"),

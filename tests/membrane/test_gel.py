@@ -47,7 +47,11 @@ def test_tensions_and_firmness_are_the_slopes_of_the_relaxed_energy(law, place):
     curve = [(E(i, j) - 2.0 * E(0, 0) + E(-i, -j)) / (h * h) for i, j in ((1, 0), (0, 1))]
     assert ring.meridional[0] == pytest.approx(slope(1, 0), abs=2e-7)
     assert ring.hoop[0] == pytest.approx(slope(0, 1), abs=2e-7)
-    for own, other in ((ring.tangent_stiffness, curve[0]), (ring.hoop_firmness, curve[1]), (ring.coupling, cross)):
+    for own, other in (
+        (ring.tangent_stiffness, curve[0]),
+        (ring.hoop_tangent_stiffness, curve[1]),
+        (ring.coupling, cross),
+    ):
         assert own[0] == pytest.approx(other, rel=2e-4, abs=1e-4)
 
 

@@ -173,10 +173,19 @@ def test_a_device_is_answered_in_its_units(command_line, undrawn):
     ("options", "message"),
     [
         ({"largest": "strok"}, "did you mean 'stroke'"),
-        ({"lowest_frequency": 1.0}, "lowest_frequency: is given alone; give highest_frequency too, or neither"),
-        ({"highest_frequency": 1.0}, "highest_frequency: is given alone; give lowest_frequency too, or neither"),
-        ({"lowest_frequency": 2.0, "highest_frequency": 1.0}, "lowest_frequency = 2.0: must be between 0 and 1.0"),
-        ({"lowest_frequency": 0.0, "highest_frequency": 1.0}, "lowest_frequency = 0.0: must be between 0 and 1.0"),
+        ({"lowest_frequency": 1.0}, "lowest_frequency: is given alone; give both ends of the frequencies, or neither"),
+        (
+            {"highest_frequency": 1.0},
+            "highest_frequency: is given alone; give both ends of the frequencies, or neither",
+        ),
+        (
+            {"lowest_frequency": 2.0, "highest_frequency": 1.0},
+            "lowest_frequency = 2.0: must be greater than 0 and below the highest frequency, 1.0",
+        ),
+        (
+            {"lowest_frequency": 0.0, "highest_frequency": 1.0},
+            "lowest_frequency = 0.0: must be greater than 0 and below the highest frequency, 1.0",
+        ),
     ],
 )
 def test_bad_input_is_refused(options, message):

@@ -13,5 +13,5 @@ def test_names_and_meanings_differ_for_films_in_opposite_phase_alone(drive):
     found = [
         proportion.at_own_bias(system), proportion.in_proportion(system), proportion.proportional("a_voltage", system),
     ]  # fmt: skip
-    differ = [", at its own bias", ", bias and amplitude in proportion", "proportional_a_voltage"]
+    differ = [", at the actuator's bias", ", bias and amplitude in proportion", "proportional_a_voltage"]
     assert found == (differ if drive == "opposite" else ["", "", "a_voltage"])

@@ -39,7 +39,8 @@ def test_films_in_opposite_phase_are_so_about_a_voltage_of_the_drive():
     own = {"waveform": "half_wave", "voltage": 0.5}
     pair = {**own, "second_film": "taut", "second_drive": "opposite"}
     with pytest.raises(
-        InputError, match=r"voltage_bias = -0.3: the waveform 'half_wave' stays at or above 0, .* least 0"
+        InputError,
+        match=r"^second_drive = 'opposite': the waveform 'half_wave' stays .*voltage_offset\) at least 0",
     ):
         ConeModel(**pair, voltage_bias=[0.2, -0.3])
     ConeModel(**pair, voltage_bias=0.3), ConeModel(**{**pair, "second_drive": "same"}, voltage_bias=-0.3)

@@ -370,10 +370,10 @@ def _own_line(shown: xr.Dataset) -> str:
 
 def way_of(shown: xr.Dataset) -> str:
     """The addition to the name of a quasi-static limit among driven ones."""
-    return "held at its peak" if held_at_peak(shown) else "at constant"
+    return "of the drive held at its peak" if held_at_peak(shown) else "at constant"
 
 
-_OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant", "pitchfork held at its peak")
+_OTHER_MOTION = ("onset of rest", "chaos", "pitchfork at constant", "pitchfork of the drive held at its peak")
 """Limits beyond which the motion is of another kind, while the film holds."""
 
 

@@ -116,7 +116,7 @@ class Subject:
             raise InputError(self._as_typed(str(error), texts, analysis)) from None
 
     def _as_typed(self, message: str, texts: Iterable[str], analysis: Analysis) -> str:
-        """A message about ``voltages = -1.0: ...`` as one about ``--over voltage=-1: ...``."""
+        """A message about ``voltages = -1.0: ...`` as one about ``--over constant_voltage=-1: ...``."""
         typed = pairs("--over", texts, "")
         for keyword, axis in analysis.axes.items():
             name = axis.name(self.device is not None)

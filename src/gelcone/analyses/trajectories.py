@@ -169,9 +169,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
 
 
 def _before(shown: xr.Dataset, subject: Subject) -> str:
-    """The voltage before the step, of two films with voltages of their own that of the first; of files of 0.2 none."""
-    if "before_voltage" not in shown:
-        return ""
+    """The voltage before the step, of two films with different voltages that of the first."""
     of = " on the first film" if subject.model.system.films[-1].drive in ("opposite", "constant") else ""
     return f", at {sized(shown['before_voltage'])}{of}"
 

@@ -18,6 +18,7 @@ from gelcone.atlas.store import Field, Status, Store, read_plan
 from gelcone.devices.analysis import analysis, scaled
 from gelcone.devices.device import Device
 from gelcone.devices.si import DRAWN, device_attributes, to_si
+from gelcone.earlier import with_names_of_today
 from gelcone.errors import InputError, check_path
 from gelcone.register.analyses import find_analysis
 from gelcone.register.analysis import Analysis
@@ -150,6 +151,7 @@ def show(path: str | Path) -> xr.Dataset:
         plan.size, computed=int((status == Status.COMPUTED).sum()), inferred=int((status == Status.INFERRED).sum())
     )
     found = label(plan, find_analysis(stored.analysis), fields, None, tally, f"sweep: {stored.analysis}")
+    found = with_names_of_today(found)
     return found if plan.device is None else to_si(found, plan.device)
 
 

@@ -315,6 +315,11 @@ class _Cells:
         known = [result for _, result in parts if result is not None]
         if not self.fields and known:
             self._begin(known[0])
+        if self._store is not None and known and (lacks := sorted(known[0].keys() - self.fields.keys())):
+            raise InputError(
+                f"{self._store.path}: its cells lack {lacks[0]}: an earlier version began it; finish it with that "
+                "one, or choose another store"
+            )
         self._untaken += parts
         if not self.fields:
             return

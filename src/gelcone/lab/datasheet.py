@@ -94,7 +94,7 @@ def datasheet(
     Over ``ramp_voltage``: ``ramp_stroke`` and ``ramp_blocked_force``. Of the drive: ``drive_stroke``, ``peak_current``,
     ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute ``first_limit`` names the
     lowest, ``first_limit_voltage``. ``pull_in_voltage`` is that of a constant voltage, as over ``constant_voltage``: of
-    films in opposite phase at the own bias.
+    films in opposite phase at the device's bias.
 
     Raises
     ------

@@ -220,7 +220,7 @@ class Elements:
         zz = w * (firm * sine * sine + turn * cosine * cosine)
         rz = w * (firm - turn) * cosine * sine
         mixed_r, mixed_z = w * ring.coupling * cosine / (dR * R2), w * ring.coupling * sine / (dR * R2)
-        across = w * ring.hoop_firmness / (R2 * R2)
+        across = w * ring.hoop_tangent_stiffness / (R2 * R2)
         states, inner = at.V.size, self.count - 1
         band = np.zeros((2 * BAND + 1, states, 2 * inner))
         right = np.zeros((states, inner, 2))

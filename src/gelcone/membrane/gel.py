@@ -42,7 +42,7 @@ class Ring(NamedTuple):
     hoop: Array
     tangent_stiffness: Array
     coupling: Array
-    hoop_firmness: Array
+    hoop_tangent_stiffness: Array
     width: Array
 
 

@@ -130,13 +130,13 @@ def drive(
     ends: dict[str, Any] = {"lowest_frequency": lowest_frequency, "highest_frequency": highest_frequency}
     given = [name for name, value in ends.items() if value is not None]
     if len(given) == 1:
-        (other,) = ends.keys() - given
-        raise InputError(f"{given[0]}: is given alone; give {other} too, or neither")
+        raise InputError(f"{given[0]}: is given alone; give both ends of the frequencies, or neither")
     if device is not None:
         ends = dimensionless(dict.fromkeys(ends, "frequency"), ends, device.scales)
     if given and not 0.0 < ends["lowest_frequency"] < ends["highest_frequency"]:
         raise InputError(
-            f"lowest_frequency = {lowest_frequency}: must be between 0 and {highest_frequency}; exchange them"
+            f"lowest_frequency = {lowest_frequency}: must be greater than 0 and below the highest frequency, "
+            f"{highest_frequency}{'' if device is None else ' (in Hz, if without unit)'}"
         )
     options = {"margin": margin, "threads": threads}
     wide = plain(envelope)(cone, frequencies=_range(**ends), **options, progress=weighted(progress, 0.65))

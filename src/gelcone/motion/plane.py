@@ -100,7 +100,7 @@ class Plane:
 
     ``membrane`` gives the voltages above which the membrane has pulled in that the first film stands for, where the
     model itself has no ``radius_ratio`` by which it is known. Constant voltages keep the proportion of the drive; with
-    ``own_bias`` those of films in opposite phase keep the model's own bias.
+    ``own_bias`` those of films in opposite phase keep the model's bias.
     """
 
     model: ConeModel

@@ -1,6 +1,6 @@
 """Names of two questions about double cones in opposite phase, whose second film has 2 v0 - v about the bias v0.
 
-A constant voltage v is held at the actuator's own bias. A drive that is held at its peak is scaled as a whole, its bias
+A constant voltage v is held at the actuator's bias. A drive that is held at its peak is scaled as a whole, its bias
 and amplitude in proportion, so that v0 rises with v. For all other actuators both are one question.
 """
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 IN_PROPORTION = ", bias and amplitude in proportion"
 PROPORTIONAL = "proportional_"
 """Beginning of the names of voltages in proportion that constant voltages have, too."""
-OWN_BIAS = ", at its own bias"
+OWN_BIAS = ", at the actuator's bias"
 
 
 def at_own_bias(system: ConeSystem) -> str:

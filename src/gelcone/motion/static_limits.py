@@ -53,7 +53,7 @@ def static_limits_of(plane: Plane) -> Array:
 
 
 def pull_in_at_own_bias(plane: Plane) -> float:
-    """The constant voltage of pull-in, as in `static_limits_of`, of films in opposite phase at the model's own bias,
+    """The constant voltage of pull-in, as in `static_limits_of`, of films in opposite phase at the model's bias,
     from which the voltage rises; NaN if the way to that bias is lost."""
     own = replace(plane, own_bias=True)
     lost = own.ramp(np.zeros(1)).pull_in

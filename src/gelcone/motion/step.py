@@ -116,12 +116,12 @@ def step(
     along = ("constant_voltage",)
     variables: dict[str, dataset.Variable] = {name: (along, found[name], *about) for name, about in _MEANINGS.items()}
     variables["displacement"] = ((*along, "time"), x, "displacement after the step", "length")
-    variables["before_voltage"] = ((), before, "constant voltage before the step", "voltage")
     valid = validity_variables(validity_of_run(members, run), run.outcome, members.system, along, "time")
     result = dataset.label(
         model,
         variables | valid,
         coords={
+            "before_voltage": ((), before, "constant voltage before the step", "voltage"),
             "constant_voltage": (along, levels, "constant voltage after the step", "voltage"),
             "time": (("time",), times, "time after the step", "time"),
         },

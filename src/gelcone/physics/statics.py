@@ -84,7 +84,7 @@ def rest_displacement(model: Ensemble) -> float:
     """The stable equilibrium of a single actuator, without voltage on any film, that is nearest to where its bias is
     free; of two equally near ones the higher, NaN if there is none."""
     members = switched_off(model.members())
-    balances_of(members)
+    balances_of(members)  # refuses an actuator that no displacement keeps inside its stretch limit
     return _searched(members, np.zeros(1, dtype=np.intp))[0]
 
 

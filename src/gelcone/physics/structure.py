@@ -95,11 +95,11 @@ class Structure:
     def _check_offset(self, values: Numbers) -> None:
         """Raise `InputError` for a bias v0 of a sign that the command v never has: films with v and 2 v0 - v would then
         rise together."""
-        bias = np.asarray(values["voltage_bias"])
-        if (wrong := np.asarray(self.waveform.offset(values)) != bias).any():
+        if (np.asarray(self.waveform.offset(values)) != np.asarray(values["voltage_bias"])).any():
             raise InputError(
-                f"voltage_bias = {bias[wrong].flat[0]:g}: the waveform {self.waveform.name!r} stays at or above 0, so "
-                "that both films, in opposite phase about this bias, would rise together; make it at least 0"
+                f"second_drive = 'opposite': the waveform {self.waveform.name!r} stays at or above 0, so that both "
+                "films, in opposite phase about a bias below 0, would rise together; make voltage_bias (a device: "
+                "voltage_offset) at least 0"
             )
 
     def __getstate__(self) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from gelcone.plots.style import (
     styled,
 )
 from gelcone.plots.values import end_of_bars
-from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
+from gelcone.words import held_at_peak, is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +141,7 @@ def over_frequency(result: xr.Dataset, axes: Axes) -> None:
 def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     """Peak voltages of the limits that the drive meets, as bars."""
     met = {name: float(result[name]) for name in _limits(result) if np.isfinite(result[name])}
-    more = IN_PROPORTION if f"{PROPORTIONAL}pull_in_voltage" in result else ""
+    more = IN_PROPORTION if held_at_peak(result) else ""
     axes.set_title(f"limits met: peak of the drive{more}", loc="left", fontsize=7.0 if more else 8.0)
     if not met:
         axes.text(0.5, 0.5, "none up to the voltages examined", transform=axes.transAxes, ha="center", color=GREY)
@@ -168,8 +168,7 @@ def _limits(result: xr.Dataset) -> list[str]:
     bias of the device, which the drive scales."""
     every = [str(name) for name, value in result.data_vars.items() if value.dims == ()]
     every = [name for name in every if name.endswith("_voltage") and name.removeprefix(PROPORTIONAL) not in NOT_LIMITS]
-    scaled = any(name.startswith(PROPORTIONAL) for name in every)
-    return [name for name in every if not scaled or name.startswith((PROPORTIONAL, "driven_"))]
+    return [name for name in every if not held_at_peak(result) or name.startswith((PROPORTIONAL, "driven_"))]
 
 
 def _limit_label(name: str) -> str:
