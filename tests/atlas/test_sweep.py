@@ -334,9 +334,7 @@ def test_a_store_whose_cells_lack_what_is_computed_today_is_refused(tmp_path, mo
     interrupted(tmp_path / "s", 1)
     read = Store.read
     monkeypatch.setattr(Store, "read", lambda store: {n: f for n, f in read(store).items() if n != "chaotic_until"})
-    words = (
-        "s: its cells lack chaotic_until: an earlier version began it; finish it with that one, or choose another"
-    )
+    words = "s: its cells lack chaotic_until: an earlier version began it; finish it with that one, or choose another"
     with pytest.raises(InputError, match=words):
         sweep(PLAN, coarsest=COARSE, store=tmp_path / "s", resume=True)
 
