@@ -565,3 +565,9 @@ def test_each_film_counts_its_time_by_its_own_switches():
     first, second = seen
     assert (first[0], second[1]) == ("pulls", "pulls")
     assert all(name != "pulls" for name in (*first[1:], second[0], second[2]))
+
+
+@pytest.mark.parametrize(("drive", "differs"), [(None, False), ("same", False), ("opposite", True), ("constant", True)])
+def test_a_second_film_has_another_voltage_unless_it_has_the_same(drive, differs):
+    films = ConeModel(second_film="taut", second_drive=drive).system.films if drive else ConeModel().system.films
+    assert films[-1].has_other_voltage is differs

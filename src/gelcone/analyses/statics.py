@@ -14,24 +14,25 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gelcone.analyses.request import Subject
+    from gelcone.physics.placed import PlacedFilm
 
 
 def static_words(shown: xr.Dataset, subject: Subject) -> str:
     """The statics as text."""
     lines = heading(subject) + state_lines(shown, subject) + outcome_lines(shown)
-    members, drive = members_of(shown), subject.model.system.films[-1].drive
+    members, last = members_of(shown), subject.model.system.films[-1]
     if len(members) == 1:
-        return "\n".join(lines + _curve_lines(members[0][1], drive) + _event_lines(members[0][1], drive))
+        return "\n".join(lines + _curve_lines(members[0][1], last) + _event_lines(members[0][1], last.drive))
     listed = [
         line
         for name, one in members
-        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one, drive), *_event_lines(one, drive))))
+        for line in (f"{name}:", *(f"  {own}" for own in (*_curve_lines(one, last), *_event_lines(one, last.drive))))
     ]
     return "\n".join(lines + shortened(listed))
 
 
-def _curve_lines(member: xr.Dataset, drive: str | None) -> list[str]:
-    """The equilibria, stroke and blocked force at each voltage, given the ``drive`` of the second film."""
+def _curve_lines(member: xr.Dataset, last: PlacedFilm) -> list[str]:
+    """The equilibria, stroke and blocked force at each voltage, given the ``last`` film."""
     if int(member["outcome"]):
         return []
     lines = []
@@ -46,7 +47,7 @@ def _curve_lines(member: xr.Dataset, drive: str | None) -> list[str]:
             named.append("beyond pull-in" if beyond else "no slow ramp leads there")
         found = f"{'equilibrium' if len(places) == 1 else 'equilibria'} at {', '.join(places)}"
         lines.append(f"  {sized(one['constant_voltage'])}: {found if places else 'no equilibrium'}; {', '.join(named)}")
-    of = " of the first film" if drive in ("opposite", "constant") else ""
+    of = " of the first film" if last.has_other_voltage else ""
     return [f"constant voltage{of}:", *shortened(lines), *strength_in_words(member)]
 
 

@@ -170,7 +170,7 @@ def step_words(shown: xr.Dataset, subject: Subject) -> str:
 
 def _before(shown: xr.Dataset, subject: Subject) -> str:
     """The voltage before the step, of two films with different voltages that of the first."""
-    of = " on the first film" if subject.model.system.films[-1].drive in ("opposite", "constant") else ""
+    of = " on the first film" if subject.model.system.films[-1].has_other_voltage else ""
     return f", at {sized(shown['before_voltage'])}{of}"
 
 

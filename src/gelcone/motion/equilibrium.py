@@ -174,7 +174,7 @@ def _with_validity(
     voltages, states, fails = _failing(result, members, balances, held, place.reshape(flat))
     follow = rest_at_command(members.system, members.numbers())
     for film, voltage in zip(films, voltages, strict=True):
-        if not follow or film.drive in ("opposite", "constant"):
+        if not follow or film.has_other_voltage:
             values = np.where(np.isnan(place), np.nan, np.reshape(voltage, place.shape)).reshape(result["slope"].shape)
             attrs = {"long_name": f"voltage on {film.words}"} | dataset.absent("voltage", nan="none")
             result[f"{film.prefix}film_voltage"] = (result["slope"].dims, values, attrs)

@@ -81,6 +81,11 @@ class PlacedFilm(Component):
         return "" if self.drive is None else PREFIX
 
     @property
+    def has_other_voltage(self) -> bool:
+        """Whether its voltage differs from that of the first film."""
+        return self.drive in ("opposite", "constant")
+
+    @property
     def words(self) -> str:
         """The name of the film in texts."""
         return "the film" if self.drive is None else "the second film"
