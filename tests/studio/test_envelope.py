@@ -63,6 +63,8 @@ def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatc
     monkeypatch.setattr(envelope, "REFINEMENTS", 0)
     monkeypatch.setattr(envelope, "FIRST_TASK", 1)
     monkeypatch.setattr(envelope, "EXPECTED", 1.0)
+    found, find_rows = [], envelope.find_rows
+    monkeypatch.setattr(envelope, "find_rows", lambda *given: found.append(find_rows(*given)) or found[-1])
     messages = sent(PUMP)
     known = [len(arrays["frequency"]) for head, arrays in messages[:-1]]
     assert known == sorted(known)
@@ -71,6 +73,9 @@ def test_an_envelope_grows_to_that_of_the_analysis_at_its_frequencies(monkeypatc
     assert shares == sorted(shares)
     assert shares[-1] < 1.0
     compared(messages, gelcone.envelope(model, frequencies=omegas))
+    rows = {name: np.concatenate([one[name] for one in found]) for name in found[0]}
+    between, around, confirmed = envelope.find_between(PUMP, rows, float(np.nanmin(rows["low"])), set())
+    assert between.size == around.size == 1 - len(confirmed)
 
 
 @pytest.mark.slow
@@ -134,7 +139,7 @@ def test_an_envelope_is_made_from_coarse_to_fine_and_between_its_rows_until_all_
 
 def test_rows_are_those_of_the_motion_at_their_frequencies_up_to_pull_in_and_around_what_is_known(monkeypatch):
     """A worker is asked for the numbers of the picture alone."""
-    made = dict.fromkeys(("frequency", "low", "final_below", "more"), 1.0)
+    made = dict.fromkeys(("frequency", "low", "high", "final_below", "more"), 1.0)
     asked = record(monkeypatch, envelope, _plane="plane", peaks_of="peaks", rows_of=made)
     assert envelope.find_rows(PUMP, "omegas", [1.25, 1.5], "around") == {n: v for n, v in made.items() if n != "more"}
     assert asked["peaks_of"] == [{"plane": "plane", "static": [1.25, 1.5]}]

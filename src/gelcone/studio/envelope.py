@@ -73,7 +73,7 @@ def find_rows(source: Source, omegas: Array, static: Array, around: Array | None
     (frequencies,), default from the lowest up."""
     plane, pull_in = _plane(*source.key), float(static[-1])
     found = rows_of(plane, omegas, peaks_of(plane, static), None, pull_in=pull_in, around=around, yields=False)
-    return {name: found[name] for name in ("frequency", "low", "final_below")}
+    return {name: found[name] for name in ("frequency", "low", "high", "final_below")}
 
 
 def find_between(
