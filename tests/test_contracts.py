@@ -78,6 +78,7 @@ def undocumented(name, found):
         state.name for state in gelcone.model_of(found).system.states
     }
     families = ("validity_", "film_state_", "second_", "motion_validity_", "motion_film_state_", "static_", "driven_")
+    families += ("proportional_",)
     left = [str(own) for own in found.data_vars if own not in words and not str(own).startswith(families)]
     return [own for own in left if own not in LIMITS]
 
