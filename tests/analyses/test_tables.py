@@ -138,3 +138,17 @@ def test_a_series_is_said_by_its_values_or_of_more_than_six_by_its_ends(values, 
     assert tables.series_lines(shown) == [f"the height: {said}"]
     (first, second) = tables.series_lines(shown.assign_coords(n=np.arange(values.shape[-1]) + 1.0))  # without a label
     assert (first.partition(": 1")[0], second) == ("n", f"the height: {said}")
+
+
+@pytest.mark.parametrize(
+    ("period", "resting", "outcome", "line"),
+    [(0, 0, 0, True), (3, 0, 0, False), (0, 1, 0, False), (0, 0, int(Outcome.STEP_LIMIT), False)],
+)
+def test_a_motion_that_does_not_repeat_is_said_to_have_the_numbers_of_one_run(period, resting, outcome, line):
+    own = {"period": period, "resting": resting, "outcome": outcome}
+    text = "the motion does not repeat: numbers are of one run, those of another differ"
+    assert tables._unrepeated_lines(made(own)) == [text] * line
+    several = made({name: ("k", [value, int(name == "period"), int(name != "outcome")]) for name, value in own.items()})
+    text = "1 of 3 motions do not repeat: numbers are of one run, those of another differ"
+    assert tables._unrepeated_lines(several) == [text] * line
+    assert tables._unrepeated_lines(made({"outcome": outcome})) == []

@@ -52,7 +52,17 @@ def table_words(shown: xr.Dataset, subject: Subject) -> str:
     else:
         found = _rows(shown, FILM_STATES) if int(shown["outcome"]) == Outcome.OK else {}
         lines += _single_lines(found, _reasons(shown))
-    return "\n".join([*lines, *validity_in_words(shown)])
+    return "\n".join([*lines, *_unrepeated_lines(shown), *validity_in_words(shown)])
+
+
+def _unrepeated_lines(shown: xr.Dataset) -> list[str]:
+    """A line for settled motions that do not repeat, as chaotic ones: each run of them has other numbers."""
+    if not {"period", "resting"} <= {*shown.data_vars}:
+        return []
+    known = (shown["outcome"] == Outcome.OK) & (shown["resting"] == 0)
+    count = int((known & (shown["period"] == 0)).sum())
+    which = "the motion does" if not known.ndim else f"{count} of {known.size} motions do"
+    return [f"{which} not repeat: numbers are of one run, those of another differ"] if count else []
 
 
 def _reasons(shown: xr.Dataset) -> set[str]:
