@@ -135,6 +135,15 @@ def test_a_drive_under_which_rest_is_unstable_has_the_stroke_of_the_motion_that_
     assert _drive(model, None)["drive_stroke"][1] == pytest.approx(stroke, rel=1e-6)
 
 
+def test_a_drive_whose_motion_does_not_repeat_has_no_stroke():
+    """That of another run is another one; of a disc that comes to rest it is 0."""
+    chaotic = gelcone.ConeModel(damping_ratio=0.01, spring_stiffness=0.5, drive_frequency=0.3, voltage=1.15)
+    assert int(gelcone.settled(chaotic, (0.05, 0.0))["period"]) == 0
+    assert np.isnan(_drive(chaotic, None)["drive_stroke"][1])
+    at_rest = chaotic.replace(voltage=0.1, damping_ratio=0.2)
+    assert abs(_drive(at_rest, None)["drive_stroke"][1]) < 1e-9
+
+
 def power_of(run):
     lost, time = run["dissipated_energy"].values, run["time"].values
     return 1e3 * (lost[-1] - lost[0]) / (time[-1] - time[0])

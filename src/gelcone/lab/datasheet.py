@@ -312,13 +312,14 @@ def _ramp(model: ConeModel, highest: float) -> tuple[dict[str, object], Array | 
 
 def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
     """Stroke, current and power of the settled motion under the actuator's drive, from next to rest, which may be
-    unstable."""
+    unstable; none of a motion that does not repeat, of which each run has others."""
     names = {"drive_stroke": "stroke", "peak_current": "current", "apparent_power": "apparent_power"}
     values = dict.fromkeys((*names, "mean_power"), np.nan)
     if float(model.voltage) > 0.0:
         found = plain(settled)(model, (rest_displacement(model) + NUDGE, 0.0), threads=threads)
-        values = {name: float(found[own]) for name, own in (names | {"mean_power": "power"}).items()}
-    none = {dataset.NAN: "not driven, or not settled"}
+        if found["period"] or found["resting"]:
+            values = {name: float(found[own]) for name, own in (names | {"mean_power": "power"}).items()}
+    none = {dataset.NAN: "not driven, or without a motion that repeats"}
     about = {
         "drive_stroke": ("stroke of the drive, peak to peak", "length"),
         "peak_current": ("largest current of the drive", "current"),
