@@ -176,7 +176,7 @@ def test_what_a_page_says_is_printed_is_printed(command_line, undrawn):
     for page, commands, output in PRINTED:
         for command in in_blocks(f"```sh\n{commands}```"):
             code, printed, err = command_line(*shlex.split(command)[1:], *(["--force"] if "--out" in command else []))
-            assert code == 0, err
+            assert code == int("failed: " in printed), err  # of a run that ends in pull-in it is 1
         for line in output.splitlines():
             assert TIMED.sub("", line) in TIMED.sub("", printed), f"{page.name}: {line}"
 
