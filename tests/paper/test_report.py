@@ -355,7 +355,7 @@ def test_the_quick_report_from_end_to_end(tmp_path, request):
     """Every study, figure and claim: one test, because the run takes about a minute on two cores."""
     quick = run(quick=True, out=tmp_path / "paper")
     assert len(quick.claims) == 21
-    check_figures(quick, list(range(3, 15)))
+    check_figures(quick, [*range(3, 15), "end-of-chaos"])
     for judged in quick.claims:
         check_evidence(judged)
     # Verdicts are not pinned, but for the two that are mathematically certain.
@@ -364,7 +364,7 @@ def test_the_quick_report_from_end_to_end(tmp_path, request):
     if CHROMIUM is not None:
         seen = look(quick.report, request.getfixturevalue("browser"))
         widths = seen.pop("widths")
-        assert len(widths) == 12
+        assert len(widths) == 13
         assert min(widths) > 0
         assert seen == CLEAN
 
@@ -373,7 +373,7 @@ def check_figures(quick, numbers):
     assert [drawn.figure.number for drawn in quick.figures] == numbers
     page = quick.report.read_text(encoding="utf-8")
     for drawn in quick.figures:
-        assert f'id="figure-{drawn.figure.number:02d}"' in page
+        assert f'id="{drawn.figure.name}"' in page
         assert all(path.stat().st_size > 0 for path in (drawn.png, drawn.svg, *drawn.data))
 
 
