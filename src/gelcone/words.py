@@ -13,7 +13,7 @@ import numpy as np
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.scales import MEASURES, Measure
 from gelcone.devices.units import DIMENSIONS, format_range, in_one_unit
-from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL
+from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL, held_at_peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,12 +102,6 @@ def shortened(lines: list[str], count: int | None = None) -> list[str]:
     """At most `MOST_LINES` lines, and how many more there are of ``count`` in all (default: of the lines)."""
     more = (len(lines) if count is None else count) - MOST_LINES
     return lines if more <= 0 else [*lines[:MOST_LINES], f"  and {more} more (all with --json or --out)"]
-
-
-def held_at_peak(limits: xr.Dataset) -> bool:
-    """Whether quasi-static limits are of a drive that is held at its peak, and not of a constant voltage at the
-    device's bias: of films in opposite phase."""
-    return "recommended_second_voltage" in limits or f"{PROPORTIONAL}pull_in_voltage" in limits
 
 
 # --- data sheets ------------------------------------------------------------------------------------------------------

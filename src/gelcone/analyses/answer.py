@@ -17,7 +17,7 @@ from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import STATES
 from gelcone.devices.si import DEVICE
-from gelcone.devices.units import as_typed, format_range
+from gelcone.devices.units import format_range, without_rounding
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.physics.film.pull_in import is_cone
@@ -97,7 +97,7 @@ def initial_json(subject: Subject) -> Any:
     if subject.device is None:
         return state
     scales = np.broadcast_arrays(*(subject.device.scales.shown(quantity) for quantity in STATES.values()))
-    return as_typed(state * np.stack(scales, axis=-1))
+    return without_rounding(state * np.stack(scales, axis=-1))
 
 
 def options_json(command: str, shown: xr.Dataset, device: Device | None) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def options_json(command: str, shown: xr.Dataset, device: Device | None) -> dict
     for name, quantity in _option_quantities(command, shown).items():
         if quantity in MEASURES and options.get(name) is not None:
             scale = option_scale(name, quantity, device.scales) * MEASURES[quantity].per_unit
-            options[name] = as_typed(np.asarray(options[name], dtype=float) * scale).tolist()
+            options[name] = without_rounding(np.asarray(options[name], dtype=float) * scale).tolist()
     return options
 
 

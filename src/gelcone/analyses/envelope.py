@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from gelcone.analyses.answer import heading, pulled_in
 from gelcone.codes import Outcome, Regime
-from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL
-from gelcone.words import FAILINGS, held_at_peak, lasting, motion_in_words, shortened, sized, unit_of
+from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL, held_at_peak
+from gelcone.words import FAILINGS, lasting, motion_in_words, shortened, sized, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from gelcone.devices.materials import SEPARATOR, find_material, side_by_side
 from gelcone.devices.numbers import numbers_of
 from gelcone.devices.points import GELS, STATE_FIELDS, STATES, at, field_attributes
 from gelcone.devices.scales import MEASURES, Scales
-from gelcone.devices.units import DIMENSIONS, as_typed, format_si
+from gelcone.devices.units import DIMENSIONS, format_si, without_rounding
 from gelcone.errors import InputError, check_result
 from gelcone.physics.model import ConeModel
 
@@ -229,7 +229,7 @@ def _converted(
         scaled, unit = variable.astype(float) * scales.shown(quantity), MEASURES[quantity].shown
         scaled = scaled.transpose(*variable.dims, ...)
         if name in result.coords:
-            scaled = scaled.copy(data=as_typed(scaled.values))
+            scaled = scaled.copy(data=without_rounding(scaled.values))
     return scaled.assign_attrs(attrs | {"units": unit})
 
 

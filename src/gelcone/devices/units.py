@@ -288,7 +288,7 @@ TYPED_DIGITS, MOST_TYPED, ROUNDINGS = 12, 1000, 4
 place, that scaling to a device and back makes."""
 
 
-def as_typed(values: Any) -> Array:
+def without_rounding(values: Any) -> Array:
     """The values, those that differ by rounding alone from a number of `TYPED_DIGITS` replaced by it: a voltage of
     700.0000000000001, scaled to a device and back, by 700."""
     own = np.asarray(values, dtype=float)

@@ -14,6 +14,7 @@ from gelcone.devices.si import device_attributes
 from gelcone.errors import InputError, check_name
 from gelcone.motion.envelope import MARGIN, envelope
 from gelcone.motion.plane import NUDGE, DriveShape
+from gelcone.motion.proportion import held_at_peak
 from gelcone.motion.regime import regime
 from gelcone.motion.response import simulate
 from gelcone.motion.start import start_states
@@ -283,7 +284,7 @@ def _rows(*envelopes: xr.Dataset) -> tuple[Array, Array, list[str]]:
         static = one["static_limit_voltage"].values
         constant = float(np.nanmin(static, initial=np.inf))
         constant_name = str(one["static_limit"].values[int(np.nanargmin(static))]) if np.isfinite(constant) else ""
-        way = "of the drive held at its peak" if "recommended_second_voltage" in one else "at a constant voltage"
+        way = "of the drive held at its peak" if held_at_peak(one) else "at a constant voltage"
         for k, omega in enumerate(one["drive_frequency"].values):
             row = int(one["first_limit"][k])
             low = float(one["peak_voltage"][-1] if row < 0 else one["limit_low"][row, k])

@@ -9,6 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from gelcone.physics.system import ConeSystem
 
 IN_PROPORTION = ", bias and amplitude in proportion"
@@ -30,3 +32,9 @@ def in_proportion(system: ConeSystem) -> str:
 def proportional(name: str, system: ConeSystem) -> str:
     """The name of the variable for a peak at which a drive is held, given that for a constant voltage."""
     return f"{PROPORTIONAL}{name}" if system.in_opposite_phase else name
+
+
+def held_at_peak(limits: xr.Dataset) -> bool:
+    """Whether quasi-static limits are of a drive that is held at its peak, and not of a constant voltage at the
+    device's bias: of films in opposite phase."""
+    return "recommended_second_voltage" in limits or f"{PROPORTIONAL}pull_in_voltage" in limits

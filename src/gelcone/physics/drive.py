@@ -233,7 +233,7 @@ class Waveform(Component):
         """The amplitude from which on the largest absolute voltage exceeds ``peak``; negative where the bias does."""
         one = {**n, "voltage": np.ones_like(n["voltage"]), "voltage_bias": np.zeros_like(n["voltage_bias"])}
         samples, bias = self.samples(one), np.asarray(n["voltage_bias"])
-        high, low = np.maximum(samples.max(axis=-1), 0.0), np.maximum(-samples.min(axis=-1), 0.0)
+        high, low = _reached(samples)
         size = self.peak(one) / np.maximum(high, low)
         with np.errstate(all="ignore"):
             ends = [np.where(s > 0.0, v / (s * size), np.inf) for s, v in ((high, peak - bias), (low, peak + bias))]
@@ -242,7 +242,12 @@ class Waveform(Component):
     def along_bias(self, n: Numbers) -> tuple[Array, Array]:
         """Largest voltages with the sign of the bias, and with the other sign; at most samples of them, 0 for none."""
         samples = self.samples(n) * np.where(np.asarray(n["voltage_bias"]) < 0.0, -1.0, 1.0)[..., None]
-        return np.maximum(samples.max(axis=-1), 0.0), np.maximum(-samples.min(axis=-1), 0.0)
+        return _reached(samples)
+
+
+def _reached(samples: Array) -> tuple[Array, Array]:
+    """The largest of samples along their last axis, and the largest of their negatives; 0 for none above 0."""
+    return np.maximum(samples.max(axis=-1), 0.0), np.maximum(-samples.min(axis=-1), 0.0)
 
 
 class Pieced(Waveform):
