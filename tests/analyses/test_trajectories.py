@@ -13,6 +13,7 @@ from gelcone.analyses import (
 from gelcone.analyses import trajectories as runs
 from gelcone.analyses.request import Subject
 from gelcone.codes import Outcome
+from gelcone.physics.balance import PullIn
 from gelcone.presets import find_preset
 from tests.analyses.said import INF, MODEL, NAN, said
 from tests.edited import edited, made
@@ -71,6 +72,7 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
             "heating": (over, [[np.nan, 2.0, 3.0]] * 3),
             "margin": (over, [[0.5, 0.4, 0.35]] * 3),
             "long_term_pull_in_voltage": ((), 600.0),
+            "long_term_pull_in_kind": ((), PullIn.FOLD),
             "instantaneous_pull_in_voltage": ((), 900.0),
             "holding_voltage": ((), 650.0),
             "time_to_pull_in": ("held_voltage", [np.inf, 8000.0]),
@@ -106,6 +108,11 @@ def test_creep_names_both_thresholds_and_what_becomes_of_each_voltage():
     assert own_lines(runs.creep_words(valid, SUBJECT), 1) == [
         "of 3 motions the model does not hold in: above breakdown in 1 (up to 25 % of the motion)"
     ]
+    localises = creep.assign(long_term_pull_in_kind=((), PullIn.FILM))
+    assert own_lines(runs.creep_words(localises, SUBJECT), 7)[1] == (
+        "above 600 V one ring of the film lengthens slowly, which a run of the cone does not show: times to pull-in "
+        "and the voltage that is held are upper bounds"
+    )
     close = creep.assign(holding_voltage=creep["holding_voltage"].copy(data=800.0004))
     first, *_, last = own_lines(runs.creep_words(close, SUBJECT), 6)
     assert first.endswith("up to 800.0004 V is held for 20 s")
@@ -412,6 +419,7 @@ def test_a_creeping_film_that_never_pulls_in_or_could_not_be_followed():
             "mm"),
             "pull_in_time": (along, [INF, NAN], "ms"), "outcome": (along, [0, int(Outcome.STEP_LIMIT)]),
             "heating": ((along, "time"), [[0.0, 2.0]] * 2, "K/s"), "long_term_pull_in_voltage": (None, INF, "V"),
+            "long_term_pull_in_kind": (None, int(PullIn.NEVER)),
             "instantaneous_pull_in_voltage": (None, INF, "V"), "holding_voltage": (None, INF, "V"),
             "margin": ((along, "time"), [[0.5, 1.0]] * 2),
             "time_to_pull_in": ("held_voltage", [INF], "ms"),
@@ -438,6 +446,7 @@ def test_voltages_that_pull_in_at_once_share_a_line():
         {
             "initial_displacement": (along, [NAN], "mm"), "pull_in_time": (along, [0.0], "ms"), "outcome": (along, [0]),
             "long_term_pull_in_voltage": (None, 600.0, "V"), "instantaneous_pull_in_voltage": (None, 900.0, "V"),
+            "long_term_pull_in_kind": (None, int(PullIn.FOLD)),
             "holding_voltage": (None, 650.0, "V"),
             "time_to_pull_in": ("held_voltage", [INF, 8000.0, 0.0, 0.0], "ms"),
         },

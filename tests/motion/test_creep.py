@@ -18,6 +18,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.job import Trajectories
 from gelcone.motion.plane import Plane
 from gelcone.motion.validity import VALIDITY
+from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
 from gelcone.physics.film.taut import TautCone
 from gelcone.physics.film.wrinkling import WrinklingCone
@@ -81,6 +82,21 @@ def test_a_raised_disc_localises_as_late_as_certified():
     np.testing.assert_allclose(found["pull_in_time"][:2], [49.0, 15.7], rtol=2e-3)
 
 
+def test_a_cone_holds_above_the_voltage_at_which_a_ring_of_the_relaxed_film_lengthens_slowly():
+    """A hoop-slack cone: relaxed it localises, and a run of the homogeneous film lasts without end."""
+    film = WrinklingCone(branches=1)
+    model = ConeModel(
+        film=film, meridional_prestretch=1.15, hoop_prestretch=1.2, rest_height=1.0, spring_stiffness=3.0,
+        damping_ratio=0.3, viscous_modulus_1=0.5, relaxation_time_1=10.0,
+    )  # fmt: skip
+    low = float(gelcone.pull_in_voltage(model)["pull_in_voltage"])
+    found = gelcone.creep(model, [0.99 * low, 1.01 * low], duration=1000.0, tolerance=1e-10)
+    assert float(found["long_term_pull_in_voltage"]) == low
+    assert PullIn(int(found["long_term_pull_in_kind"])) == PullIn.FILM
+    assert np.isinf(found["pull_in_time"]).all()
+    np.testing.assert_array_equal(np.isnan(found["equilibrium_displacement"]), [False, True])
+
+
 def test_a_beam_snaps_late():
     """Certified: from 0.42 the disc passes 1 after 78.4, less than the way to halfway of its jump."""
     film = TautCone(branches=1, prestretch_mode="equibiaxial")
@@ -89,6 +105,7 @@ def test_a_beam_snaps_late():
     model = ConeModel(film=film, bias=gelcone.BuckledBeam(), prestretch=1.2, **beam, **branch)
     found = gelcone.creep(model, [1.1, 1.25], duration=200.0, tolerance=1e-10)
     assert float(found["long_term_pull_in_voltage"]) == pytest.approx(1.1946, abs=5e-5)
+    assert PullIn(int(found["long_term_pull_in_kind"])) == PullIn.FOLD
     assert np.isinf(found["pull_in_time"][0])
     assert float(found["final_displacement"][0]) == pytest.approx(float(found["equilibrium_displacement"][0]), rel=1e-3)
     one = found.isel(constant_voltage=1)
@@ -240,7 +257,9 @@ class Films:
 
     def __init__(self):
         self.asked = {}
-        lost = {name: SimpleNamespace(voltage=v) for name, v in (("relaxed", 0.75), ("at_once", 1.25))}
+        lost = {
+            name: SimpleNamespace(voltage=v, kind=PullIn.FOLD) for name, v in (("relaxed", 0.75), ("at_once", 1.25))
+        }
         self.relaxed, self.at_once = (
             SimpleNamespace(lost=lost[name], place=lambda volts, by=by: by + volts)
             for name, by in (("relaxed", 50.0), ("at_once", 60.0))

@@ -10,6 +10,8 @@ import numpy as np
 from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
+from gelcone.physics.balance import PullIn
+from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.placed import PREFIX
 from gelcone.words import (
     MOST_LINES,
@@ -191,6 +193,11 @@ def creep_words(shown: xr.Dataset, subject: Subject) -> str:
         else f"pull-in of {whose} at once {thresholds['instantaneous_pull_in']}, in the long run "
         f"{thresholds['long_term_pull_in']}; up to {thresholds['holding']} is held for {longest}",
     ]
+    if int(shown["long_term_pull_in_kind"]) == PullIn.FILM and any(map(is_cone, subject.model.system.films)):
+        lines.append(
+            f"above {thresholds['long_term_pull_in']} one ring of the film lengthens slowly, which a run of the cone "
+            "does not show: times to pull-in and the voltage that is held are upper bounds"
+        )
     for k in range(shown.sizes["constant_voltage"]):
         one = shown.isel(constant_voltage=k)
         name = f"  {sized(one['constant_voltage'])}:"

@@ -97,10 +97,14 @@ def creep(
     rises as long as it gives no heat away, and the ``margin``, the share by which the voltage on the film is below the
     one at which, raised at once, the film would pull in or the disc jump: 1 where none does, 0 where it does already.
     ``long_term_pull_in_voltage`` and ``instantaneous_pull_in_voltage`` are the thresholds of the relaxed film and at
-    once. All voltages are commanded ones. Over ``held_voltage``, from the one threshold to the other,
-    ``time_to_pull_in`` is infinite where it exceeds the duration; ``holding_voltage`` is the highest that is held for
-    it, from below to 1/400 of the window. ``validity_*`` are those of `simulate`, for the time over which the voltage
-    is held; also a disc that jumps counts as pulled in.
+    once, and ``long_term_pull_in_kind``, a `PullIn`, the way of the first. All voltages are commanded ones. Over
+    ``held_voltage``, from the one threshold to the other, ``time_to_pull_in`` is infinite where it exceeds the
+    duration; ``holding_voltage`` is the highest that is held for it, from below to 1/400 of the window. ``validity_*``
+    are those of `simulate`, for the time over which the voltage is held; also a disc that jumps counts as pulled in.
+
+    A run of a wrinkling cone ends where its film localises at once. Above a long-term threshold of the kind ``FILM``
+    one ring of the relaxed film lengthens slowly before that, which a homogeneous cone does not show: the film pulls
+    in no later than after these times, and ``holding_voltage`` is an upper bound.
 
     Raises
     ------
@@ -146,6 +150,7 @@ def creep(
         "heating": ((*along, "time"), heat, "rate of the temperature of films that lose no heat", "heating"),
         "margin": ((*along, "time"), films.margins(levels, run, x), *_MARGIN),
         **_both(films.relaxed, films.at_once, at_own_bias(model.system)),
+        "long_term_pull_in_kind": ((), films.relaxed.lost.kind, "how the relaxed film pulls in", PullIn),
         "holding_voltage": ((), highest, *_HIGHEST),
         "time_to_pull_in": (("held_voltage",), to_pull_in, "time to pull-in", _HELD),
         **validity_variables(validity_of_run(members, whole), outcome, model.system, along, "time"),
