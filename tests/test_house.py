@@ -36,6 +36,7 @@ FLOORS = [
     ["motion"],
     ["atlas"],
     ["lab"],
+    ["amounts"],
     ["words", "glossary"],
     ["plots"],
     ["analyses"],

@@ -318,21 +318,6 @@ def test_which_motions_of_a_sweep_do_not_follow_the_drive():
     assert words.regime_counts(cells) == {"rest": 2, "chaotic": 1, "transient": 1}
 
 
-@pytest.mark.parametrize(
-    ("value", "quantity", "unit", "text"),
-    [
-        (0.005, "length", "mm", "5 um"), (12.5, "length", "mm", "12.5 mm"), (1500.0, "voltage", "V", "1.5 kV"),
-        (0.5, "power", "mW", "500 uW"), (12.5, "length", "1", "12.5"), (12.5, "none", "mm", "12.5 mm"),
-        (NAN, "length", "mm", "unknown"), (np.inf, "length", "mm", "infinite"), (1.35e-51, "length", "mm", "0 mm"),
-        (-9e-8, "length", "mm", "0 mm"), (2e-7, "length", "mm", "0.2 nm"), (9e-8, "power", "mW", "90 pW"),
-        (1512.8, "apparent power", "mVA", "1.513 VA"), (1.904e-6, "force", "N", "1.904 uN"),
-        (9.946e-10, "energy", "mJ", "0.9946 pJ"),
-    ],
-)  # fmt: skip
-def test_a_number_with_the_unit_in_which_it_reads_well(value, quantity, unit, text):
-    assert words.sized(xr.DataArray(value, attrs={"units": unit, "quantity": quantity})) == text
-
-
 def test_lists_are_cut_at_their_length_and_members_named_by_what_varies():
     lines = [f"{k}" for k in range(words.MOST_LINES + 1)]
     assert words.shortened(lines) == [*lines[:-1], "  and 1 more (all with --json or --out)"]
@@ -352,49 +337,6 @@ def test_lists_are_cut_at_their_length_and_members_named_by_what_varies():
     assert words.members_of(gels)[1][0] == "material b, voltage 2.5 V, frequency 8 Hz"
     gels = gels.assign_coords({"moving_mass": ("k", [5.0, 6.0], {"units": "g", "quantity": "device field"})})
     assert words.members_of(gels)[0][0] == "material a, voltage 1.5 V, frequency 9 Hz, moving_mass 5 g"
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "text"),
-    [(0.123456, 3, "123 uW"), (0.123456, 5, "123.46 uW"), (12.3456, 3, "12.3 mW"), (-0.123456, 3, "-123 uW")],
-)
-def test_a_number_has_as_many_digits_as_are_asked_for(value, digits, text):
-    attrs = {"units": "mW", "quantity": "power"}
-    assert words.sized(xr.DataArray(value, attrs=attrs), digits) == text
-    assert words.measured(xr.DataArray(value, attrs={"units": "N"}), digits) == f"{value:.{digits}g} N"
-
-
-def test_a_number_has_four_digits_unless_others_are_asked_for():
-    low, high = (xr.DataArray(value, attrs={"units": "mW", "quantity": "power"}) for value in (1.23456, 23.4567))
-    assert (words.sized(low), words.measured(low)) == ("1.235 mW", "1.235 mW")
-    assert words.sized_range(low, high) == "1.235 to 23.46 mW"
-
-
-def test_a_text_is_itself_and_what_is_not_finite_is_said_in_its_own_words():
-    assert words.measured(xr.DataArray("gent")) == "gent"
-    own = {"units": "V", "nan_means": "not asked", "infinite_means": "never"}
-    for value, usual, said in (
-        (NAN, "unknown", "not asked"),
-        (np.inf, "infinite", "never"),
-        (-np.inf, "infinite", "never"),
-    ):
-        assert words.measured(xr.DataArray(value, attrs={"units": "V"})) == usual
-        assert words.measured(xr.DataArray(value, attrs=own)) == said
-        assert words.sized(xr.DataArray(value, attrs=own | {"quantity": "voltage"})) == said
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "size", "name"),
-    [
-        (1.0, "ms", 1.0, " ms"), (1e-3, "ms", 1.0, " ms"), (2e3, "ms", 1e3, " s"), (119e3, "ms", 1e3, " s"),
-        (120e3, "ms", 6e4, " min"), (7.2e6, "ms", 3.6e6, " h"), (1.728e8, "ms", 8.64e7, " days"),
-        (120.0, "s", 60.0, " min"), (1.0, "s", 1e-3, " ms"), (3.0, "h", 1.0, " h"), (5.0, "1", 1.0, " time units"),
-        (5.0, "V", 1.0, " V"),
-    ],
-)  # fmt: skip
-def test_the_unit_of_a_time_is_the_largest_of_which_there_are_two(value, unit, size, name):
-    found = words.time_unit(value, xr.DataArray(value, attrs={"units": unit}))
-    assert found == (pytest.approx(size), name)
 
 
 def test_a_list_may_stand_for_more_than_its_lines():

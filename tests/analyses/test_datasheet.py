@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.amounts import sized
 from gelcone.codes import Outcome
 from gelcone.devices.scales import MEASURES
-from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows, sized
+from gelcone.words import SHEET_ROWS, sheet_limits, sheet_rows
 from tests.analyses.said import NAN, said
 from tests.edited import edited, made
 

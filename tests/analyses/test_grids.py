@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import gelcone
+from gelcone.amounts import with_error
 from gelcone.analyses import (
     answer,
     grids,
@@ -14,7 +15,6 @@ from gelcone.analyses import (
 from gelcone.atlas import probability as probability_module
 from gelcone.atlas import tolerances as tolerances_module
 from gelcone.codes import Outcome, Regime
-from gelcone.words import with_error
 from tests.analyses.said import INF, NAN, SUBJECT, said
 from tests.analyses.test_motions import HOLDS
 from tests.edited import edited, made

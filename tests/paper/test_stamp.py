@@ -78,7 +78,15 @@ def test_both_libraries_count(tmp_path, monkeypatch):
 
 def test_what_shows_is_left_out_and_nothing_else():
     """All modules of the program, less those folders and modules that print, draw and judge."""
-    shown = {"accessor.py", "words.py", "paper/report.py", "paper/run.py", "paper/stamp.py", "paper/work.py"}
+    shown = {
+        "accessor.py",
+        "amounts.py",
+        "words.py",
+        "paper/report.py",
+        "paper/run.py",
+        "paper/stamp.py",
+        "paper/work.py",
+    }
     folders = ("analyses/", "cli/", "plots/", "paper/figures/", "paper/claims/")
     root = Path(gelcone.__file__).parent
     every = {path.relative_to(root).as_posix() for path in root.rglob("*.py")}

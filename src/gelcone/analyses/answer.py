@@ -12,6 +12,7 @@ import numpy as np
 
 from gelcone import dataset
 from gelcone._version import __version__
+from gelcone.amounts import missing, unit_of
 from gelcone.codes import Outcome, Regime
 from gelcone.devices.fields import GEL
 from gelcone.devices.numbers import numbers_of
@@ -21,7 +22,7 @@ from gelcone.devices.units import format_range, without_rounding
 from gelcone.errors import InputError
 from gelcone.motion.validity import ASSUMPTIONS
 from gelcone.physics.film.pull_in import is_cone
-from gelcone.words import DISCORD, members_of, missing, regime_counts, shortened, unit_of
+from gelcone.words import DISCORD, members_of, regime_counts, shortened
 from gelcone.words import MOST_LINES as MOST_PRINTED
 
 if TYPE_CHECKING:

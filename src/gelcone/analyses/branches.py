@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import unit_of
 from gelcone.analyses.answer import heading
 from gelcone.analyses.swept import read_over
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.errors import InputError
-from gelcone.words import branch_endings, event_label, shortened, unit_of, validity_in_words
+from gelcone.words import branch_endings, event_label, shortened, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from gelcone.amounts import sized
 from gelcone.analyses.answer import result_json
 from gelcone.devices.units import format_si
 from gelcone.lab.design import designed_devices
-from gelcone.words import sized
 
 if TYPE_CHECKING:
     import xarray as xr

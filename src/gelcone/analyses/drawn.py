@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import unit_of
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.envelope import way_of
 from gelcone.analyses.grids import drawn_names, membranes_lines, spread_line
 from gelcone.codes import Outcome
 from gelcone.motion.proportion import IN_PROPORTION, held_at_peak
 from gelcone.statistics import spread
-from gelcone.words import unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

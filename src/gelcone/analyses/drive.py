@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import sized, sized_range
 from gelcone.analyses.answer import WIDTH, heading
-from gelcone.words import sized, sized_range
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.amounts import lasting, sized, unit_of
 from gelcone.analyses.answer import heading, pulled_in
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL, held_at_peak
-from gelcone.words import FAILINGS, lasting, motion_in_words, shortened, sized, unit_of
+from gelcone.words import FAILINGS, motion_in_words, shortened
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,20 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured, missing, unit_of, with_error
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.analyses.branches import followed_lines
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import Outcome
-from gelcone.words import (
-    event_label,
-    kinds_of_motion,
-    measured,
-    missing,
-    shortened,
-    unit_of,
-    validity_in_words,
-    with_error,
-)
+from gelcone.words import event_label, kinds_of_motion, shortened, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

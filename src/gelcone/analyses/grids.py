@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import measured, missing, rate_unit, sized, sized_range, unit_of, with_error
 from gelcone.analyses.answer import (
     counts_text,
     doubt_lines,
@@ -24,19 +25,7 @@ from gelcone.analyses.swept import example, read_states
 from gelcone.analyses.tables import FILM_STATES
 from gelcone.errors import InputError
 from gelcone.statistics import spread
-from gelcone.words import (
-    attractor_in_words,
-    measured,
-    missing,
-    rate_unit,
-    regime_counts,
-    shortened,
-    sized,
-    sized_range,
-    unit_of,
-    validity_in_words,
-    with_error,
-)
+from gelcone.words import attractor_in_words, regime_counts, shortened, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import lasting, rate_unit, unit_of, with_error
 from gelcone.analyses.answer import (
     counts_text,
     doubt_lines,
@@ -14,16 +15,7 @@ from gelcone.analyses.answer import (
     outcome_lines,
 )
 from gelcone.codes import Outcome
-from gelcone.words import (
-    SIGNS,
-    evidence_in_words,
-    exponent_in_words,
-    lasting,
-    rate_unit,
-    unit_of,
-    validity_in_words,
-    with_error,
-)
+from gelcone.words import SIGNS, evidence_in_words, exponent_in_words, validity_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

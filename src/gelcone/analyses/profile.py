@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured, unit_of
 from gelcone.analyses.answer import heading
 from gelcone.motion.profile import Held
-from gelcone.words import UNKNOWN_STRENGTH, event_label, measured, members_of, shortened, unit_of
+from gelcone.words import UNKNOWN_STRENGTH, event_label, members_of, shortened
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured, unit_of
 from gelcone.analyses.answer import heading, outcome_lines
 from gelcone.motion.floquet import Onset
 from gelcone.quantity import Array
-from gelcone.words import measured, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

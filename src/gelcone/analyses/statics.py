@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import sized
 from gelcone.analyses.answer import heading, outcome_lines, state_lines
 from gelcone.physics.balance import STAYS, PullIn
-from gelcone.words import FAILINGS, event_label, members_of, shortened, sized, strength_in_words
+from gelcone.words import FAILINGS, event_label, members_of, shortened, strength_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

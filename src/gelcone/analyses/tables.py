@@ -10,21 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured, missing, sized, sized_range
 from gelcone.analyses.answer import WIDTH, heading, outcome_lines, state_lines
 from gelcone.codes import Outcome
 from gelcone.physics.balance import PullIn
-from gelcone.words import (
-    MOST_LINES,
-    event_label,
-    measured,
-    members_of,
-    missing,
-    shortened,
-    sized,
-    sized_range,
-    validity_in_words,
-    varied_names,
-)
+from gelcone.words import MOST_LINES, event_label, members_of, shortened, validity_in_words, varied_names
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import lasting, lasting_alike, measured, sized, sized_alike, sized_range, unit_of
 from gelcone.analyses.answer import ending_lines, heading, pulled_in
 from gelcone.analyses.tables import side_by_side
 from gelcone.codes import FilmPullIn, Outcome
@@ -17,15 +18,8 @@ from gelcone.words import (
     MOST_LINES,
     evenly,
     film_state_in_words,
-    lasting,
-    lasting_alike,
-    measured,
     members_of,
     shortened,
-    sized,
-    sized_alike,
-    sized_range,
-    unit_of,
     validity_in_words,
     varied_names,
 )

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import unit_of
 from gelcone.analyses.answer import heading
 from gelcone.quantity import Array
-from gelcone.words import members_of, shortened, unit_of
+from gelcone.words import members_of, shortened
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,6 +17,7 @@ from gelcone.paper.effort import Effort
 
 SHOWING = (
     "accessor.py",
+    "amounts.py",
     "analyses",
     "cli",
     "plots",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from gelcone.amounts import rate_unit
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.codes import Regime
 from gelcone.errors import check_name
@@ -39,7 +40,6 @@ from gelcone.plots.style import (
     styled,
 )
 from gelcone.quantity import Array
-from gelcone.words import rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from gelcone.amounts import rate_unit
 from gelcone.motion.validity import invalid
 from gelcone.plots.regime import NOWHERE
 from gelcone.plots.style import BLACK, CYCLE, GREY, UNHELD, UNHELD_LABEL, VERMILION, axis_label, styled
 from gelcone.quantity import Array
-from gelcone.words import event_label, rate_unit
+from gelcone.words import event_label
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import measured, time_unit
 from gelcone.plots.step import opacities
 from gelcone.plots.style import BLUE, CYCLE, GREY, VERMILION, axis_label, name_faint, say, styled
-from gelcone.words import evenly, measured, time_unit
+from gelcone.words import evenly
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import sized
 from gelcone.motion.proportion import IN_PROPORTION, PROPORTIONAL, held_at_peak
 from gelcone.plots.style import (
     BLACK,
@@ -21,7 +22,7 @@ from gelcone.plots.style import (
     styled,
 )
 from gelcone.plots.values import end_of_bars
-from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single, sized
+from gelcone.words import is_toleranced, sheet_limits, sheet_rows, sheet_single
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured
 from gelcone.plots.style import (
     BLACK,
     BLUE,
@@ -18,7 +19,6 @@ from gelcone.plots.style import (
     second_axes,
     styled,
 )
-from gelcone.words import measured
 
 if TYPE_CHECKING:
     import xarray as xr

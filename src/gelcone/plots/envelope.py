@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import lasting, unit_of
 from gelcone.codes import Outcome, Regime
 from gelcone.motion.proportion import IN_PROPORTION, held_at_peak
 from gelcone.plots.style import (
@@ -22,7 +23,6 @@ from gelcone.plots.style import (
     second_axes,
     styled,
 )
-from gelcone.words import lasting, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import measured, unit_of
 from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
 from gelcone.physics.balance import PullIn
 from gelcone.plots.branches import with_neighbours
 from gelcone.plots.response import members
 from gelcone.plots.style import BLACK, BLUE, CYCLE, GREY, UNHELD, VERMILION, name_axes, name_faint, styled
-from gelcone.words import evenly, measured, unit_of
+from gelcone.words import evenly
 
 if TYPE_CHECKING:
     import xarray as xr

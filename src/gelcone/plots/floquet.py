@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import rate_unit
 from gelcone.plots.style import BLACK, BLUE, GREY, name_axes, styled
-from gelcone.words import rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr

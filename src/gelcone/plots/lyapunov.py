@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import rate_unit, time_unit, with_error
 from gelcone.codes import Outcome
 from gelcone.plots.response import members
 from gelcone.plots.style import CYCLE, GREY, styled
-from gelcone.words import SIGNS, rate_unit, time_unit, with_error
+from gelcone.words import SIGNS
 
 if TYPE_CHECKING:
     import xarray as xr

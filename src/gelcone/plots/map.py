@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import rate_unit
 from gelcone.atlas.maps import ALSO
 from gelcone.codes import Regime
 from gelcone.errors import InputError, check_name
@@ -22,7 +23,6 @@ from gelcone.plots.regime import (
 )
 from gelcone.plots.style import GREY, axis_label, coordinate_axis, styled
 from gelcone.quantity import Array
-from gelcone.words import rate_unit
 
 if TYPE_CHECKING:
     import xarray as xr

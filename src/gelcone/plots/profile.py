@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import measured
 from gelcone.plots.style import BLACK, CYCLE, GREY, VERMILION, axis_label, name_axes, styled
-from gelcone.words import measured, members_of
+from gelcone.words import members_of
 
 if TYPE_CHECKING:
     import xarray as xr

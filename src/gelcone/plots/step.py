@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured
 from gelcone.codes import Outcome
 from gelcone.motion.validity import invalid
 from gelcone.plots.style import CYCLE, GREY, UNHELD, name_axes, name_faint, styled
 from gelcone.quantity import Array
-from gelcone.words import evenly, measured
+from gelcone.words import evenly
 
 if TYPE_CHECKING:
     import xarray as xr

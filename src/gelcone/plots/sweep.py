@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import missing, unit_of
 from gelcone.atlas.tolerances import base_draws
 from gelcone.codes import Regime
 from gelcone.errors import InputError
 from gelcone.plots.regime import cell_legend, edges, mark_failed
 from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, coordinate_axis, name_axes, say, styled
 from gelcone.plots.values import values_figure
-from gelcone.words import evenly, missing, unit_of
+from gelcone.words import evenly
 
 if TYPE_CHECKING:
     import xarray as xr

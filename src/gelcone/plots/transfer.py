@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gelcone.amounts import measured
 from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, log_ticks, styled
-from gelcone.words import measured
 
 if TYPE_CHECKING:
     import xarray as xr

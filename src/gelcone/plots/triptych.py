@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import rate_unit
 from gelcone.codes import Outcome, Regime
 from gelcone.plots.regime import motion_colour
 from gelcone.plots.response import members
 from gelcone.plots.section import set_room
 from gelcone.plots.style import BLACK, GREY, axis_label, say, styled
-from gelcone.words import motion_in_words, rate_unit
+from gelcone.words import motion_in_words
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import unit_of
 from gelcone.continuum.path import Ending
 from gelcone.plots.style import BLACK, CYCLE, GREY, axis_label, name_axes, styled
-from gelcone.words import evenly, members_of, unit_of
+from gelcone.words import evenly, members_of
 
 if TYPE_CHECKING:
     import xarray as xr

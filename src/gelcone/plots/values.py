@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gelcone.amounts import measured, missing, sized, unit_of
 from gelcone.plots.style import BLUE, CYCLE, GREY, axis_label, styled
-from gelcone.words import VARIED, measured, missing, sized, unit_of
+from gelcone.words import VARIED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
