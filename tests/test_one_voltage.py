@@ -75,7 +75,8 @@ def test_one_voltage_has_one_rest(model):
     assert np.nanmin(at) < 1e-9
     volts = static.get("film_voltage")
     on_film = level if volts is None else volts.values.ravel()[np.nanargmin(at)]
-    assert abs(float(np.ravel(run["drive_voltage"])[-1])) == pytest.approx(on_film, abs=1e-6)
+    assert abs(float(np.ravel(run["drive_voltage"])[-1])) == level
+    assert abs(float(np.ravel(run.get("film_voltage", run["drive_voltage"]))[-1])) == pytest.approx(on_film, abs=1e-6)
 
 
 def test_a_step_from_a_voltage_to_itself_does_not_move(model):

@@ -89,8 +89,7 @@ def test_a_result_holds_what_was_used(device):
     shown = gelcone.simulate(device, periods=2)
     assert device_of(shown) == device
     assert gelcone.model_of(shown).parameters() == device.to_model().parameters()
-    # the filter's own state is the voltage across the film
-    np.testing.assert_array_equal(shown.film_voltage, shown.drive_voltage)
+    np.testing.assert_array_less(abs(shown.film_voltage[1:]).max(), abs(shown.drive_voltage).max())  # filtered
     assert shown.film_voltage.attrs["units"] == "V"
     direct = gelcone.to_si(gelcone.simulate(device.to_model(), device.initial_state(), periods=2), device)
     xr.testing.assert_identical(shown, direct)

@@ -122,6 +122,22 @@ def response_by_hand(law, strain):
     return 1.0 if law == "neo-hookean" else 1.0 + 2.0 * 0.05 * strain + 3.0 * 0.002 * strain**2
 
 
+@pytest.mark.parametrize("second", [{}, {"second_film": "taut", "second_drive": "opposite"}])
+def test_the_drive_is_what_is_commanded_and_the_film_has_what_the_circuit_leaves(second):
+    """A slow drive behind a resistance with a leak: the film has the share of both in series."""
+    drive = {"voltage": 0.1, "voltage_bias": 0.4, "drive_frequency": 1e-3}
+    model = ConeModel(**drive, **second, series_resistance=1.0, leakage_time=4.0, damping_ratio=0.2, rest_height=0.1)
+    times = np.linspace(6000.0, 6020.0, 5)
+    found, ideal = simulate(model, times=times), simulate(ConeModel(**drive, **second, rest_height=0.1), times=times)
+    shift = 0.1 * np.sin(1e-3 * times)
+    for film, command in {"": 0.4 + shift, **({"second_": 0.4 - shift} if second else {})}.items():
+        np.testing.assert_allclose(found[f"{film}drive_voltage"], command, atol=1e-12)
+        np.testing.assert_allclose(ideal[f"{film}drive_voltage"], command, atol=1e-12)
+        x = found["displacement"].values - (model.values["second_flat_height"] if film else 0.0)
+        np.testing.assert_allclose(found[f"{film}film_voltage"], command / (1.0 + (1.0 + x * x) / 4.0), rtol=2e-3)
+    assert not [name for name in ideal if str(name).endswith("film_voltage")]
+
+
 @every_law
 def test_stretches_stresses_and_field_at_a_point(law):
     result = simulate(ConeModel(**FULL | LAWS[law]), (0.6, 0.2), times=[1.7])

@@ -54,7 +54,7 @@ def of_case(case):
 def test_motions_and_works_are_the_certified_ones(case):
     rows = case["rows"]
     run = simulate(of_case(case), case["start"], times=[row["tau"] for row in rows])
-    for name, of in {"displacement": "x", "velocity": "u", "drive_voltage": "film_voltage"}.items():
+    for name, of in {"displacement": "x", "velocity": "u", "film_voltage": "film_voltage"}.items():
         np.testing.assert_allclose(run[name], [row[of] for row in rows], atol=1e-12)
     works = [name for name in rows[0] if name.endswith("_dissipation") and name in run]
     for name, of in ({"supplied_energy": "source"} | {work: work for work in works}).items():
@@ -207,9 +207,9 @@ def test_a_film_that_leaks_on_an_ideal_source_moves_as_one_that_does_not():
     drive = {"voltage": 0.4, "voltage_bias": 0.2, "drive_frequency": 0.6, "rest_height": 0.5}
     leaky, dry = (simulate(ConeModel(**drive, **more), (0.6, 0.0)) for more in ({"leakage_time": 7.0}, {}))
     assert (leaky["displacement"].values == dry["displacement"].values).all()
-    leak = leaky["drive_voltage"] * (1.0 + leaky["displacement"] ** 2) / 7.0
+    leak = leaky["film_voltage"] * (1.0 + leaky["displacement"] ** 2) / 7.0
     np.testing.assert_allclose(leaky["current"] - dry["current"], leak, atol=1e-13)
-    power = float((leaky["drive_voltage"] * leak).integrate("time"))
+    power = float((leaky["film_voltage"] * leak).integrate("time"))
     assert float(leaky["leak_dissipation"][-1]) == pytest.approx(power, rel=1e-3)
     assert float(abs(leaky["energy_residual"]).max()) < 1e-13
 
@@ -323,7 +323,7 @@ def test_the_field_of_what_follows_late_pulls_with_its_own_voltage():
     """Stresses under (1 - chi) v^2 + chi w^2, the field under v; and without the delay those of the film."""
     run = simulate(ConeModel(**LATE, damping_ratio=0.1), times=[7.0, 20.0])
     q = 1.0 + run["displacement"] ** 2
-    v, w = run["drive_voltage"], run["slow_charge"] / q
+    v, w = run["film_voltage"], run["slow_charge"] / q
     assert float(abs(v - w).min()) > 0.05
     elastic = simulate(ConeModel(damping_ratio=0.1), times=[7.0])
     assert "slow_charge" not in elastic

@@ -165,7 +165,7 @@ def test_an_amplifier_saturates_at_its_borders():
     expected = by_scipy(model, lambda t, x, u, y, command: (np.clip(command, -0.3, 0.3), []), [0.6, 0.0])
     np.testing.assert_allclose(run.states[0], expected, atol=2e-8)  # SciPy steps over the borders
     simulated = simulate(model, (0.6, 0.0), periods=4)
-    assert float(abs(simulated["drive_voltage"]).max()) == pytest.approx(0.3, rel=1e-15)
+    assert float(abs(simulated["film_voltage"]).max()) == pytest.approx(0.3, rel=1e-15)
     assert float(abs(simulated["energy_residual"]).max()) < 1e-12
     assert model.forcing_period == pytest.approx(2.0 * np.pi / 0.6)
 
@@ -324,7 +324,7 @@ def test_a_film_on_an_open_circuit_senses_the_motion_and_is_stiffer():
         zeros = time[k] - deviation[k] * (time[k + 1] - time[k]) / (deviation[k + 1] - deviation[k])
         squares.append((2.0 * np.pi / np.diff(zeros).mean()) ** 2)
         if model is open_circuit:
-            sensed = run["drive_voltage"] * (1.0 + run["displacement"] ** 2)
+            sensed = run["film_voltage"] * (1.0 + run["displacement"] ** 2)
             np.testing.assert_allclose(sensed, charge, rtol=1e-14)
     assert squares[0] - squares[1] == pytest.approx(4.0 * (x * charge / q) ** 2 / q, rel=1e-5)
 

@@ -21,8 +21,7 @@ TIMES = np.linspace(0.0, 20.0, 101)
 
 def charged(full, reduced):
     """The start of a full model whose films have the voltages of the reduced one."""
-    own = {"film_voltage": "drive_voltage", "second_film_voltage": "second_drive_voltage"}
-    known = {s.name: float(reduced[own[s.name]][0]) for s in full.system.states if s.name in own}
+    known = {s.name: float(reduced[s.name][0]) for s in full.system.states if s.name.endswith("film_voltage")}
     start = full.members().start_states((0.6, 0.1))[0]
     return [known.get(state.name, value) for state, value in zip(full.system.states, start, strict=True)]
 

@@ -197,6 +197,15 @@ def test_the_voltage_of_a_second_film_and_its_states_are_its_own():
     np.testing.assert_array_equal(slack, np.arange(time.size) % 2 == 1)
 
 
+def test_behind_a_circuit_the_voltage_on_the_film_is_drawn_over_the_commanded_one():
+    data = made_up()
+    data["film_voltage"] = 0.5 * data["drive_voltage"]
+    commanded, own = response_figure(data).axes[1].lines
+    np.testing.assert_array_equal(commanded.get_ydata(), data["drive_voltage"])
+    np.testing.assert_array_equal(own.get_ydata(), data["film_voltage"])
+    assert (commanded.get_color(), own.get_color()) == (GREY, VERMILION)
+
+
 def test_each_member_has_its_time_response_and_its_phase_portrait():
     response = RESPONSES["ensemble"]()
     axes = response_figure(response).axes

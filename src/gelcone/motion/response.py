@@ -20,6 +20,7 @@ from gelcone.motion.job import Trajectories, to_the_end
 from gelcone.motion.settle import LONGEST_TIME
 from gelcone.motion.start import start_states
 from gelcone.motion.validity import ASSUMPTIONS, broken, validity_of_run, validity_variables
+from gelcone.physics.circuit import IdealSource
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
@@ -78,10 +79,11 @@ def simulate(
     Returns
     -------
     Dataset over the ensemble's dims and ``time`` (``sample`` if the members' drive frequencies differ):
-    ``displacement`` and ``velocity`` of the disc; ``drive_voltage``, ``current`` and ``true_field`` of the film,
-    ``meridional_stretch``, ``hoop_stretch`` and ``thickness_stretch``, the true ``meridional_stress`` and
-    ``hoop_stress``; ``kinetic_energy``, ``film_energy``, ``spring_energy`` and ``field_energy``; ``input_power`` and
-    ``dissipated_power``; and for a wrinkling film ``film_state``.
+    ``displacement`` and ``velocity`` of the disc; the commanded ``drive_voltage``, and behind a circuit the
+    ``film_voltage``; ``current`` and ``true_field`` of the film, ``meridional_stretch``, ``hoop_stretch`` and
+    ``thickness_stretch``, the true ``meridional_stress`` and ``hoop_stress``; ``kinetic_energy``, ``film_energy``,
+    ``spring_energy`` and ``field_energy``; ``input_power`` and ``dissipated_power``; and for a wrinkling film
+    ``film_state``.
 
     Energies and powers are per mu Vol; stored energy includes the field energy v^2 q/2, and ``supplied_energy`` is
     the work of the voltage source, integrated along the motion. ``dissipated_energy`` is the loss in the damping of
@@ -267,7 +269,8 @@ def _wanted_times(times: npt.ArrayLike) -> Array:
 _MEANINGS = {
     "displacement": ("displacement x = h/(b-a)", "length"),
     "velocity": ("velocity of the disc", "velocity"),
-    "drive_voltage": ("voltage v(tau) across the film", "voltage"),
+    "drive_voltage": ("commanded voltage v(tau)", "voltage"),
+    "film_voltage": ("voltage on the film", "voltage"),
     "meridional_stretch": ("meridional stretch l1", "stretch"),
     "hoop_stretch": ("hoop stretch l2", "stretch"),
     "thickness_stretch": ("thickness stretch l3", "stretch"),
@@ -303,7 +306,7 @@ _OF_EACH_FILM = (
 )
 _OF_SECOND_FILM = {
     f"second_{name}": (f"second film: {_MEANINGS[name][0]}", _MEANINGS[name][1])
-    for name in ("drive_voltage", "current", *_OF_EACH_FILM)
+    for name in ("drive_voltage", "film_voltage", "current", *_OF_EACH_FILM)
 }
 
 
@@ -323,12 +326,16 @@ def _variables(
     series = {s.name: run.states[..., i] for i, s in enumerate(system.states) if i > 1}
     states, energies = members.film_states(run.states, voltages), list[tuple[Array, Array, Array]]()
     squares = [v * v for v in voltages] if not system.circuit.delays else system.squares(run.times, z, n)
+    commands = members.along(system.commands, run.times, run.states)
     for k, (film, v, current, state) in enumerate(zip(system.films, voltages, currents, states, strict=True)):
         y, squared = system.states_of(z, "film", k), squares[k]
         field = 0.5 * squared * np.broadcast_to(film.capacitance(x, squared, y, n), x.shape)
         strain = film.work(x, squared, y, n) + field - 0.5 * squared
         energies.append((strain, field, v * current))
-        own = {"drive_voltage": v, "current": current} | {name: getattr(state, name) for name in _OF_EACH_FILM}
+        own = {"drive_voltage": commands[k], "current": current}
+        if not isinstance(system.line_of(k).circuit, IdealSource):
+            own["film_voltage"] = v
+        own |= {name: getattr(state, name) for name in _OF_EACH_FILM}
         series |= {film.prefix + name: value for name, value in own.items()}
     strain, field, power_in = (sum(parts[1:], parts[0]) for parts in zip(*energies, strict=True))
     mechanical, stored = 0.5 * u * u + bias, strain + field

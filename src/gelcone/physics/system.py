@@ -62,6 +62,11 @@ class ConeSystem(Structure):
         moment = self._moment(tau, z, n, xp)
         return [moment.voltage(self.line_of(k)) for k in range(len(self.films))]
 
+    def commands(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
+        """Commanded voltage of each film."""
+        moment = self._moment(tau, z, n, xp)
+        return [moment.port(self.line_of(k)).command for k in range(len(self.films))]
+
     def squares(self, tau: Any, z: Sequence[Any], n: Numbers, xp: Any = np) -> list[Any]:
         """The effective squared voltages of the fields' forces on the films."""
         moment = self._moment(tau, z, n, xp)

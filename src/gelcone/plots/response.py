@@ -49,7 +49,7 @@ def response_figure(response: xr.Dataset) -> Figure:
         top.tick_params(labelbottom=False)
         if failing:
             validity_strip(response, figure.add_subplot(grid[1, 0], sharex=top))
-        drive_voltage(response, bottom)
+        voltages(response, bottom)
         figure.align_ylabels([top, bottom])
         phase_portrait(response, figure.add_subplot(grid[:, 1]))
         if "device" in response.attrs:
@@ -169,13 +169,16 @@ def validity_strip(response: xr.Dataset, axes: Axes) -> None:
     axes.axis("off")
 
 
-def drive_voltage(response: xr.Dataset, axes: Axes) -> None:
-    """Voltage across the film over time; that across the second film dashed."""
+def voltages(response: xr.Dataset, axes: Axes) -> None:
+    """Voltage on the film over time, that on the second film dashed; the commanded ones grey where they are others."""
     lines = members(response)
     for colour, (_, member) in zip(CYCLE if len(lines) > 1 else (VERMILION,), lines, strict=False):
-        axes.plot(member["time"], member["drive_voltage"], color=colour)
-        if "second_drive_voltage" in response:
-            axes.plot(member["time"], member["second_drive_voltage"], color=colour, ls="--", lw=0.8)
+        for film, style in (("", {}), ("second_", {"ls": "--", "lw": 0.8})):
+            drive, own = f"{film}drive_voltage", f"{film}film_voltage"
+            if own in member:
+                axes.plot(member["time"], member[drive], color=GREY, **(style | {"lw": 0.6}))
+            if drive in member:
+                axes.plot(member["time"], member.get(own, member[drive]), color=colour, **style)
     name_axes(axes, response["time"], response["drive_voltage"], y="voltage")
 
 

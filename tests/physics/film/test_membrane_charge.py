@@ -99,13 +99,13 @@ def test_what_a_source_gives_is_stored_in_the_film_or_lost():
     moved = float(run["resistor_dissipation"][-1])
     assert moved > 0.05
     assert float(abs(run["energy_residual"]).max()) < 2e-4 * moved
-    charge = np.gradient(run["drive_voltage"] * capacitance(run), TIMES, edge_order=2)
+    charge = np.gradient(run["film_voltage"] * capacitance(run), TIMES, edge_order=2)
     assert np.abs(run["current"] - charge)[5:-5].max() < 0.02 * float(abs(run["current"]).max())
 
 
 def capacitance(run):
     model = ConeModel(**BEHIND)
-    x, v = run["displacement"].values, run["drive_voltage"].values
+    x, v = run["displacement"].values, run["film_voltage"].values
     return model.film.capacitance(x, v * v, [], model.members().numbers_at(0))
 
 
