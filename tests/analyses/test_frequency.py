@@ -1,5 +1,7 @@
 """Frequency responses in words, of made-up numbers."""
 
+import numpy as np
+
 from gelcone.analyses import (
     answer,
     frequency,
@@ -51,6 +53,21 @@ def test_the_heading_leaves_out_the_frequency_of_the_device_itself():
     said = frequency.frequency_words(sweeps(), device)
     assert "voltage_amplitude 680 V" in said
     assert "7 Hz" not in said
+
+
+def test_the_largest_linear_stroke_may_lie_between_the_frequencies():
+    shown = sweeps().assign(linear_peak_stroke=((), 0.875, {"units": "mm"}), linear_peak_frequency=((), 11.25))
+    assert "linear theory: largest stroke 0.875 mm at 11.25 Hz" in response_lines(shown)
+
+
+def test_a_sweep_that_finds_no_motion_or_only_rest_has_no_largest_stroke():
+    failed = [[int(Outcome.PULLED_IN)] * 3, [0] * 3]
+    strokes = {"peak_amplitude": [NAN, 1e-12], "stroke": np.array([[NAN] * 3, [1e-12] * 3])}
+    shown = sweeps(**strokes, outcome=failed, resting=[[0] * 3, [1] * 3]).isel(jump=slice(0))
+    lines = response_lines(shown)
+    assert "swept up    no motion is found at any frequency" in lines
+    assert "swept down  at rest at every frequency" in lines
+    assert not [line for line in lines if "no jump" in line]
 
 
 def test_strokes_of_many_frequencies_are_not_listed(monkeypatch):

@@ -18,6 +18,7 @@ from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
+from gelcone.motion.linear import linear_response
 from gelcone.motion.state_space import equilibrium_under_bias, small_signal_response
 from gelcone.motion.stepping import Falls, Walk
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing
@@ -157,6 +158,27 @@ def test_a_result_is_labelled_and_comes_back_as_it_was(jumping, tmp_path):
         assert {"long_name", "units"} <= set(jumping[name].attrs), name
     gelcone.save(jumping, tmp_path / "response.nc")
     assert gelcone.load(tmp_path / "response.nc").identical(jumping)
+
+
+def test_sweeps_that_pull_in_at_every_frequency_have_no_peak():
+    film = ConeModel(film="wrinkling", damping_ratio=0.2, voltage=0.1, voltage_bias=2.0, hoop_prestretch=1.2)
+    found = frequency(film, [0.5, 1.0])
+    assert (found["outcome"] == Outcome.PULLED_IN).all()
+    for name in ("stroke", "peak_amplitude", "peak_amplitude_error", "peak_frequency", "peak_low", "peak_high"):
+        assert found[name].isnull().all(), name
+
+
+def test_the_largest_linear_stroke_lies_between_the_frequencies():
+    """That of a light linear oscillator: Q times the static one at omega sqrt(1 - 2 zeta^2)."""
+    found = frequency(LINEAR, [1.0, 1.3, 1.6])
+    fine = np.linspace(1.0, 1.6, 20_001)
+    strokes = linear_response(LINEAR, fine).stroke
+    assert found["linear_peak_stroke"].item() == pytest.approx(strokes.max(), rel=1e-6)
+    assert found["linear_peak_frequency"].item() == pytest.approx(fine[strokes.argmax()], abs=1e-4)
+    assert found["linear_peak_stroke"].item() > 1.001 * found["linear_stroke"].values.max()
+    rising = frequency(LINEAR, [0.5, 0.6])
+    assert rising["linear_peak_frequency"].item() == 0.6
+    assert rising["linear_peak_stroke"].item() == rising["linear_stroke"].values[-1]
 
 
 def test_films_at_rest_do_not_jump_and_follow_the_drive():

@@ -39,10 +39,10 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
     linear = shown["linear_stroke"].values
     why = missing(np.nan, shown["linear_stroke"])
     if np.isfinite(linear).any():
-        k, none = int(np.nanargmax(linear)), np.isnan(linear)
+        none, (largest, at) = np.isnan(linear), _linear_peak(shown)
         some = f", none at {none.sum()} of {linear.size} frequencies: {why}" if none.any() else ""
-        where = f" at {frequency[k]:.5g}{hertz}" if linear[k] else ""  # without stroke no frequency has the largest
-        lines.append(f"linear theory: largest stroke {linear[k]:.4g}{length}{where}{some}")
+        where = f" at {at:.5g}{hertz}" if largest else ""  # without stroke no frequency has the largest
+        lines.append(f"linear theory: largest stroke {largest:.4g}{length}{where}{some}")
     else:
         lines.append(f"no linear theory: {why}")
     alone = (shown["outcome"] == Outcome.OK).sum("branch").values == 1
@@ -52,6 +52,15 @@ def frequency_words(shown: xr.Dataset, subject: Subject) -> str:
         lines += _stroke_lines(shown)
     named = [*lines, *shortened(_jump_lines(shown, hertz, length)), *followed_lines(shown, "drive frequency")]
     return "\n".join(named)
+
+
+def _linear_peak(shown: xr.Dataset) -> tuple[float, float]:
+    """The largest linear stroke and its frequency; in files of 0.2 among those of the sweeps."""
+    if "linear_peak_stroke" in shown:
+        return float(shown["linear_peak_stroke"]), float(shown["linear_peak_frequency"])
+    strokes = shown["linear_stroke"].values
+    k = int(np.nanargmax(strokes))
+    return strokes[k], shown["drive_frequency"].values[k]
 
 
 def _stroke_lines(shown: xr.Dataset) -> list[str]:
@@ -72,6 +81,10 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
     ends = float(own["peak_frequency"]) in (frequency[0], frequency[-1])
     rising = ", an end of the frequencies: it may rise beyond" if ends else ""
     largest = with_error(stroke, error).removeprefix("+")
+    if np.isnan(stroke):
+        return [f"swept {branch:5s} no motion is found at any frequency"]
+    if "resting" in own and own["resting"].values[own["stroke"].notnull()].all():
+        return [f"swept {branch:5s} at rest at every frequency"]
     lines = [f"swept {branch:5s} largest stroke {largest}{length} at {at}{rising}"]
     counts = {kind: int(which.sum()) for kind, which in kinds_of_motion(own).items()}
     kinds = ", ".join(f"{kind} at {n}" for kind, n in counts.items() if n)
@@ -81,7 +94,8 @@ def _branch_lines(branch: str, own: xr.Dataset, hertz: str, length: str) -> list
 def _jump_lines(shown: xr.Dataset, hertz: str, length: str) -> list[str]:
     """List the jumps of each sweep, with the strokes before and after."""
     if not shown.sizes["jump"]:
-        return ["no jump: where both sweeps find a motion, it is the same"]
+        both = (shown["outcome"] == Outcome.OK).all("branch").any()
+        return ["no jump: where both sweeps find a motion, it is the same"] if both else []
     lines = ["jumps (the sweeps differ between):"]
     for i in range(shown.sizes["jump"]):
         jump = shown.isel(jump=i)

@@ -22,7 +22,7 @@ from gelcone.errors import InputError
 from gelcone.motion.attractor.cycle import REST_TOLERANCE
 from gelcone.motion.attractor.search import integration
 from gelcone.motion.flow import DEFAULT_TOLERANCE
-from gelcone.motion.linear import linear_response, quantity_of_stroke
+from gelcone.motion.linear import linear_peak, linear_response, quantity_of_stroke
 from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
@@ -129,7 +129,8 @@ def frequency(
       and ``jump_event_kind`` (NaN and -1 where there is none);
     * the linear response to the same drive: ``linear_stroke``, ``linear_amplitude`` and ``linear_phase`` over
       ``harmonic``, see `gelcone.motion.linear.linear_response`; NaN where there is no equilibrium. The stroke is that
-      of all harmonics of the drive, and NaN where these are more than some 700,000.
+      of all harmonics of the drive, and NaN where these are more than some 700,000. ``linear_peak_stroke`` is its
+      largest value, also between the frequencies, at ``linear_peak_frequency``.
 
     Raises
     ------
@@ -290,6 +291,7 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
     """Narrows down the highest point of each sweep between its neighbours, starting from the motion there.
 
     A peak may lie at a jump. A motion that stays on one branch does not show it, so that the bracket includes the jump.
+    NaN for a sweep that finds no motion at any frequency.
     """
     met, amplitudes, periods, finals = trail.sorted()
     members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
@@ -323,7 +325,8 @@ def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, searc
         edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
         low, high = _bracket(edges, known, at, height)
         advance(progress, 1.0 / NARROWINGS)
-    return _Peaks(at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error)
+    found = at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error
+    return _Peaks(*(np.where(height < 0.0, np.nan, values) for values in found))
 
 
 def _certain(heights: Array, period: npt.NDArray[np.int64]) -> Array:
@@ -482,6 +485,7 @@ def _label(
     each, wave, linear_wave = ("branch", step), ("branch", "harmonic", step), ("harmonic", step)
     harmonics, phase = np.moveaxis(swept.harmonics, -1, 2), np.moveaxis(swept.phases, -1, 2)
     linear = linear_response(model.members(), grid)
+    linear_frequency, largest = linear_peak(model.members(), grid, np.reshape(linear.stroke, grid.shape))
     lines = np.zeros((len(grid), len(HARMONICS), grid.shape[1]), dtype=complex)
     lines[:, :2] = linear.harmonics
     line_phase = np.where(np.abs(lines) > 0.0, np.degrees(np.angle(lines)), np.nan)
@@ -500,6 +504,8 @@ def _label(
             "stroke by linear theory",
             quantity_of_stroke(model.members(), linear.stroke, grid),
         ),
+        "linear_peak_frequency": ((), linear_frequency, "drive frequency of the largest linear stroke", "frequency"),
+        "linear_peak_stroke": ((), largest, "largest stroke by linear theory", "length"),
         "linear_amplitude": (linear_wave, np.abs(lines), "amplitude of a harmonic by linear theory", "length"),
         "linear_phase": (linear_wave, line_phase, "phase of the harmonic by linear theory", "angle"),
     }

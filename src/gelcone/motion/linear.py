@@ -79,6 +79,27 @@ def linear_response(model: Ensemble, frequencies: Array) -> LinearResponse:
     return LinearResponse(stroke, first) if model.shape else LinearResponse(stroke[0], first[0])
 
 
+def linear_peak(members: Members, frequencies: Array, strokes: Array) -> tuple[Array, Array]:
+    """The frequency of the largest linear stroke and that stroke, (members,), from those at ``frequencies`` (members,
+    frequencies), and between the neighbours of the largest of them; NaN where there is none."""
+    rows = np.arange(members.size)
+    places, heights = frequencies, np.where(np.isnan(strokes), -1.0, strokes)
+    for _ in range(NARROWINGS):
+        best = heights.argmax(axis=1)
+        low, high = (places[rows, np.clip(best + side, 0, places.shape[1] - 1)] for side in (-1, 1))
+        at, height = places[rows, best, None], heights[rows, best, None]
+        tried = np.sort(np.column_stack([np.linspace(low, high, NARROWED_AT, axis=-1), at]), axis=1)
+        found = np.asarray(linear_response(members, tried).stroke)
+        places, heights = tried, np.where(tried == at, height, np.where(np.isnan(found), -1.0, found))
+    best = heights.argmax(axis=1)
+    largest = np.where(heights[rows, best] < 0.0, np.nan, heights[rows, best])
+    return np.where(np.isnan(largest), np.nan, places[rows, best]), largest
+
+
+NARROWINGS, NARROWED_AT = 3, 33
+"""How often the interval of the largest linear stroke is narrowed, and by how many frequencies."""
+
+
 def _responses(members: Members, omega: Array) -> tuple[Array, npt.NDArray[np.complex128]]:
     """Strokes (members, frequencies) and the first two harmonics (members, 2, frequencies)."""
     stroke, first = np.full(omega.shape, np.nan), np.full((members.size, 2, omega.shape[1]), np.nan + 0j)
@@ -325,7 +346,8 @@ def _harmonics(members: Members, omega: Array, orders: int) -> npt.NDArray[np.co
                 gain = np.broadcast_to(film.voltage_gain(at.place, mean_square, at.n), at.place.shape)
             drive = drive + gain[..., None] * harmonics
         damping = members.values["damping_ratio"][:, None, None]
-        response = drive / (at.stiffness[..., None] - multiples**2 + 2j * damping * multiples)
+        with np.errstate(invalid="ignore"):  # NaN beyond pull-in
+            response = drive / (at.stiffness[..., None] - multiples**2 + 2j * damping * multiples)
     else:
         response = _response(members.system, at, drives, multiples)
     found = np.zeros((*omega.shape, orders), dtype=complex)

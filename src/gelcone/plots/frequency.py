@@ -103,14 +103,15 @@ def strokes(response: xr.Dataset, axes: Axes) -> None:
         axes.plot(own["peak_frequency"], peak, "D", ms=5.0, mfc="none", mec=look["color"], label=named)
     axes.plot(frequency, response["linear_stroke"], **LINEAR, label="linear theory")
     arrows(response, axes)
-    top = float(np.nanmax([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)]))
+    strokes = np.array([*response["stroke"].values.ravel(), *(2.0 * response["peak_amplitude"].values)])
+    top = float(strokes[np.isfinite(strokes)].max(initial=0.0))
     # linear theory may be unbounded at resonance, and must not set the scale
     if top > REST_ROOM:
         axes.set_ylim(0.0, 1.1 * top)
     else:
         axes.set_ylim(0.0, 1.0)
         axes.set_yticks([0.0])
-        say(axes, "the disc stays at rest")
+        say(axes, "the disc stays at rest" if np.isfinite(strokes).any() else "no motion is found")
     axes.set_ylabel(axis_label(response["stroke"], "stroke, peak to peak"))
 
 
