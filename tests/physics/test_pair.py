@@ -270,6 +270,20 @@ def test_a_ramp_is_followed_once(monkeypatch):
     assert len(followed) == count > 0
 
 
+def test_all_levels_of_a_ramp_are_solved_at_once(monkeypatch):
+    """Each level converges for itself: at 200 levels the places are those at single levels, with as many calls."""
+    model = PAIR.replace(second_drive="opposite", voltage_bias=0.3, hoop_prestretch=1.2, rest_height=0.4)
+    (balance,) = balances_of(model.members())
+    levels = np.linspace(0.0, 0.9, 200)
+    place, _ = balance.along_ramp(rest := rest_of(balance, None), levels**2)
+    alone = [balance.along_ramp(rest, levels[k : k + 1] ** 2)[0][0] for k in (0, 40, 120, 199)]
+    np.testing.assert_allclose(place[[0, 40, 120, 199]], alone, rtol=1e-13)
+    calls, whole = list[int](), PairBalance._slopes_at
+    monkeypatch.setattr(PairBalance, "_slopes_at", lambda own, *at: calls.append(1) or whole(own, *at))
+    balance.along_ramp(rest, levels**2)
+    assert 0 < len(calls) < 20
+
+
 @pytest.mark.parametrize("circuit", [{}, {"series_resistance": 3.0, "leakage_time": 12.0}], ids=["ideal", "leak"])
 def test_a_ramp_in_opposite_phase_goes_from_the_bias_both_ways_and_is_its_mirror_image(circuit):
     """Equal films: with v and 2 v0 - v exchanged the disc is as far from the other plane."""

@@ -182,6 +182,25 @@ def test_at_rest_films_in_opposite_phase_share_twice_the_bias_that_comes_through
     assert system.square_rates_at_rest(on[0], n)[1] == pytest.approx((ahead - behind) / 2e-6, rel=1e-8)
 
 
+class ReadSingly(dict):
+    """Numbers of which no formula makes a copy: a pair of membranes has two thousand."""
+
+    def keys(self):
+        raise AssertionError("all numbers are read")
+
+    __iter__ = keys
+
+
+@pytest.mark.parametrize("share", [None, 0.3])
+def test_formulas_read_the_numbers_that_they_take_and_no_others(share):
+    pair = ConeModel(film="taut", second_film="taut", second_drive="opposite", voltage_bias=0.4, voltage=0.2)
+    system, n = pair.system, dict(pair.own_numbers) | ({} if share is None else {BIAS_SHARE: share})
+    own, z = ReadSingly(n), [0.1, 0.2]
+    assert system.squares_at_rest(np.float64(0.25), own) == system.squares_at_rest(np.float64(0.25), n)
+    assert system.square_rates_at_rest(0.5, own) == system.square_rates_at_rest(0.5, n)
+    assert system.voltages(0.3, z, own) == system.voltages(0.3, z, n)
+
+
 @pytest.mark.parametrize("share", [None, 0.0, 0.3, 1.0])
 @pytest.mark.parametrize("drive", ["same", "opposite", "constant"])
 def test_the_squares_at_rest_change_with_the_voltage_as_their_differences_do(drive, share):

@@ -226,11 +226,10 @@ class CommandedBalance(_Commanded):
 class CommandedPair(_Commanded, PairBalance):
     """One double cone under a constant command."""
 
-    def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
-        place = np.float64(x)
+    def _slopes_at(self, x: Any, voltage: Any) -> tuple[Any, Any, Any]:
         with np.errstate(all="ignore"):
-            force, slope, gain = self._changes(place, self._at(place, np.float64(voltage * voltage)))
-        return float(force), float(slope), -float(gain)
+            force, slope, gain = self._changes(x, self._at(x, voltage * voltage))
+        return force, slope, -gain
 
 
 def under_commands(system: ConeSystem, n: Mapping[str, Any]) -> StaticBalance:

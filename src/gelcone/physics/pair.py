@@ -127,16 +127,20 @@ class PairBalance(StaticBalance):
 
     def _slopes(self, x: float, voltage: float) -> tuple[float, float, float]:
         """F, dF/dx and dF/dv."""
-        system, n, place, squared = self.system, self.n, np.float64(x), np.float64(voltage * voltage)
-        squares, changes = system.squares_at_rest(squared, n), system.square_rates_at_rest(voltage, n)
+        force, slope, gain = self._slopes_at(np.float64(x), np.float64(voltage))
+        return float(force), float(slope), float(gain)
+
+    def _slopes_at(self, x: Any, voltage: Any) -> tuple[Any, Any, Any]:
+        """F, dF/dx and dF/dv at numbers or arrays."""
+        system, n = self.system, self.n
+        squares, changes = system.squares_at_rest(voltage * voltage, n), system.square_rates_at_rest(voltage, n)
         with np.errstate(all="ignore"):
-            force, slope = system.force_under(place, squares, n)
+            force, slope = system.force_under(x, squares, n)
             first, *others = (
-                film.voltage_gain(place, own, n) * change
+                film.voltage_gain(x, own, n) * change
                 for film, own, change in zip(system.films, squares, changes, strict=True)
             )
-            gain = sum(others, first)
-        return float(force), float(slope), -float(gain)
+            return force, slope, -sum(others, first)
 
     def _pulled_in(self, x: Any, squared: float) -> Any:
         """Whether a film has no state at x (a number or an array), at the squared voltage on the first."""
@@ -207,7 +211,7 @@ class PairBalance(StaticBalance):
             bound = 0.0 if found[1] < 0.0 else highest if found[1] > highest else None
             if bound is not None:
                 share = (bound - voltage) / (found[1] - voltage) if found[1] != voltage else 0.0
-                last = self._settle(x + share * (found[0] - x), bound)
+                (last,) = self._settle(np.array([x + share * (found[0] - x)]), np.array([bound]))
                 return Curve(np.array([*xs, last]), np.array([*volts, bound]), None)
             if self._pulled_in(found[0], found[1] ** 2):
                 return Curve(np.array(xs), np.array(volts), PullIn.FILM)
@@ -250,15 +254,18 @@ class PairBalance(StaticBalance):
                 return at
         return None
 
-    def _settle(self, x: float, voltage: float) -> float:
-        """Find the equilibrium near x at a voltage by Newton's method."""
+    def _settle(self, x: Array, voltage: Array) -> Array:
+        """Find the equilibria near displacements at voltages by Newton's method."""
+        x, going = np.array(x), np.arange(x.size)
         for _ in range(30):
-            force, slope, _ = self._slopes(x, voltage)
-            if not slope:
+            if not going.size:
                 break
-            x -= force / slope
-            if abs(force) < 1e-15 * abs(slope) * (1.0 + abs(x)):
-                break
+            force, slope, _ = self._slopes_at(x[going], voltage[going])
+            moves = slope != 0.0
+            force, slope, going = force[moves], slope[moves], going[moves]
+            with np.errstate(all="ignore"):
+                x[going] -= force / slope
+                going = going[~(np.abs(force) < 1e-15 * np.abs(slope) * (1.0 + np.abs(x[going])))]
         return x
 
     def _turn(self, x: Array, voltage: Array, i: int) -> tuple[float, float]:
@@ -414,19 +421,23 @@ class PairBalance(StaticBalance):
         return Loss(voltage, leg.end, before, before if smooth else after)
 
     def along_ramp(self, rest: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
-        levels = np.sqrt(squared)
+        levels, begin = np.sqrt(squared), self.begin(rest)
+        place, losses = np.full(squared.shape, begin), np.zeros(squared.shape, dtype=np.int64)
         highest = max(float(levels.max()), self.bias) + 1e-9
-        place, losses = np.full(squared.shape, np.nan), np.zeros(squared.shape, dtype=np.int64)
-        for ahead, way in ((1.0, levels >= self.bias), (-1.0, levels < self.bias)):
-            legs = self.legs(rest, highest, ahead) if way.any() else []
-            for k in np.flatnonzero(way):
-                level, ends = float(levels[k]), [leg.voltage[-1] for leg in legs]
-                lost = sum(ahead * (level - end) > 0.0 and not same_squared(end**2, squared[k]) for end in ends)
-                losses[k] = lost
-                if lost < len(legs):
-                    leg = legs[lost]
-                    guess = float(np.interp(ahead * level, ahead * leg.voltage, leg.x))
-                    place[k] = self.begin(rest) if level == self.bias else self._settle(guess, level)
+        for ahead, way in ((1.0, levels > self.bias), (-1.0, levels < self.bias)):
+            if way.any():
+                place[way], losses[way] = self._along(self.legs(rest, highest, ahead), ahead, squared[way])
+        return place, losses
+
+    def _along(self, legs: Sequence[Leg], ahead: float, squared: Array) -> tuple[Array, npt.NDArray[np.int64]]:
+        """The displacements on a ramp at squared voltages, NaN past its end, and the losses of stability before."""
+        levels, place = np.sqrt(squared), np.full(squared.shape, np.nan)
+        ends = np.array([leg.voltage[-1] for leg in legs]).reshape(-1, 1)
+        losses = ((ahead * (levels - ends) > 0.0) & ~same_squared(ends**2, squared)).sum(axis=0)
+        for k, leg in enumerate(legs):
+            on = losses == k
+            guess = np.interp(ahead * levels[on], ahead * leg.voltage, leg.x)
+            place[on] = self._settle(guess, levels[on])
         return place, losses
 
 

@@ -42,7 +42,7 @@ class Line(NamedTuple):
 
     def own(self, n: Numbers) -> Numbers:
         """The numbers, with the circuit's switches by their names in its formulas."""
-        if not self.prefix:
+        if not (self.prefix and self.circuit.borders):
             return n
         return {**n, **{str(b.switch): n[self.prefix + str(b.switch)] for b in self.circuit.borders}}
 

@@ -355,12 +355,12 @@ class ConeSystem(Structure):
 
         return [on(self.line_of(k)) for k in range(len(self.films))]
 
-    def square_rates_at_rest(self, voltage: float, n: Numbers) -> list[float]:
+    def square_rates_at_rest(self, voltage: Any, n: Numbers) -> list[Any]:
         """Derivatives of `squares_at_rest` by the voltage on the first film."""
 
-        def rate(line: Line) -> float:
+        def rate(line: Line) -> Any:
             gain = self._gain_at_rest(line, n)
-            return 2.0 * float(gain * self.command_at_rest(line, voltage / gain, n) * self.slope_at_rest(line, n))
+            return 2.0 * (gain * self.command_at_rest(line, voltage / gain, n) * self.slope_at_rest(line, n))
 
         return [rate(self.line_of(k)) for k in range(len(self.films))]
 
@@ -381,8 +381,10 @@ class ConeSystem(Structure):
     def command_at_rest(self, line: Line, command: Any, n: Numbers) -> Any:
         """The constant command of a line under one of the first that is not negative: it stands for both signs, as the
         mirror image of all voltages is the same actuator. The bias has its sign, unless a share of it is negative."""
+        if line.drive != "opposite":
+            return self.command_of(line, command, n)
         bias = n[BIAS_SHARE] * command if BIAS_SHARE in n else np.abs(n["voltage_bias"])
-        return self.command_of(line, command, {**n, "voltage_bias": bias})
+        return 2.0 * bias - command
 
     def slope_at_rest(self, line: Line, n: Numbers) -> float:
         """The slope of `command_at_rest` by the command of the first line."""
