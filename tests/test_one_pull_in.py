@@ -113,7 +113,12 @@ def test_of_two_slow_ramps_no_name_and_no_meaning_is_one():
     slow = [words for words in other_meanings if "on a slow ramp" in words or "constant" in words]
     assert slow == []
     sheet = gelcone.datasheet(device, [1000.0])
-    assert voltage(sheet, "pull_in_voltage") < voltage(bias[0], "pull_in_voltage")  # of the membrane, not of the cone
+    assert voltage(sheet, "membrane_pull_in_voltage") < voltage(sheet, "pull_in_voltage")
+    assert (
+        voltage(sheet, "pull_in_voltage") == voltage(bias[0], "pull_in_voltage") == voltage(bias[1], "pull_in_voltage")
+    )
+    held = ("proportional_pull_in_voltage", "proportional_membrane_pull_in_voltage")
+    assert [voltage(sheet, name) for name in held] == [voltage(scaled[0], name) for name in held]
     foot = "\n".join(sheet_limits(sheet))
     assert "under constant voltage at the bias of 1.13 kV" in foot
     assert "below every limit: peaks up to" in foot

@@ -111,16 +111,21 @@ def sheet_single(sheet: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def sheet_limits(sheet: xr.Dataset) -> list[str]:
-    """The first limit of the drive, the voltage below all limits, and pull-in."""
+    """Pull-in, of the membrane and of the cone that stands for it, the first limit of the drive, and the voltage below
+    all limits."""
     within = {
         name: f", 95 % within {interval_in_words(sheet, name)}" if is_toleranced(sheet) else ""
-        for name in ("pull_in_voltage", "first_limit_voltage", "safe_peak_voltage")
+        for name in ("membrane_pull_in_voltage", "pull_in_voltage", "first_limit_voltage", "safe_peak_voltage")
         if name in sheet
     }
     whose = f" of the {sheet.attrs['pull_in_of']}" if "pull_in_of" in sheet.attrs else ""
+    films = {"pull_in_voltage": whose}
+    if "membrane_pull_in_voltage" in sheet:
+        films = {"membrane_pull_in_voltage": " of the membrane", "pull_in_voltage": " of the cone"}
     bias = f" at the bias of {sized(sheet['ramp_begin_voltage'])}" if "ramp_begin_voltage" in sheet else ""
-    pull_in = f"{sized(sheet['pull_in_voltage'])}{within['pull_in_voltage']}"
-    lines = [f"pull-in{whose} under constant voltage{bias}: {pull_in}"]
+    lines = [
+        f"pull-in{of} under constant voltage{bias}: {sized(sheet[name])}{within[name]}" for name, of in films.items()
+    ]
     if "first_limit_voltage" in sheet:
         lines += _first_limit(sheet, within)
     if is_toleranced(sheet):
@@ -143,8 +148,10 @@ def _first_limit(sheet: xr.Dataset, within: dict[str, str]) -> list[str]:
     way = "of the drive" if first.startswith("driven ") else slow
     peak = f" {way}, at a peak of {sized(sheet['first_limit_voltage'])}{within['first_limit_voltage']}{more}"
     safe = f"{sized(sheet['safe_peak_voltage'])}{within['safe_peak_voltage']}{more}"
+    named = {"driven pull-in": f"{sheet.attrs.get('pull_in_of')} pull-in", "pull-in": "cone pull-in"}
+    own = (named if "membrane_pull_in_voltage" in sheet else {}).get(first, first.removeprefix("driven "))
     lines = [
-        f"first limit: {first.removeprefix('driven ')}{'' if np.isinf(sheet['first_limit_voltage']) else peak}",
+        f"first limit: {own}{'' if np.isinf(sheet['first_limit_voltage']) else peak}",
         f"below every limit: peaks up to {safe}",
     ]
     if sheet[f"{PROPORTIONAL * opposite}dielectric_breakdown_voltage"].isnull():

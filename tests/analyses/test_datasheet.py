@@ -75,6 +75,26 @@ def test_the_first_limit_is_that_of_the_drive_or_of_a_ramp(first, words):
 
 @pytest.mark.parametrize(
     ("first", "words"),
+    [
+        ("driven pull-in", "membrane pull-in of the drive"),
+        ("membrane pull-in", "membrane pull-in on a slow ramp"),
+        ("pull-in", "cone pull-in on a slow ramp"),
+    ],
+)
+def test_of_a_cone_every_pull_in_says_whose_it_is(first, words):
+    names = ("pull_in_voltage", "membrane_pull_in_voltage", "first_limit_voltage", "safe_peak_voltage")
+    numbers = zip((*names, "dielectric_breakdown_voltage"), (3000.0, 2000.0, 1800.0, 1500.0, 9000.0), strict=True)
+    sheet = xr.Dataset({name: ((), value, VOLTS) for name, value in numbers}, attrs={"first_limit": first})
+    assert sheet_limits(sheet.assign_attrs(pull_in_of="membrane")) == [
+        "pull-in of the membrane under constant voltage: 2 kV",
+        "pull-in of the cone under constant voltage: 3 kV",
+        f"first limit: {words}, at a peak of 1.8 kV",
+        "below every limit: peaks up to 1.5 kV",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("first", "words"),
     [("driven pull-in", "pull-in of the drive"), ("pull-in", "pull-in of the drive held at its peak")],
 )
 def test_below_the_columns_of_films_in_opposite_phase_pull_in_is_at_their_bias_and_peaks_in_proportion(first, words):

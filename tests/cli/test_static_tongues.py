@@ -40,7 +40,7 @@ def test_static_takes_the_voltage_amplitude_as_a_constant_voltage(as_json):
     assert content["pitchfork_voltage"] == np.sqrt(1.5)
     assert content["fold_voltage"] == ["none"]
     pull_in = [content[f"pull_in_{name}"] for name in ("voltage", "kind", "from", "to")]
-    assert pull_in == ["not reached", "never", "not applicable", "not applicable"]
+    assert pull_in == ["none", "never", "not applicable", "not applicable"]
     assert content["pitchfork_displacement"] == 0.0
     assert content["outcome"] == "ok"
     assert content["units"] is None
@@ -84,7 +84,7 @@ def test_static_of_a_device_is_in_volts_and_millimetres(as_json):
     np.testing.assert_allclose(places, found["equilibrium_displacement"] * millimetres)
     assert content["fold_voltage"][0] == pytest.approx(float(found["fold_voltage"][0]) * scales.voltage)
     pull_in = [content[f"pull_in_{name}"] for name in ("voltage", "kind", "from", "to")]
-    assert pull_in == ["not reached", "never", "not applicable", "not applicable"]
+    assert pull_in == ["none", "never", "not applicable", "not applicable"]
 
 
 def test_static_of_devices_of_several_sizes(as_json):

@@ -43,7 +43,7 @@ class Curve(NamedTuple):
 class Straight(Plane):
     """A plane whose disc rises in proportion to the voltage, and which pulls in where it is told to."""
 
-    slope, share, pitchfork, jump = 0.5, 0.5, np.inf, 5.0
+    slope, share, pitchfork, jump = 0.5, 0.5, np.nan, 5.0
 
     def ramp(self, levels):
         x = self.rest + self.slope * levels

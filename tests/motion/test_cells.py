@@ -208,13 +208,23 @@ def test_operating_limits_of_a_wrinkling_cone_have_the_pull_in_of_the_membrane()
     found = operating_limits(model)
     plane = gelcone.envelope(model, frequencies=[1.0, 1.1])
     assert plane.pull_in_of == "membrane"
-    assert float(found.pull_in_voltage) == float(plane.static_limit_voltage.sel(static_limit="pull-in"))
+    membrane, cone = float(found.membrane_pull_in_voltage), float(found.pull_in_voltage)
+    assert membrane == float(plane.static_limit_voltage.sel(static_limit="pull-in"))
     assert float(found.driven_pull_in_voltage) == float(plane.limit_low.sel(driven_limit="pull-in")[0])
-    assert float(found.pull_in_voltage) < 0.95 * float(gelcone.limits(model).pull_in_voltage)  # the cone's
+    assert membrane < 0.95 * cone
+    assert cone == float(gelcone.limits(model).pull_in_voltage) == float(gelcone.static(model).pull_in_voltage)
     assert found.pull_in_of == gelcone.datasheet(model, [0.1]).pull_in_of == "membrane"
-    assert found.pull_in_voltage.long_name.endswith("pull-in of the membrane")
+    assert found.membrane_pull_in_voltage.long_name.endswith("pull-in of the membrane")
+    assert found.pull_in_voltage.long_name.endswith("pull-in of the cone")
     assert found.driven_pull_in_voltage.long_name.endswith("pull-in of the membrane")
-    assert "pull-in of the membrane under constant voltage" in gelcone.in_words(gelcone.datasheet(model, [0.1]))
+    sheet = gelcone.datasheet(model, [0.1])
+    assert (float(sheet.membrane_pull_in_voltage), float(sheet.pull_in_voltage)) == (membrane, cone)
+    assert gelcone.PullIn(int(sheet.pull_in_kind)) == gelcone.PullIn.FILM
+    still = gelcone.datasheet(model.replace(voltage=0.0, voltage_bias=0.0), [0.1])
+    assert (float(still.membrane_pull_in_voltage), float(still.pull_in_voltage)) == (membrane, cone)
+    said = gelcone.in_words(sheet)
+    assert f"pull-in of the membrane under constant voltage: {membrane:.4g}\n" in said
+    assert f"pull-in of the cone under constant voltage: {cone:.4g}\n" in said
     taut = operating_limits(model.replace(film="taut"))
     assert (taut.pull_in_of, taut.hoop_slack_voltage.long_name[-10:]) == ("cone", "hoop slack")
 

@@ -9,11 +9,15 @@ from gelcone import (
     Outcome,
     PullIn,
     fold_voltages,
+    limits,
     pitchfork_voltage,
     pull_in_voltage,
     static,
     stroke_and_blocked_force,
 )
+from gelcone.motion.operating_limits import _limit
+from gelcone.motion.plane import Plane
+from gelcone.motion.static_limits import STATIC_LIMITS, static_limits_of
 from tests.motion.balances import SOFTENING, TABLE1, random_model, settled
 
 
@@ -46,6 +50,26 @@ def test_there_is_no_pitchfork_without_a_stable_flat_film(changes):
     found = pitchfork_voltage(TABLE1.replace(**changes))
     assert np.isnan(found.pitchfork_voltage)
     assert np.isnan(found.pitchfork_displacement)
+
+
+BISTABLE = {"bias": "beam", "beam_stiffness": -1.5, "beam_cubic": 2.0, "beam_height": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [({}, np.sqrt(1.5)), (BISTABLE, np.nan), ({"film": "wrinkling"}, np.inf), ({"rest_height": 0.3}, np.nan)],
+)
+def test_every_command_has_one_voltage_and_one_word_for_a_pitchfork(changes, expected):
+    """Of a flat film that buckles, one that is unstable without voltage, one that pulls in before, and a raised one."""
+    model = ConeModel(voltage=0.1, **changes)
+    answers = [static(model, [0.0]), limits(model), pitchfork_voltage(model)]
+    for found in answers:
+        np.testing.assert_allclose(float(found["pitchfork_voltage"]), expected)
+    np.testing.assert_allclose(static_limits_of(Plane.of(model, None))[STATIC_LIMITS.index("pitchfork")], expected)
+    assert np.isnan(answers[0]["pitchfork_displacement"]) == (not np.isfinite(expected))
+    words = [{name: v for name, v in found["pitchfork_voltage"].attrs.items() if "_means" in name} for found in answers]
+    assert words[0] == words[1] == words[2] == {name: v for name, v in _limit("pitchfork").items() if "_means" in name}
+    assert words[0] == {"nan_means": "not applicable", "infinite_means": "none before pull-in"}
 
 
 def test_a_member_that_reaches_nothing_has_no_pitchfork_and_says_so():

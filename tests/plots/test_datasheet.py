@@ -139,6 +139,22 @@ def test_the_first_limit_is_red_and_the_longest_bar_lowest():
     assert axes.get_xlabel() == "peak voltage (V)"
 
 
+def test_bars_of_a_cone_say_whose_pull_in_they_are():
+    own = {"pull_in_voltage": 800.0, "membrane_pull_in_voltage": 700.0, "driven_pull_in_voltage": 600.0}
+    sheet = xr.Dataset({**own, "first_limit_voltage": ((), 600.0, {"units": "V"})}, attrs={"pull_in_of": "membrane"})
+    axes = blank()
+    limit_bars(sheet, axes)
+    names = [text.get_text() for text in axes.get_yticklabels()]
+    assert names == ["cone pull-in", "membrane pull-in", "drive: membrane pull-in"]
+
+
+def test_a_device_without_a_drive_has_no_bars_of_limits():
+    axes = blank()
+    limit_bars(xr.Dataset({"pull_in_voltage": 800.0}, attrs={"first_limit": "not asked: no drive"}), axes)
+    assert [text.get_text() for text in axes.texts] == ["not asked: no drive"]
+    assert not axes.patches
+
+
 def test_a_limit_far_above_the_others_does_not_squash_their_bars():
     far = {"driven_hoop_slack_voltage": 900.0, "pull_in_voltage": 1400.0, "stretch_limit_voltage": 18000.0}
     axes = blank()

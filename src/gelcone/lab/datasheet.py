@@ -13,20 +13,20 @@ from gelcone.devices.analysis import analysis, check_one, plain
 from gelcone.errors import InputError
 from gelcone.motion.delivery import JUMPS
 from gelcone.motion.electrical import MEANINGS
-from gelcone.motion.envelope import plane_of
 from gelcone.motion.equilibrium import static
 from gelcone.motion.natural import natural_frequency
-from gelcone.motion.operating_limits import limit_variable, operating_limits
-from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE
-from gelcone.motion.proportion import OWN_BIAS
+from gelcone.motion.operating_limits import limit_variable, operating_limits, slow_limits
+from gelcone.motion.plane import DRIVEN_LIMITS, NUDGE, DriveShape, Plane
+from gelcone.motion.proportion import at_own_bias
 from gelcone.motion.ramp import on_the_way, stroke_and_blocked_force
 from gelcone.motion.settled import settled
 from gelcone.motion.state_space import StateSpace, state_space
 from gelcone.motion.static_bifurcations import PULL_IN
-from gelcone.motion.static_limits import STATIC_LIMITS, pull_in_at_own_bias
+from gelcone.motion.static_limits import MEMBRANE_PULL_IN, membrane_pull_in_at_own_bias
 from gelcone.motion.static_results import own_levels
 from gelcone.physics.balance import StaticBalance
 from gelcone.physics.bracket import crossing
+from gelcone.physics.film.pull_in import membrane_pull_in
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance, rest_displacement
 from gelcone.progress import Progress, advance, weighted
@@ -93,8 +93,9 @@ def datasheet(
     ``rise_time``, from 10 to 90 % of a small step.
     Over ``ramp_voltage``: ``ramp_stroke`` and ``ramp_blocked_force``. Of the drive: ``drive_stroke``, ``peak_current``,
     ``apparent_power``, ``mean_power``. Limits as in `gelcone.operating_limits`; the attribute ``first_limit`` names the
-    lowest, ``first_limit_voltage``. ``pull_in_voltage`` is that of a constant voltage, as over ``constant_voltage``: of
-    films in opposite phase at the device's bias.
+    lowest, ``first_limit_voltage``. ``pull_in_voltage`` and ``pull_in_kind`` are those of the film as given under a
+    constant voltage, as all over ``constant_voltage``, and ``membrane_pull_in_voltage`` that of the membrane for which
+    a cone stands: of films in opposite phase at the device's bias.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def datasheet(
     found = found.assign(_static_numbers(model, found))
     found = found.assign(_dynamic_numbers(model, found))
     advance(progress, 0.3)
-    found = _with_limits(found.assign(_drive(model, threads)), model, threads)
+    found = _with_membrane(_with_limits(found.assign(_drive(model, threads)), model, threads), model)
     advance(progress, 0.4)
     options = {"voltages": None if voltages is None else levels[1:].tolist()}
     return found.assign_attrs(title="data sheet", options=json.dumps(options))
@@ -333,18 +334,12 @@ def _drive(model: ConeModel, threads: int | None) -> dict[str, object]:
 
 
 def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr.Dataset:
-    """The sheet with the limits of the drive, and the name and voltage of the lowest."""
+    """The sheet with the limits of the drive that it does not have yet, and the name and voltage of the lowest."""
     if not (float(model.voltage) > 0.0 or abs(float(model.voltage_bias)) > 0.0):
         return found.assign_attrs(first_limit="not asked: the device has no drive")
     limits = plain(operating_limits)(model, threads=threads)
-    names = [name for name in map(str, limits.data_vars) if name.endswith("_voltage")]
-    listed = {name: limits[name] for name in names}
-    if model.system.in_opposite_phase:
-        own = dataset.absent("voltage", nan="lost on the way to the bias", infinite="none")
-        words = f"{PULL_IN}{OWN_BIAS}"
-        held = pull_in_at_own_bias(plane_of(model, threads))
-        listed |= dataset.columns((), {"pull_in_voltage": (held, words, own)})
-    shown = [*STATIC_LIMITS, *(f"driven {name}" for name in DRIVEN_LIMITS)]
+    names = [name for name in map(str, limits.data_vars) if name.endswith("_voltage") and name not in found]
+    shown = [*slow_limits(model.system), *(f"driven {name}" for name in DRIVEN_LIMITS)]
     peaks = {name: float(limits[limit_variable(name, model.system)]) for name in shown}
     known = {name: peak for name, peak in peaks.items() if np.isfinite(peak)}
     first = min(known, key=lambda name: known[name]) if known else NO_LIMIT
@@ -354,4 +349,17 @@ def _with_limits(found: xr.Dataset, model: ConeModel, threads: int | None) -> xr
             dataset.absent("voltage", infinite="none"),
         )
     })  # fmt: skip
-    return found.assign(listed).assign(voltage).assign_attrs(first_limit=first, pull_in_of=limits.attrs["pull_in_of"])
+    found = found.assign({name: limits[name] for name in names}).assign(voltage)
+    return found.assign_attrs(first_limit=first, pull_in_of=limits.attrs["pull_in_of"])
+
+
+def _with_membrane(found: xr.Dataset, model: ConeModel) -> xr.Dataset:
+    """The sheet with the pull-in of the membrane for which a cone stands under a constant voltage, where the limits of
+    the drive do not have it."""
+    name = "membrane_pull_in_voltage"
+    if name in found or MEMBRANE_PULL_IN not in slow_limits(model.system):
+        return found
+    plane = Plane(model, DriveShape(1.0, 0.0), rest_displacement(model), None, membrane_pull_in(model))
+    words = f"{PULL_IN}{at_own_bias(model.system)}, of the membrane"
+    of = dataset.absent("voltage", nan="unknown", infinite="none before pull-in")
+    return found.assign(dataset.columns((), {name: (membrane_pull_in_at_own_bias(plane), words, of)}))

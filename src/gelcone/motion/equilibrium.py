@@ -119,7 +119,8 @@ def static(
     count = np.array([[len(at) for at in row] for row in found])
     folds = each(lambda balance: balance.folds(), balances)
     rests = each(rest_of, balances, [None] * len(balances))
-    pull_in, delivered = pull_in_variables(balances, rests), ramp_variables(balances, rests, levels)
+    pull_in = pull_in_variables(balances, rests, model.system)
+    delivered = ramp_variables(balances, rests, levels)
     rows = [np.array(at, dtype=float).reshape(-1, 3) for row in found for at in row]
     place, slope, stable = (padded([at[:, k] for at in rows]).reshape(*count.shape, -1) for k in range(3))
     dims = ("constant_voltage", "equilibrium")

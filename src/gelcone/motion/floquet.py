@@ -23,7 +23,7 @@ from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.monodromy import STILL_STABLE, Monodromy, monodromy
 from gelcone.motion.settle import next_power_of_two
 from gelcone.motion.start import start_states
-from gelcone.motion.static_bifurcations import pitchfork_voltages
+from gelcone.motion.static_bifurcations import PITCHFORK_ABSENT, pitchfork_voltages
 from gelcone.physics.drive import VOLTAGE
 from gelcone.physics.members import Ensemble, Members
 from gelcone.physics.model import ConeModel
@@ -295,7 +295,7 @@ def tongues(
                 (),
                 static,
                 "amplitude whose peak voltage is at the static pitchfork",
-                dataset.absent("voltage"),
+                PITCHFORK_ABSENT,
             ),
         },
         coords={
@@ -433,7 +433,7 @@ def _search_ends(model: Ensemble, highest: npt.ArrayLike | None) -> Array:
         film = BEFORE_PULL_IN * np.sqrt(members.system.film.highest_squared(np.zeros(members.size), members.numbers()))
         free = members.system.waveform.amplitude_at(members.numbers(), film)
         free = np.where(free > 0.0, free, film)  # a film that the bias alone pulls in is refused elsewhere
-        return np.minimum(np.where(pitchfork > 0.0, 3.0 * pitchfork, 3.0), free)
+        return np.minimum(np.where((pitchfork > 0.0) & np.isfinite(pitchfork), 3.0 * pitchfork, 3.0), free)
     ends = np.asarray(VOLTAGE["voltage"].check("highest", highest))
     if not (ends > 0.0).all():
         raise InputError("highest = 0: must be greater than 0, or there is no interval to search")

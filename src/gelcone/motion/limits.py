@@ -14,10 +14,18 @@ from gelcone.motion.floquet import onset_voltage
 from gelcone.motion.flow import DEFAULT_TOLERANCE
 from gelcone.motion.proportion import at_own_bias
 from gelcone.motion.start import inside, start_states
-from gelcone.motion.static_bifurcations import PITCHFORK, PULL_IN, PULL_IN_KIND, jump_voltages, pitchfork_voltages
+from gelcone.motion.static_bifurcations import (
+    PITCHFORK,
+    PITCHFORK_ABSENT,
+    PULL_IN,
+    PULL_IN_ABSENT,
+    PULL_IN_KIND,
+    jump_voltages,
+    of_the_cone,
+    pitchfork_voltages,
+)
 from gelcone.physics.balance import PullIn
 from gelcone.physics.film.at_once import films_at_once
-from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel
 from gelcone.physics.statics import every_balance
@@ -53,9 +61,9 @@ def limits(
     stability, and the width ``onset_error`` to which it is known (`gelcone.onset_voltage`; infinity where it stays
     stable up to the highest voltage searched, NaN where the film does not rest flat); ``pitchfork_voltage``
     (`gelcone.pitchfork_voltage`); ``pull_in_voltage``, at which the disc jumps or a film pulls in on a slow ramp
-    (infinity if never; a pitchfork from which the disc rises gradually is not one; of the film as given, `envelope` and
-    `operating_limits` take a cone for the membrane for which it stands, which pulls in earlier), and ``pull_in_kind``,
-    how (a `PullIn`); and ``outcome``.
+    (infinity if never; a pitchfork from which the disc rises gradually is not one; of the film as given: a cone stands
+    for a membrane that pulls in earlier, see `operating_limits`), and ``pull_in_kind``, how (a `PullIn`); and
+    ``outcome``.
 
     Raises
     ------
@@ -108,16 +116,11 @@ def limits_cells(
         stays = flat & (outcome == Outcome.OK) & np.isnan(found["onset_voltage"])
         found["onset_voltage"][stays] = np.inf
     of = dict.fromkeys(("pitchfork_voltage", "pull_in_voltage"), at_own_bias(members.system))
-    of["pull_in_voltage"] += ", of the cone itself" if any(map(is_cone, members.system.films)) else ""
+    of["pull_in_voltage"] += of_the_cone(members.system)
     variables: dict[str, dataset.Variable] = {
-        n: ((), found[n], meaning + of.get(n, ""), _absent(n)) for n, meaning in _MEANINGS.items()
+        n: ((), found[n], meaning + of.get(n, ""), _ABSENT[n]) for n, meaning in _MEANINGS.items()
     }
     return Findings(variables | {"pull_in_kind": ((), kind, PULL_IN_KIND, PullIn)}, outcome)
-
-
-def _absent(name: str) -> dict[str, str]:
-    """Attributes of a voltage with the meanings of NaN and infinity."""
-    return dataset.absent("voltage", infinite="none found" if name == "onset_voltage" else "not reached")
 
 
 _MEANINGS = {
@@ -125,4 +128,10 @@ _MEANINGS = {
     "onset_error": "uncertainty of the onset",
     "pitchfork_voltage": PITCHFORK,
     "pull_in_voltage": PULL_IN,
+}
+_ABSENT = {
+    "onset_voltage": dataset.absent("voltage", infinite="none found"),
+    "onset_error": dataset.absent("voltage"),
+    "pitchfork_voltage": PITCHFORK_ABSENT,
+    "pull_in_voltage": PULL_IN_ABSENT,
 }

@@ -16,7 +16,15 @@ from gelcone.motion.envelope import plane_of, pull_in_of, recommended_peaks
 from gelcone.motion.plane import DRIVEN_LIMITS, Plane
 from gelcone.motion.proportion import in_proportion, proportional
 from gelcone.motion.start import inside, start_states
-from gelcone.motion.static_limits import STATIC_LIMITS, peaks_of, static_limits_of
+from gelcone.motion.static_bifurcations import PITCHFORK_ABSENT, PULL_IN_ABSENT
+from gelcone.motion.static_limits import (
+    MEMBRANE_PULL_IN,
+    STATIC_LIMITS,
+    peaks_of,
+    ramp_limits_of,
+    with_first_pull_in,
+)
+from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.members import Members
 from gelcone.physics.model import ConeModel, single
 from gelcone.physics.system import ConeSystem
@@ -41,9 +49,11 @@ def operating_limits(
     the lowest quasi-static limit where that is less. Only the proportion of the member's voltages matters: amplitude
     and offset rise together. Of films in opposite phase quasi-static limits are those of the drive held at its peak, so
     that the offset rises with it; their names begin with ``proportional_``, since `limits` and `static` hold the
-    member's offset. A wrinkling cone, and a taut one with a ``radius_ratio``, pulls in where the membrane does for
-    which it stands, at a lower voltage than `limits` has of the cone; the attribute ``pull_in_of`` says whose pull-in
-    it is.
+    member's offset. A wrinkling cone, and a taut one with a ``radius_ratio``, stands for a membrane, which pulls in at
+    a lower voltage than the cone: ``pull_in_voltage`` is that of the cone itself, as in `limits` and `static`, and
+    ``membrane_pull_in_voltage`` that of the membrane (infinity where it does not come before the cone's, NaN where it
+    is unknown). The drive is limited by the first of them; the attribute ``pull_in_of`` says whose
+    ``driven_pull_in_voltage`` is.
 
     Parameters
     ----------
@@ -130,11 +140,18 @@ def _limits_of_members(
 def limit_variable(name: str, system: ConeSystem) -> str:
     """The name of the variable with the voltage of a limit."""
     found = f"{name.replace(' ', '_').replace('-', '_')}_voltage"
-    return proportional(found, system) if name in STATIC_LIMITS else found
+    return proportional(found, system) if name in (*STATIC_LIMITS, MEMBRANE_PULL_IN) else found
+
+
+def slow_limits(system: ConeSystem) -> tuple[str, ...]:
+    """The names of the limits on a slow ramp: `STATIC_LIMITS`, with the pull-in of the membranes that cones stand
+    for."""
+    return (*STATIC_LIMITS, MEMBRANE_PULL_IN) if any(map(is_cone, system.films)) else STATIC_LIMITS
 
 
 def _meanings(system: ConeSystem, of: str) -> dict[str, str]:
-    """The meaning of each voltage by its name in `_limits_of`; that of pull-in says whose it is, ``of``."""
+    """The meaning of each voltage by its name in `_limits_of`; that of pull-in says whose it is, ``of`` under the
+    drive."""
     more = in_proportion(system)
     slow = f"limit of the drive held at its peak{more}" if more else "limit on a slow ramp to a constant voltage"
     fast = f"limit of the drive that is switched on from rest{more}"
@@ -144,19 +161,25 @@ def _meanings(system: ConeSystem, of: str) -> dict[str, str]:
         "examined step": "distance between the peaks examined, below which a window of chaos may be missed",
         "driven error": "largest width of the intervals that begin at the limits of the drive",
     }
-    found |= {name: f"{slow}: {name}" for name in STATIC_LIMITS}
+    slow_ones = slow_limits(system)
+    whose = {"driven pull-in": f" of the {of}" if of else "", MEMBRANE_PULL_IN: " of the membrane"}
+    whose["pull-in"] = " of the cone" if MEMBRANE_PULL_IN in slow_ones else whose["driven pull-in"]
+    found |= {name: f"{slow}: {name.removeprefix('membrane ')}" for name in slow_ones}
     found |= {f"driven {name}": f"{fast}: {name}" for name in DRIVEN_LIMITS}
-    return {name: words.replace("pull-in", f"pull-in of the {of}") if of else words for name, words in found.items()}
+    return {name: words + whose.get(name, "") for name, words in found.items()}
 
 
 def _limit(name: str) -> dict[str, str]:
-    """The attributes of a variable with a limit; without a dielectric strength that of breakdown is unknown."""
+    """The attributes of a variable with a limit; that of breakdown is unknown without a dielectric strength, and that
+    of a membrane which cannot be computed."""
+    if name in _ABSENT:
+        return _ABSENT[name]
     infinite = "above the voltages examined" if name.startswith("driven") else "none before pull-in"
-    return dataset.absent(
-        "voltage",
-        nan="unknown" if "breakdown" in name else "not applicable",
-        infinite="none" if name == "pull-in" else infinite,
-    )
+    unknown = "breakdown" in name or name == MEMBRANE_PULL_IN
+    return dataset.absent("voltage", nan="unknown" if unknown else "not applicable", infinite=infinite)
+
+
+_ABSENT = {"pitchfork": PITCHFORK_ABSENT, "pull-in": PULL_IN_ABSENT}
 
 
 OUT_OF_CHAOS = " out of chaos (other runs pull in lower or higher)"
@@ -165,7 +188,8 @@ OUT_OF_CHAOS = " out of chaos (other runs pull in lower or higher)"
 
 def _limits_of(plane: Plane) -> dict[str, float]:
     """The limits of a single model by the names in `_meanings`."""
-    static = static_limits_of(plane)
+    slow = ramp_limits_of(plane)
+    static = with_first_pull_in(slow)
     volts = peaks_of(plane, static)
     found = driven(plane, np.array([float(plane.model.drive_frequency)]), volts, refine=False, progress=None)
     low, high = found["low"][0], found["high"][0]
@@ -176,6 +200,6 @@ def _limits_of(plane: Plane) -> dict[str, float]:
     return (
         {"safe peak": float(safe), "examined": float(examined), "examined step": float(np.diff(volts).max())}
         | {"driven error": float(error)}
-        | {name: float(value) for name, value in zip(STATIC_LIMITS, static, strict=True)}
+        | {name: float(value) for name, value in zip(slow_limits(plane.model.system), slow, strict=False)}
         | {f"driven {name}": float(value) for name, value in zip(DRIVEN_LIMITS, low, strict=True)}
     )

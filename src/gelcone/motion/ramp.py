@@ -73,8 +73,8 @@ def stroke_and_blocked_force(model: Ensemble, voltages: Voltages, start: Lengths
 
 class Ramp(NamedTuple):
     """A slow voltage ramp from ``rest``: ``displacement``, ``stroke``, ``blocked_force`` and ``stiffness`` at constant
-    voltages, (voltages,), and the ``voltages`` on each film; and the voltages of its ``pitchfork`` and of its first
-    jump or ``pull_in``, infinite if never."""
+    voltages, (voltages,), and the ``voltages`` on each film; and the voltages of its ``pitchfork``, as in
+    `pitchfork_voltages`, and of its first jump or ``pull_in``, infinite if never."""
 
     rest: float
     displacement: Array
@@ -98,7 +98,7 @@ def drive_ramp(balance: StaticBalance, levels: Array) -> Ramp:
         balance.voltage_force(rest, squared) + 0.0,
         balance.stiffness(x, squared),
         [np.sqrt(own) for own in balance.films(x, squared)],
-        float(np.nan_to_num(pitchfork, nan=np.inf)),
+        float(pitchfork),
         balance.jump(rest).voltage,
     )
 

@@ -11,6 +11,7 @@ from gelcone.devices.analysis import for_devices
 from gelcone.motion.proportion import at_own_bias
 from gelcone.motion.static_results import PLACE, label_static, padded, rests_near
 from gelcone.physics.balance import ROUNDING, PullIn, StaticBalance, rest_of
+from gelcone.physics.film.pull_in import is_cone
 from gelcone.physics.members import Ensemble
 from gelcone.physics.statics import balances_of, each
 from gelcone.quantity import Array, Lengths
@@ -18,11 +19,15 @@ from gelcone.quantity import Array, Lengths
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gelcone.physics.system import ConeSystem
+
 _FOLD: dataset.Of = dataset.absent("voltage", nan="none")
 _FROM = dataset.absent("length")
 _TO = dataset.absent("length", infinite="no other equilibrium")
 PITCHFORK = "constant voltage at which the flat film, or the middle of two equal ones, loses stability"
+PITCHFORK_ABSENT = dataset.absent("voltage", infinite="none before pull-in")
 PULL_IN = "constant voltage at which the disc jumps or the film pulls in"
+PULL_IN_ABSENT = dataset.absent("voltage", infinite="none")
 PULL_IN_KIND = "how the disc jumps or pulls in"
 
 
@@ -40,8 +45,9 @@ def pitchfork_voltage(model: Ensemble) -> xr.Dataset:
     Returns
     -------
     Dataset over the ensemble's dims: ``pitchfork_voltage`` and ``pitchfork_displacement``, the place that the disc
-    leaves there. NaN where x = 0 is not an equilibrium (``rest_height`` with a spring; of two films where they do not
-    rest in their middle), cannot be reached or is unstable without voltage already, or where the film pulls in before.
+    leaves there (NaN without a pitchfork). The voltage is infinite where the flat film stays stable until it pulls in
+    or at any voltage; NaN where x = 0 is not an equilibrium (``rest_height`` with a spring; of two films where they do
+    not rest in their middle), cannot be reached or is unstable without voltage already.
 
     Raises
     ------
@@ -59,12 +65,13 @@ def pitchfork_voltage(model: Ensemble) -> xr.Dataset:
 
 
 def pitchfork_voltages(balances: list[StaticBalance]) -> Array:
-    """Voltages of the pitchforks, (members,); NaN where there is none."""
+    """Voltages of the pitchforks, (members,); infinite where the film keeps its stability until it pulls in, NaN where
+    it has none to lose."""
     squared = np.array(each(lambda balance: balance.pitchfork(), balances))
     highest = np.array([balance.highest_squared if balance.flat else np.inf for balance in balances])
     with np.errstate(invalid="ignore"):
-        exists = (squared >= -ROUNDING) & (squared < highest)
-        return np.where(exists, np.sqrt(np.maximum(squared, 0.0)), np.nan)
+        voltage = np.where(squared < highest, np.sqrt(np.maximum(squared, 0.0)), np.inf)
+        return np.where(squared >= -ROUNDING, voltage, np.nan)
 
 
 @for_devices
@@ -130,7 +137,7 @@ def pull_in_voltage(model: Ensemble, start: Lengths | None = None) -> xr.Dataset
     ('FILM', 0.9312)
     """
     balances = balances_of(model)
-    variables = pull_in_variables(balances, rests_near(model, balances, start))
+    variables = pull_in_variables(balances, rests_near(model, balances, start), model.system)
     return label_static(model, balances, variables, start=start, title="pull-in")
 
 
@@ -150,10 +157,10 @@ def pitchfork_variable(balances: list[StaticBalance]) -> dict[str, dataset.Varia
     place = np.array([0.5 * balance.flat_height for balance in balances])
     meaning = PITCHFORK + at_own_bias(balances[0].system)
     return {
-        "pitchfork_voltage": ((), voltage, meaning, dataset.absent("voltage")),
+        "pitchfork_voltage": ((), voltage, meaning, PITCHFORK_ABSENT),
         "pitchfork_displacement": (
             (),
-            np.where(np.isnan(voltage), np.nan, place),
+            np.where(np.isfinite(voltage), place, np.nan),
             "displacement that is left in the pitchfork",
             dataset.absent("length"),
         ),
@@ -168,14 +175,21 @@ def jump_voltages(model: Ensemble) -> tuple[Array, Array]:
     return np.array([loss.voltage for loss in lost]), np.array([loss.kind for loss in lost], dtype=np.int8)
 
 
-def pull_in_variables(balances: list[StaticBalance], rests: list[float]) -> dict[str, dataset.Variable]:
-    """Variables of the jump or pull-in that ends the slow ramp of each member from its rest."""
+def of_the_cone(system: ConeSystem) -> str:
+    """The addition to the meaning of a pull-in of the film as given: empty where that is a membrane already."""
+    return ", of the cone itself" if any(map(is_cone, system.films)) else ""
+
+
+def pull_in_variables(
+    balances: list[StaticBalance], rests: list[float], system: ConeSystem
+) -> dict[str, dataset.Variable]:
+    """Variables of the jump or pull-in that ends the slow ramp of each member of a ``system`` from its rest."""
     lost = each(lambda balance, rest: balance.jump(rest), balances, rests)
     voltage, kind, before, after = (np.array([row[k] for row in lost]) for k in range(4))
-    meaning = PULL_IN + at_own_bias(balances[0].system)
+    meaning = PULL_IN + at_own_bias(system) + of_the_cone(system)
     return {
         "rest_displacement": ((), np.array(rests), "stable equilibrium without voltage", "length"),
-        "pull_in_voltage": ((), voltage, meaning, dataset.absent("voltage")),
+        "pull_in_voltage": ((), voltage, meaning, PULL_IN_ABSENT),
         "pull_in_kind": ((), kind.astype(np.int8), PULL_IN_KIND, PullIn),
         "pull_in_from": ((), before, "displacement at which the disc jumps or the film pulls in", _FROM),
         "pull_in_to": ((), after, "displacement that the disc jumps to", _TO),

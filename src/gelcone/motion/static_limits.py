@@ -10,7 +10,7 @@ import numpy as np
 from gelcone.motion.creep import HeldRuns, Holding
 from gelcone.motion.driven import WITHIN
 from gelcone.motion.natural import frequencies_under
-from gelcone.motion.plane import Plane, is_flat
+from gelcone.motion.plane import Plane
 from gelcone.motion.ramp import Ramp
 from gelcone.physics.film.film import FilmState
 from gelcone.physics.members import Members
@@ -18,6 +18,8 @@ from gelcone.physics.model import ConeModel
 from gelcone.quantity import Array
 
 STATIC_LIMITS = ("dielectric breakdown", "hoop slack", "meridional slack", "stretch limit", "pitchfork", "pull-in")
+MEMBRANE_PULL_IN = "membrane pull-in"
+"""Pull-in of the membrane for which a cone stands, of which `STATIC_LIMITS` have the first with the cone's own."""
 PEAKS = 20
 """Default number of peak voltages."""
 STATIC_POINTS = 400
@@ -47,21 +49,32 @@ def static_limits_of(plane: Plane) -> Array:
 
     A limit lies where the mask of `gelcone.motion.validity` changes, to `RESOLVED`.
     """
+    return with_first_pull_in(ramp_limits_of(plane))
+
+
+def ramp_limits_of(plane: Plane) -> Array:
+    """Find `static_limits_of` with the pull-in of the model itself, and then that of the membrane for which a cone
+    stands: NaN where that is unknown, infinite where it does not come before the cone's."""
     ramp = plane.ramp(np.zeros(1))
     *met, membrane = _met(plane, BEFORE * ramp.pull_in if np.isfinite(ramp.pull_in) else FARTHEST)
-    return np.array([*met, ramp.pitchfork if is_flat(plane.model) else np.nan, np.fmin(ramp.pull_in, membrane)])
+    return np.array([*met, ramp.pitchfork, ramp.pull_in, membrane])
 
 
-def pull_in_at_own_bias(plane: Plane) -> float:
-    """The constant voltage of pull-in, as in `static_limits_of`, of films in opposite phase at the model's bias,
-    from which the voltage rises; NaN if the way to that bias is lost."""
+def with_first_pull_in(limits: Array) -> Array:
+    """`STATIC_LIMITS` from those of `ramp_limits_of`."""
+    *met, own, membrane = limits
+    return np.array([*met, np.fmin(own, membrane)])
+
+
+def membrane_pull_in_at_own_bias(plane: Plane) -> float:
+    """The constant voltage of pull-in of the membrane, as in `ramp_limits_of`, of films in opposite phase at the
+    model's bias, from which the voltage rises; NaN if the way to that bias is lost."""
     own = replace(plane, own_bias=True)
     lost = own.ramp(np.zeros(1)).pull_in
     if np.isnan(lost):
         return lost
-    begin = abs(float(plane.model.voltage_bias))
-    *_, membrane = _met(own, BEFORE * lost if np.isfinite(lost) else FARTHEST, begin)
-    return float(np.fmin(lost, membrane))
+    begin = abs(float(plane.model.voltage_bias)) if plane.model.system.in_opposite_phase else 0.0
+    return float(_met(own, BEFORE * lost if np.isfinite(lost) else FARTHEST, begin)[-1])
 
 
 def _met(plane: Plane, highest: float, begin: float = 0.0) -> Array:

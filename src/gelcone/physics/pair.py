@@ -349,8 +349,8 @@ class PairBalance(StaticBalance):
         return sorted((level, place) for _, place, level, _ in rows)
 
     def pitchfork(self) -> float:
-        """The v^2 at which the flat films, or raised ones in the middle, lose stability to either side; NaN if they are
-        unstable without voltage, or never lose it."""
+        """The v^2 at which the flat films, or raised ones in the middle, lose stability to either side; infinite if the
+        flat films never lose it, NaN if they are unstable without voltage, or raised ones do not lose it so."""
         if not self.flat:
             first = self.losses(rest_of(self, None))[0]
             return first.voltage**2 if first.kind == PullIn.PITCHFORK else math.nan
@@ -360,7 +360,7 @@ class PairBalance(StaticBalance):
         slopes = self.slope(np.zeros(levels.size), levels * levels)
         lost = np.flatnonzero(slopes < 0.0)
         if not lost.size:
-            return math.nan
+            return math.inf
         return sign_change(lambda v: self.slope(0.0, v * v), levels[lost[0] - 1], levels[lost[0]]) ** 2
 
     # --- a slow voltage ramp -----------------------------------------------------------------------------------------

@@ -145,7 +145,7 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
     more = IN_PROPORTION if held_at_peak(result) else ""
     axes.set_title(f"limits met: peak of the drive{more}", loc="left", fontsize=7.0 if more else 8.0)
     if not met:
-        axes.text(0.5, 0.5, "none up to the voltages examined", transform=axes.transAxes, ha="center", color=GREY)
+        axes.text(0.5, 0.5, str(result.attrs["first_limit"]), transform=axes.transAxes, ha="center", color=GREY)
         axes.set_axis_off()
         return
     names = sorted(met, key=lambda name: -met[name])
@@ -160,21 +160,27 @@ def limit_bars(result: xr.Dataset, axes: Axes) -> None:
             span = np.clip([float(result[f"{name}_{end}"]) for end in ("low", "high")], 0.0, END * end)
             axes.plot(span, [k, k], color=BLACK, lw=1.5)
     axes.set_ylim(-0.6, max(len(names), 4) - 0.4)
-    axes.set_yticks(range(len(names)), [_limit_label(name) for name in names], fontsize=7.0)
+    axes.set_yticks(range(len(names)), [_limit_label(name, result) for name in names], fontsize=7.0)
     axes.set_xlabel(axis_label(result["first_limit_voltage"], "peak voltage"))
 
 
 def _limits(result: xr.Dataset) -> list[str]:
     """The names of the variables with the limits of the drive; of films in opposite phase without the pull-in at the
-    bias of the device, which the drive scales."""
+    bias of the device, which the drive scales; none without a drive."""
+    if "first_limit_voltage" not in result:
+        return []
     every = [str(name) for name, value in result.data_vars.items() if value.dims == ()]
     every = [name for name in every if name.endswith("_voltage") and name.removeprefix(PROPORTIONAL) not in NOT_LIMITS]
     return [name for name in every if not held_at_peak(result) or name.startswith((PROPORTIONAL, "driven_"))]
 
 
-def _limit_label(name: str) -> str:
-    """The label of a limit by the name of its variable."""
+def _limit_label(name: str, result: xr.Dataset) -> str:
+    """The label of a limit by the name of its variable; that of pull-in says whether it is a cone's or its membrane's,
+    where the result has both."""
     words = name.removeprefix(PROPORTIONAL).removesuffix("_voltage").replace("pull_in", "pull-in").replace("_", " ")
+    if "membrane_pull_in_voltage" in result:
+        whose = {"pull-in": "cone pull-in", "driven pull-in": f"driven {result.attrs['pull_in_of']} pull-in"}
+        words = whose.get(words, words)
     return words.replace("driven ", "drive: ")
 
 

@@ -152,7 +152,7 @@ def _pitchfork(name: str, model: ConeModel, film: UnwrinkledFilm) -> Threshold:
     cone = float(pitchfork_voltages(every_balance(model))[0])
     fitted = model.replace(film=film)
     found = float(pitchfork_voltages(every_balance(fitted))[0])
-    if np.isnan(found):
+    if not np.isfinite(found):
         return Threshold(name, (cone, cone), (np.nan, np.nan), float(pull_in_voltage(fitted)["pull_in_voltage"]))
     return Threshold(name, (cone, cone), _with_fit_error(model, film, found), np.nan)
 
