@@ -16,6 +16,7 @@ from gelcone.atlas import frequency as module
 from gelcone.atlas.branches.attached import attached_branches
 from gelcone.atlas.branches.branch import EventKind
 from gelcone.atlas.frequency import SPAN, _around_resonance, frequency
+from gelcone.atlas.resonance import Peaks
 from gelcone.codes import Outcome
 from gelcone.errors import InputError
 from gelcone.motion.linear import linear_response
@@ -24,6 +25,7 @@ from gelcone.motion.stepping import Falls, Walk
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing
 from gelcone.physics.model import ConeModel
 from gelcone.presets import find_preset
+from tests.atlas.made_up_swings import RESTING, moving, resonance
 from tests.recorded import numbers, record
 
 LINEAR = ConeModel(
@@ -73,7 +75,7 @@ def test_the_peak_is_that_of_a_linear_oscillator(small):
 @pytest.mark.parametrize("narrowings", [1, 3])
 def test_the_error_of_a_peak_covers_the_amplitude_of_the_linear_peak(monkeypatch, narrowings):
     """Whatever the frequencies happen to hit; however early the search ends it is not ten times too large either."""
-    monkeypatch.setattr("gelcone.atlas.frequency.NARROWINGS", narrowings)
+    monkeypatch.setattr("gelcone.atlas.resonance.NARROWINGS", narrowings)
     damping = np.array([0.05, 0.1, 0.15, 0.2, 0.3])
     found = frequency(LINEAR.replace(damping_ratio=damping), np.linspace(0.4, 2.4, 7), (0.8, 0.0)).sel(branch="up")
     near = np.linspace(0.8, 1.8, 20_001)
@@ -322,12 +324,6 @@ def test_a_sweep_leaves_a_rest_that_has_become_unstable():
     assert float(found["stroke"].sel(branch="up")[2]) > 0.1
 
 
-def test_what_differs_from_a_peak_by_less_than_is_resolved_may_be_the_peak():
-    places, nearly = np.array([[1.0, 2.0, 3.0, 4.0, 5.0]]), 1.0 - 0.5 * module.RESOLVED
-    low, high = module._bracket(places, np.array([[0.5, nearly, 1.0, nearly, 0.9]]), np.array([3.0]), np.array([1.0]))
-    assert (low.tolist(), high.tolist()) == ([1.0], [5.0])
-
-
 def test_the_bifurcation_behind_a_jump_lies_in_its_bracket_or_no_further_off_than_that_is_wide():
     jumps = xr.Dataset({"jump_low": ("jump", [1.0, 1.4]), "jump_high": ("jump", [1.1, 1.5])})
     events = xr.Dataset({"event_value": ("event", [1.15, 1.7]), "event_kind": ("event", np.array([3, 4]))})
@@ -362,51 +358,7 @@ def test_of_several_bifurcations_the_nearest_to_the_bracket_counts_and_of_equal_
     assert found["jump_event_kind"].values.tolist() == [1, 5, 2]
 
 
-def swings(amplitude, period=1):
-    """Swings up and down, (members, branches, steps)."""
-    found = Swing.blank(*np.shape(amplitude))
-    found.highest[:], found.lowest[:], found.period[:] = amplitude, -np.asarray(amplitude), period
-    return found
-
-
-def test_sweeps_differ_by_a_fiftieth_of_the_larger_unless_both_are_chaotic_or_next_to_nothing():
-    up = np.array([[1.0, 1.0, 1.0, 1e-9, 1.0]])
-    down = np.array([[0.975, 0.985, 1.03, 2e-9, np.nan]])
-    one = swings(np.stack([up, down], axis=1))
-    assert module.differing(one).tolist() == [[True, False, True, False, False]]
-    chaotic = swings(np.stack([up, down], axis=1), np.array([[[0, 1, 0, 1, 1], [0, 1, 2, 1, 1]]]))
-    assert module.differing(chaotic).tolist() == [[False, False, True, False, False]]
-
-
-def test_a_height_is_certain_where_the_motion_is_periodic_or_there_is_none():
-    heights, period = np.array([[0.5, 0.6, -1.0, 0.7]]), np.array([[1, 0, 0, 2]])
-    np.testing.assert_array_equal(module._certain(heights, period), [[0.5, np.nan, -1.0, 0.7]])
-
-
-def test_a_peak_lies_between_the_next_places_that_are_certainly_lower():
-    places, heights = (
-        np.array([[1.0, 2.0, 3.0, 4.0, 5.0]] * 2),
-        np.array([[0.2, 0.9, 1.0, np.nan, 0.5], [1, 2, 3, 4, 5.0]]),
-    )
-    low, high = module._bracket(places, heights, np.array([3.0, 5.0]), np.array([1.0, 5.0]))
-    assert (low.tolist(), high.tolist()) == ([2.0, 4.0], [5.0, 5.0])
-
-
 # --- made-up motions: amplitudes are functions of the frequency -------------------------------------------------------
-
-RESTING = ConeModel(rest_height=0.3)
-PLACE, WIDTH, HEIGHT = 1.37, 0.05, 0.8
-
-
-def resonance(omega):
-    return HEIGHT / (1.0 + ((omega - PLACE) / WIDTH) ** 2)
-
-
-def moving(amplitude, final=0.0):
-    """Periodic motions of some amplitudes, which end at some displacements."""
-    found = swings(np.asarray(amplitude, dtype=float))
-    found.final[..., 0], found.final[..., 1] = final, 0.0
-    return found
 
 
 def walked(model, grids, initial, progress, search):
@@ -427,9 +379,6 @@ def made_up(monkeypatch):
 
     monkeypatch.setattr(module, "walk", walked)
     monkeypatch.setattr(module, "swing", seen)
-    monkeypatch.setattr(
-        module, "carried", lambda model, before, height, search: seen(model, before.final, before.period)
-    )
     monkeypatch.setattr(module, "_complete", lambda model, grids, swept, search: looked.append(grids))
     return looked
 
@@ -473,70 +422,6 @@ def test_intervals_next_to_a_bend_are_filled_from_the_side_where_each_sweep_come
     np.testing.assert_array_equal(filled.final[:, kept], swept.final)
     flat = moving(np.ones((2, 12)))
     assert module._bends_filled(RESTING.members().take([0, 0]), grids, flat, initial, None, {})[1] is flat
-
-
-@pytest.mark.parametrize("fall", [None, (1.30, 1.41)])
-def test_a_peak_is_narrowed_to_where_it_is(made_up, fall):
-    """Its place within its bracket, its height within its error; a jump next to it widens the bracket."""
-    met = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]])
-    trail = SimpleNamespace(sorted=lambda: (met, resonance(met), np.ones((1, 5), int), np.zeros((1, 5, 2))))
-    ends = np.full((2, 1, 5), np.nan)
-    if fall:
-        ends[:, 0, 3] = fall
-    falls = Falls(ends[1], ends[0], None)
-    found = module._peaks(RESTING.members(), trail, falls, None, {})
-    assert found.low[0] < PLACE < found.high[0]
-    assert abs(found.amplitude[0] - HEIGHT) <= found.error[0] < 2e-3
-    assert found.amplitude[0] == resonance(found.frequency[0])
-    assert (found.low[0] <= 1.30) == (found.high[0] >= 1.41) == bool(fall)
-    assert found.high[0] - found.low[0] < (0.111 if fall else 0.02)
-
-
-def test_the_error_of_a_peak_between_equal_heights_is_what_settled_motions_leave(made_up, monkeypatch):
-    """On a plateau nothing but the share that is resolved says how far off its height may be."""
-    monkeypatch.setattr(module, "carried", lambda model, *_: moving(np.full(model.size, HEIGHT)))
-    met, level = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]]), np.full((1, 5), HEIGHT)
-    trail = SimpleNamespace(sorted=lambda: (met, level, np.ones((1, 5), int), np.zeros((1, 5, 2))))
-    nothing = np.full((1, 5), np.nan)
-    found = module._peaks(RESTING.members(), trail, Falls(nothing, nothing, None), None, {})
-    np.testing.assert_allclose(found.error, module.RESOLVED * HEIGHT)
-    assert (found.low[0], found.high[0]) == (0.9, 1.8)
-
-
-@pytest.mark.parametrize("fall", [None, (1.55, 1.6), (1.59, 1.6)])
-def test_jumps_are_bracketed_where_a_motion_ends(monkeypatch, fall):
-    """The high motion lasts from 1.234 to 1.567; sweeps differ from 1.3 to 1.5, between the ends of which they are
-    narrowed. The sweep down jumps at the lower end, with the strokes on both sides. The sweep up may have been seen to
-    fall on the way; where the motion does not last to there, that says nothing."""
-    first, last = 1.234, 1.567
-    high, low = lambda w: 2.0 + w, lambda w: 0.1 * w
-
-    def followed(model, before, largest, search):
-        omega = model.number("drive_frequency")
-        return moving(high(omega)), (omega >= first) & (omega <= last)
-
-    def beside(model, final, **options):
-        return moving(low(model.number("drive_frequency")))
-
-    monkeypatch.setattr(module, "continued", followed)
-    monkeypatch.setattr(module, "settled_swing", beside)
-    grid = np.array([[1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7]])
-    there = (grid > first) & (grid < last)
-    # up: low until the sweeps agree, and on the high motion to its end; down: the same, as if each kept its own
-    up = np.where(there, high(grid), low(grid))
-    swept = moving(np.stack([up, low(grid)], axis=1))
-    nothing = np.full((2, 7), np.nan)
-    falls = Falls(nothing.copy(), nothing.copy(), Swing.blank(2, 7))
-    if fall:
-        falls.start[0, 5], falls.end[0, 5] = fall
-    found = module._jumps(RESTING.members(), grid, swept, falls, None, {})
-    assert [module.BRANCHES[k] for k in found.branch] == ["down", "up"]
-    for k, end in enumerate((first, last)):
-        assert found.low[k] <= end <= found.high[k]
-        assert found.high[k] - found.low[k] < 2e-3
-        assert found.before[k] == pytest.approx(high(end), abs=1e-3)
-        assert found.after[k] == pytest.approx(low(end), abs=1e-3)
-    assert found.member.tolist() == [0, 0]
 
 
 def test_branches_begin_with_all_swept_motions_and_with_those_from_fixed_states(monkeypatch):
@@ -601,15 +486,18 @@ def test_a_response_hands_each_part_what_it_was_asked_for(monkeypatch, given, br
     swept, filled = numbered(2 * count, 3, at=10.0), numbered(2, 4, at=50.0)
     finer = np.tile([0.5, 0.6, 0.75, 1.0], (2, 1))
     asked = record(
-        monkeypatch, module, _around_resonance=grid, _sweep=(swept, "falls", "trail"), _peaks="peaks", _jumps="jumps",
-        _bends_filled=(finer, filled), _label=xr.Dataset({"made": 1.0}), _jump_variables={"jump": 2.0},
+        monkeypatch, module, _around_resonance=grid, _sweep=(swept, "falls", "trail"), highest_peaks="peaks",
+        jumps_of_sweeps="jumps", _bends_filled=(finer, filled), _label=xr.Dataset({"made": 1.0}),
+        jump_variables={"jump": 2.0},
         _with_branches=lambda *given: given[1].assign(followed=3.0),
     )  # fmt: skip
     initial = numbers(*model.shape, 2)
     found = frequency(model, grid if given else None, initial, branches=branches, progress=shares.append, **SEARCH)
     made = {"made": 1.0, "jump": 2.0} | ({"followed": 3.0} if branches else {})
     assert {name: float(found[name]) for name in found} == made
-    (sweep,), (peaks,), (jumps,), (label,) = (asked[name] for name in ("_sweep", "_peaks", "_jumps", "_label"))
+    (sweep,), (peaks,), (jumps,), (label,) = (
+        asked[name] for name in ("_sweep", "highest_peaks", "jumps_of_sweeps", "_label")
+    )
     own = np.atleast_2d(initial)
     np.testing.assert_array_equal(sweep["initial"], np.repeat(own, 2, axis=0))
     np.testing.assert_array_equal(sweep["grids"], [grid] * 2 * count)
@@ -626,7 +514,7 @@ def test_a_response_hands_each_part_what_it_was_asked_for(monkeypatch, given, br
     options = {"initial": initial.tolist(), "nudge": module.NUDGE} | SEARCH
     del options["threads"]
     assert label["options"] == options
-    assert asked["_jump_variables"] == [{"jumps": "jumps", "ensemble": count > 1}]
+    assert asked["jump_variables"] == [{"jumps": "jumps", "ensemble": count > 1}]
     if not given:
         (bends,) = asked["_bends_filled"]
         assert bends["search"] == SEARCH
@@ -674,31 +562,15 @@ def test_harmonics_and_validity_are_those_of_motions_that_ran_at_their_own_frequ
     np.testing.assert_array_equal(swept.harmonics[0, 1], before.harmonics[0, 1])
 
 
-def test_a_peak_lies_as_low_and_as_high_as_a_fall_that_touches_its_bracket(made_up):
-    """Ends of a fall beyond either end of the bracket widen it on that side; a fall elsewhere does not."""
-    met = np.array([[0.9, 1.2, 1.33, 1.45, 1.8]])
-    trail = SimpleNamespace(sorted=lambda: (met, resonance(met), np.ones((1, 5), int), np.zeros((1, 5, 2))))
-    brackets = []
-    for fall in ((1.1, PLACE), (PLACE, 1.75), (1.5, 1.7)):
-        ends = np.full((2, 1, 5), np.nan)
-        ends[:, 0, 2] = fall
-        found = module._peaks(RESTING.members(), trail, Falls(ends[0], ends[1], None), None, {})
-        brackets.append((float(found.low[0]), float(found.high[0])))
-    narrow = brackets[2]
-    assert brackets[0] == (1.1, narrow[1])
-    assert brackets[1] == (narrow[0], 1.75)
-    assert 1.33 < narrow[0] < PLACE < narrow[1] < 1.45
-
-
 def test_a_response_is_labelled_with_each_of_its_numbers(monkeypatch):
-    """The linear response has the first two harmonics; strokes are twice amplitudes, and so are those of jumps."""
+    """The linear response has the first two harmonics; strokes are twice amplitudes,"""
     model, grid = ConeModel(damping_ratio=0.1), np.array([[0.5, 0.75, 1.0]])
     swept = numbered(1, 2, 3, at=10.0)
     swept = Swing(**(vars(swept) | {"harmonics": swept.harmonics * np.exp(0.5j)}))
     harmonics = np.exp(0.25j) * numbers(1, 2, 3, at=3.0)
     linear = SimpleNamespace(stroke=numbers(1, 3, at=2.0), harmonics=harmonics)
     asked = record(monkeypatch, module, linear_response=linear)
-    peaks = module._Peaks(*(numbers(2, at=20.0 + k) for k in range(5)))
+    peaks = Peaks(*(numbers(2, at=20.0 + k) for k in range(5)))
     found = module._label(model, grid, True, swept, peaks, {"options": 1})
     np.testing.assert_array_equal(asked["linear_response"][0]["frequencies"], grid)
     own = swept.take(0)
@@ -718,10 +590,3 @@ def test_a_response_is_labelled_with_each_of_its_numbers(monkeypatch):
     assert np.isnan(found["linear_phase"].values[2:]).all()
     assert found["branch"].values.tolist() == ["up", "down"]
     assert all(coordinate.attrs["long_name"] and "units" in coordinate.attrs for coordinate in found.coords.values())
-    jumps = module._Jumps(np.array([1, 0]), np.array([1, 0]), *(numbers(2, at=30.0 + k) for k in range(4)))
-    table = xr.Dataset(module._jump_variables(jumps, True))
-    assert table["jump_branch"].values.tolist() == ["down", "up"]
-    assert table["jump_member"].values.tolist() == [1, 0]
-    for k, (name, by) in enumerate((("low", 1.0), ("high", 1.0), ("from", 2.0), ("to", 2.0))):
-        np.testing.assert_allclose(table[f"jump_{name}"], by * numbers(2, at=30.0 + k), err_msg=name)
-    assert "jump_member" not in module._jump_variables(jumps, False)

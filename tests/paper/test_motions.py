@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import gelcone
-from gelcone.atlas.frequency import BRANCHES
+from gelcone.atlas.hysteresis import BRANCHES
 from gelcone.codes import Outcome, Regime
 from gelcone.paper.effort import QUICK
 from gelcone.paper.studies import continuum, practical, resonance, spectra, statics, triples

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gelcone import dataset
-from gelcone.atlas.frequency import BRANCHES, frequency
+from gelcone.atlas.frequency import frequency
+from gelcone.atlas.hysteresis import BRANCHES
 from gelcone.atlas.plan import Plan
 from gelcone.atlas.record import coordinates
 from gelcone.atlas.sweep import sweep

@@ -6,7 +6,6 @@ orbits complete the sweeps by the unstable part between two jumps, and by motion
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,8 @@ from gelcone import dataset
 from gelcone.atlas.branches.attached import attach
 from gelcone.atlas.branches.check import Runs
 from gelcone.atlas.branches.continuation import continue_branch
+from gelcone.atlas.hysteresis import BRANCHES, jump_variables, jumps_of_sweeps
+from gelcone.atlas.resonance import Peaks, highest_peaks
 from gelcone.codes import Outcome
 from gelcone.devices.analysis import analysis, check_one
 from gelcone.errors import InputError
@@ -27,7 +28,7 @@ from gelcone.motion.natural import natural_frequency
 from gelcone.motion.settle import check_budgets
 from gelcone.motion.start import start_states
 from gelcone.motion.state_space import equilibrium_under_bias
-from gelcone.motion.stepping import NEGLIGIBLE, NUDGE, SURE, Falls, Trail, carried, continued, walk
+from gelcone.motion.stepping import NUDGE, Falls, Trail, walk
 from gelcone.motion.swing import HARMONICS, Swing, settled_swing, swing
 from gelcone.motion.validity import validity_variables
 from gelcone.physics.members import Members
@@ -39,22 +40,12 @@ from gelcone.register.analysis import Axis
 if TYPE_CHECKING:
     import xarray as xr
 
-BRANCHES = ("up", "down")
 SPAN = (0.1, 3.0, 81)
 """Default frequencies over the natural one: first, last, number."""
 FILLED = 7
 """Frequencies that are added in an interval next to a bend."""
 BENT = 0.01
 """Distance of a stroke from the line between its neighbours, over the largest stroke, at which the response bends."""
-DIFFERENT = 0.02
-"""Difference of the strokes of the sweeps, over the larger one, at which the sweeps differ."""
-RESOLVED = 1e-5
-"""Relative difference within which heights are equal: ten times the error of settled motions."""
-NARROWINGS = 3
-NARROWED_AT = 7
-"""Frequencies inside a peak's bracket that each narrowing tries; the bracket shrinks to a quarter."""
-NARROWINGS_OF_JUMPS = 12
-"""Steps towards the frequency at which a motion jumps; one that is too long is halved."""
 AT_ONCE = 512
 """Motions whose samples are in memory at a time."""
 STARTS = (1.0, 0.05, -1.0)
@@ -158,8 +149,8 @@ def frequency(
     filled = FILLED_SHARE if frequencies is None else 0.0
     first = weighted(counted, 1.0 - filled)
     swept, falls, trail = _sweep(both, grids, states, weighted(first, 0.8), search)
-    peaks = _peaks(both, trail, falls, weighted(first, 0.15), search)
-    jumps = _jumps(flat, grid, _by_branch(swept), falls, weighted(first, 0.05), search)
+    peaks = highest_peaks(both, trail, falls, weighted(first, 0.15), search)
+    jumps = jumps_of_sweeps(flat, grid, _by_branch(swept), falls, weighted(first, 0.05), search)
     options = {"initial": np.asarray(initial, dtype=float).tolist(), "nudge": NUDGE} | search
     del options["threads"]
     shared = frequencies is None or np.ndim(frequencies) < 2
@@ -167,7 +158,7 @@ def frequency(
         grids, swept = _bends_filled(both, grids, swept, states, weighted(counted, filled), search)
         grid = grids[:1]
     result = _label(model, grid, shared, _by_branch(swept), peaks, options)
-    result = result.assign(_jump_variables(jumps, bool(model.shape)))
+    result = result.assign(jump_variables(jumps, bool(model.shape)))
     if not branches:
         return result
     return _with_branches(model, result, _by_branch(swept), states[:1], weighted(progress, 1.0 - SWEEPS_SHARE), search)
@@ -273,152 +264,6 @@ def _by_branch(swept: Swing) -> Swing:
     return Swing(**{n: v.reshape(-1, len(BRANCHES), *v.shape[1:]) for n, v in vars(swept).items()})
 
 
-# --- peaks ------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Peaks:
-    """Highest peak of each sweep, arrays (members,)."""
-
-    frequency: Array
-    low: Array
-    high: Array
-    amplitude: Array
-    error: Array
-
-
-def _peaks(model: Members, trail: Trail, falls: Falls, progress: Progress, search: dict[str, Any]) -> _Peaks:
-    """Narrows down the highest point of each sweep between its neighbours, starting from the motion there.
-
-    A peak may lie at a jump. A motion that stays on one branch does not show it, so that the bracket includes the jump.
-    NaN for a sweep that finds no motion at any frequency.
-    """
-    met, amplitudes, periods, finals = trail.sorted()
-    members, amplitude = np.arange(model.size), np.where(np.isnan(amplitudes), -1.0, amplitudes)
-    best = amplitude.argmax(axis=1)
-    at, height = met[members, best], amplitude[members, best]
-    there = model.replace(drive_frequency=at)
-    peak = swing(there, finals[members, best], periods[members, best], only_extent=True, **integration(search))
-    low, high = _bracket(met, _certain(amplitude, periods), at, height)
-    ends = np.stack([falls.start, falls.end])
-    touching = (ends.max(axis=0) >= low[:, None]) & (ends.min(axis=0) <= high[:, None])
-    low_fall = np.where(touching, ends.min(axis=0), np.inf).min(axis=1)
-    high_fall = np.where(touching, ends.max(axis=0), -np.inf).max(axis=1)
-    error = np.full(model.size, np.inf)
-    shares = np.arange(1, NARROWED_AT + 1) / (NARROWED_AT + 1)
-    for _ in range(NARROWINGS):
-        tried = low[:, None] + (high - low)[:, None] * shares
-        rows = np.repeat(members, NARROWED_AT)
-        ensemble = model.take(rows).replace(drive_frequency=tried.ravel())
-        now = carried(ensemble, peak.take(rows), height[rows], search)
-        # What was highest before is compared too, or a narrow peak could be lost between the new frequencies.
-        heights = np.column_stack([np.nan_to_num(now.amplitude.reshape(tried.shape), nan=-1.0), height])
-        places, period = np.column_stack([tried, at]), np.column_stack([now.period.reshape(tried.shape), peak.period])
-        first, _, _, fourth = np.argsort(-heights, axis=1, kind="stable")[:, :4].T
-        higher = np.flatnonzero(first < NARROWED_AT)
-        peak.put(higher, now.take(higher * NARROWED_AT + first[higher]))
-        at, height = places[members, first], heights[members, first]
-        # Between equal frequencies a parabola rises by at most an eighth of its second difference. The highest four are
-        # the peak, what was highest before, often at the same frequency, and the neighbours on both sides.
-        error = 0.5 * (height - heights[members, fourth]) + RESOLVED * np.abs(height)
-        lowest = np.full((model.size, 1), -1.0)
-        edges, known = np.column_stack([low, places, high]), np.hstack([lowest, _certain(heights, period), lowest])
-        low, high = _bracket(edges, known, at, height)
-        advance(progress, 1.0 / NARROWINGS)
-    found = at, np.minimum(low, low_fall), np.maximum(high, high_fall), height, error
-    return _Peaks(*(np.where(height < 0.0, np.nan, values) for values in found))
-
-
-def _certain(heights: Array, period: npt.NDArray[np.int64]) -> Array:
-    """The heights, NaN where the motion is not periodic and may not have reached its extremes yet."""
-    return np.where((period > 0) | (heights < 0.0), heights, np.nan)
-
-
-def _bracket(places: Array, heights: Array, at: Array, height: Array) -> tuple[Array, Array]:
-    """The nearest of the places (members, steps) on either side of the peak that are lower, or the ends.
-
-    A height that differs from that of the peak by less than `RESOLVED` is not lower.
-    """
-    lower = heights < (height * (1.0 - RESOLVED))[:, None]
-    first, last = np.nanmin(places, axis=1), np.nanmax(places, axis=1)
-    below = np.where(lower & (places < at[:, None]), places, -np.inf).max(axis=1)
-    above = np.where(lower & (places > at[:, None]), places, np.inf).min(axis=1)
-    return np.maximum(below, first), np.minimum(above, last)
-
-
-# --- jumps ------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Jumps:
-    """Jumps of the sweeps at the ends of the ranges in which they differ, arrays (jumps,): ``member``, index of the
-    ``branch`` that jumps, the frequencies between which it does, and its amplitude ``before`` and ``after``."""
-
-    member: npt.NDArray[np.intp]
-    branch: npt.NDArray[np.intp]
-    low: Array
-    high: Array
-    before: Array
-    after: Array
-
-
-def differing(swept: Swing) -> npt.NDArray[np.bool_]:
-    """Mask (members, steps) of different motions on the two sweeps (members, branches, steps). Two chaotic motions do
-    not count, since their strokes always differ."""
-    largest = np.nanmax(swept.amplitude, initial=0.0)
-    return _differ(swept.take((slice(None), 0)), swept.take((slice(None), 1)), largest)
-
-
-def _differ(up: Swing, down: Swing, largest: float = 0.0) -> npt.NDArray[np.bool_]:
-    higher = np.fmax(up.amplitude, down.amplitude)
-    apart = np.abs(up.amplitude - down.amplitude) > DIFFERENT * higher
-    apart &= higher > max(NEGLIGIBLE * largest, REST_TOLERANCE)
-    return np.asarray(apart & ((up.period != 0) | (down.period != 0)))
-
-
-def _jumps(
-    model: Members, grid: Array, swept: Swing, falls: Falls, progress: Progress, search: dict[str, Any]
-) -> _Jumps:
-    """Both ends of each range in which the sweeps differ, narrowed down by following both motions outwards from the
-    last place before the jump.
-
-    The sweep down jumps at the lower end of the range, the sweep up at its upper end. The ends of all frequencies do
-    not count.
-    """
-    differ = differing(swept)
-    change = np.diff(differ.astype(int), axis=1)
-    member, edge = np.nonzero(change)
-    begins = change[member, edge] > 0
-    branch = np.where(begins, BRANCHES.index("down"), BRANCHES.index("up"))
-    inside, outside = np.where(begins, edge + 1, edge), np.where(begins, edge, edge + 1)
-    flat = member * len(BRANCHES) + branch
-    jumping, other = swept.take((member, branch, inside)), swept.take((member, 1 - branch, inside))
-    ensemble, largest = model.take(member), np.fmax(jumping.amplitude, other.amplitude)
-    inner, outer = grid[member, inside], grid[member, outside].copy()
-    last, fall = outer.copy(), falls.take((flat, outside))
-    fell = np.flatnonzero(~np.isnan(fall.start))
-    if fell.size:
-        there = ensemble.take(fell).replace(drive_frequency=fall.start[fell])
-        now, persists = continued(there, fall.before.take(fell), largest[fell], search)
-        fell, now = fell[persists], now.take(persists)
-        inner[fell], outer[fell] = fall.start[fell], fall.end[fell]
-        jumping.put(fell, now)
-    step = 0.5 * (outer - inner)
-    before, after = jumping.amplitude, other.amplitude
-    for _ in range(NARROWINGS_OF_JUMPS if member.size else 0):
-        tried = ensemble.replace(drive_frequency=inner + step)
-        now, persists = continued(tried, jumping, largest, search)
-        opposite = settled_swing(tried, other.final, only_extent=True, **search)
-        apart = persists & _differ(now, opposite)
-        inner, step = np.where(apart, inner + step, inner), np.where(apart, step, 0.5 * step)
-        jumping.put(apart, now.take(apart))
-        other.put(apart, opposite.take(apart))
-        before, after = jumping.amplitude, other.amplitude
-    outer = np.where(np.abs(SURE * step) < np.abs(last - inner), inner + SURE * step, last)
-    advance(progress, 1.0)
-    return _Jumps(member, branch, np.minimum(inner, outer), np.maximum(inner, outer), before, after)
-
-
 # --- branches ---------------------------------------------------------------------------------------------------------
 
 
@@ -478,7 +323,7 @@ def _jump_events(result: xr.Dataset, followed: xr.Dataset) -> dict[str, Any]:
 
 
 def _label(
-    model: ConeModel, grid: Array, shared: bool, swept: Swing, peaks: _Peaks, options: dict[str, Any]
+    model: ConeModel, grid: Array, shared: bool, swept: Swing, peaks: Peaks, options: dict[str, Any]
 ) -> xr.Dataset:
 
     step = "drive_frequency" if shared else "step"
@@ -526,16 +371,3 @@ def _label(
     outcome = swept.outcome if model.shape else swept.outcome[0]
     result["outcome"] = dataset.outcome_array(outcome, (*dataset.member_dims(model), *each))
     return result.assign_coords(branch=("branch", list(BRANCHES), dataset.attributes("direction of the sweep", "code")))
-
-
-def _jump_variables(jumps: _Jumps, ensemble: bool) -> dict[str, Any]:
-    table: dict[str, tuple[Any, str, dataset.Of]] = {
-        "jump_branch": (np.array(BRANCHES)[jumps.branch], "sweep that jumps", "code"),
-        "jump_low": (jumps.low, "lower end of the interval of the frequency of the jump", "frequency"),
-        "jump_high": (jumps.high, "upper end of the interval of the frequency of the jump", "frequency"),
-        "jump_from": (2.0 * jumps.before, "stroke before the jump, peak to peak", "length"),
-        "jump_to": (2.0 * jumps.after, "stroke after the jump, peak to peak", "length"),
-    }
-    if ensemble:
-        table["jump_member"] = jumps.member, "member of the ensemble that jumps", "count"
-    return dataset.columns("jump", table)

@@ -173,12 +173,12 @@ def voltages(response: xr.Dataset, axes: Axes) -> None:
     """Voltage on the film over time, that on the second film dashed; the commanded ones grey where they are others."""
     lines = members(response)
     for colour, (_, member) in zip(CYCLE if len(lines) > 1 else (VERMILION,), lines, strict=False):
-        for film, style in (("", {}), ("second_", {"ls": "--", "lw": 0.8})):
+        for film, style, width in (("", "-", 1.0), ("second_", "--", 0.8)):
             drive, own = f"{film}drive_voltage", f"{film}film_voltage"
             if own in member:
-                axes.plot(member["time"], member[drive], color=GREY, **(style | {"lw": 0.6}))
+                axes.plot(member["time"], member[drive], color=GREY, ls=style, lw=0.6)
             if drive in member:
-                axes.plot(member["time"], member.get(own, member[drive]), color=colour, **style)
+                axes.plot(member["time"], member.get(own, member[drive]), color=colour, ls=style, lw=width)
     name_axes(axes, response["time"], response["drive_voltage"], y="voltage")
 
 
